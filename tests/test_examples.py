@@ -37,6 +37,7 @@ PINNED = {  # the number, and how far the printed one may be from it: its last d
     "20_zeros_of_sensors": (1.52, 0.01),  # mm
     "21_creep_and_mounts": (12.41, 0.01),  # mm
     "22_counterweight": (51.3, 0.1),  # N
+    "23_a_robot_for_a_paper": (114.4, 0.1),  # W
 }
 PYTHON = re.compile(r"```python\n(.*?)```(?:\n+```text\n(.*?)```)?", re.DOTALL)  # a script, and what it prints
 CONSOLE = re.compile(r"```console\n(.*?)```", re.DOTALL)  # commands after "$ ", and some lines of what they print
@@ -86,7 +87,14 @@ def test_a_script_of_the_documentation_prints_what_the_page_says(
     assert printed is None or out == printed
 
 
-@pytest.mark.parametrize("session", [block.values[0] for block in blocks(CONSOLE)])
+def sessions() -> list[object]:
+    """Sessions of the pages; the quick start, which prints, is slow: `tests/apps/test_new.py` prints another part."""
+    slow = pytest.mark.slow
+    found = [block.values[0] for block in blocks(CONSOLE)]
+    return [pytest.param(each, marks=slow if "$ cablewright print workshop" in each else ()) for each in found]
+
+
+@pytest.mark.parametrize("session", sessions())
 def test_a_session_of_the_documentation_prints_what_the_page_says(
     session: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

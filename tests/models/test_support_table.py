@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from cablewright.exchange import klipper_config, klipper_motion, linuxcnc, rrf_config
+from cablewright.exchange import klipper_config, rrf_config
+from cablewright.exchange.motion import klipper, linuxcnc
 from cablewright.foundation.errors import CablewrightError, InputError
 from cablewright.models.support import (
     FEATURES,
@@ -113,9 +114,9 @@ def test_a_rejected_cell_says_what_to_do_instead() -> None:
 
 def test_formats_have_as_many_lines_as_letters() -> None:
     for most, capability in (
-        (len(klipper_motion.LETTERS), Capability.KLIPPER),
+        (len(klipper.LETTERS), Capability.KLIPPER),
         (len(klipper_config.LETTERS), Capability.KLIPPER_WINCH),
-        (rrf_config.MOST, Capability.REPRAPFIRMWARE),
+        (len(rrf_config.LETTERS), Capability.REPRAPFIRMWARE),
         (len(linuxcnc.LETTERS), Capability.LINUXCNC),
     ):
         assert SUPPORT[capability, f"over-{most}-lines"].verdict is Coverage.REJECTED

@@ -16,7 +16,6 @@ import cases
 from cablewright.foundation.errors import AnswerError, InputError, Status
 from cablewright.models.inertia import mass_matrix
 from cablewright.models.stiffness import stiffness
-from cablewright.models.support import Capability, require
 from cablewright.robot import Robot
 from cablewright.solvers.continuation import Tracker
 from cablewright.solvers.line_cover import refuse_unfit
@@ -336,7 +335,6 @@ def test_what_does_not_know_planes_refuses_them() -> None:
     held = cw.inverse(robot, boards.places(robot, 1)[0]).checked()
     for asked in (
         lambda: cw.enclose_poses(held, 1e-6),
-        lambda: require(robot, Capability.SERVE),
         lambda: refuse_unfit(cw.Model.of(robot), held.lengths),
     ):
         with pytest.raises(InputError, match=r"robot 'board' has platform\.plane; not supported"):

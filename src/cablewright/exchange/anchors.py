@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
 from cablewright.exchange.completion import Point, chosen_cable, frame_of
 from cablewright.exchange.translation import Notes
+from cablewright.foundation.errors import InputError
 from cablewright.foundation.validation import validated
 from cablewright.robot import Robot
 
 CABLE: Final = "spectra-1.1mm"
 MASS: Final = 2.0  # kg, assumed
+
+NEAR: Final = 0.005
+"""Distance of an anchor from the origin over that of the farthest, below which it is in another unit."""
 
 
 def anchored_robot(
@@ -22,11 +27,13 @@ def anchored_robot(
     assumed: Notes,
     mass: float | None = None,
     stiffness: float | None = None,
+    below: float = 0.0,
 ) -> Robot:
     """Return a point platform on *lines* by name, from exit points through eyelets.
 
-    *cable*: one of the table; *stiffness*: of the file's, N, where none of the table is asked for. What the lines do
-    not give is noted in *assumed*. Raises `InputError`.
+    *cable*: one of the table; *stiffness*: of the file's, N, where none of the table is asked for; *below*: m, of the
+    nozzle below the point where lines meet. Firmware has the anchors as that point sees them with the nozzle at the
+    origin. What the lines do not give is noted in *assumed*. Raises `InputError`.
     """
     table = chosen_cable(cable or CABLE)
     if cable is None and stiffness is not None:
@@ -34,12 +41,23 @@ def anchored_robot(
         assumed.add(f"cable: {CABLE} but for axial_stiffness")
     else:
         assumed.add(f"cable: {cable or CABLE}")
-    assumed.add("platform: a point; the nozzle is where the lines meet, not below")
+    if below:
+        assumed.add(f"platform: a point, whose nozzle is {1e3 * below:g} mm below where the lines meet")
+    else:
+        assumed.add(
+            "platform: a point; the nozzle is where the lines meet, not below: --nozzle-below gives by how much"
+        )
     if mass is None:
         assumed.add(f"platform.mass: {MASS:g} kg")
     limits = (0.01 * 9.81 * (mass or MASS), 0.2 * table["breaking_load"])
     if not all("tension_limits" in line for line in lines.values()):
         assumed.add("tension_limits: a hundredth of the weight to a fifth of the breaking load")
+    _require_one_unit(path, {name: math.hypot(*line["exit_point"]) for name, line in lines.items()})
+    if below:
+        lines = {
+            name: dict(line) | {"exit_point": _lifted(line["exit_point"], below), "platform_point": (0.0, 0.0, below)}
+            for name, line in lines.items()
+        }
     exits: list[Point] = [line["exit_point"] for line in lines.values()]
     given = {
         "schema": 1,
@@ -52,6 +70,41 @@ def anchored_robot(
         ],
     }
     return validated(Robot, given, path)
+
+
+def _lifted(at: Point, by: float) -> Point:
+    return (at[0], at[1], at[2] + by)
+
+
+def as_points(robot: Robot) -> Robot:
+    """Return a robot as its nozzle sees it: each exit point is shifted by its platform point, from the nozzle.
+
+    Of a platform that does not rotate each line is as long as to that point.
+    """
+    nozzle = robot.platform.nozzle
+    lines = tuple(
+        line.model_copy(
+            update={
+                "exit_point": tuple(
+                    a - b + c for a, b, c in zip(line.exit_point, line.platform_point, nozzle, strict=True)
+                ),
+                "platform_point": (0.0, 0.0, 0.0),
+            }
+        )
+        for line in robot.lines
+    )
+    return robot.model_copy(update={"lines": lines})
+
+
+def _require_one_unit(path: Path, away: Mapping[str, float]) -> None:
+    """Raise `InputError` where one anchor is so near the origin that it is in m and others in mm. *away*: m."""
+    far = max(away.values(), default=0.0)
+    for name, distance in away.items():
+        if distance < far * NEAR:
+            raise InputError(
+                f"{path}: anchor {name} is {1e3 * distance:g} mm from the origin, where the nozzle is at first, and "
+                f"another is {1e3 * far:g} mm: give all anchors in mm"
+            )
 
 
 def spool(radius: float, growth: float, length: float, cables: int = 1) -> dict[str, float]:

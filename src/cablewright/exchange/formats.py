@@ -11,16 +11,21 @@ from typing import Final
 
 from cablewright.exchange import caspr, klipper_config, maslow, rrf_config, wirex, xml_input
 from cablewright.exchange.translation import ImportedRobot, Mapped
+from cablewright.exchange.walls import fluidnc, maslow_classic, polargraph
 from cablewright.foundation.errors import InputError, UnknownName
 from cablewright.foundation.toml_input import read_bytes
 
 
 @dataclass(frozen=True)
 class ImportOptions:
-    """Choices of an import. ``cable``: one of the table of cables; ``cable_set``: of a CASPR model."""
+    """Choices of an import. ``cable``: one of the table of cables; ``cable_set``: of a CASPR model.
+
+    ``nozzle_below``: m, of the nozzle of a Hangprinter below the point where its lines meet.
+    """
 
     cable: str | None = None
     cable_set: str | None = None
+    nozzle_below: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -51,13 +56,31 @@ READ: Final[Mapping[str, ReadFormat]] = MappingProxyType({
         "Maslow", (".yaml", ".yml"), 1, maslow.CARRIED, r"maslow_|maslowkinematics *:",
         lambda paths, o: maslow.read_maslow(paths[0], o.cable),
     ),
+    "wallplotter": ReadFormat(
+        "FluidNC's WallPlotter", (".yaml",), 1, fluidnc.CARRIED, r"wallplotter *:",
+        lambda paths, o: fluidnc.read_wall_plotter(paths[0], o.cable),
+    ),
+    "maslow-classic": ReadFormat(
+        "classic Maslow", (".ini", ".txt"), 1, maslow_classic.CARRIED,
+        r"motorspacingx *[=:]|\$2 *=[^\n]*\(distance between",
+        lambda paths, o: maslow_classic.read_maslow_classic(paths[0], o.cable),
+    ),
+    "polargraph": ReadFormat(
+        "Marlin's polargraph", (".h", ".gcode"), 1, polargraph.CARRIED,
+        r"# *define +polargraph\b(?!_)|(?:echo:)? *m665\b(?=[^\n;]* t)(?=[^\n;]* l)(?=[^\n;]* b)",
+        lambda paths, o: polargraph.read_polargraph(paths[0], o.cable),
+    ),
+    "makelangelo": ReadFormat(
+        "Makelangelo", (".gcode",), 1, polargraph.OF_MAKELANGELO, r"m101 +a[01]\b",
+        lambda paths, o: polargraph.read_makelangelo(paths[0], o.cable),
+    ),
     "klipper": ReadFormat(
         "Klipper", (".cfg",), 1, klipper_config.CARRIED, r"\[(printer|stepper_a)\]",
-        lambda paths, o: klipper_config.read_klipper(paths[0], o.cable),
+        lambda paths, o: klipper_config.read_klipper(paths[0], o.cable, o.nozzle_below),
     ),
     "reprapfirmware": ReadFormat(
         "RepRapFirmware", (".g",), 1, rrf_config.CARRIED, r"m669\b",
-        lambda paths, o: rrf_config.read_rrf(paths[0], o.cable),
+        lambda paths, o: rrf_config.read_rrf(paths[0], o.cable, o.nozzle_below),
     ),
 })  # fmt: skip
 """Formats of robots that are read, by name."""
@@ -76,6 +99,8 @@ def read_robot(paths: Sequence[Path], name: str | None = None, options: ImportOp
     wanted = options or ImportOptions()
     if wanted.cable_set is not None and chosen != "caspr":
         raise InputError(f"--cable-set = {wanted.cable_set!r}: only a CASPR model has sets of cables")
+    if wanted.nozzle_below and chosen not in ("klipper", "reprapfirmware"):
+        raise InputError(f"--nozzle-below: {READ[chosen].title} has no point where all lines meet above its nozzle")
     return READ[chosen].read(paths, wanted)
 
 

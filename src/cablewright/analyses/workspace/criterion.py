@@ -120,9 +120,9 @@ class Criterion:
         if name != "static" and model.fidelity.cable is CableLaw.CATENARY:
             raise InputError(f"cable = catenary: {name} requires straight lines; use rigid or elastic, or static")
         if wrench is not None:
-            values = as_rows(wrench, model.n, "wrench", "N and N m")[0][0]
-            moment = values[3:] if model.n == 6 else (0, 0, 0)
-            model = replace(model, robot=model.robot.under_wrench(values[:3], moment))
+            whole = np.zeros(6)
+            whole[: model.n] = as_rows(wrench, model.n, "wrench", "N and N m")[0][0]
+            model = replace(model, robot=model.robot.under_wrench(whole[:3].tolist(), whole[3:].tolist()))
         wrenches = None
         if wrench_box is not None:
             if name != "capacity":
