@@ -19,8 +19,10 @@ from cablewright.machine.drives.drive_machine import DriveMachine
 from cablewright.machine.drives.loopback import Hub
 from cablewright.machine.drives.settings import WinchDriveSettings
 from cablewright.machine.drives.virtual.rig import Disturb, VirtualPort, VirtualRig, run_rig
+from cablewright.machine.files import machine_names
 from cablewright.machine.sensors.encoders import Encoder
 from cablewright.machine.sensors.tensions import TensionSensor
+from cablewright.machine.simulated.machine_file import built_machine
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.machine.simulated.unmodelled.laws import WinchBrakes
 from cablewright.printing.job import Job, Motion
@@ -28,7 +30,15 @@ from cablewright.printing.numeric_path import Helix
 from cablewright.robot import Robot, load
 
 HELD = (0.3, -0.5, 1.0)
-RATED = {"merlet2023": 0.5, "house-printer": 20.0, "ipanema": 2.0, "cogiro": 4.0}  # N m of the motors
+RATED = {
+    "merlet2023": 0.5,
+    "house-printer": 20.0,
+    "ipanema": 2.0,
+    "cogiro": 4.0,
+    "maslow4": 2.0,
+    "grab-four-lines": 1.0,
+}
+"""N m of the motors."""
 RING = Job(
     name="ring",
     origin=(0.3, -0.5, 0.0),
@@ -43,7 +53,8 @@ def virtual_twin(name: str = "merlet2023", flow: float | None = None, **changes:
 
     *flow*: kg/s of powder in place of its own.
     """
-    robot, twin = load(name), load_twin(name)
+    robot = load(name)
+    twin = load_twin(name) if name in machine_names() else built_machine(robot)[0]
     if flow is not None:
         twin = twin.with_owner(drum=twin.owner.point_drum.model_copy(update={"flow": flow}))
     nodes = {line.name: {"id": k + 1, "direction": (1, -1)[k % 2]} for k, line in enumerate(robot.lines)}
@@ -111,7 +122,13 @@ def bench(
     return Bench(robot, twin, behind, port, machine)
 
 
-RING_BEGIN = {"merlet2023": (0.7, -0.5, 1.0), "house-printer": (0.7, -0.5, 1.0), "ipanema": (0.1, 0.05, 0.9)}
+RING_BEGIN = {
+    "merlet2023": (0.7, -0.5, 1.0),
+    "house-printer": (0.7, -0.5, 1.0),
+    "ipanema": (0.1, 0.05, 0.9),
+    "maslow4": (0.1, 0.8 * 0.258819 / 0.965926, 0.8),
+    "grab-four-lines": (1.2, 0.1, -0.2),
+}
 SPEEDS = (0.5, 0.5, -0.5, -0.5)
 
 

@@ -6,6 +6,8 @@ from cablewright.analyses.accuracy.spread import MonteCarlo as MonteCarlo
 from cablewright.analyses.accuracy.spread import Vertices as Vertices
 from cablewright.analyses.interference import Interference as Interference
 from cablewright.analyses.interference import InterferenceSettings as InterferenceSettings
+from cablewright.analyses.jacobian import jacobian as jacobian
+from cablewright.analyses.jacobian import structure_matrix as structure_matrix
 from cablewright.analyses.modes import FREEDOMS as FREEDOMS
 from cablewright.analyses.modes import Modes as Modes
 from cablewright.analyses.modes import modes as modes
@@ -150,8 +152,6 @@ from cablewright.solvers.equilibria import Equilibria as Equilibria
 from cablewright.solvers.equilibria import equilibria as equilibria
 from cablewright.solvers.forward import forward as forward
 from cablewright.solvers.inverse import inverse as inverse
-from cablewright.solvers.jacobian import jacobian as jacobian
-from cablewright.solvers.jacobian import structure_matrix as structure_matrix
 from cablewright.solvers.linearise import Linearisation as Linearisation
 from cablewright.solvers.linearise import linearise as linearise
 from cablewright.solvers.pose_box import PoseBox as PoseBox

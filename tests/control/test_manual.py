@@ -11,6 +11,8 @@ import pytest
 from cablewright.control import manual
 from cablewright.control.manual import LEASE, MAX_SPEED, ManualSettings, ManualState, TargetMotion
 from cablewright.foundation.signals import Order, OrderKind
+from cablewright.models.plane import directions, within
+from cablewright.robot import Plane
 
 LIMITS = ManualSettings((-1.0, -1.0, 0.0), (1.0, 1.0, 2.0), 0.5, park=(0.0, 0.0, 1.5))
 DT = 0.01
@@ -134,3 +136,53 @@ def test_from_outside_it_moves_only_inwards() -> None:
             LIMITS, state, Order(OrderKind.JOG, arguments={"velocity": (0.0, way, 0.0)}), 0.0, (outside, np.zeros(3))
         )
         assert manual.step(LIMITS, state, 0.1, DT).velocity.any() == goes
+
+
+def test_motions_stay_in_a_tilted_plane() -> None:
+    plane = Plane(normal=(0.2, 1.0, 0.3), distance=0.02)
+    settings = replace(LIMITS, plane=plane)
+    begin = within(plane, np.array([0.0, 0.0, 1.0]))
+    along = directions(plane, 3)[:, 0] * 0.2
+
+    def refused(kind: OrderKind, **arguments: tuple[float, ...]) -> str:
+        return manual.refusal(settings, Order(kind, arguments=arguments), 0.0)
+
+    assert refused(OrderKind.JOG, velocity=tuple(along)) == ""
+    assert "leaves the plane with normal 0.1881, 0.9407, 0.2822 at 0.02 m by 0.188 m/s" in refused(
+        OrderKind.JOG, velocity=(0.0, 0.2, 0.0)
+    )
+    goal = within(plane, np.array([0.4, 0.0, 0.8]))
+    assert refused(OrderKind.GO_TO, position=tuple(goal)) == ""
+    off = refused(OrderKind.GO_TO, position=tuple(goal + 3e-3 * np.array(plane.across)))
+    nearest = ", ".join(f"{x:.6f}" for x in goal)
+    assert "position is 3 mm off the plane" in off
+    assert f"nearest in it: {nearest} m" in off
+    for order, again in (
+        (Order(OrderKind.JOG, arguments={"velocity": tuple(along)}), 12.0),  # until the frame ends it
+        (Order(OrderKind.GO_TO, arguments={"position": tuple(goal)}), 0.0),
+    ):
+        state, steps = ManualState(), []
+        manual.begin(settings, state, order, 0.0, (begin, np.zeros(3)))
+        while not (steps and steps[-1].done):
+            now = len(steps) * DT
+            if now < again:
+                manual.begin(settings, state, replace(order, time=now), now, None)
+            steps.append(manual.step(settings, state, now, DT))
+        assert max(abs(plane.height(step.position)) for step in steps) < 1e-9
+        assert (steps[-1].position <= 1.0 + 1e-9)[[0, 1]].all()
+    np.testing.assert_allclose(steps[-1].position, goal, atol=2e-6)
+
+
+def test_a_platform_that_lags_its_target_settles_at_the_place_it_was_sent_to() -> None:
+    order, state, off, steps = Order(OrderKind.GO_TO, arguments={"position": (0.1, 0.0, 1.0)}), ManualState(), 1e-3, []
+    manual.begin(LIMITS, state, order, 0.0, (np.array([0.0, 0.0, 1.0]), np.zeros(3)))
+    while not (steps and steps[-1].done):
+        steps.append(manual.step(LIMITS, state, len(steps) * DT, DT, off))
+        off *= 0.99 if not steps[-1].velocity.any() else 1.0
+    assert off == pytest.approx(1e-4, rel=0.02)
+    assert steps[-1].failure == ""
+    now, back = 20.0, replace(order, arguments={"position": (0.0, 0.0, 1.0)})
+    manual.begin(LIMITS, state, back, now, (np.array([0.1, 0.0, 1.0]), np.zeros(3)))
+    while not (found := manual.step(LIMITS, state, now, DT, 4.2e-4)).done:
+        now += DT
+    assert found.failure == "the platform stands 0.42 mm off its goal: it has not come nearer in 10 s"

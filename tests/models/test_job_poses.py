@@ -9,9 +9,10 @@ import pytest
 
 from cablewright.foundation import paging
 from cablewright.foundation.paging import Room
-from cablewright.models.job_poses import along, path_box, poses_at
+from cablewright.models.job_poses import along, path_box, poses_at, sampled
+from cablewright.models.plane import within
 from cablewright.models.statics import Model
-from cablewright.printing.job import Job
+from cablewright.printing.job import Job, load_job
 from cablewright.printing.numeric_path import Helix
 from cablewright.robot import load
 
@@ -46,3 +47,18 @@ def test_the_box_of_a_path_holds_its_samples() -> None:
     places = job.samples(toolpath).positions
     np.testing.assert_allclose(low, places.min(axis=0), atol=1e-12)
     np.testing.assert_allclose(high, places.max(axis=0), atol=1e-12)
+
+
+@pytest.mark.parametrize(("decimals", "off"), [(2, 0.0), (3, 0.0), (3, 0.02), (0, 0.4)])
+def test_a_path_is_moved_into_a_tilted_plane_by_what_its_file_rounds(tmp_path: Path, decimals: int, off: float) -> None:
+    robot = load("maslow4")
+    plane = robot.platform.plane
+    assert plane is not None
+    corners = within(plane, np.array([[0.1, 0.0, 0.8], [0.16, 0.0, 0.8], [0.16, 0.0, 0.86]]))
+    corners[:, 1] += 1e-3 * off
+    moves = (" ".join(f"{a}{1e3 * x:.{decimals}f}" for a, x in zip("XYZ", at, strict=True)) for at in corners)
+    (tmp_path / "part.gcode").write_text("G21\nG90\nM83\n" + "".join(f"G1 {move} E5 F600\n" for move in moves))
+    job = load_job(tmp_path / "part.gcode")
+    samples, _ = sampled(robot, job, job.toolpath())
+    heights = samples.positions[1:] @ plane.across  # it begins at 0, 0, 0
+    assert (np.abs(heights).max() < 1e-12) == (decimals > 0 and off == 0.0)

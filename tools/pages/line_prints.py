@@ -3,10 +3,11 @@
     python tools/pages/line_prints.py                    # all robots
     python tools/pages/line_prints.py --robots cogiro --seeds 0:2
 
-Robots: the Hangprinter, whose lines have an advantage of 2, the cogiro with sheaves on its platform, the Maslow, whose
-sled slides on a board, and a body that hangs on four lines; jobs: rings of two layers, on the board two rounds of a
-rectangle. The machine is built for the robot, or the library's, with the severity typical and the dynamic plant in
-steps of 10 ms. True values in each step that prints: distance of the nozzle from its target, and tensions.
+Robots: the Hangprinter, whose lines have an advantage of 2, the cogiro as it is and with sheaves on its platform, the
+Maslow, whose sled slides on a board, a body that hangs on four lines, a hoist with a counterweight, and a body on three
+pairs of lines, each on one winch; jobs: rings of two layers, on the board two rounds of a rectangle. The machine is
+built for the robot, or the library's, with the severity typical and the dynamic plant in steps of 10 ms. True values in
+each step that prints: distance of the nozzle from its path, and tensions.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -28,8 +29,12 @@ from cablewright.live.prints.plan import PrintOptions, plan_print, twin_of
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.models.plane import directions
 from cablewright.printing.job import Job, load_job
+from cablewright.printing.track import Track
 from cablewright.robot import PlatformSheave, Robot, load
 from cablewright.studies.checks.check import check
+
+CABLE: Final = {"axial_stiffness": 60e3, "linear_density": 4e-3, "breaking_load": 2e3, "diameter": 2.5e-3}
+WINCH: Final = {"drum_radius": 0.04}
 
 
 def with_sheaves() -> Robot:
@@ -38,6 +43,55 @@ def with_sheaves() -> Robot:
     sheave = PlatformSheave(radius=0.05, axis=(0.0, 0.0, -1.0))
     lines = tuple(line.model_copy(update={"platform_sheave": sheave}) for line in robot.lines)
     return Robot.model_validate(robot.model_copy(update={"lines": lines}).model_dump())
+
+
+def hoist(dead: bool = True, **weight: Any) -> Robot:
+    """A point of 20 kg on three winches, and on a counterweight of 12 kg over a pulley above; *dead*: beside it."""
+    corners = {"a": (2.0, 0.0), "b": (-1.0, 1.8), "c": (-1.0, -1.8)}
+    lines = [
+        {"name": name, "exit_point": (x, y, 3.0), "sheave": {"kind": "eyelet"}, "winch": WINCH}
+        for name, (x, y) in corners.items()
+    ]
+    up: dict[str, Any] = {"name": "up", "exit_point": (0.0, 0.0, 3.5), "sheave": {"kind": "eyelet"}}
+    up |= {"counterweight": 12.0, **weight} | ({"winch_exit": (2.0, 0.0, 3.5)} if dead else {})
+    every = {"cable": CABLE, "tension_limits": (2.0, 400.0)}
+    return Robot.model_validate({
+        "name": "hoist",
+        "scene": {"frame_min": (-0.6, -0.6, 0.2), "frame_max": (0.6, 0.6, 1.6)},
+        "platform": {"kind": "point", "mass": 20.0},
+        "lines": [every | line for line in [*lines, up]],
+    })  # fmt: skip
+
+
+def pairs() -> Robot:
+    """A body of 12 kg on three pairs of parallel lines, each on one drum; its position is given, they keep its turn."""
+    exits = {
+        "a1": ((1.95, -0.2, 2.8), (0.25, -0.2, 0.1)),
+        "a2": ((1.95, 0.2, 2.8), (0.25, 0.2, 0.1)),
+        "b1": ((-0.8, 1.8, 2.8), (0.05, 0.32, -0.1)),
+        "b2": ((-1.15, 1.6, 2.8), (-0.3, 0.12, -0.1)),
+        "c1": ((-1.15, -1.6, 2.8), (-0.3, -0.12, -0.1)),
+        "c2": ((-0.8, -1.8, 2.8), (0.05, -0.32, -0.1)),
+    }
+    lines = [
+        {
+            "name": name,
+            "exit_point": exit_point,
+            "platform_point": point,
+            "sheave": {"kind": "eyelet"},
+            "winch": WINCH,
+            "cable": CABLE,
+            "tension_limits": (0.5, 400.0),
+            "shared_winch": {"line": f"{name[0]}1"} if name[1] == "2" else None,
+        }
+        for name, (exit_point, point) in exits.items()
+    ]
+    return Robot.model_validate({
+        "name": "pairs",
+        "scene": {"frame_min": (-0.6, -0.6, 0.2), "frame_max": (0.6, 0.6, 1.6)},
+        "platform": {"kind": "rigid", "mass": 12.0, "inertia": (0.3, 0.3, 0.4), "nozzle": (0.0, 0.0, -0.2)},
+        "lines": lines,
+    })  # fmt: skip
 
 
 def ring(radius: float, height: float, speed: float, x: float = 0.0) -> Job:
@@ -72,11 +126,16 @@ def on_the_board(folder: Path) -> Job:
     return load_job(folder / "board.toml")
 
 
+_WINDOW: Final = 0.1  # m along the path
+
 CASES: Final[dict[str, tuple[Callable[[], Robot], Callable[[Path], Job]]]] = {
     "hangprinter-v4": (lambda: load("hangprinter-v4"), lambda _: ring(0.2, 0.3, 0.1)),
-    "cogiro": (with_sheaves, lambda _: ring(0.5, 0.5, 0.2)),
+    "cogiro": (lambda: load("cogiro"), lambda _: ring(0.5, 0.5, 0.2)),
+    "cogiro-sheaves": (with_sheaves, lambda _: ring(0.5, 0.5, 0.2)),
     "maslow4": (lambda: load("maslow4"), on_the_board),
     "grab-four-lines": (lambda: load("grab-four-lines"), lambda _: ring(0.2, -0.3, 0.1, 1.1)),
+    "hoist": (hoist, lambda _: ring(0.25, 0.4, 0.1)),
+    "pairs": (pairs, lambda _: ring(0.25, 0.4, 0.1)),
 }
 
 
@@ -87,6 +146,16 @@ class Outcome:
     errors: np.ndarray
     tensions: np.ndarray
     end: str
+
+
+def distance_from(track: Track, place: np.ndarray, along: float) -> float:
+    """Distance in space, m, of a *place* (3,) from the *track* near the distance *along* it, m."""
+    first, stop = np.searchsorted(track.distance, (along - _WINDOW, along + _WINDOW))
+    begin = track.positions[max(first - 1, 0) : stop + 1]
+    way = np.diff(begin, axis=0)
+    share = ((place - begin[:-1]) * way).sum(axis=1) / np.maximum((way * way).sum(axis=1), 1e-18)
+    off = place - begin[:-1] - np.clip(share, 0.0, 1.0)[:, None] * way
+    return float(np.linalg.norm(off, axis=1).min())
 
 
 def printed(robot: Robot, job: Job, options: PrintOptions) -> Outcome:
@@ -105,7 +174,7 @@ def printed(robot: Robot, job: Job, options: PrintOptions) -> Outcome:
         if step.progress.state is PrintState.PRINTING:
             truth = rig.truth
             nozzle = truth.position if robot.n == 3 else path.printing_point(truth.position, truth.rotation)
-            errors.append(float(np.linalg.norm(nozzle - step.progress.target)))
+            errors.append(distance_from(path.track, nozzle, step.progress.distance))
             tensions.append(truth.tensions)
     end = "finished" if printer.finished else printer.supervisor.reason
     return Outcome(np.array(errors), np.array(tensions), end)

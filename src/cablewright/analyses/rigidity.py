@@ -8,6 +8,7 @@ from typing import ClassVar, Literal, TypedDict, Unpack, get_args, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
+from cablewright.analyses.jacobian import StraightOptions, jacobian
 from cablewright.analyses.modes import modes
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError, UnknownName, require_positive
@@ -19,7 +20,6 @@ from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_poses
 from cablewright.solvers.inverse import inverse
-from cablewright.solvers.jacobian import StraightOptions, jacobian
 
 Of = Literal["jacobian", "stiffness"]
 CONDITION = 1e12

@@ -19,7 +19,7 @@ from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.paging import MEMORY, Room, blocks
 from cablewright.foundation.progress import Progress, silent
 from cablewright.foundation.results import Figure
-from cablewright.models.job_poses import poses_at
+from cablewright.models.job_poses import poses_at, unrounded
 from cablewright.models.statics import Model
 from cablewright.printing.beads import Beads
 from cablewright.printing.job import Job
@@ -75,11 +75,14 @@ def driven_job(robot: Robot, job: Job, samples: Samples | None = None) -> tuple[
     Raises `InputError` where nothing limits a speed, or the robot cannot follow the job's schedule.
     """
     as_written = job.motion.speed == "gcode" and job.motion.travel == "gcode"
-    if as_written:
-        return job, samples or job.samples(job.toolpath())
+    if as_written and samples is not None:
+        return job, samples
     toolpath = job.toolpath()
+    if as_written:
+        return job, unrounded(robot, job, toolpath, job.samples(toolpath))
     beads = job.beads(toolpath)
-    found = driven(robot, job, samples or job.samples(toolpath, beads=beads), beads)
+    given = samples or unrounded(robot, job, toolpath, job.samples(toolpath, beads=beads))
+    found = driven(robot, job, given, beads)
     return with_speeds(slowed(robot, job, found, beads), found), found
 
 

@@ -9,13 +9,13 @@ from typing import ClassVar, Unpack
 import numpy as np
 from numpy.typing import ArrayLike
 
+from cablewright.analyses.jacobian import StraightOptions, straight_model
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.frames import COORDINATES
 from cablewright.foundation.results import Figure, Pictured
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
-from cablewright.solvers.jacobian import StraightOptions, straight_model
 from cablewright.solvers.tension import METHODS, Objective, tension_distribution
 
 

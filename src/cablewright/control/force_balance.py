@@ -1,7 +1,8 @@
 """Whether measured tensions carry the platform where it is said to be: a test that needs no lengths.
 
-Of a rigid platform moments count too, as forces at the arm of its farthest line. Lines that pull against each other
-may be off by more than the weight of a light platform: what all tensions are together is allowed for then.
+A plane carries what is across it. Of a rigid platform moments count too, as forces at the arm of its farthest line.
+Lines that pull against each other may be off by more than the weight of a light platform: what all tensions are
+together is allowed for then.
 
 It is coarse, as tensions are, but knows nothing of the lengths, so that it also sees what all of them agree on: a place
 that was measured, or typed, wrong.
@@ -16,6 +17,7 @@ from typing import Final
 import numpy as np
 
 from cablewright.foundation.arrays import Array
+from cablewright.models.plane import directions, projected
 from cablewright.models.rotation import moved, placed
 from cablewright.models.statics import Model
 from cablewright.solvers.taut import taut_at
@@ -72,13 +74,14 @@ def balance(model: Model, pose: Array, tensions: Array, share: float, laid: floa
     *laid*: kg that have left the model's platform.
     """
     off, arm = excess(model, pose, tensions, laid), model.robot.arm
-    slopes = []
-    for way in np.eye(model.n) * _STEP:
+    free, slopes = directions(model.robot.platform.plane, model.n), []
+    for way in free.T * _STEP:
         change = _wrench(model, moved(pose, way), tensions) - _wrench(model, moved(pose, -way), tensions)
-        slopes.append(_as_forces(change, arm) / (2.0 * _STEP))
+        slopes.append(_as_forces(projected(model.free_directions, change), arm) / (2.0 * _STEP))
     slope = np.column_stack(slopes)
     limit = share * _scale(model, tensions, laid)
-    reach, turn = (_reach(limit, columns) for columns in (slope[:, :3], slope[:, 3:]))
+    turns = free[3:].any(axis=0)
+    reach, turn = (_reach(limit, slope[:, columns]) for columns in (~turns, turns))
     return ForceBalance(pose, off, weight_of(model, laid), limit, reach, arm, turn)
 
 
@@ -95,11 +98,14 @@ def weight_of(model: Model, laid: float = 0.0) -> float:
 
 
 def excess(model: Model, pose: Array, tensions: Array, laid: float = 0.0) -> Array:
-    """What the lines carry beyond the weight, (n,) N and N m, of the platform from which *laid* kg have left."""
+    """What the lines carry beyond the weight, (n,) N and N m, of the platform from which *laid* kg have left.
+
+    In a plane that carries the rest: along its free directions alone.
+    """
     weight, platform = weight_of(model, laid), model.robot.platform
     x, y, _ = (placed(pose, [platform.centre_of_mass])[0] - pose[:3]).tolist()
     down = np.array([0.0, 0.0, -weight, -y * weight, x * weight, 0.0])
-    return np.asarray(_wrench(model, pose, tensions) + down[: model.n])
+    return projected(model.free_directions, _wrench(model, pose, tensions) + down[: model.n])
 
 
 @dataclass(eq=False)
@@ -134,8 +140,9 @@ class CarriedWatch:
 
 
 def _scale(model: Model, tensions: Array, laid: float) -> float:
-    """What errors are a share of, N: the weight; of a rigid platform all tensions together where these are more."""
-    return max(weight_of(model, laid), float(np.linalg.norm(tensions)) if model.robot.arm > 0.0 else 0.0)
+    """What errors are a share of, N: the weight; of lines that may pull against each other all tensions, if more."""
+    opposed = model.robot.arm > 0.0 or model.robot.platform.plane is not None
+    return max(weight_of(model, laid), float(np.linalg.norm(tensions)) if opposed else 0.0)
 
 
 def _as_forces(wrench: Array, arm: float) -> Array:

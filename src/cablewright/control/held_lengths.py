@@ -1,13 +1,13 @@
 """Lengths that hold a rigid platform at a pose with the tensions that the full model chooses.
 
 With more lines than freedoms a pose alone does not determine the lengths: the tensions that balance no load are free.
-The model chooses them within its limits, near a preferred tension. Lengths that follow are exact for sag, stretch and
-sheaves, so that a platform whose lengths are these has both the pose and the tensions.
+The model chooses them within its limits, near its preferred tensions: see `held_tensions`. Lengths that follow are
+exact for sag, stretch and sheaves, so that a platform whose lengths are these has both the pose and the tensions.
 """
 
 from __future__ import annotations
 
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,14 +16,12 @@ from cablewright.models.inertia import inertia_wrenches
 from cablewright.models.statics import Model
 from cablewright.solvers.hanging_path import hung
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.solvers.preferred import preferred_tensions
-
-PREFERRED: Final = 2.5
-"""Tensions, as multiples of the least that is to be kept, to which those of a held pose stay near."""
 
 
 class Held(NamedTuple):
-    """Tensions and lengths (k, m) at k poses."""
+    """Poses (k, 6), and tensions and lengths (k, m) there."""
+
+    poses: Array  # m and rad
 
     tensions: Array  # N, at the sheaves
     lengths: Array  # m, unstrained
@@ -35,10 +33,7 @@ def held_at(model: Model, poses: Array, retraction: Array | None, accelerations:
     With fewer winches than degrees of freedom the platform hangs as it does at rest, with its nozzle at these poses.
     *accelerations* (k, 3): m/s^2, of the platform, under whose forces it is held; None: at rest.
     """
-    preferred = preferred_tensions(model)
-    if preferred is None:
-        preferred = PREFERRED * model.lines.tension_min[None]
     wrenches = None if accelerations is None else inertia_wrenches(model.robot, poses, accelerations)
     poses = hung(model, poses, retraction)
-    solved = solve_inverse(model, poses, path=True, retraction=retraction, preferred=preferred, wrenches=wrenches)
-    return Held(solved.tensions, solved.lengths) if np.isfinite(solved.lengths).all() else None
+    solved = solve_inverse(model, poses, path=True, retraction=retraction, wrenches=wrenches)
+    return Held(poses, solved.tensions, solved.lengths) if np.isfinite(solved.lengths).all() else None

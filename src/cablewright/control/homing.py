@@ -1,7 +1,8 @@
 """Homing: lines are taken up, and saved lengths compared with where taut lines can meet; or lengths are found anew.
 
 New lengths come from a place that a person has measured; they replace saved ones, and what those said is told. Of a
-rigid platform that is a pose, and the measured tensions say how far its lines are stretched there. Either way the
+rigid platform that is a pose, and the measured tensions say how far its lines are stretched there. A plane holds the
+platform, and with fewer winches than degrees of freedom its weight decides the rest of the pose. Either way the
 tensions have to carry the platform there. Only a machine whose lengths have passed is ready to move. What no
 test can see is told too.
 """
@@ -24,11 +25,15 @@ from cablewright.control.three_poses import SlowWay, places, sentence
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import AnswerError, CablewrightError, Status
 from cablewright.foundation.signals import Estimate, SensorFrame
+from cablewright.models.plane import within
 from cablewright.models.rotation import placed
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, Coverage, require, support
+from cablewright.robot.plane import OFF_PLANE
 from cablewright.solvers.continuation import Tracker, TrackerSettings
 from cablewright.solvers.forward import solve_forward
+from cablewright.solvers.hanging_path import hung
+from cablewright.solvers.inverse import solve_inverse
 
 _CALM: Final = 1.0  # s after the last line
 _MEASURED: Final = 0.5  # s over which tensions are averaged
@@ -143,7 +148,7 @@ class Homing:
         assert counts is not None
         lengths = own.lengths(counts)
         if own.place is not None:
-            return self._measured(own.place, lengths, shown, counts)
+            return self._settled(own.place) or self._measured(lengths, shown, counts)
         if lengths is None:
             return "no valid lengths are saved: measure where the platform is and home with that place"
         tensions = own.tensions(shown, lengths)
@@ -165,9 +170,27 @@ class Homing:
         unseen = "not tested: lengths that are wrong together, so that they meet elsewhere,"
         return self._carried(found.pose, tensions, unseen) or self._certified(lengths, counts, found.pose)
 
-    def _measured(self, place: Array, saved: Array | None, shown: Array, counts: NDArray[np.int64]) -> str:
-        """Accept lengths by a measured *place*, whatever was *saved*; or return why not."""
-        own = self.settings
+    def _settled(self, measured: Array) -> str:
+        """Find the pose of a *measured* place (n,): in the platform's plane, and as its weight turns it; or why not."""
+        model = self.settings.model
+        inside = within(model.robot.platform.plane, measured)
+        apart = self._apart(inside, measured)
+        if apart > _APART:
+            return f"the measured place is {apart:.3f} m off the platform's plane; at most {_APART:g} m is allowed"
+        if apart > OFF_PLANE:
+            self.notes.append(f"the measured place is {1e3 * apart:.3g} mm off the platform's plane: its foot is taken")
+        hanging = hung(model, inside[None])
+        if np.isnan(hanging).any():
+            found = solve_inverse(model, hanging)[0]
+            if not found.ok:
+                return f"the platform cannot hang at the measured place: {found.sentence()}"
+            inside = found.pose
+        self._place = inside
+        return ""
+
+    def _measured(self, saved: Array | None, shown: Array, counts: NDArray[np.int64]) -> str:
+        """Accept lengths by a measured place, whatever was *saved*; or return why not."""
+        own, place = self.settings, self._place
         pulls = own.tensions(shown, lengths_at(own.model, place, shown))
         lengths = lengths_at(own.model, place, pulls)
         self.misfit = 0.0
@@ -215,17 +238,18 @@ class Homing:
     def _certified(self, lengths: Array, counts: NDArray[np.int64], place: Array) -> str:
         """Accept lengths whose equilibrium, proved to be the only one there, is at that place; or return why not.
 
-        Where springs or mounts of exits give there is no proof, and a note says so; so does one of described creep.
+        Of robots that no proof covers a note says so; so does one of described creep.
         """
         own = self.settings
-        gives = support(own.model.robot, Capability.TRACKER).verdict is Coverage.REJECTED
-        if gives:
-            self.notes.append("not proved to be the only equilibrium there: springs or mounts of exits give")
+        proof = support(own.model.robot, Capability.TRACKER)
+        unproved = proof.verdict is Coverage.REJECTED
+        if unproved:
+            self.notes.append(f"not proved to be the only equilibrium there: {proof.because}")
         if any(line.cable.creep is not None for line in own.model.robot.lines):
             self.notes.append("not counted: creep of cables, as nobody knows what they have crept by now")
         try:
             near = None if own.model.n == 3 else solve_forward(own.model, lengths, guess=place).checked()
-            tracker = Tracker(own.model, lengths, TrackerSettings(certify=not gives), begin=near)
+            tracker = Tracker(own.model, lengths, TrackerSettings(certify=not unproved), begin=near)
             status = tracker.step(lengths)
         except AnswerError as error:
             return f"the lengths have no equilibrium: {error}"

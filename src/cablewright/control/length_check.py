@@ -1,7 +1,7 @@
 """Whether lengths and tensions of taut lines fit together: a test of lengths that were saved.
 
 The pose where the lengths meet best leaves residuals, of which only the part across all motions of the platform says
-something: with m lines and n freedoms m - n numbers. With two or more, a wrong line shows by what is left without it;
+something: with m lines and p freedoms m - p numbers. With two or more, a wrong line shows by what is left without it;
 with one, each line could be the wrong one, by another offset; with none, nothing can be tested.
 """
 
@@ -15,6 +15,7 @@ from typing import Final
 import numpy as np
 
 from cablewright.foundation.arrays import Array
+from cablewright.models.plane import directions, within
 from cablewright.models.rotation import moved
 from cablewright.models.statics import Model
 from cablewright.solvers.taut import given, taut_at
@@ -58,14 +59,19 @@ class LengthCheck:
 
 
 def check_lengths(model: Model, lengths: Array, tensions: Array, guess: Array) -> LengthCheck | None:
-    """Test unstrained *lengths* (m,), m, at *tensions* (m,), N; None: they meet nowhere near the pose *guess* (n,)."""
-    pose = np.array(guess, dtype=np.float64)
+    """Test unstrained *lengths* (m,), m, at *tensions* (m,), N; None: they meet nowhere near the pose *guess* (n,).
+
+    A platform in a plane is looked for in that plane.
+    """
+    plane = model.robot.platform.plane
+    free = directions(plane, model.n)
+    pose = within(plane, np.array(guess, dtype=np.float64))
     for _ in range(_STEPS):
         taut = taut_at(model, pose)
         if not np.isfinite(taut.toward).all():
             return None
         off = lengths - lengths_at(model, pose, tensions)
-        step = np.linalg.lstsq(taut.per_motion, off, rcond=None)[0]
+        step = free @ np.linalg.lstsq(taut.per_motion @ free, off, rcond=None)[0]
         size = float(np.linalg.norm(step))
         pose = moved(pose, np.asarray(step * min(1.0, _LONGEST / max(size, _THERE)), dtype=np.float64))
         if size < _THERE:
@@ -73,7 +79,7 @@ def check_lengths(model: Model, lengths: Array, tensions: Array, guess: Array) -
     else:
         return None
     off = lengths - lengths_at(model, pose, tensions)
-    motions = taut_at(model, pose).per_motion
+    motions = taut_at(model, pose).per_motion @ free
     across = np.eye(model.m) - motions @ np.linalg.pinv(motions)
     rest = across @ off
     squared, suspects = float(rest @ rest), {}
@@ -82,7 +88,7 @@ def check_lengths(model: Model, lengths: Array, tensions: Array, guess: Array) -
             seen = float(across[i, i])
             if seen > _UNSEEN and squared - rest[i] ** 2 / seen <= LIMIT**2:
                 suspects[i] = float(rest[i] / seen)
-    return LengthCheck(pose, math.sqrt(squared), suspects, tested=model.m > model.n)
+    return LengthCheck(within(plane, pose), math.sqrt(squared), suspects, tested=model.m > model.freedoms)
 
 
 def lengths_at(model: Model, pose: Array, tensions: Array) -> Array:

@@ -13,6 +13,8 @@ from cablewright.control.ramp_mean import PeriodAt, RampMean
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import Order, OrderKind
+from cablewright.models.plane import leaving, within
+from cablewright.robot.plane import OFF_PLANE, Plane
 
 LEASE: Final = 0.2
 """Time for which one order to jog is obeyed, s: whoever holds a button repeats it, and whoever is gone does not."""
@@ -22,6 +24,9 @@ MAX_SPEED: Final = 0.25
 
 _AHEAD: Final = 0.02  # m that a rigid platform can go beyond where it stops
 _AT: Final = 1e-6  # m from a place that counts as there
+_SETTLED: Final = 1e-4  # m that the platform may be off a place at which it has arrived
+_SETTLING: Final = 10.0  # s for which that is waited for
+_ASIDE: Final = 1e-3  # share of a jog's speed that may lead out of the platform's plane: rounding of its direction
 
 
 @dataclass(frozen=True)
@@ -32,6 +37,7 @@ class ManualSettings:
     jog to rest. ``delay``: s from a target to its motion. ``holds``: whether the lines hold a rigid platform with its
     nozzle at a place (3,), m, at a rotation (3,), rad; None: nobody asks. ``period``: for which a motion from rest is
     shaped; None: it is not. A jog that is let go or is to slow down, and a stop before lines cannot hold, are not.
+    ``plane``: in which the moved point stays; None: in none.
     """
 
     min_position: tuple[float, float, float]
@@ -44,6 +50,7 @@ class ManualSettings:
     delay: float = 0.0
     holds: Callable[[Array, Array], bool] | None = None
     period: PeriodAt | None = None
+    plane: Plane | None = None
 
     def require_run_out(self, speed: float) -> None:
         """Raise `InputError` for a *speed*, m/s, from which a jog would not stop in time."""
@@ -72,12 +79,13 @@ class ManualState:
     lease_end: float = -math.inf  # s
     rotation: Array = field(default_factory=lambda: np.zeros(3))  # rad, that a rigid platform keeps
     mean: RampMean = field(default_factory=RampMean)  # of the velocity
+    arrival: float = math.inf  # s, of the target at its goal
 
 
 class TargetMotion(NamedTuple):
     """Place and velocity of the target over the next step, and whether it has come to rest where it should.
 
-    ``failure``: why it has come to rest elsewhere.
+    ``failure``: why it, or the platform, has come to rest elsewhere.
     """
 
     position: Array  # (3,) m
@@ -95,6 +103,10 @@ def refusal(settings: ManualSettings, order: Order, now: float) -> str:
             if speed > settings.max_speed:
                 return f"jog: velocity: {speed:g} m/s; at most {settings.max_speed:g} is allowed by hand"
             settings.require_run_out(speed)
+            wish = _vector(order, "velocity")
+            aside = float(np.linalg.norm(leaving(settings.plane, wish)))
+            if aside > _ASIDE * speed:
+                return f"jog: velocity: leaves the plane {settings.plane} by {aside:.3g} m/s: move along the plane"
             return "" if now - order.time < LEASE else f"jog: it was ordered over {LEASE:g} s ago"
         goal = _goal(settings, order)
     except InputError as error:
@@ -102,6 +114,12 @@ def refusal(settings: ManualSettings, order: Order, now: float) -> str:
     for axis, low, at, high in zip("xyz", settings.min_position, goal.tolist(), settings.max_position, strict=True):
         if not low <= at <= high:
             return f"{order.kind}: {axis} = {at:g} m is outside {low:g} to {high:g} m"
+    foot = within(settings.plane, goal)
+    if (off := float(np.linalg.norm(goal - foot))) > OFF_PLANE:
+        nearest = ", ".join(f"{x:.6f}" for x in foot.tolist())
+        return (
+            f"{order.kind}: position is {1e3 * off:.4g} mm off the plane {settings.plane}; nearest in it: {nearest} m"
+        )
     return ""
 
 
@@ -116,15 +134,20 @@ def begin(
         state.position, state.velocity, state.rotation = at[0].copy(), np.zeros(3), at[1].copy()
         state.mean.rest()
     if order.kind is OrderKind.JOG:
-        state.goal, state.wish, state.lease_end = None, _vector(order, "velocity"), min(now, order.time) + LEASE
+        state.goal, state.lease_end = None, min(now, order.time) + LEASE
+        wish = _vector(order, "velocity")
+        state.wish = wish - leaving(settings.plane, wish)
     else:
         if state.goal is None:  # it comes to rest first as a jog does, within its limits
             state.mean.rest()
-        state.goal = _goal(settings, order)
+        state.goal = within(settings.plane, _goal(settings, order))
 
 
-def step(settings: ManualSettings, state: ManualState, now: float, dt: float) -> TargetMotion:
-    """Return the motion over the next *dt* (s), with bounded acceleration; *state* changes in place."""
+def step(settings: ManualSettings, state: ManualState, now: float, dt: float, off: float = 0.0) -> TargetMotion:
+    """Return the motion over the next *dt* (s), with bounded acceleration; *state* changes in place.
+
+    *off*: m, by which the platform is off the target; at a place that it was sent to it settles first.
+    """
     wish = _towards(settings, state, dt) if state.goal is not None else _jog(settings, state, now, dt)
     stuck = (
         settings.holds is not None and wish.any() and not settings.holds(_ahead(settings, state, wish), state.rotation)
@@ -150,7 +173,15 @@ def step(settings: ManualSettings, state: ManualState, now: float, dt: float) ->
         return TargetMotion(here, state.velocity, True, np.zeros((2, 3)), "no tensions hold the platform farther on")
     there = state.goal is None or float(np.linalg.norm(state.goal - state.position)) <= _AT
     done = still and (there if state.goal is not None else now >= state.lease_end)
-    return TargetMotion(here, state.velocity, done, np.broadcast_to(state.mean.rates, (2, 3)))
+    rates = np.broadcast_to(state.mean.rates, (2, 3))
+    if state.goal is None or not done:
+        state.arrival = math.inf
+        return TargetMotion(here, state.velocity, done, rates)
+    state.arrival = min(state.arrival, now)
+    if off <= _SETTLED:
+        return TargetMotion(here, state.velocity, True, rates)
+    left = f"the platform stands {1e3 * off:.2g} mm off its goal: it has not come nearer in {_SETTLING:g} s"
+    return TargetMotion(here, state.velocity, now - state.arrival >= _SETTLING, rates, left)
 
 
 def _is_prompt(state: ManualState, wish: Array) -> bool:
@@ -180,12 +211,12 @@ def _jog(settings: ManualSettings, state: ManualState, now: float, dt: float) ->
     if now >= state.lease_end:
         return np.zeros(3)
     limits = zip(settings.min_position, settings.max_position, strict=True)
-    velocity = state.wish.copy()
+    shares = np.ones(3)
     for axis, (low, high) in enumerate(limits):
         at, wish = float(state.position[axis]), float(state.wish[axis])
         most = _stopping(settings, high - at if wish > 0.0 else at - low, dt)
-        velocity[axis] = min(max(wish, -most), most)
-    return velocity
+        shares[axis] = min(1.0, most / abs(wish)) if wish else 1.0
+    return state.wish * (shares if settings.plane is None else shares.min())
 
 
 def _stopping(settings: ManualSettings, left: float, dt: float) -> float:

@@ -14,6 +14,7 @@ import numpy as np
 
 from cablewright.control.length_check import LengthCheck
 from cablewright.foundation.arrays import Array
+from cablewright.models.plane import directions
 from cablewright.models.statics import Model
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.taut import taut_at
@@ -27,17 +28,16 @@ _GAIN: Final = 2.0  # 1/s, of lengths towards their targets
 _CLOSER: Final = 0.4  # spread of the offsets of the line that is named, over that of the next
 _SURE: Final = 2e-3  # m, spread that the others must have at least
 
-_WAYS: Final = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
-
 
 def places(model: Model, low: Array, high: Array, here: Array) -> list[Array]:
-    """Two poses (n,), moved from *here* (n,), that can be reached and held, along x and along y; empty: there are none.
+    """Two poses (n,), moved from *here* (n,), that can be reached and held; empty: there are none.
 
+    One is along x and one along y, or along the two directions of the platform's plane.
     *low*, *high*: (3,) m, between which the platform has to stay.
     """
     found = []
-    for pair in (_WAYS[:2], _WAYS[2:]):
-        inward = sorted(pair, key=lambda way: float(way @ (here[:3] - 0.5 * (low + high))))
+    for along in directions(model.robot.platform.plane, 3)[:, :2].T:
+        inward = sorted((along, -along), key=lambda way: float(way @ (here[:3] - 0.5 * (low + high))))
         for way in inward:
             steps = here + np.outer(np.linspace(0.25, 1.0, 4), WAY * np.pad(way, (0, model.n - 3)))
             inside = bool(((steps[:, :3] >= low) & (steps[:, :3] <= high)).all())

@@ -115,7 +115,8 @@ class Pilot:
         self._length_error = keep * self._length_error + push * self._random.standard_normal(len(self._length_error))
         gain = min(settings.gain, 0.5 / period)
         rate = (there - here) / period + gain * (here + self._length_error - truth.lengths)
-        return Command(now, rate / truth.radii, settings.valve)
+        hosts = list(self.machine.robot.hosts)
+        return Command(now, rate[hosts] / truth.radii[hosts], settings.valve)
 
     def _lengths(self, now: float) -> Array:
         """Intended lengths (m,), m, at *now* (s), without errors."""

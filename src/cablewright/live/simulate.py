@@ -126,8 +126,8 @@ def simulate(
     elif loop is None:
         start = np.asarray(hold, dtype=np.float64)
         if start.shape not in {(3,), (described.n,)} or not np.isfinite(start).all():
-            asked = "3 finite numbers are expected, m" if described.n == 3 else "3 or 6 finite numbers, m and rad"
-            raise InputError(f"hold = {start.tolist()}: {asked}")
+            sizes, units = described.platform.pose_sizes, described.platform.pose_units
+            raise InputError(f"hold = {start.tolist()}: {sizes} finite numbers are expected, {units}")
     else:
         path = random_loop(described, loop, seed)
         start = np.array([*path[0], height])
@@ -144,7 +144,7 @@ def simulate(
         plant=plant,
         seed=seed,
         epoch=epoch,
-        home=tuple(pose.tolist()) if described.n == 6 else None,
+        home=tuple(pose.tolist()),
     )
     run = partial(drive, twin, path, duration, settings=settings, seed=seed, progress=progress)
     return Simulation(head, run() if log is None else _logged(run, Path(log), head))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -18,11 +19,14 @@ from cablewright.printing.path import Samples
 from cablewright.printing.schedule import Schedule
 from cablewright.printing.toolpath import Toolpath
 from cablewright.robot import Robot
+from cablewright.robot.plane import OFF_PLANE
 
 INTERPOLATED: Final = 2e-5
 """Error, m, of a length that is interpolated linearly between two samples, for which the step is chosen."""
 
 SHORTEST_STEP: Final = 5e-3  # m
+_UNITS: Final = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)  # m, of whole mm and their decimals
+_ON_GRID: Final = 1e-4  # of a unit
 
 
 def sampled(
@@ -35,7 +39,32 @@ def sampled(
     that cannot be sampled.
     """
     step = job.sampling.step or _step(robot, job, toolpath)
-    return job.samples(toolpath, step, room, beads), step
+    return unrounded(robot, job, toolpath, job.samples(toolpath, step, room, beads)), step
+
+
+def unrounded(robot: Robot, job: Job, toolpath: Toolpath, samples: Samples) -> Samples:
+    """Return *samples* of a *job* moved into the platform's plane by what its file has rounded; else as they are.
+
+    Half a unit of the last decimal that the file's coordinates have is allowed for each of them, `OFF_PLANE` at least;
+    samples that are farther off stay where they are.
+    """
+    plane = robot.platform.plane
+    if plane is None:
+        return samples
+    normal = np.array(plane.across)
+    off = samples.positions @ normal - plane.distance - float(normal @ robot.platform.nozzle)
+    allowed = max(OFF_PLANE, job.scale * rounding(toolpath.end) * float(np.abs(normal).sum()))
+    if float(np.abs(off).max()) > allowed:
+        return samples
+    return replace(samples, positions=samples.positions - off[:, None] * normal)
+
+
+def rounding(places: Array) -> float:
+    """Return half a unit, m, of the last decimal of *places* (k, 3), m, written in mm; 0 where they have none, or 6."""
+    for unit in _UNITS:
+        if np.abs(places / unit - np.round(places / unit)).max() < _ON_GRID:
+            return 0.0 if unit == _UNITS[0] else 0.5 * unit
+    return 0.0
 
 
 def path_box(job: Job, toolpath: Toolpath) -> tuple[Array, Array]:

@@ -32,11 +32,15 @@ FULL = Fidelity()
 
 @dataclass(frozen=True, repr=False)
 class Model:
-    """A robot under one fidelity. `tension_limits` (N) replace those of every line where given."""
+    """A robot under one fidelity. `tension_limits` (N) replace those of every line where given.
+
+    ``preferred``: (m,) N, to which the tensions of inverse solutions are nearest; None: see `preferred_tensions`.
+    """
 
     robot: Robot
     fidelity: Fidelity = FULL
     tension_limits: tuple[float, float] | None = None
+    preferred: tuple[float, ...] | None = None
 
     @classmethod
     def of(

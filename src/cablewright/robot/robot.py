@@ -265,12 +265,27 @@ class Robot(FileDescription):
     @property
     def winches(self) -> int:
         """The number of winches: m, less the lines on the drum of another and those with a counterweight."""
-        return self.m - len(self.sharing) - len(self.hung)
+        return len(self.hosts)
 
     @property
     def hung(self) -> tuple[int, ...]:
         """The indices of the lines that a counterweight pulls."""
         return tuple(index for index, line in enumerate(self.lines) if line.counterweight is not None)
+
+    @property
+    def hosts(self) -> tuple[int, ...]:
+        """The indices of the lines with a winch of their own: one for each winch, whose order and name they give."""
+        return tuple(i for i, x in enumerate(self.lines) if x.counterweight is None and x.shared_winch is None)
+
+    @property
+    def winch_lines(self) -> tuple[Line, ...]:
+        """The lines with a winch of their own."""
+        return tuple(self.lines[i] for i in self.hosts)
+
+    @property
+    def winch_names(self) -> tuple[str, ...]:
+        """The names of the winches: each is that of its line."""
+        return tuple(line.name for line in self.winch_lines)
 
     @property
     def sharing(self) -> tuple[Line, ...]:

@@ -152,7 +152,7 @@ def _into_plane(plane: Plane, poses: Array, what: str) -> None:
     turned = np.linalg.norm(aside, axis=1)
     far = np.flatnonzero((np.abs(off) > OFF_PLANE + ROUNDING * np.abs(known[:, :3]).max(axis=1)) | (turned > OFF_PLANE))
     if len(far):
-        row = far[0]
+        row = far[np.argmax(np.maximum(np.abs(off), turned)[far])]
         at = ", ".join(f"{x:.6g}" for x in poses[row])
         if turned[row] > OFF_PLANE:
             raise InputError(f"{what} {at}: turned by {turned[row]:.4g} rad out of the platform's plane {plane}")

@@ -10,6 +10,7 @@ import numpy as np
 
 from cablewright.analyses.accuracy.expected_error import ErrorCause, ExpectedError
 from cablewright.analyses.feasibility import Finding, LineQuantities
+from cablewright.models.statics import Model
 from cablewright.printing.job import load_job
 from cablewright.printing.layers import LayerTable, layer_table
 from cablewright.printing.path import Samples
@@ -103,7 +104,7 @@ def make_check(robot: Robot, job, *, feasible: bool = True) -> tuple[Check, Laye
         distances=None,
         not_checked=("wind", "interference of lines: switched off"),
         step=0.05,
-        reserved=False,
+        chosen=Model(robot),
         verdict="Every sample is within all limits." if feasible else "A line hangs loose in layer 2.",
     )
     return check, layer_table(samples, law)

@@ -10,11 +10,13 @@ import pytest
 import cablewright as cw
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import PrintState
-from cablewright.live.prints.plan import PrintOptions, twin_of
+from cablewright.live.prints.plan import PrintOptions, plan_print, twin_of
 from cablewright.live.prints.run import run_print
 from cablewright.machine.log.log import read_log
 from cablewright.machine.simulated.machine_file import machine_file
 from cablewright.printing.job import load_job
+from cablewright.solvers.inverse import solve_inverse
+from cablewright.studies.checks.check import check
 
 JOB = """\
 schema = 1
@@ -60,6 +62,24 @@ def test_print_follows_its_path_within_the_limits_of_tension(
     if robot.platform.plane is not None:
         heights = [robot.platform.plane.height(each.truth.position) for each in seen]
         np.testing.assert_allclose(heights, 0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize(("name", "origin"), [("maslow4", (0.0, 0.258819, 0.965926)), ("ipanema", (0.0, 0.0, 0.8))])
+def test_check_judges_the_tensions_that_print_chooses(name: str, origin: tuple[float, ...], tmp_path: Path) -> None:
+    (tmp_path / "line.gcode").write_text(
+        "G21\nG90\nM83\n;LAYER:0\nG0 X0 Y0 Z0 F6000\nG1 X60 Y0 Z0 E5\n;LAYER:1\nG1 X0 Y0 Z0 E5\n"
+    )
+    (tmp_path / "job.toml").write_text(JOB.format(origin=list(origin)))
+    robot, job = cw.load(name), load_job(tmp_path / "job.toml")
+    found = check(robot, job, skip=("interference", "expected-error"))
+    assert found.feasible, found.verdict
+    plan = plan_print(twin_of(robot, job, None, PrintOptions()))
+    held = plan.velocity.model
+    assert [line.tension_limits for line in found.chosen.robot.lines] == [ln.tension_limits for ln in held.robot.lines]
+    assert found.chosen.preferred == held.preferred
+    assert found.reserved
+    at_end = solve_inverse(held, found.poses[-1])
+    np.testing.assert_allclose(found.statics.tensions[-1], at_end.tensions, rtol=1e-6)
 
 
 def test_tool_off_the_plane_is_rejected(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ from typing import ClassVar, Unpack
 
 import numpy as np
 
+from cablewright.analyses.jacobian import jacobian
 from cablewright.analyses.motion.trajectory import Trajectory
 from cablewright.analyses.rigidity import HoldOptions
 from cablewright.foundation.arrays import Array
@@ -17,7 +18,6 @@ from cablewright.models.inertia import compensates, inertia_wrenches
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.solvers.jacobian import jacobian
 
 
 @dataclass(frozen=True, eq=False, repr=False)

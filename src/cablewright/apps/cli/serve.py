@@ -60,19 +60,27 @@ def serve_command(
     from tempfile import TemporaryDirectory
 
     from cablewright.apps.serve.launch import Address, require_libraries, serve
+    from cablewright.foundation.file_output import write_whole
+    from cablewright.live.prints.plan import MACHINE_FILE
+    from cablewright.live.prints.run import make_folder
+    from cablewright.machine.simulated.machine_file import built_machine
+    from cablewright.models.support import Capability, require
 
     address = Address(host, port, tuple(name or ()), certificate, key)
     require_libraries()
     described = cw.load(robot)
-    if machine is None and described.name not in cw.machine_names():
-        known = ", ".join(cw.machine_names())
-        why = "has no machine of its own; give --machine FILE, or one of"
-        raise InputError(f"robot {described.name!r}: {why} {known}")
-    file = machine or described.name
-    owner = cw.load_machine(file)
+    require(described, Capability.SERVE)
     folder = run_path(out, "serve", described.name)
     if folder.exists() and not folder.is_dir():
         raise InputError(f"--out = {folder}: is no folder")
+    file = machine or described.name
+    if machine is None and described.name not in cw.machine_names():
+        file = str(folder / MACHINE_FILE)
+        if not Path(file).exists():
+            make_folder(folder)
+            write_whole(Path(file), built_machine(described)[1].encode())
+        tell(f"note: no machine was given: {file} is used, built for {described.name} with assumed numbers")
+    owner = cw.load_machine(file)
     with TemporaryDirectory() as aside:
         state = Path(aside) / "machine" if tried else Path(file).with_suffix("")
         station = _station(described, owner, file, state, begin_of(at, "--at", described), seed, tried)
@@ -99,10 +107,8 @@ def _station(
     from cablewright.live.serve.station import DriveStation, SimulatedStation, resting_pose
     from cablewright.machine.settings import require_robot
     from cablewright.machine.simulated.settings import whole_machine
-    from cablewright.models.support import Capability, require
 
     require_robot(owner, robot.name)
-    require(robot, Capability.SERVE)
     pose = resting_pose(robot, None if given is None else np.array(given))
     if owner.kind == "simulated":
         if tried:

@@ -31,7 +31,7 @@ def trajectory_picture(found: Trajectory) -> Figure:
         axes = drawn.add_subplot(grid[row, 1], sharex=drawn.axes[1] if row else None)
         for k in range(3):
             axes.plot(found.times / size, values[:, k], linewidth=1.1, label=COORDINATES[k], **style.curve(k))
-        if values.shape[1] == 6 and values[:, 3:].any():
+        if values[:, 3:].any():
             turn = axes.twinx()
             for k in (3, 4, 5):
                 turn.plot(found.times / size, values[:, k], linewidth=0.9, label=COORDINATES[k], **style.curve(k))

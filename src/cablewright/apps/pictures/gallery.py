@@ -22,6 +22,7 @@ PICTURES: Final = {
     "Curves": ("curves", "curves_picture"),
     "Designed": ("variants", "design_picture"),
     "InverseDynamics": ("dynamics", "dynamics_picture"),
+    "Fit": ("fit", "fit_picture"),
     "Interference": ("interference", "interference_picture"),
     "JobInterference": ("interference", "interference_picture"),
     "MeasuredModes": ("modes", "swing_picture"),

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, field, replace
+from itertools import combinations, product
 from typing import Any, Final
 
 import numpy as np
@@ -99,7 +100,7 @@ class SceneDescription:
             "frames": self.states.as_dict(low, step) | self._places_in_file(),
             "tension_scale": self.states.scale(self.robot),
             "path": None if self.path is None else self.path.as_dict(),
-            "meshes": [_mesh(body, body.mesh) for body in self.bodies if body.mesh is not None],
+            "meshes": [_mesh(body, body.mesh) for body in (*_plane(self.robot), *self.bodies) if body.mesh is not None],
             "points": [_places(body, body.points) for body in self.bodies if body.points is not None],
             "tracks": [_places(body, body.track) for body in self.bodies if body.track is not None],
             "worst": None if self.worst is None else {"label": self.worst.label, "place": self.worst.place},
@@ -169,6 +170,25 @@ def _hull(points: Array) -> dict[str, Any] | None:
 
         faces = ConvexHull(points).simplices.tolist()
     return {"vertices": points.tolist(), "faces": faces}
+
+
+def _plane(robot: Robot) -> tuple[SceneBody, ...]:
+    """The plane in which the platform moves, as far as the frame goes; none where it moves in no plane."""
+    plane = robot.platform.plane
+    if plane is None:
+        return ()
+    corners = np.array(list(product(*zip(robot.scene.frame_min, robot.scene.frame_max, strict=True))))
+    heights = np.array([plane.height(corner) for corner in corners])
+    cut = [corners[heights == 0.0]]
+    for i, j in combinations(range(8), 2):
+        if (corners[i] == corners[j]).sum() == 2 and heights[i] * heights[j] < 0.0:  # an edge from side to side
+            share = heights[i] / (heights[i] - heights[j])
+            cut.append((corners[i] + share * (corners[j] - corners[i]))[None])
+    hull = _hull(np.concatenate(cut))
+    if hull is None:
+        return ()
+    mesh = TriangleMesh(np.array(hull["vertices"]), np.array(hull["faces"]))
+    return (SceneBody("plane of the platform", "--wall", mesh=mesh, opacity=0.25),)
 
 
 def _mesh(body: SceneBody, mesh: TriangleMesh) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError, UnknownName
 from cablewright.foundation.signals import Drives, DriveState, Order, OrderKind, PrintState, Tensions
 from cablewright.live.drives.answers import BusScan, DriveLine, DriveSession, DriveValues, Found, Value
-from cablewright.live.drives.session import RealMachine, SessionOperator, Watching, still_path, taking_up
+from cablewright.live.drives.session import RealMachine, SessionOperator, Watching, session_path, taking_up
 from cablewright.live.prints import loop
 from cablewright.live.prints.loop import Printer
 from cablewright.machine.drives.bus import Port
@@ -213,11 +213,11 @@ class _JogOperator(SessionOperator):
 
 
 def _guess(machine: RealMachine) -> Array:
-    return still_path(machine.robot, machine.keeper.pose).start_pose
+    return session_path(machine.robot, machine.keeper.pose).start_pose
 
 
 def _printer(machine: RealMachine, procedures: dict[PrintState, Procedure]) -> Printer:
-    return machine.printer(still_path(machine.robot, machine.keeper.pose), "model", procedures)
+    return machine.printer(session_path(machine.robot, machine.keeper.pose), "model", procedures)
 
 
 def _session(

@@ -26,9 +26,10 @@ from cablewright.foundation.errors import InputError
 from cablewright.foundation.saving import Snapshot
 from cablewright.foundation.signals import Order, OrderKind, PrintState
 from cablewright.live.drives.keeper import KeptEstimator, LengthKeeper, warm
-from cablewright.live.prints.body_limits import chosen_places, nozzle_of, poses_at
+from cablewright.live.prints.body_limits import chosen_places, poses_at
 from cablewright.live.prints.limits import planned
 from cablewright.live.prints.loop import Printer, PrintPlan, Step
+from cablewright.live.still_path import still_path
 from cablewright.machine.drives.axes import require_drives
 from cablewright.machine.drives.bus import Port
 from cablewright.machine.drives.choice import drives_of
@@ -39,15 +40,14 @@ from cablewright.machine.drives.settings import ACKNOWLEDGED, LOOPBACK
 from cablewright.machine.settings import MachineSettings, require_robot
 from cablewright.machine.winch_counts import CountFile, Remembering
 from cablewright.models.support import Capability, require
-from cablewright.printing.job import Job, Motion
-from cablewright.printing.numeric_path import Helix
+from cablewright.printing.job import Motion
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
 
 _RESETS: Final = 3  # orders to reset before a session gives up
 _RESET_WAIT: Final = 0.5  # s between them
 _ORDER_PERIODS: Final = 3  # from an order to the drives
-_SMALL: Final = 0.01  # m, radius of the path of a session that prints nothing
+_SLOW: Final = Motion(print_speed=0.01, travel_speed=0.01, acceleration=0.05)  # m/s, m/s^2
 _SAMPLES: Final = 2000  # of a path, for its torques
 _OVER: Final = 1.2  # of a drive's own limit: where the guard stops
 
@@ -206,22 +206,13 @@ class RealMachine:
                 raise InputError(f"the job is too heavy for the drives: {why}")
 
 
-def still_path(robot: Robot, pose: Array | None) -> TimedPath:
-    """A small path about *pose* (n,), m and rad, or the middle of the frame, that nobody is going to start.
-
-    A rigid platform is unrotated there.
-    """
-    scene, nozzle = robot.scene, nozzle_of(robot)
+def session_path(robot: Robot, pose: Array | None) -> TimedPath:
+    """A `still_path` about *pose* (n,), m and rad, or the middle of the frame; a rigid platform is unrotated there."""
+    scene = robot.scene
     middle = 0.5 * (np.array(scene.frame_min) + np.array(scene.frame_max))
-    place = middle if pose is None else np.clip(pose[:3], scene.frame_min, scene.frame_max)
-    x, y, z = (place + (0.0 if nozzle is None else np.array(nozzle))).tolist()
-    job = Job(
-        name="session",
-        origin=(x, y, 0.0),
-        helix=Helix(radius=_SMALL, layers=1, layer_height=0.001, first_height=max(z, 0.002)),
-        motion=Motion(print_speed=0.01, travel_speed=0.01, acceleration=0.05),
-    )
-    return TimedPath.of(job, None, 0.0, nozzle)
+    place = (middle if pose is None else pose[:3]) + np.array(robot.platform.nozzle)
+    job, samples = still_path(robot, place, _SLOW)
+    return TimedPath.of(job, nozzle=robot.platform.own_nozzle, samples=samples)
 
 
 @dataclass(eq=False)

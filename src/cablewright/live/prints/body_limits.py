@@ -10,33 +10,29 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.analyses.accuracy.tension_spread import tension_spread
 from cablewright.analyses.inertia_forces import tensions_by_acceleration
 from cablewright.control.beam import BeamSettings
 from cablewright.control.guide import TimedPath
+from cablewright.estimation.body.creep import ASSUMED
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.choices import LawName
 from cablewright.foundation.errors import AnswerError, InputError
+from cablewright.machine.accuracy import MachineAccuracy
 from cablewright.machine.settings import MachineSettings
 from cablewright.models.job_poses import require_retractions
 from cablewright.models.rotation import matrices
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.printing.job import Job
-from cablewright.robot import RigidPlatform, Robot
+from cablewright.robot import Robot
+from cablewright.solvers import held_tensions
 from cablewright.solvers.hanging_path import hung
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.linearise import Linearisation, linearise_where_regular
 
-_SAMPLES: Final = 400  # places of a path at which tensions and speeds are judged
-_MARGINS: Final = (1.0, 0.75, 0.5, 0.35, 0.25, 0.15, 0.1, 0.05, 0.0)  # of the least tension, kept above it
-_TAUT: Final = 0.1  # of the range of tensions, kept above the least in a plane, where lines pull against each other
-_BELOW: Final = 0.05  # of the range of tensions, kept below the largest
+_LEVEL: Final = 1.96  # standard deviations: of 95 of 100 machines
 _TOUR_STEP: Final = 0.2  # m between places of a tour that are checked
 _STOPS: Final = 0.5  # share of the least tension under which a print stops
-
-
-def nozzle_of(robot: Robot) -> tuple[float, float, float] | None:
-    """Return the nozzle of a rigid platform, m, platform frame; None of a point platform."""
-    return robot.platform.nozzle if isinstance(robot.platform, RigidPlatform) else None
 
 
 def require_fit(robot: Robot, job: Job, owner: MachineSettings, law: LawName) -> None:
@@ -168,28 +164,46 @@ def check_speeds(model: Model, path: TimedPath, settings: MachineSettings) -> No
 
 def chosen_places(path: TimedPath) -> Array:
     """Return places (k, 3), m, of the tour and all along the path, at which tensions are judged."""
-    rows = np.linspace(0, len(path.track.positions) - 1, min(len(path.track.positions), _SAMPLES)).astype(np.int64)
-    places = path.track.positions[rows]
+    places = path.track.positions[held_tensions.chosen_rows(len(path.track.positions))]
     return np.concatenate([tour_places(path), places]) if len(path.tour) else places
 
 
-def with_margin(model: Model, path: TimedPath) -> Model:
-    """Return the model with the narrowest limits of tension, within its own, that the whole path and tour allow."""
-    robot = model.robot
-    if model.m <= model.freedoms:
-        return model
+def with_margin(model: Model, path: TimedPath, settings: MachineSettings) -> tuple[Model, tuple[str, ...]]:
+    """Return the model whose tensions control holds along the whole path and tour: see `held_tensions`.
+
+    Where nothing measures tensions they are kept as far from the limits as the machine's accuracy moves them, or as
+    far as lines allow; notes say which.
+    """
+    if model.robot.winches <= model.freedoms:
+        return model, ()
     poses, retraction = poses_at(model, path, chosen_places(path))
-    taut = 0.0 if robot.platform.plane is None else _TAUT
-    for share in _MARGINS:
-        lines = []
-        for line in robot.lines:
-            low, high = line.tension_limits
-            limits = (low + share * max(low, taut * (high - low)), high - _BELOW * (high - low))
-            lines.append(line.model_copy(update={"tension_limits": limits}))
-        narrow = Model(robot.model_copy(update={"lines": tuple(lines)}), model.fidelity)
-        if solve_inverse(narrow, poses, path=True, retraction=retraction).ok.all():
-            return narrow
-    return model
+    off, fall = _unmeasured(settings, solve_inverse(model, poses, path=True, retraction=retraction))
+    narrow, share = held_tensions.with_margin(model, poses, retraction, off + fall, off)
+    return narrow, _told_of(off + fall, share)
+
+
+def _unmeasured(settings: MachineSettings, held: Equilibrium) -> tuple[Array, Array]:
+    """Return by how much tensions of 95 of 100 machines differ at most from those of *held*, and fall: (m,), N.
+
+    Zeros where tensions are measured, so that the control holds them; of a plane, whose lines pull against each other
+    as hard as they may; and where the path is not held.
+    """
+    if settings.tension_sensor is not None or held.model.robot.platform.plane is not None or not held.ok.all():
+        return np.zeros(held.model.m), np.zeros(held.model.m)
+    known = settings.accuracy or MachineAccuracy()
+    stretch = known.hysteresis + (ASSUMED if known.creep is None else known.creep)
+    found = tension_spread(held, known.home_length, known.drum_radius, known.exit_point, stretch)
+    return _LEVEL * found.deviation.max(axis=0), np.maximum(found.fall.max(axis=0), 0.0)
+
+
+def _told_of(off: Array, share: float) -> tuple[str, ...]:
+    """Return what is to be known of tensions that nothing measures, of which a *share* of *off* (m,), N, is kept."""
+    if not off.any():
+        return ()
+    size = f"nothing measures tensions: by the machine's accuracy they are up to {off.max():.0f} N from the chosen ones"
+    if share == 1.0:
+        return (f"{size}, which are so far within their limits",)
+    return (f"{size}, which cannot be so far within their limits: measure tensions, or home the lines better",)
 
 
 def least_tensions(robot: Robot) -> Array:

@@ -66,7 +66,7 @@ def path_of(
     """
     body_limits.require_fit(robot, job, owner, law)
     lift = owner.drum.valve if owner.extrusion is not None and owner.drum is not None else 0.0
-    path = TimedPath.of(job, layers, lift, body_limits.nozzle_of(robot), samples, robot)  # a strand's is the nozzle's
+    path = TimedPath.of(job, layers, lift, robot.platform.own_nozzle, samples, robot)  # a strand's is the nozzle's
     return body_limits.with_tour(path, owner, estimator)
 
 
@@ -90,19 +90,19 @@ def planned(
     require(robot, Capability.PRINT)
     model = Model(with_drum_mass(robot, settings))
     notes = path.notes
-    manages_slack = model.m > model.n and settings.sensor(LINE_ANGLES) is not None
+    manages_slack = model.winches == model.m > model.n and settings.sensor(LINE_ANGLES) is not None
     if path.attitude is None:
         held = _check_path(model, path)
-        narrow = model if manages_slack else body_limits.with_margin(model, path)
+        narrow, told_of = (model, ()) if manages_slack else body_limits.with_margin(model, path, settings)
     else:
         held, linear = body_limits.check_held(model, path)
         body_limits.check_tour(model, path)
-        narrow = body_limits.with_margin(model, path)
+        narrow, told_of = body_limits.with_margin(model, path, settings)
         wanted, path = path, calmed(model, narrow, path, settings)
         notes += told(wanted, path)
         body_limits.check_accelerations(path, held, linear)
         body_limits.check_speeds(model, path, settings)
-    notes += overstretched(robot, held.tensions.max(axis=0))
+    notes += (*told_of, *overstretched(robot, held.tensions.max(axis=0)))
     path = _calm(model, path)
     begin, scene = path.track.at(0.0).position, robot.scene
     velocity = VelocitySettings(
@@ -140,19 +140,23 @@ def planned(
 
 def _by_hand(model: Model, path: TimedPath, speed: float) -> ManualSettings:
     """Limits of motions by hand: of a rigid platform those of its nozzle, with its origin and nozzle in the frame."""
-    scene, attitude = model.robot.scene, path.attitude
+    scene, attitude, plane = model.robot.scene, path.attitude, model.robot.platform.plane
     low, high = np.array(scene.frame_min), np.array(scene.frame_max)
     if attitude is None:
-        return ManualSettings(scene.frame_min, scene.frame_max, path.acceleration, speed, period=path.period)
+        limits = scene.frame_min, scene.frame_max, path.acceleration, speed
+        return ManualSettings(*limits, period=path.period, plane=plane)
 
     def holds(place: Array, rotation: Array) -> bool:
         pose = np.concatenate([attitude.origin(place, rotation), rotation])
         return bool(solve_inverse(model, hung(model, pose[None]), path=True).ok[0])
 
     nozzle = attitude.nozzle
+    if plane is not None:  # of the nozzle, which stays as far off the origin's as it is
+        plane = plane.model_copy(update={"distance": plane.distance + float(nozzle @ plane.across)})
     x, y, z = np.maximum(low, low + nozzle).tolist()
     far_x, far_y, far_z = np.minimum(high, high + nozzle).tolist()
-    return ManualSettings((x, y, z), (far_x, far_y, far_z), path.acceleration, speed, holds=holds, period=path.period)
+    limits = (x, y, z), (far_x, far_y, far_z), path.acceleration, speed
+    return ManualSettings(*limits, holds=holds, period=path.period, plane=plane)
 
 
 def _calm(model: Model, path: TimedPath) -> TimedPath:
@@ -222,7 +226,7 @@ def _guard(robot: Robot, settings: MachineSettings, path: TimedPath, period: flo
     """Limits of what is measured. A ramp takes as long as the path's acceleration needs from its fastest motion."""
     winch, fastest = settings.winch, max(path.print_speed, path.travel_speed)
     low, high = _RAMP_TIMES
-    radii = [line.winch.drum_radius for line in robot.lines]
+    radii = [robot.lines[i].winch.drum_radius for i in robot.hosts]
     timeouts = {"encoders": max(0.5, 2.5 * period)}
     for sensor in (LOAD_CELLS, MOTOR_TORQUES):
         cells = settings.sensor(sensor)
@@ -235,6 +239,7 @@ def _guard(robot: Robot, settings: MachineSettings, path: TimedPath, period: flo
         counts_per_radian=winch.counts * winch.ratio / math.tau,
         max_uncounted=np.array([math.inf if radius is None else UNCOUNTED / radius for radius in radii]),
         timeouts=timeouts,
+        hosts=None if robot.winches == robot.m else robot.hosts,
         stop=StopSettings(ramp_time=min(max(fastest / path.acceleration, low), high)),
     )
 

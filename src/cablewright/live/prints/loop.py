@@ -66,7 +66,7 @@ class Learning(Protocol):
         """Whether it still looks for the cause of that."""
 
 
-_TENSIONED: Final = 0.1  # share of the least tension by which tensions may be off when a path begins ...
+_TENSIONED: Final = 0.1  # share of the smallest chosen tension by which all may be off when a path begins ...
 _TENSIONING_TIME: Final = 30.0  # s: ... unless that takes longer
 _COLLECT_STEPS: Final = 100  # between garbage collections of a loop in real time
 _MAX_STEPS: Final = 100_000_000
@@ -121,8 +121,8 @@ class Printer:
 
         Raises `InputError` for a machine that lacks what the plan needs.
         """
-        m, able = plan.velocity.model.m, machine.abilities
-        require_abilities(able, m, plan.sensors)
+        robot, able = plan.velocity.model.robot, machine.abilities
+        require_abilities(able, robot.winches, plan.sensors)
         silent = {source: _SAFETY_TIMEOUT for source in ("drives", "inputs") if source in able.sensors}
         guarded = replace(plan.guard, timeouts=silent | dict(plan.guard.timeouts))
         self.plan, self.machine = replace(plan, guard=guarded), machine
@@ -132,13 +132,13 @@ class Printer:
         self.load = PowderLoad(plan.flow, plan.powder)  # estimated
         self.target: Target | None = None
         self.last_pose = plan.path.start_pose.copy()  # (n,) m and rad, last valid one of the platform
-        self.radii = np.zeros(m)  # (m,) m, last estimated, of the winch drums; 0: unknown
+        self.radii = np.zeros(robot.m)  # (m,) m, last estimated, of the winch drums; 0: unknown
         self.frame_times = (0.0, 0.0)  # s, arrival of the last frame: wall clock and processor time
         self.speed_share = 1.0  # of the planned speed
         self._clock, self._orders = FrameClock(machine.period, now), OrderState()
         self._guard, self._manual, self.yaw = GuardState(), ManualState(), YawState()
-        self._stop: StopState | None = StopState.closed(m)
-        self._command = self._standing(now, frozen(np.zeros(m)), WinchMode.OFF)
+        self._stop: StopState | None = StopState.closed(robot.winches)
+        self._command = self._standing(now, frozen(np.zeros(robot.winches)), WinchMode.OFF)
         self._approach_pending = True  # the approach begins at the platform's position, once that is valid
         self._powder_out_time = math.inf  # s of the path's time law, at which the powder ran out
         if saved is not None:
@@ -223,7 +223,7 @@ class Printer:
         if self._approach_pending and estimate.valid:
             guide.leave_path(self.plan.path, self.guide, estimate.position, estimate.rotation)
             self._approach_pending = False
-        target = self._next_target(verdict, dt)
+        target = self._next_target(verdict, estimate, dt)
         self.target = None if self._approach_pending else target
         self._command = self._with_reset(verdict, self._sound(self._decide(frame, verdict, estimate, target, dt)))
         guard.take_note(self._guard, frame.time, self._command)
@@ -285,12 +285,12 @@ class Printer:
                 at = self.plan.path.printing_point(place, estimate.rotation), estimate.rotation
                 manual.begin(self.plan.manual, self._manual, order, self.time, None if begun else at)
 
-    def _next_target(self, verdict: Verdict, dt: float) -> Target:
+    def _next_target(self, verdict: Verdict, estimate: Estimate, dt: float) -> Target:
         if verdict.state is not PrintState.MANUAL:
             target = guide.step(self.plan.path, self.guide, dt, verdict.guide_mode, self.speed_share)
             waits = verdict.state is PrintState.READY and not self._is_tensioned()
             return target._replace(arrived=False) if waits else target
-        motion = manual.step(self.plan.manual, self._manual, self.time, dt)
+        motion = manual.step(self.plan.manual, self._manual, self.time, dt, self._off_target(estimate))
         if motion.done:
             supervisor.end_procedure(self.supervisor, self.time, motion.failure)
         path, distance = self.plan.path, self.plan.path.distance(self.guide.path_time)
@@ -302,25 +302,31 @@ class Printer:
         speed, rates = motion.velocity, motion.accelerations
         return Target(place, speed, distance, layer, 0.0, False, False, False, turned, accelerations=rates)
 
+    def _off_target(self, estimate: Estimate) -> float:
+        """Distance, m, of the moved point from the target of a motion by hand; 0 where the estimate swings with it."""
+        if not (self.plan.velocity.by_lengths or self.plan.path.attitude is not None):
+            return 0.0
+        there = self.plan.path.printing_point(estimate.position, estimate.rotation)
+        return float(np.linalg.norm(there - self._manual.position))
+
     def _is_tensioned(self) -> bool:
-        """Whether lines have about their tensions on the path: those of a rigid platform, or one in a plane."""
+        """Whether lines have about their tensions on the path: those that the control chooses."""
         own = self.plan.velocity
-        in_plane = own.model.free_directions is not None and own.law == "model" and not own.manage_slack
-        if not (in_plane or self.plan.path.attitude is not None) or self.estimator.tensions is None:
+        chooses = own.model.m > own.model.freedoms and own.law == "model" and not own.manage_slack
+        if not (chooses or self.plan.path.attitude is not None) or self.estimator.tensions is None:
             return True
-        least = own.model.lines.tension_min
-        waited = self.time - self.supervisor.state_start > _TENSIONING_TIME
-        return waited or self.velocity.tension_error <= _TENSIONED * float(least.min())
+        waited, wanted = self.time - self.supervisor.state_start > _TENSIONING_TIME, self.velocity.chosen
+        return waited or (wanted is not None and self.velocity.tension_error <= _TENSIONED * float(wanted.min()))
 
     def _decide(self, frame: SensorFrame, verdict: Verdict, estimate: Estimate, target: Target, dt: float) -> Command:
-        now, m = frame.time, self.plan.velocity.model.m
+        now = frame.time
         if self._stop is not None:
             speeds, mode = advance(self.plan.guard.stop, self._stop, self.machine.period)
             return self._standing(now, frozen(speeds), mode)
         if verdict.state in self.plan.procedures:
             return self._proceed(now, verdict, frame, estimate, dt)
         if verdict.hold_winches or not estimate.valid:
-            return Command(now, frozen(np.zeros(m)))
+            return Command(now, frozen(np.zeros(self.machine.abilities.winches)))
         tensions = None
         if self.plan.path.attitude is not None:
             tensions = self.estimator.tensions
@@ -379,7 +385,7 @@ class Printer:
                 raise InputError(f"command.winch_speeds: over {most:g} rad/s")
         except InputError as error:
             supervisor.fail(self.supervisor, command.time, f"the control went wrong: {error}")
-            self._stop = StopState(np.zeros(self.plan.velocity.model.m), StopKind.HOLD)
+            self._stop = StopState(np.zeros(self.machine.abilities.winches), StopKind.HOLD)
             return self._standing(command.time, frozen(self._stop.speeds), WinchMode.HOLD)
         return command
 

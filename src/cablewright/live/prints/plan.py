@@ -16,14 +16,13 @@ from cablewright.control.velocity import LAWS
 from cablewright.estimation.lidar.room import Laser
 from cablewright.foundation.choices import HeightRule, LawName, PlantName, SeverityName
 from cablewright.foundation.errors import InputError, UnknownName
-from cablewright.live.estimators import ESTIMATORS
+from cablewright.live.estimators import ESTIMATORS, best_estimator
 from cablewright.live.prints.laid_material import check_clear
 from cablewright.live.prints.limits import path_of, planned
 from cablewright.live.prints.loop import PrintPlan
 from cablewright.live.prints.structure import CELLS_PER_BEAD
 from cablewright.machine.files import machine_names
 from cablewright.machine.sensors.barrier import BARRIER
-from cablewright.machine.sensors.line_angles import LINE_ANGLES
 from cablewright.machine.settings import MachineSettings, extruding, require_robot
 from cablewright.machine.simulated.machine_file import built_machine
 from cablewright.machine.simulated.sensors import barrier
@@ -34,6 +33,7 @@ from cablewright.machine.simulated.simulated_machine import PLANTS
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
 from cablewright.printing.job import Job
+from cablewright.printing.path import Samples
 from cablewright.robot import Robot
 
 HEIGHTS: Final = get_args(HeightRule)
@@ -116,11 +116,18 @@ class MachineTwin:
     built: str = ""  # file of the machine that was built for the robot, where there was none
 
 
-def twin_of(robot: Robot, job: Job, machine: TwinSettings | str | Path | None, choices: PrintOptions) -> MachineTwin:
-    """Combine robot, job and machine. *machine*: settings, a file, or a library name.
+def twin_of(
+    robot: Robot,
+    job: Job,
+    machine: TwinSettings | str | Path | None,
+    choices: PrintOptions,
+    samples: Samples | None = None,
+) -> MachineTwin:
+    """Combine robot, job and machine. *machine*: settings, a file, or a library name. *samples*: of the job.
 
-    By default it is the library's machine of the robot's name, or where there is none the one that `built_machine`
-    builds. Raises `InputError` for a job or machine of another robot, layers that the job does not have.
+    By default the samples are those of the job's file, and the machine is the library's machine of the robot's name, or
+    where there is none the one that `built_machine` builds. Raises `InputError` for a job or machine of another robot,
+    and for layers that the job does not have.
     """
     if job.robot is not None and job.robot != robot.name:
         raise InputError(f"job {job.name!r}: robot = {job.robot!r}, but the robot is {robot.name!r}")
@@ -134,7 +141,7 @@ def twin_of(robot: Robot, job: Job, machine: TwinSettings | str | Path | None, c
     if choices.severity is not None:
         given = with_severity(given, choices.severity)
     require_robot(given.owner, robot.name)
-    asked, (job, samples) = job, driven_job(robot, job)
+    asked, (job, samples) = job, driven_job(robot, job, samples)
     bead, differing = job.typical_bead()
     owner = extruding(given.owner, bead, job.motion.print_speed)
     settings = _fine(given.model_copy(update={"owner": owner}), robot)
@@ -192,15 +199,6 @@ def _fine(settings: TwinSettings, robot: Robot) -> TwinSettings:
     finest = max(_FINEST_CELL, math.sqrt((far_x - x) * (far_y - y) / _MAX_CELLS))
     cell = max(extrusion.bead.width / CELLS_PER_BEAD, finest)
     return settings if cell >= floor.cell else settings.with_simulation(room=floor.model_copy(update={"cell": cell}))
-
-
-def best_estimator(settings: MachineSettings) -> str:
-    """The best estimator for a machine's sensors: the filter, or encoders alone."""
-    if settings.body is not None:
-        return "encoders" if settings.tension_sensor is None else "filter"
-    if settings.sensor(LINE_ANGLES) is None or not {"north", "south"} & settings.lidars.keys():
-        return "encoders"
-    return "filter"
 
 
 def _intruded(settings: TwinSettings, choices: PrintOptions, duration: float) -> TwinSettings:

@@ -22,25 +22,22 @@ from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import PrintState
 from cablewright.live.drives.session import RealMachine, taking_up
 from cablewright.live.estimators import estimator
-from cablewright.live.prints.body_limits import nozzle_of
 from cablewright.live.prints.laid_material import check_clear
 from cablewright.live.prints.limits import path_of
 from cablewright.live.prints.loop import Printer
 from cablewright.live.prints.plan import PrintOptions, plan_print, twin_of
 from cablewright.live.rest_pose import rest_pose
+from cablewright.live.still_path import still_path
 from cablewright.machine.drives.bus import Port
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.paced import Paced
 from cablewright.machine.settings import MachineSettings, extruding
 from cablewright.machine.simulated.settings import TwinSettings
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
-from cablewright.models.rotation import matrix_of
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job, Motion
-from cablewright.printing.numeric_path import Helix
 from cablewright.robot import Robot
 
-_SMALL: Final = 0.01  # m, radius of the path of a sitting that prints nothing
 _BY_HAND: Final = Motion(print_speed=0.1, travel_speed=0.1, acceleration=0.2)  # m/s, m/s^2
 
 
@@ -82,23 +79,9 @@ class Station(Protocol):
         """
 
 
-def still_job(robot: Robot, place: Array) -> Job:
-    """A small circle of the nozzle about *place* (3,), m, that nobody is going to print: a loop needs a path."""
-    low, high = np.array(robot.scene.frame_min), np.array(robot.scene.frame_max)
-    x, y, z = np.clip(place, low + 2.0 * _SMALL, high - 2.0 * _SMALL).tolist()
-    helix = Helix(radius=_SMALL, layers=1, layer_height=0.001, first_height=0.002)
-    return Job(name="by hand", origin=(x, y, z - 0.002), helix=helix, motion=_BY_HAND)
-
-
 def resting_pose(robot: Robot, place: Array | None = None) -> Array:
     """Where the platform of a simulated machine begins, (n,) m and rad: at *place* (3,) or (n,), if that is given."""
     return np.array(rest_pose(robot).equilibrium.pose) if place is None else np.pad(place, (0, robot.n - len(place)))
-
-
-def _nozzle_at(robot: Robot, pose: Array) -> Array:
-    """The point (3,), m, that is led along a path, with the platform at *pose* (n,)."""
-    nozzle = nozzle_of(robot)
-    return pose if nozzle is None else np.asarray(pose[:3] + matrix_of(pose[3:]) @ np.array(nozzle))
 
 
 @dataclass(eq=False)
@@ -121,8 +104,10 @@ class SimulatedStation:
         begin = self.pose if self.told is None else self.told
         owner = self.settings.owner
         lift = 0.0 if owner.extrusion is None or owner.drum is None else owner.drum.valve
-        wanted = still_job(self.robot, _nozzle_at(self.robot, begin) - [0.0, 0.0, lift]) if job is None else job
-        twin = twin_of(self.robot, wanted, self.settings, PrintOptions(seed=self.seed))
+        wanted, samples = job, None
+        if wanted is None:
+            wanted, samples = still_path(self.robot, Model(self.robot).nozzle(begin) - [0.0, 0.0, lift], _BY_HAND)
+        twin = twin_of(self.robot, wanted, self.settings, PrintOptions(seed=self.seed), samples)
         plan = plan_print(twin)
         machine = SimulatedMachine(self.robot, twin.settings, self.pose, seed=self.seed)
         paced = Paced(machine)
@@ -174,8 +159,8 @@ class DriveStation:
         if near is None:
             near = resting_pose(self.robot) if self.begin is None else self.begin
         if job is None or samples is None:
-            still = still_job(self.robot, _nozzle_at(self.robot, near))
-            path = TimedPath.of(still, nozzle=nozzle_of(self.robot), robot=self.robot)
+            still, samples = still_path(self.robot, Model(self.robot).nozzle(near), _BY_HAND)
+            path = TimedPath.of(still, nozzle=self.robot.platform.own_nozzle, samples=samples, robot=self.robot)
         else:
             path = path_of(self.robot, job, samples, owner, machine.estimator)
         homing = machine.homing(near)

@@ -37,6 +37,9 @@ from cablewright.live.serve.station import Sitting
 from cablewright.machine.log.head import written_head
 from cablewright.machine.log.messages import encode, encode_frame
 from cablewright.machine.log.topics import Signal
+from cablewright.models.plane import directions
+from cablewright.models.winch_lines import WinchLines
+from cablewright.robot import Plane
 
 STATE_STEPS: Final = 2
 """Steps between two states that are told."""
@@ -137,10 +140,10 @@ class Telling:
     def _encode(self, step: Step) -> None:
         """Encode the latest of each topic, once."""
         head, now = self.sitting.head, step.frame.time
-        lines = tuple(line.name for line in head.robot.lines)
+        winches = head.robot.winch_names
         signals: dict[str, Signal] = {"command": step.command, "estimate": step.estimate, "progress": step.progress}
         for key, signal in (self._signals | signals).items():
-            topic, data = encode(signal, lines, head.settings.winch.counts, head.epoch_ns)
+            topic, data = encode(signal, winches, head.settings.winch.counts, head.epoch_ns)
             self._put(key, topic, now, data)
         self._put("frame", *_told_frame(step))
         self._signals.clear()
@@ -253,11 +256,14 @@ def told_sitting(
         "robot": sitting.head.robot.name,
         "machine": owner.name,
         "lines": [line.name for line in sitting.head.robot.lines],
+        "winches": WinchLines.of(sitting.head.robot).winch.tolist(),
+        "hosts": sitting.head.robot.hosts,
         "limits": [list(line.tension_limits) for line in sitting.head.robot.lines],
         "stops_at": plan.guard.max_tensions.tolist(),
         "cable": owner.winch.held,
         "frame": [list(plan.manual.min_position), list(plan.manual.max_position)],
         "jog_speed": plan.manual.max_speed,
+        "plane": None if plan.manual.plane is None else _plane_of(plan.manual.plane),
         "park": plan.manual.park is not None,
         "procedures": sitting.procedures,
         "orders": allowed_orders(),
@@ -269,6 +275,12 @@ def told_sitting(
         "path": _path_of(path, numbers) if sitting.job is not None else None,
     }
     return to_json(about, inf_nan_mode="null")
+
+
+def _plane_of(plane: Plane) -> dict[str, Any]:
+    """The plane of motions by hand: unit normal, distance, m, and two directions in it."""
+    along = directions(plane, 3).T
+    return {"normal": plane.across, "distance": plane.distance, "along": along.tolist()}
 
 
 def allowed_orders() -> dict[str, list[str]]:

@@ -13,7 +13,6 @@ from cablewright.foundation.arrays import Array, Indices
 from cablewright.foundation.paging import blocks, let_go
 from cablewright.models.job_poses import INTERPOLATED
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.checks.path_statics import PathStatics, extreme
 
@@ -36,10 +35,10 @@ CURVED: Final = 1.5
 class BetweenSamples:
     """The k samples of a path, and what holds *poses* (k, n), *retraction* (k,), m, half-way between them."""
 
-    def __init__(self, robot: Robot, poses: Array, statics: PathStatics, retraction: Array | None) -> None:
-        self._model, self._poses, self._statics, self._retraction = Model(robot), poses, statics, retraction
-        self._names = [line.name for line in robot.lines]
-        self._scales = np.repeat([INTERPOLATED, JUMP * extreme(np.fmax, statics.tensions)], robot.m)
+    def __init__(self, model: Model, poses: Array, statics: PathStatics, retraction: Array | None) -> None:
+        self._model, self._poses, self._statics, self._retraction = model, poses, statics, retraction
+        self._names = [line.name for line in model.robot.lines]
+        self._scales = np.repeat([INTERPOLATED, JUMP * extreme(np.fmax, statics.tensions)], model.m)
 
     def findings(self, allowed: float) -> Iterator[Finding]:
         """Yield the interpolation error of lengths, m, and the largest jumps of a length and of a tension.

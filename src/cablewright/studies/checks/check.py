@@ -110,10 +110,10 @@ def check(
     poses, drawn = along(robot, job, samples, kept)
     poses = nozzle_on_path(Model.full(robot), poses, samples.positions, drawn)
     path = JobPath(job, samples, motion.law, poses, drawn, beads, kept)
-    walked, careful = _walked(path, robot, (uncertain.of(robot), skip, seed, report))
+    walked, chosen = _walked(path, robot, (uncertain.of(robot), skip, seed, report))
     expected = None if walked.search is None else walked.search.result()
     extra = (*_clearance(walked.distances, clearance), *_errors(expected, walked.statics.displacement, path))
-    findings = ranked((*path.judged(robot, walked), *path.bounded(careful, walked), *extra))
+    findings = ranked((*path.judged(robot, walked), *path.bounded(chosen, walked), *extra))
     found = Check(
         robot=robot,
         job=job,
@@ -132,7 +132,7 @@ def check(
         distances=walked.distances,
         not_checked=tuple(not_checked(robot, path, uncertain, walked.statics, skip)),
         step=step,
-        reserved=careful is not robot,
+        chosen=chosen,
         shaping=motion,
         travels=travels,
         slower=slower_note(asked, job),
@@ -141,20 +141,28 @@ def check(
     return replace(found, verdict=verdict(found, _nowhere(full) if found.codes.all() else 0))
 
 
-def _walked(path: JobPath, robot: Robot, settings: WalkSettings) -> tuple[Walked, Robot]:
-    """What was found along the path, and the robot with the tension limits that were kept at rest.
+def _walked(path: JobPath, robot: Robot, settings: WalkSettings) -> tuple[Walked, Model]:
+    """What was found along the path, and the model whose tensions were taken at rest.
 
-    These leave a reserve where poses can be held at rest, motion breaks tension limits, and with it does not.
+    They are those that a print holds. Of a point in space a machine decides that, which may keep a line slack: the
+    least tensions are taken. Where motion breaks tension limits with them, and with a reserve at rest does not, it is
+    with a reserve.
     """
-    walked = path.walk(Model.full(robot), *settings)
+    full = Model.full(robot)
+    margin = path.with_margin(full)
+    chosen = full if robot.n == 3 and robot.platform.plane is None else margin
+    walked = path.walk(chosen, *settings)
     findings = path.judged(robot, walked)
     if walked.statics.codes.any() or not _breaks_tensions(findings):
-        return walked, robot
-    careful = with_reserve(robot, walked.tension_drop, walked.tension_rise)
-    if careful is None or not path.is_held(Model.full(careful), [each.sample for each in findings]):
-        return walked, robot
-    reserved = path.walk(Model.full(careful), *settings)
-    return (walked, robot) if _breaks_tensions(path.judged(robot, reserved)) else (reserved, careful)
+        return walked, chosen
+    reserve = with_reserve(robot, walked.tension_drop, walked.tension_rise)
+    for careful in (margin, None if reserve is None else replace(full, robot=reserve)):
+        if careful in (None, chosen) or not path.holds(careful, [each.sample for each in findings]):
+            continue
+        reserved = path.walk(careful, *settings)
+        if not _breaks_tensions(path.judged(robot, reserved)):
+            return reserved, careful
+    return walked, chosen
 
 
 def _uncertainty(robot: Robot, given: Uncertainty | None) -> tuple[str, Uncertainty]:

@@ -202,8 +202,11 @@ class Check(Result):
                   "statics.tensions", median),
         _of_lines("line_max_tension", "N", "Largest tension of each line.", "max tension",
                   "statics.lines.highest_tension"),
-        Figure("line_preferred_tension", "N", "Tension of each line to which those at rest are nearest, where the "
-               "limits let redundant lines hang slack.", lambda found: found.preferred_tensions[0],
+        Figure("line_held_limits", "N", "Limits that the tension of each line keeps at rest, where narrower.",
+               lambda found: [line.tension_limits for line in found.chosen.robot.lines], "held limits",
+               only=lambda found: found.reserved, shown="N", along="line"),
+        Figure("line_preferred_tension", "N", "Tension of each line to which those at rest are nearest, where a print "
+               "prefers one or the limits let redundant lines hang slack.", lambda found: found.preferred_tensions[0],
                "preferred tension", only=lambda found: found.preferred_tensions is not None, shown="N", along="line"),
         Figure("line_tension_limits", "N", "Min and max tension that is allowed, of each line.",
                lambda found: [line.tension_limits for line in found.robot.lines], "limits", shown="N", along="line"),
@@ -246,7 +249,7 @@ class Check(Result):
     distances: Clearances | None  # of lines; None where they were not asked for
     not_checked: tuple[str, ...]
     step: float  # m, max distance of samples
-    reserved: bool  # whether tensions at rest keep from their limits what motion takes
+    chosen: Model  # whose tensions are taken at rest
     toolpath: Toolpath
     beads: Beads
 
@@ -355,9 +358,11 @@ class Check(Result):
             )
         if self.reserved:
             notes.append(
-                "tensions at rest keep so far from their limits that lines are within them while the platform swings"
+                "tensions at rest keep so far from their limits that lines are within them while the platform swings: "
+                "they are within the held limits, as a print takes them"
             )
-        notes += [note] if (note := preferred_note(self.preferred_tensions)) else []
+        if self.chosen.preferred is None and (note := preferred_note(self.preferred_tensions)):
+            notes.append(note)
         if units := units_inside([end.tolist() for end in ends], self.robot):
             corners = " to ".join(f"({', '.join(f'{each:.4g}' for each in end)})" for end in ends)
             notes.append(f"the path, {corners} m, is not in the robot: is it, or its origin, in {' or '.join(units)}?")
@@ -366,9 +371,14 @@ class Check(Result):
         return (*notes, *self.beads.notes, *(() if self.expected is None else self.expected.notes))
 
     @property
+    def reserved(self) -> bool:
+        """Whether tensions at rest keep from the limits of the robot file."""
+        return self.chosen.robot != self.robot
+
+    @property
     def preferred_tensions(self) -> Array | None:
         """(1, m) N, to which tensions are nearest; None where they are the least."""
-        return preferred_tensions(Model(self.robot))
+        return preferred_tensions(self.chosen)
 
     @property
     def nearest_place(self) -> Place | None:

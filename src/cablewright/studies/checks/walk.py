@@ -24,6 +24,7 @@ from cablewright.printing.path import Samples
 from cablewright.printing.timing import TimeLaw, times_on_way
 from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Range
+from cablewright.solvers.held_tensions import chosen_rows, with_margin
 from cablewright.solvers.inverse import BLOCK, solve_inverse
 from cablewright.solvers.limits import drum_arms
 from cablewright.solvers.linearise import linearise_solved
@@ -98,7 +99,12 @@ class JobPath:
         clearances = None if distances is None else distances.clearances
         return Walked(poses, replace(solved, lines=lines), drop, rise, clearances, search)
 
-    def is_held(self, model: Model, rows: Sequence[int]) -> bool:
+    def with_margin(self, full: Model) -> Model:
+        """Return the model whose tensions a print holds: see `held_tensions`."""
+        rows = chosen_rows(len(self.poses))
+        return with_margin(full, self.poses[rows], None if self.retraction is None else self.retraction[rows])[0]
+
+    def holds(self, model: Model, rows: Sequence[int]) -> bool:
         """Whether a model holds the platform at some samples."""
         retraction = None if self.retraction is None else self.retraction[rows]
         return bool(solve_inverse(model, self.poses[rows], retraction=retraction).ok.all())
@@ -116,13 +122,13 @@ class JobPath:
         of = found.statics
         return judge(robot, found.poses[:, :3], of.codes, of.violations, of.lines, of.plane_force)
 
-    def bounded(self, robot: Robot, found: Walked) -> Iterator[Finding]:
+    def bounded(self, model: Model, found: Walked) -> Iterator[Finding]:
         """Compare with what straight lines, the nozzle's speed and the sampling imply.
 
-        *robot* has the tension limits that were kept at rest.
+        *model*: whose tensions were taken at rest.
         """
-        yield from line_findings(robot, self.samples, self.law, found.statics)
-        between = BetweenSamples(robot, self.poses, found.statics, self.retraction)
+        yield from line_findings(model.robot, self.samples, self.law, found.statics)
+        between = BetweenSamples(model, self.poses, found.statics, self.retraction)
         yield from between.findings(float(self.allowed_errors().min()))
 
 

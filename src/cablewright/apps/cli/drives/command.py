@@ -155,10 +155,10 @@ def _virtual_bus(action: Action, robot: cw.Robot, machine: str, at: str | None, 
 
 def _start(robot: cw.Robot, at: str | None) -> Any:
     """Where the platform of virtual drives begins, m, or a rigid one's pose, m and rad."""
-    from cablewright.live.drives.session import still_path
+    from cablewright.live.drives.session import session_path
 
     given = begin_of(at, "--at", robot)
-    return still_path(robot, None).start_pose if given is None else given
+    return session_path(robot, None).start_pose if given is None else given
 
 
 def _be_virtual(file: Path, robot: str | None, at: str | None, seed: int) -> int:

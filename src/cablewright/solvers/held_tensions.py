@@ -1,0 +1,68 @@
+"""The tensions that control holds where lines are redundant: those that a print chooses, and a check judges."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from cablewright.foundation.arrays import Array, Indices
+from cablewright.models.statics import Model
+from cablewright.solvers.inverse import solve_inverse
+from cablewright.solvers.preferred import preferred_tensions
+
+PREFERRED: Final = 2.5
+"""Tensions, as multiples of the least that is to be kept, to which those of a rigid platform stay near."""
+
+_SAMPLES: Final = 400  # places of a path at which tensions are judged
+_MARGINS: Final = (1.0, 0.75, 0.5, 0.35, 0.25, 0.15, 0.1, 0.05, 0.0)  # of the least tension, kept above it
+_TAUT: Final = 0.1  # of the range of tensions, kept above the least in a plane, where lines pull against each other
+_BELOW: Final = 0.05  # of the range of tensions, kept below the largest
+
+
+def chosen_rows(count: int) -> Indices:
+    """Return the rows, of a path of *count* places, at which tensions are judged: all of them, or 400 evenly."""
+    return np.linspace(0, count - 1, min(count, _SAMPLES)).astype(np.int64)
+
+
+def with_margin(
+    model: Model,
+    poses: Array,
+    retraction: Array | None,
+    above: Array | float = 0.0,
+    below: Array | float = 0.0,
+) -> tuple[Model, float]:
+    """Return the model with the narrowest limits of tension, within its own, that all *poses* (k, n) allow.
+
+    Inverse solutions of it are the tensions that control holds: the least ones within those limits, of a rigid platform
+    those nearest to `PREFERRED` times the least. *above* the least and *below* the largest tension, (m,) N, is what
+    they have to spare; the share of it that they get is returned, too. *retraction* (k,), m. As it is where lines are
+    not redundant.
+    """
+    robot = model.robot
+    if robot.winches <= model.freedoms:
+        return model, 0.0
+    taut = 0.0 if robot.platform.plane is None else _TAUT
+    low, high = np.array([line.tension_limits for line in robot.lines]).T
+    wide = high - low
+    for share in _MARGINS:
+        least = low + share * np.maximum(np.maximum(low, taut * wide), above)
+        most = high - np.maximum(_BELOW * wide, share * np.asarray(below))
+        if (least >= most).any():
+            continue
+        lines = [
+            line.model_copy(update={"tension_limits": own})
+            for line, own in zip(robot.lines, zip(least.tolist(), most.tolist(), strict=True), strict=True)
+        ]
+        narrow = _near(replace(model, robot=robot.model_copy(update={"lines": tuple(lines)})))
+        if solve_inverse(narrow, poses, path=True, retraction=retraction).ok.all():
+            return narrow, share
+    return _near(model), 0.0
+
+
+def _near(model: Model) -> Model:
+    """Return the model of a rigid platform with preferred tensions, unless it has some by itself."""
+    if model.n == 3 or preferred_tensions(model) is not None:
+        return model
+    return replace(model, preferred=tuple((PREFERRED * model.lines.tension_min).tolist()))
