@@ -62,8 +62,8 @@ wheel: $(VENV)/.dev
 	$(BIN)/python tools/wheel.py
 
 release: $(VENV)/.dev
-	$(BIN)/python tools/release.py dist/release
-	$(BIN)/python tools/try_wheel.py $$(ls dist/release/*-linux_x86_64.whl dist/release/*-any.whl 2>/dev/null | head -1)
+	$(BIN)/python tools/release/build.py dist/release
+	$(BIN)/python tools/release/try_wheel.py $$(ls dist/release/*-linux_x86_64.whl dist/release/*-any.whl 2>/dev/null | head -1)
 
 # A lock is installed once, and again when it changes; the package itself is linked, so its sources need no installing.
 $(VENV)/.%: requirements/%.txt pyproject.toml | $(BIN)/python

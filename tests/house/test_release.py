@@ -8,7 +8,7 @@ from datetime import date
 from pathlib import Path
 
 import pytest
-from tools import release
+from tools.release import build as release
 
 import cablewright
 

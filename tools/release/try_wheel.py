@@ -1,6 +1,6 @@
 """A wheel in an empty environment: it is installed from the index, and a user's first minutes are timed.
 
-    python tools/try_wheel.py WHEEL [EXTRA ...]
+    python tools/release/try_wheel.py WHEEL [EXTRA ...]
 
 Printed are the seconds of the first `inverse` and of the block of Python in README.md, each in a fresh process, with an
 empty cache of kernels. It ends with 1 where one of them takes longer than it may.
@@ -18,7 +18,7 @@ import venv
 from pathlib import Path
 from typing import Final
 
-ROOT: Final = Path(__file__).resolve().parents[1]
+ROOT: Final = Path(__file__).resolve().parents[2]
 FIRST: Final = 'import cablewright as cw\nprint(cw.inverse(cw.load("merlet2023"), [0.2, 0.1, 1.0]).lengths)\n'
 MOST: Final = {"first inverse": 4.0, "README": 8.0}  # s, with compiled kernels
 

@@ -1,6 +1,6 @@
 """What a release consists of, in one folder: packages, notes, citation and checksums.
 
-    python tools/release.py [FOLDER]
+    python tools/release/build.py [FOLDER]
 
 The version is that of pyproject.toml. CHANGELOG.md must have a section of it with its date, and CITATION.cff the same
 version and date. On Linux and processors with AVX2 a wheel with compiled kernels is among the packages.
@@ -19,7 +19,7 @@ from datetime import UTC, date, datetime
 from pathlib import Path
 from typing import Final
 
-ROOT: Final = Path(__file__).resolve().parents[1]
+ROOT: Final = Path(__file__).resolve().parents[2]
 SUMS: Final = "SHA256SUMS"
 
 
