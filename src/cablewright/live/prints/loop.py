@@ -166,6 +166,12 @@ class Printer:
         """The command of the next step."""
         return self._command
 
+    @property
+    def damps(self) -> bool:
+        """Whether the last step damped a swing, if the winches move."""
+        stretch = self.velocity.stretch
+        return self.plan.velocity.swing is not None or (stretch.filtered is not None and stretch.time == self.time)
+
     def refilled(self) -> None:
         """Take the drum to be full."""
         self.load.refill()
