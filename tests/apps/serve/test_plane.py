@@ -96,10 +96,7 @@ def home(page: Page, measured: str) -> None:
     page.until("document.getElementById('ask').open")
     page.run(f"document.getElementById('place').value = {measured!r}")
     page.run("document.getElementById('ask-yes').click()")
-    try:
-        page.until("operate.orders.control.known")
-    except TimeoutError:
-        raise AssertionError(page.run("document.getElementById('reason').textContent + document.getElementById('answer').textContent + document.getElementById('events').textContent")) from None
+    page.until("operate.orders.control.known", 180.0)
     page.until(f"{STATE} === 'idle'")
 
 
