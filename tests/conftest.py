@@ -1,13 +1,20 @@
-"""What tests of several ranks share: small jobs to print, and no clock that a busy computer could lose against."""
+"""What tests of several ranks share: small jobs to print, and no clock that a busy computer could lose against.
+
+Linear algebra has one thread in each test process: threads of several processes on the same cores wait for each other.
+"""
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import hypothesis
 import pytest
 
+assert "numpy" not in sys.modules  # which reads the variable once
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 hypothesis.settings.register_profile("unhurried", deadline=None)
 hypothesis.settings.load_profile("unhurried")
 

@@ -19,7 +19,9 @@ from benchmarks.processes import alone
 from benchmarks.timing import Row
 
 PEERS = {"statics": "moorpy", "bodies": "moorpy", "workspace": "daqp", "interference": "fcl"}  # of the extra `bench`
-WITH_AND_WITHOUT = [(name, "") for name in run.NAMES] + [one for one in PEERS.items() if find_spec(one[1])]
+BY_CLOCK = {"drives": (pytest.mark.slow, pytest.mark.clock)}  # beside it: the prints of tests/machine/drives
+WITH_AND_WITHOUT = [pytest.param(name, "", marks=BY_CLOCK.get(name, ())) for name in run.NAMES]
+WITH_AND_WITHOUT += [one for one in PEERS.items() if find_spec(one[1])]
 
 
 @pytest.mark.parametrize(("name", "hidden"), WITH_AND_WITHOUT)

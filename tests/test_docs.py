@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import runpy
+import shutil
 from pathlib import Path
 
 import pytest
@@ -59,10 +60,11 @@ def test_the_glossary_has_the_terms_of_reports() -> None:
     assert (ROOT / "docs" / "glossary.md").read_text("utf-8") == tool["page"]()
 
 
-def test_texts_can_be_drawn_and_read(capsys: pytest.CaptureFixture[str]) -> None:
+def test_texts_can_be_drawn_and_read(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    shutil.copytree(ROOT / "src" / "cablewright" / "apps" / "cli", tmp_path / "src" / "cablewright")
     tool = runpy.run_path(str(ROOT / "tools" / "draw_texts.py"))
-    tool["main"](["20"])
+    tool["main"](["20", str(tmp_path)])
     drawn = capsys.readouterr().out.splitlines()
     assert len(drawn) == 2 * (1 + tool["COUNT"])
-    tool["main"](["20"])
+    tool["main"](["20", str(tmp_path)])
     assert capsys.readouterr().out.splitlines() == drawn

@@ -8,6 +8,7 @@ import struct
 from pathlib import Path
 
 import pytest
+from benchmarks.commands import house
 
 from cablewright.apps import style
 from cablewright.apps.schemas import json_schema
@@ -38,10 +39,11 @@ def test_the_page_of_support_is_that_of_the_table() -> None:
     assert (ROOT / "docs" / "support.md").read_text("utf-8") == tool["page"]()
 
 
-def test_pictures_of_the_quick_start_and_of_the_frame_are_drawn() -> None:
+def test_pictures_of_the_quick_start_and_of_the_frame_are_drawn(tmp_path: Path) -> None:
     tool = runpy.run_path(str(ROOT / "tools" / "docs_pictures.py"), run_name="tool")
     with style.drawing():
-        for name, made in (("check-path", tool["draw_check"](2.0)), ("frame", tool["draw_frame"]())):
+        check = tool["draw_check"](house(tmp_path, 400), 2.0)
+        for name, made in (("check-path", check), ("frame", tool["draw_frame"]())):
             kept = (tool["IMAGES"] / f"{name}.png").read_bytes()
             assert max(len(made), len(kept)) < 180_000
             assert struct.unpack(">II", made[16:24]) == struct.unpack(">II", kept[16:24])  # width and height

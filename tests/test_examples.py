@@ -86,7 +86,14 @@ def test_a_script_of_the_documentation_prints_what_the_page_says(
     assert printed is None or out == printed
 
 
-@pytest.mark.parametrize("session", [block.values[0] for block in blocks(CONSOLE)])
+def sessions() -> list[object]:
+    """Sessions of the pages; the quick start, which prints, is slow: `tests/apps/test_new.py` prints another part."""
+    slow = pytest.mark.slow
+    found = [block.values[0] for block in blocks(CONSOLE)]
+    return [pytest.param(each, marks=slow if "$ cablewright print workshop" in each else ()) for each in found]
+
+
+@pytest.mark.parametrize("session", sessions())
 def test_a_session_of_the_documentation_prints_what_the_page_says(
     session: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

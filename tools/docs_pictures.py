@@ -19,6 +19,7 @@ from cablewright.robot import library_names
 
 ROOT = Path(__file__).resolve().parent.parent
 IMAGES = ROOT / "docs" / "images"
+HOUSE = ROOT / "examples" / "house.toml"
 STEP: Final = 0.2  # m: four times as coarse as the job of the page, so that it takes seconds
 
 EDGE: Final = 4.0  # m: the frame of the sketch
@@ -31,11 +32,11 @@ UP: Final = np.array([0.0, 0.0, 1.0])
 LABELLED: Final = 0  # the line whose parts are named
 
 
-def draw_check(step: float = STEP) -> bytes:
-    """The path of the quick start's report, coloured by its error; *step*, m, between samples."""
-    job = cw.load_job(ROOT / "examples" / "house.toml")
+def draw_check(file: Path = HOUSE, step: float = STEP) -> bytes:
+    """The path of a job's report, that of the quick start, coloured by its error; *step*, m, between samples."""
+    job = cw.load_job(file)
     coarse = job.model_copy(update={"sampling": job.sampling.model_copy(update={"step": step})})
-    found = cw.check(cw.load("house-printer"), coarse)
+    found = cw.check(cw.load("house-printer"), coarse, skip=("interference", "expected-error"))
     return style.png(side_view(Digest(found, layer_table(found.samples, found.law))))
 
 

@@ -36,7 +36,6 @@ from cablewright.foundation.signals import (
     WinchMode,
     frozen,
 )
-from cablewright.live.prints.body_limits import nozzle_of
 from cablewright.live.prints.loop import PrintPlan
 from cablewright.live.serve.events import Events
 from cablewright.live.serve.latest import shared
@@ -85,7 +84,7 @@ def plan(body: bool = False) -> PrintPlan:
         motion=Motion(print_speed=0.2, travel_speed=0.2, acceleration=1.0),
     )
     robot = load("ipanema" if body else "merlet2023")
-    path = TimedPath.of(ring, nozzle=nozzle_of(robot))
+    path = TimedPath.of(ring, nozzle=robot.platform.own_nozzle)
     scene = robot.scene
     limits = SupervisorSettings(
         scene.frame_min,

@@ -6,9 +6,20 @@ from cablewright.analyses.accuracy.spread import MonteCarlo as MonteCarlo
 from cablewright.analyses.accuracy.spread import Vertices as Vertices
 from cablewright.analyses.interference import Interference as Interference
 from cablewright.analyses.interference import InterferenceSettings as InterferenceSettings
+from cablewright.analyses.jacobian import jacobian as jacobian
+from cablewright.analyses.jacobian import structure_matrix as structure_matrix
 from cablewright.analyses.modes import FREEDOMS as FREEDOMS
 from cablewright.analyses.modes import Modes as Modes
 from cablewright.analyses.modes import modes as modes
+from cablewright.analyses.motion.inverse_dynamics import InverseDynamics as InverseDynamics
+from cablewright.analyses.motion.inverse_dynamics import inverse_dynamics as inverse_dynamics
+from cablewright.analyses.motion.trajectory import Trajectory as Trajectory
+from cablewright.analyses.rigidity import Dexterity as Dexterity
+from cablewright.analyses.rigidity import dexterity as dexterity
+from cablewright.analyses.rigidity import natural_frequencies as natural_frequencies
+from cablewright.analyses.rigidity import stiffness as stiffness
+from cablewright.analyses.tension_methods import TensionComparison as TensionComparison
+from cablewright.analyses.tension_methods import compare_tensions as compare_tensions
 from cablewright.analyses.workspace.area import WorkspaceArea as WorkspaceArea
 from cablewright.analyses.workspace.area import workspace_area as workspace_area
 from cablewright.analyses.workspace.boundary_modes import Boundary as Boundary
@@ -20,6 +31,8 @@ from cablewright.analyses.workspace.workspace import NodeCount as NodeCount
 from cablewright.analyses.workspace.workspace import Workspace as Workspace
 from cablewright.analyses.workspace.workspace import count_nodes as count_nodes
 from cablewright.analyses.workspace.workspace import workspace as workspace
+from cablewright.analyses.wrench_polytope import WrenchPolytope as WrenchPolytope
+from cablewright.analyses.wrench_polytope import available_wrenches as available_wrenches
 from cablewright.calibration.calibrate import calibrate as calibrate
 from cablewright.calibration.drift.drift import Drift as Drift
 from cablewright.calibration.drift.drift import check_drift as check_drift
@@ -86,6 +99,7 @@ from cablewright.models.fidelity import Fidelity as Fidelity
 from cablewright.models.fidelity import SheaveLaw as SheaveLaw
 from cablewright.models.statics import Equilibrium as Equilibrium
 from cablewright.models.statics import Model as Model
+from cablewright.models.stiffness import Stiffness as Stiffness
 from cablewright.printing.curve import Curve as Curve
 from cablewright.printing.curve import Curves as Curves
 from cablewright.printing.curve import RankedCurve as RankedCurve

@@ -437,17 +437,17 @@ def test_sheaves_on_the_platform_are_discs_against_sampled_points(kinds: str) ->
     bare = distances(states, settings=InterferenceSettings(tolerance=1e-5, ends=0.0))
     radii = [0.5 * line.cable.thickness for line in robot.lines]
     (beam,) = robot.scene.beams
-    steel = np.array(beam.start) + np.linspace(0.0, 1.0, 4001)[:, None] * np.subtract(beam.end, beam.start)
+    steel = np.array(beam.start) + np.linspace(0.0, 1.0, 2001)[:, None] * np.subtract(beam.end, beam.start)
     for row in range(len(poses)):
         curves = bare.curves(row)
         near: dict[tuple[str, int, int], float] = {}
-        fine = [np.vstack([p + np.linspace(0, 1, 2001)[:, None] * (q - p) for p, q in pairwise(c)]) for c in curves]
+        fine = [np.vstack([p + np.linspace(0, 1, 21)[:, None] * (q - p) for p, q in pairwise(c)]) for c in curves]
         for i, curve in enumerate(curves):
             disc = cKDTree(disc_points(states[row], i, curve[-1], curve[-2]))
             near["frame", i, 1] = disc.query(steel)[0].min() - beam.radius - radii[i]
             for j in set(range(robot.m)) - {i}:
                 near["platform", j, i] = disc.query(fine[j])[0].min() - radii[i] - radii[j]
-            to_beam = [np.linalg.norm(steel - p, axis=1).min() for p in fine[i][::20]]
+            to_beam = [np.linalg.norm(steel - p, axis=1).min() for p in fine[i]]
             near["frame", i, 0] = min(to_beam) - beam.radius - radii[i]
         for kind in ("platform", "frame"):
             of_kind = {key: value for key, value in near.items() if key[0] == kind}

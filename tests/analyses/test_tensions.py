@@ -15,8 +15,10 @@ from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.models.statics import Model
 from cablewright.robot import Robot, load
 from cablewright.robot.uncertainty import Range, modulus_ranges
+from cablewright.robot.winch import Winch
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
+from cablewright.solvers.tension import self_stresses
 
 PLACES = {
     "paty2021": [0.2, -0.1, 8.0],
@@ -106,6 +108,25 @@ def test_any_method_will_do(method: Method) -> None:
     wanted = best_at(model, pose, modulus_ranges(model.robot), Vertices())
     assert best.max_deviation <= best.least_norm_max_deviation
     assert 0.6 * wanted.max_deviation < best.max_deviation < 1.05 * wanted.max_deviation  # samples miss corners
+
+
+def test_a_counterweight_keeps_its_tension() -> None:
+    """Seven lines with a winch leave one direction of choice; no point of that line is better."""
+    robot, pose = load("cogiro"), np.array(PLACES["cogiro"])
+    mass = float(solve_inverse(Model(robot), pose[None]).checked().winch_tensions[0, 0]) / 9.81
+    line = robot.lines[0].model_copy(update={"counterweight": 1.05 * mass, "winch": Winch()})
+    model = Model(robot.model_copy(update={"lines": (line, *robot.lines[1:])}))
+    ranges = modulus_ranges(model.robot)
+    best = best_at(model, pose, ranges, FirstOrder())
+    held = solve_inverse(model, pose[None]).checked()
+    (along,) = self_stresses(held[0])
+    assert along[0] == 0.0
+    assert best.tensions[0] == pytest.approx(held.tensions[0, 0], rel=1e-4)
+    tried = held.tensions + np.linspace(-2000.0, 2000.0, 41)[:, None] * along
+    there = solve_inverse(model, np.repeat(pose[None], 41, axis=0), preferred=tried)
+    there = there[there.ok]
+    least = FirstOrder()(SpreadProblem(there, there.lengths, there.pose, ranges)).max_deviation.min()
+    assert best.max_deviation <= 1.001 * least
 
 
 def test_limits_in_place_of_the_lines_bound_the_choice() -> None:

@@ -55,6 +55,7 @@ def _elsewhere(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     os.chdir(before)
 
 
+TEXT_ELSEWHERE = {"print", "check"}  # take seconds: tests of their own have what they say to people
 ENDLESS = {"serve"}  # goes on until it is stopped: `tests/apps/serve` does both
 
 
@@ -64,13 +65,14 @@ def test_the_example_of_a_command_runs_and_its_json_is_declared(cli, name: str) 
     kind = _kind(name)
     command, *arguments = shlex.split(kind.example)
     assert command == name
-    answer = cli(command, *arguments)
-    assert answer.code == 0, answer.err
-    assert answer.out
-    if not kind.answers:
-        return
-    for made in ("runs", "workshop"):  # a print and a robot begin in a new folder
-        shutil.rmtree(made, ignore_errors=True)
+    if name not in TEXT_ELSEWHERE:
+        answer = cli(command, *arguments)
+        assert answer.code == 0, answer.err
+        assert answer.out
+        if not kind.answers:
+            return
+        for made in ("runs", "workshop"):  # a print and a robot begin in a new folder
+            shutil.rmtree(made, ignore_errors=True)
     printed = cli(command, *arguments, "--json").json
     options = {
         "schema",

@@ -129,7 +129,7 @@ def warmed(corners: tuple[tuple[float, float], ...], exponent: float = EXPONENT)
     return TensileTest(force, LENGTH * strain, time=times, **climate)
 
 
-@pytest.mark.parametrize("corners", [HELD, CYCLES], ids=["held", "cycles"])
+@pytest.mark.parametrize("corners", [HELD, pytest.param(CYCLES, marks=pytest.mark.slow)], ids=["held", "cycles"])
 def test_the_pace_in_a_climate_is_told_with_sigmas_that_hold_over_200_tests(corners) -> None:
     base, off = warmed(corners), []
     for seed in range(200):

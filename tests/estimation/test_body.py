@@ -13,8 +13,9 @@ from cablewright.estimation.body import filter as of_body
 from cablewright.estimation.body.broken import hanging_without
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.state import BodyState, start
+from cablewright.estimation.drum_clock import ClockLeadSettings
 from cablewright.foundation.arrays import Array
-from cablewright.foundation.signals import Encoders, Estimate, Tensions
+from cablewright.foundation.signals import Encoders, Estimate, Inertial, Tensions
 from cablewright.models.rotation import angle_between
 from cablewright.models.statics import Model
 from cablewright.robot import load
@@ -158,6 +159,26 @@ def test_the_equilibria_without_a_line_balance() -> None:
     for each in found:
         assert each.tensions[4] == 0.0
         assert (np.delete(each.tensions, 4) >= 0.0).all()
+
+
+@pytest.mark.parametrize("lead", [0.03, -0.03])
+def test_readings_by_the_clock_of_the_platform_are_used_however_far_it_is_ahead(lead: float) -> None:
+    plant = BodyPlant(ROBOT, HOME, 933)
+    settings = replace(told(ROBOT), clock=ClockLeadSettings(offset=0.02, drift=1e-5, latency=0.005))
+    state = start(settings, HOME)
+    for _ in range(20):
+        frame = plant.step(np.zeros(ROBOT.m), DT)
+        own = [
+            each.stamped(each.time - 0.005 + lead) if isinstance(each, Inertial) else each for each in frame.readings
+        ]
+        estimate = of_body.step(settings, state, replace(frame, readings=tuple(own)))
+    assert estimate.faults == ()
+    assert state.motion.shaking > 0.0  # the swing of the platform is known
+    tilt = state.layout.tilt
+    assert (
+        np.diag(state.belief.covariance)[tilt].max()
+        < 0.9 * np.diag(start(settings, HOME).belief.covariance)[tilt].max()
+    )
 
 
 def test_bad_readings_raise_nothing() -> None:

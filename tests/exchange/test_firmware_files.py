@@ -203,10 +203,7 @@ def test_maslow_of_2025(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        (
-            "name: Pen\nkinematics:\n  WallPlotter:\n    left_axis: 0\n",
-            "kinematics: 'WallPlotter', two belts on a wall",
-        ),
+        ("kinematics:\n  parallel_delta:\n", "is a FluidNC configuration with kinematics: 'parallel_delta'"),
         ("kinematics:\n  CoreXY:\n", "is a FluidNC configuration with kinematics: 'CoreXY'"),
         ("winch:\n  ros__parameters:\n    rate: 3\n", "is a file of ROS parameters"),
         ("points:\n- frame: [1, 2]\n  platform: 3\nname: hall\n", "is YAML with 'points', 'name'"),
@@ -235,7 +232,7 @@ BAD = {
     "fork, too few": ("printer.cfg", FORK.replace("2, 2, 3, 4", "2, 2, 3"), "must be 4 values, one for each winch"),
     "fork, advantage": ("printer.cfg", FORK.replace("2, 2, 3, 4", "2, 2, 0, 4"), "must be a whole number, 1 or more"),
     "fork, weight": ("printer.cfg", FORK.replace("weight: 1.5", "weight: -1.5"), "must be at least 0"),
-    "fork, a tiny drum": ("printer.cfg", FORK.replace("220", "1e-190"), "build_up"),
+    "fork, a tiny drum": ("printer.cfg", FORK.replace("distance: 220", "distance: 1e-190"), "build_up"),
     "fork, nan": ("printer.cfg", FORK.replace("25000", "nan"), "winch_spring_constant = 'nan'"),
     "klipper of another kind": ("printer.cfg", KLIPPER.replace("winch", "delta"), "must be winch"),
     "klipper without a radius": ("printer.cfg", KLIPPER.replace("rotation_distance: 251.2\n", ""), "rotation_distance"),
@@ -253,7 +250,7 @@ BAD = {
         "at least 0.05 m is read",
     ),
     "rrf of another kind": ("config.g", RRF.replace("K6", "K1"), "no M669 K6"),
-    "rrf, six anchors": ("config.g", RRF.replace("N4", "N6"), "must be 3 to 5 anchors"),
+    "rrf, ten anchors": ("config.g", RRF.replace("N4", "N10"), "must be 3 to 5 anchors"),
     "rrf, half an anchor": ("config.g", RRF.replace("A0.0:-1604.5:-114.08", "A0.0:-1604.5"), "must be X:Y:Z in mm"),
     "rrf, no anchor": ("config.g", RRF.replace("C-1440.27:741.63:-161.23 ", ""), "has no C"),
     "rrf, few radii": ("config.g", RRF.replace(":64.673", ""), "has 3 values; there are 4 anchors"),

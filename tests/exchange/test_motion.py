@@ -13,7 +13,7 @@ import pytest
 import cablewright as cw
 from cablewright.exchange.firmware import Firmware, firmware
 from cablewright.exchange.formats import read_robot
-from cablewright.exchange.klipper_motion import Stepper
+from cablewright.exchange.motion.klipper import Stepper
 from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.machine.files import load_machine
 from cablewright.machine.settings import MachineSettings
@@ -44,7 +44,7 @@ def replay(text: str, letters: str) -> Replayed:
         code, _, comment = raw.partition(";")
         words = dict(re.findall(r"([A-Z])(-?[0-9.]+)", code))
         if comment.strip().startswith("LAYER:"):
-            done.layers.append(int(comment.split(":")[1]))
+            done.layers.append(int(comment.split(":")[1].split()[0]))
         if corner := re.search(r"INSTANTANEOUS_CORNER_VELOCITY=([0-9.]+)", code):
             done.corner = float(corner[1])
         if code.startswith(("G92", "G10 L20", "G0", "G1 ")):

@@ -11,7 +11,6 @@ from cablewright.control.guide import TimedPath
 from cablewright.foundation.signals import Order, OrderKind, PrintState
 from cablewright.live.drives import actions
 from cablewright.live.drives.session import RealMachine
-from cablewright.live.prints.body_limits import nozzle_of
 from cablewright.live.prints.loop import Printer
 from cablewright.live.still_path import still_path
 from cablewright.printing.job import Motion
@@ -51,7 +50,7 @@ def homed(found: Bench, folder: Path, place: np.ndarray) -> Printer:
     """Reset, enable, and home at a measured *place* (n,)."""
     machine = RealMachine.of(found.robot, found.twin.owner, folder / "machine", lambda: found.port)
     job, samples = still_path(found.robot, place[:3], Motion(print_speed=0.1, travel_speed=0.1, acceleration=0.2))
-    path = TimedPath.of(job, nozzle=nozzle_of(found.robot), samples=samples, robot=found.robot)
+    path = TimedPath.of(job, nozzle=found.robot.platform.own_nozzle, samples=samples, robot=found.robot)
     homing = machine.homing(path.start_pose, place)
     printer = machine.printer(path, "model", {PrintState.HOMING: homing})
     printer.machine.open()

@@ -10,8 +10,12 @@ import pytest
 
 from cablewright.foundation.errors import InputError
 from cablewright.live.error_statistics import CHI2_95, spread
+from cablewright.live.prints.plan import PrintOptions
+from cablewright.live.prints.print_job import print_job
 from cablewright.live.replay import replay
-from cablewright.machine.log.log import LogWriter
+from cablewright.machine.log.log import LogWriter, read_log
+from cablewright.printing.job import Job
+from cablewright.robot import load
 from observed import drive, errors, observe
 from twins import head
 
@@ -119,3 +123,23 @@ def test_a_replay_is_a_result(path: Path) -> None:
     assert len(repr(found)) < 160
     assert "\n" not in repr(found)
     assert len(found.plot().axes) == 5
+
+
+@pytest.mark.parametrize("name", ["hangprinter-v4", "ipanema"])
+def test_a_print_by_encoders_alone_is_replayed_as_it_was_estimated(name: str, tmp_path: Path) -> None:
+    robot = load(name)
+    ring = {"radius": 0.1, "layers": 1, "layer_height": 2e-3, "first_height": 0.3 if robot.n == 3 else 0.8}
+    speed = {"print_speed": 0.1, "travel_speed": 0.1, "acceleration": 0.05}
+    job = Job.model_validate({"name": "ring", "helix": ring, "motion": speed})
+    options = PrintOptions("encoders", plant="quasi-static", period=0.2, seed=3)
+    done = print_job(robot, job, tmp_path / "run", options=options)
+    assert done.finished
+    found = replay(tmp_path / "run", None if robot.n == 3 else "encoders")
+    assert found.estimator == "encoders"
+    assert found.valid == found.steps == done.run.steps
+    with read_log(tmp_path / "run") as log:
+        offsets = [e.estimate.position - e.truth.position for e in log.entries() if e.estimate.valid]
+    both = np.stack([found.column(axis) for axis in "xyz"], axis=1)
+    assert both == pytest.approx(np.array(offsets)[-len(both) :], abs=1e-9)
+    assert len(found.trace) > 10
+    found.plot(tmp_path / "replay.png")

@@ -349,9 +349,11 @@ PROBES: dict[Capability, Callable[[Robot], Any]] = {
     Capability.STRAIGHT_WORKSPACE: lambda robot: _workspace(robot, "exact"),
     Capability.BOUNDARY_MODES: _boundary,
     Capability.EXCESS: lambda robot: np.isfinite(cw.excess_lengths(held(robot))).all(),
-    Capability.SLACK: lambda robot: cw.solve_with_slack(robot, held(robot).pose, {3 if robot.n == 3 else 1: 0.02}).ok,
+    Capability.SLACK: lambda robot: any(
+        cw.solve_with_slack(robot, held(robot).pose, {line: 0.02}).ok for line in (3, 1, 0)
+    ),
     Capability.SHAPE: lambda robot: np.isfinite(
-        angle_from_excess(cw.Model(robot), held(robot).pose, 0, 0.0, 0.05)
+        angle_from_excess(cw.Model(robot), held(robot).pose, int(0 in robot.hung), 0.0, 0.05)
     ).all(),
     Capability.SLACK_SETS: lambda robot: isinstance(cw.slack_sets(robot, held(robot).pose), tuple),
     Capability.LET_OUT: lambda robot: bool(cw.let_out(robot, held(robot).lengths, robot.m - 1, [1e-4]).ok.all()),

@@ -36,6 +36,7 @@ def table_3(example: dict[str, Any]) -> Model:
     return Model(example["beam"](0.1), RIGID)
 
 
+@pytest.mark.slow  # its volumes and laws are those of the tests below
 def test_the_page_shows_what_the_example_prints(example: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
     example["main"]()
     page = (ROOT / "docs" / "papers" / "jung2020.md").read_text(encoding="utf-8")

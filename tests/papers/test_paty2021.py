@@ -32,6 +32,7 @@ def test_error_when_cable_deformation_is_neglected(height: float, error: float) 
     assert np.linalg.norm(reached.pose - wanted) == pytest.approx(error, abs=0.5 * digits)
 
 
+@pytest.mark.slow  # its first rows are those of the test before
 def test_the_page_shows_what_the_example_prints(capsys: pytest.CaptureFixture[str]) -> None:
     runpy.run_path(str(ROOT / "examples" / "papers" / "paty2021.py"), run_name="__main__")
     page = (ROOT / "docs" / "papers" / "paty2021.md").read_text(encoding="utf-8")

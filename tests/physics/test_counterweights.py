@@ -17,6 +17,7 @@ from cablewright.analyses.inertia_forces import tensions_by_acceleration
 from cablewright.analyses.motion.path_swing import PathSwing
 from cablewright.foundation.errors import InputError, Status
 from cablewright.models.inertia import mass_matrix
+from cablewright.models.plane import within
 from cablewright.models.statics import Model
 from cablewright.robot import Eyelet, Robot, load
 from cablewright.robot.parameters import Parameter, parameters_of
@@ -24,6 +25,7 @@ from cablewright.robot.winch import SharedWinch, Winch
 from cablewright.solvers.parameters import response
 from cablewright.studies.design.measures import _cost
 from cablewright.studies.design.problem import Prices
+from oracles import linear_program
 from physics.test_lines_out_of_plane import differences
 
 GRAVITY = 9.81
@@ -146,6 +148,84 @@ def test_each_yes_and_no_is_that_of_an_lp(name: str) -> None:
     assert len(answers) > 40
 
 
+@pytest.mark.parametrize("name", ["merlet2023", "cogiro", "jung2020"])
+def test_margins_are_those_of_an_lp(name: str) -> None:
+    """Of the distances of all tensions from their limits, that of the counterweight's line among them."""
+    robot, index = hung(straight(of(name)), HUNG[name], heavy(name)), HUNG[name]
+    low, high = np.transpose([line.tension_limits for line in robot.lines])
+    given, row = robot.lines[index].counterweight * GRAVITY, np.eye(robot.m)[index]
+    poses = scattered(robot, 25)
+    found = cw.tension_distribution(robot, poses, "exact")
+    for one, pose in zip(found, poses, strict=True):
+        A, w = linear_program.structure(robot, pose)
+        best = linear_program.margin(np.vstack([A, row]), np.r_[w, -given], low, high)
+        assert one.margin == pytest.approx(best, rel=1e-8, abs=1e-8)
+        if np.isfinite(best):
+            np.testing.assert_allclose(A @ one.tensions, -w, atol=1e-8 * abs(w).max())
+            assert one.tensions[index] == pytest.approx(given)
+    least = cw.tension_distribution(robot, poses)
+    np.testing.assert_array_equal(least.feasible, found.margin >= 0.0)
+    assert len(set(least.feasible)) == 2
+
+
+@pytest.mark.parametrize("name", HUNG)
+def test_the_least_tensions_are_those_of_the_inverse_problem(name: str) -> None:
+    robot = hung(of(name), HUNG[name], heavy(name))
+    held = cw.inverse(robot, at(name), cable="rigid").checked()
+    found = cw.tension_distribution(robot, held.pose)
+    np.testing.assert_allclose(found.tensions, held.tensions, rtol=1e-7)
+    full = cw.tension_distribution(robot, held.pose, cw.Quadratic(np.eye(robot.m)))
+    np.testing.assert_allclose(full.tensions, held.tensions, rtol=1e-5, atol=1e-5)
+
+
+@pytest.mark.parametrize("name", ["merlet2023", "cogiro", "jung2020"])
+def test_capacity_is_that_of_a_winch_with_hardly_any_room(name: str) -> None:
+    robot, index = hung(of(name), HUNG[name], heavy(name)), HUNG[name]
+    given = robot.lines[index].counterweight * GRAVITY
+    lines = list(robot.lines)
+    lines[index] = lines[index].model_copy(update={"counterweight": None, "tension_limits": (given, given + 1e-9)})
+    winched = robot.model_copy(update={"lines": tuple(lines)})
+    poses = scattered(robot, 25)
+    one, other = cw.capacity(robot, poses).margin, cw.capacity(winched, poses).margin
+    np.testing.assert_allclose(np.maximum(one, 0.0), np.maximum(other, 0.0), rtol=1e-7, atol=1e-6)
+    np.testing.assert_array_equal(one >= 0.0, other >= -1e-6)  # outside there are more facets to be measured from
+    others = robot.model_copy(update={"lines": tuple(line for line in robot.lines if line.counterweight is None)})
+    closed, without = cw.wrench_closure(robot, poses), cw.wrench_closure(others, poses)
+    np.testing.assert_array_equal(closed.margin, without.margin)
+    np.testing.assert_array_equal(closed.code, without.code)
+    known = np.isfinite(closed.margin)
+    assert (closed.tensions[known, index] == 0.0).all()
+
+
+def test_limits_that_a_counterweight_exceeds_hold_nowhere() -> None:
+    robot = hung(of("merlet2023"), 1, 12.0)
+    limits = (130.0, 500.0)
+    assert cw.tension_distribution(robot, POSES[3], "exact", tension_limits=limits).margin <= 12.0 * GRAVITY - 130.0
+    for found in (
+        cw.tension_distribution(robot, POSES[3], tension_limits=limits),
+        cw.capacity(robot, POSES[3], tension_limits=limits),
+    ):
+        assert Status.of(found.code) is Status.INFEASIBLE
+
+
+def test_a_counterweight_narrows_the_workspace_as_an_lp_has_it() -> None:
+    robot = hung(straight(load("merlet2023")), 1, 12.0)
+    found = cw.workspace(robot, tolerance=0.02)
+    poses = scattered(robot, 400)
+    held = cw.tension_distribution(robot, poses).feasible
+    share = held.mean()
+    assert 0.05 < share < 0.95
+    assert found.fraction == pytest.approx(share, abs=4.0 * np.sqrt(share * (1.0 - share) / 400))
+
+
+def scattered(robot: Robot, count: int) -> np.ndarray:
+    """Random poses in the frame, little turned, in the plane if there is one."""
+    rng = np.random.default_rng(12)
+    places = rng.uniform(robot.scene.frame_min, robot.scene.frame_max, (count, 3))
+    poses = np.hstack([places, 0.1 * rng.normal(size=(count, 3))])[:, : robot.n]
+    return within(robot.platform.plane, poses)
+
+
 @pytest.mark.parametrize("name", HUNG)
 def test_motions_are_differences(name: str) -> None:
     found = held(name)
@@ -256,7 +336,6 @@ def test_what_does_not_cover_it_says_so(tmp_path: Path) -> None:
     for ask in (
         lambda: cw.Tracker(Model.of(robot), found.lengths),
         lambda: cw.simulate_calibration(robot, 20, 1e-4),
-        lambda: cw.tension_distribution(robot, POSES[3]),
         lambda: cw.let_out(robot, found.lengths, robot.lines[1].name, 0.01),
     ):
         with pytest.raises(InputError, match="counterweight"):

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cablewright.foundation import paging
@@ -150,6 +150,7 @@ def test_arrays_cannot_be_written(read):
 
 @pytest.mark.parametrize("jerk", [None, 2.0])
 @pytest.mark.parametrize("size", [1, 2, 7])
+@settings(max_examples=30)
 @given(legs=PATHS, step=STEPS, acceleration=ACCELERATIONS)
 def test_a_path_in_blocks_is_the_same_path(read, size: int, jerk: float | None, legs, step, acceleration) -> None:
     def all_of() -> list[np.ndarray]:

@@ -98,7 +98,6 @@ REFUSED: dict[str, Callable[[], Any]] = {
     "capacity": lambda: cw.capacity(BODY, AT),
     "slack lines": lambda: cw.solve_with_slack(POINT, AT, {0: 0.1}),
     "sets of slack lines": lambda: cw.slack_sets(POINT, AT),
-    "a line let out alone": lambda: cw.let_out(POINT, np.full(4, 9.0), 0, [0.1]),
 }
 
 
@@ -128,7 +127,7 @@ def test_a_body_on_shared_winches_rests_and_has_a_workspace() -> None:
     found = rest_pose(BODY)
     assert found.held
     assert np.isfinite(found.equilibrium.pose).all()
-    space = cw.workspace(BODY, "static", grid=7, box=[-0.5, 0.5, -0.5, 0.5, 0.8, 1.4])
+    space = cw.workspace(BODY, "static", grid=3, box=[-0.5, 0.5, -0.5, 0.5, 0.8, 1.4])
     assert space.volume > 0.0
     with pytest.raises(cw.InputError, match="gravity decides the rotation"):
         cw.workspace(BODY, "static", grid=5, orientations=[[0.0, 0.0, 0.1]])

@@ -131,11 +131,6 @@ def test_bad_input(arguments: dict, why: str) -> None:
         equilibria(PATY, **arguments)
 
 
-def test_cables_without_weight_are_refused() -> None:
-    with pytest.raises(InputError, match="without weight"):
-        equilibria(Model(PATY.robot, Fidelity(CableLaw.ELASTIC)), [33.0] * 4)
-
-
 def test_nothing_found_is_said() -> None:
     with pytest.raises(AnswerError, match="no equilibrium was found"):
         equilibria(PATY, [33.0] * 4, box=[0, 1, 0, 1, 100, 101])

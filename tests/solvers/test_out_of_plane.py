@@ -15,7 +15,6 @@ from cablewright.live.logged_lines import hanging_lines
 from cablewright.robot import Robot
 from cablewright.solvers.limits import sheave_clearances
 from cablewright.solvers.line_cover import refuse_unfit
-from cablewright.solvers.slack import excess_from_angle
 from cablewright.solvers.tension import structures
 from cablewright.solvers.uniqueness import unique_among
 
@@ -37,8 +36,6 @@ def test_none_is_certified_and_none_is_called_the_only_one() -> None:
 @pytest.mark.parametrize(
     ("ask", "by"),
     [
-        (lambda: excess_from_angle(cw.Model(TILTED), PLACE, 0, 0.1, 0.1), "the shape of a line"),
-        (lambda: cw.slack_sets(TILTED, PLACE), "sets of slack lines"),
         (lambda: refuse_unfit(cw.Model(TILTED), np.full(4, 5.0)), "exhaustive"),
         (lambda: cw.enclose_poses(cw.inverse(TILTED, PLACE), 1e-4), "a box of poses"),
         (lambda: cw.simulate_calibration(TILTED, 20, 1e-4, cable="elastic"), "calibration of lines that stretch"),

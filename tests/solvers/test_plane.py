@@ -341,19 +341,53 @@ def test_what_does_not_know_planes_refuses_them() -> None:
     robot = boards.board()
     held = cw.inverse(robot, boards.places(robot, 1)[0]).checked()
     for asked in (
-        lambda: cw.equilibria(robot, held.lengths),
-        lambda: cw.solve_with_slack(robot, held.pose, {0: 0.1}),
-        lambda: cw.slack_sets(robot, held.pose),
         lambda: cw.enclose_poses(held, 1e-6),
         lambda: refuse_unfit(cw.Model.of(robot), held.lengths),
     ):
         with pytest.raises(InputError, match=r"robot 'board' has platform\.plane; not supported"):
             asked()
-    with pytest.raises(InputError, match=r"robot 'board' has a tilted platform\.plane; not supported"):
-        cw.workspace_area(boards.board("tilted"))
     for box in (None, (-1, 1, 0, 0, -1, 1)):
         with pytest.raises(InputError, match=r"moves in the plane y = 0\.02 m: only an area in that plane"):
             (cw.workspace if box is None else cw.workspace_area)(robot, box=box)
+    why = r"moves in the plane with normal 0\.1881, 0\.9407, 0\.2822 at 0\.02 m: only an area in that plane"
+    for box in (None, (0.5, 1, 0.5, 1, 0.5, 1)):
+        with pytest.raises(InputError, match=why):
+            (cw.workspace if box is None else cw.workspace_area)(boards.board("tilted"), box=box)
+
+
+@pytest.mark.parametrize("body", [False, True])
+def test_the_area_in_a_tilted_plane_is_that_of_a_linear_program(body: bool) -> None:
+    robot = boards.board("tilted", body, 4, 0.08, force=(5.0, 0.0, 8.0))
+    found = cw.workspace_area(robot, tolerance=0.01)
+    assert (found.status, found.normal) == ("ok", "0.1881, 0.9407, 0.2822")
+    a, b, n = boards.frame(robot)
+    uv = np.random.default_rng(3).uniform(-2.2, 2.2, (600, 2))
+    poses = uv @ np.array([a, b]) + boards.DISTANCE * n
+    framed = (np.abs(poses) <= 2.0).all(axis=1)
+    if body:
+        poses = np.hstack([poses, np.zeros_like(poses)])
+    share = np.mean([kept and feasible(robot, pose) for kept, pose in zip(framed, poses, strict=True)])
+    assert 0.1 < share < 0.9
+    assert found.area == pytest.approx(4.4**2 * share, abs=4.0 * 4.4**2 * np.sqrt(share * (1.0 - share) / 600))
+    (outline,) = found.outlines
+    np.testing.assert_allclose(outline @ n, boards.DISTANCE, atol=1e-12)
+    u, v = outline @ a, outline @ b
+    shoelace = 0.5 * abs(u @ np.roll(v, -1) - v @ np.roll(u, -1))
+    assert shoelace == pytest.approx(found.area, rel=1e-3)
+
+
+def test_a_box_cuts_a_tilted_plane() -> None:
+    """All of a box can be reached where limits are wide; the diagonal plane of a cube is a hexagon."""
+    table = boards.board("tilted", lines=4, off=1.0).model_dump(by_alias=True)
+    table["platform"]["plane"] |= {"normal": (1.0, 1.0, 1.0), "distance": 0.0}
+    table["scene"]["gravity"] = 0.0
+    ends = [(9.0, 0.0, 0.0), (-9.0, 1.0, 0.0), (0.0, 9.0, 0.0), (0.0, -9.0, 1.0)]
+    for line, end in zip(table["lines"], ends, strict=True):
+        line |= {"exit_point": end, "tension_limits": (1.0, 1e4)}
+    found = cw.workspace_area(Robot.model_validate(table), tolerance=0.005, box=(-1, 1, -1, 1, -1, 1))
+    assert found.area == pytest.approx(3.0 * np.sqrt(3.0), abs=found.area_error)
+    assert found.fraction == pytest.approx(1.0, abs=0.01)
+    assert found.perimeter == pytest.approx(6.0 * np.sqrt(2.0), rel=0.01)
 
 
 def test_lines_that_cannot_hold_it_are_told() -> None:

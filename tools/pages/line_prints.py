@@ -4,7 +4,8 @@
     python tools/pages/line_prints.py --robots cogiro --seeds 0:2
 
 Robots: the Hangprinter, whose lines have an advantage of 2, the cogiro with sheaves on its platform, the Maslow, whose
-sled slides on a board, and a body that hangs on four lines; jobs: rings of two layers, on the board two rounds of a
+sled slides on a board, a body that hangs on four lines, a hoist with a counterweight, and a body on three pairs of
+lines, each on one winch; jobs: rings of two layers, on the board two rounds of a
 rectangle. The machine is built for the robot, or the library's, with the severity typical and the dynamic plant in
 steps of 10 ms. True values in each step that prints: distance of the nozzle from its target, and tensions.
 """
@@ -16,7 +17,7 @@ import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -31,6 +32,9 @@ from cablewright.printing.job import Job, load_job
 from cablewright.robot import PlatformSheave, Robot, load
 from cablewright.studies.checks.check import check
 
+CABLE: Final = {"axial_stiffness": 60e3, "linear_density": 4e-3, "breaking_load": 2e3, "diameter": 2.5e-3}
+WINCH: Final = {"drum_radius": 0.04}
+
 
 def with_sheaves() -> Robot:
     """The cogiro with a sheave of 50 mm at each corner of its platform, whose axis is the platform's vertical."""
@@ -38,6 +42,55 @@ def with_sheaves() -> Robot:
     sheave = PlatformSheave(radius=0.05, axis=(0.0, 0.0, -1.0))
     lines = tuple(line.model_copy(update={"platform_sheave": sheave}) for line in robot.lines)
     return Robot.model_validate(robot.model_copy(update={"lines": lines}).model_dump())
+
+
+def hoist(dead: bool = True, **weight: Any) -> Robot:
+    """A point of 20 kg on three winches, and on a counterweight of 12 kg over a pulley above; *dead*: beside it."""
+    corners = {"a": (2.0, 0.0), "b": (-1.0, 1.8), "c": (-1.0, -1.8)}
+    lines = [
+        {"name": name, "exit_point": (x, y, 3.0), "sheave": {"kind": "eyelet"}, "winch": WINCH}
+        for name, (x, y) in corners.items()
+    ]
+    up: dict[str, Any] = {"name": "up", "exit_point": (0.0, 0.0, 3.5), "sheave": {"kind": "eyelet"}}
+    up |= {"counterweight": 12.0, **weight} | ({"winch_exit": (2.0, 0.0, 3.5)} if dead else {})
+    every = {"cable": CABLE, "tension_limits": (2.0, 400.0)}
+    return Robot.model_validate({
+        "name": "hoist",
+        "scene": {"frame_min": (-0.6, -0.6, 0.2), "frame_max": (0.6, 0.6, 1.6)},
+        "platform": {"kind": "point", "mass": 20.0},
+        "lines": [every | line for line in [*lines, up]],
+    })  # fmt: skip
+
+
+def pairs() -> Robot:
+    """A body of 12 kg on three pairs of parallel lines, each on one drum; its position is given, they keep its turn."""
+    exits = {
+        "a1": ((1.95, -0.2, 2.8), (0.25, -0.2, 0.1)),
+        "a2": ((1.95, 0.2, 2.8), (0.25, 0.2, 0.1)),
+        "b1": ((-0.8, 1.8, 2.8), (0.05, 0.32, -0.1)),
+        "b2": ((-1.15, 1.6, 2.8), (-0.3, 0.12, -0.1)),
+        "c1": ((-1.15, -1.6, 2.8), (-0.3, -0.12, -0.1)),
+        "c2": ((-0.8, -1.8, 2.8), (0.05, -0.32, -0.1)),
+    }
+    lines = [
+        {
+            "name": name,
+            "exit_point": exit_point,
+            "platform_point": point,
+            "sheave": {"kind": "eyelet"},
+            "winch": WINCH,
+            "cable": CABLE,
+            "tension_limits": (0.5, 400.0),
+            "shared_winch": {"line": f"{name[0]}1"} if name[1] == "2" else None,
+        }
+        for name, (exit_point, point) in exits.items()
+    ]
+    return Robot.model_validate({
+        "name": "pairs",
+        "scene": {"frame_min": (-0.6, -0.6, 0.2), "frame_max": (0.6, 0.6, 1.6)},
+        "platform": {"kind": "rigid", "mass": 12.0, "inertia": (0.3, 0.3, 0.4), "nozzle": (0.0, 0.0, -0.2)},
+        "lines": lines,
+    })  # fmt: skip
 
 
 def ring(radius: float, height: float, speed: float, x: float = 0.0) -> Job:
@@ -77,6 +130,8 @@ CASES: Final[dict[str, tuple[Callable[[], Robot], Callable[[Path], Job]]]] = {
     "cogiro": (with_sheaves, lambda _: ring(0.5, 0.5, 0.2)),
     "maslow4": (lambda: load("maslow4"), on_the_board),
     "grab-four-lines": (lambda: load("grab-four-lines"), lambda _: ring(0.2, -0.3, 0.1, 1.1)),
+    "hoist": (hoist, lambda _: ring(0.25, 0.4, 0.1)),
+    "pairs": (pairs, lambda _: ring(0.25, 0.4, 0.1)),
 }
 
 

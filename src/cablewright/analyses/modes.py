@@ -103,6 +103,7 @@ class Modes(Pictured):
         Figure("notes", "", "Warnings about the modes.", detail=True),
     )  # fmt: skip
     HEADLINES: ClassVar = ("status", "robot", "frequencies")
+    ROWS: ClassVar = "mode"
 
     equilibrium: Equilibrium
     stiffness: Stiffness
@@ -113,6 +114,15 @@ class Modes(Pictured):
     asymmetry: Array
     elastic_share: Array
     inextensible: Array
+
+    @property
+    def single(self) -> bool:
+        """Whether this is of one equilibrium, not of a batch."""
+        return self.equilibrium.single
+
+    def __len__(self) -> int:
+        """The number of equilibria of a batch. Raises `TypeError` for a single one."""
+        return len(self.equilibrium)
 
     @property
     def has_modes(self) -> bool:

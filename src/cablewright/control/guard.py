@@ -29,7 +29,7 @@ from cablewright.foundation.signals import (
     SensorFrame,
     Tensions,
     WinchMode,
-    per_line,
+    miscounted,
 )
 
 CONFIRMED: Final = 2
@@ -66,13 +66,14 @@ _CONDITIONS: Final = {
 
 @dataclass(frozen=True, eq=False)
 class GuardSettings:
-    """Limits of m lines and winches; None: not judged.
+    """Limits of m lines and w winches; None: not judged.
 
     ``max_tensions``: (m,) N at the sheaves. ``min_tensions``: (m,) N, of estimated ones while it prints.
-    ``max_torques``: (m,) N m of the winch drums. ``max_drum_speed``: rad/s of a winch drum.
+    ``max_torques``: (w,) N m of the winch drums. ``max_drum_speed``: rad/s of a winch drum.
     ``max_following_error``: rad of it. ``counts_per_radian``: of the encoders, per radian of a winch
-    drum; None: speeds are judged by the drives alone. ``max_uncounted``: (m,) rad that a winch drum may be ordered to
-    turn without a count. ``timeouts``: s without a reading, by source.
+    drum; None: speeds are judged by the drives alone. ``max_uncounted``: (w,) rad that a winch drum may be ordered to
+    turn without a count. ``timeouts``: s without a reading, by source. ``hosts``: (w,) indices of the lines that
+    winches are named for; None: each line has a winch of its own.
     """
 
     max_tensions: Array
@@ -84,6 +85,11 @@ class GuardSettings:
     max_uncounted: Array | None = None
     timeouts: Mapping[str, float] = field(default_factory=lambda: {"encoders": 0.5})
     stop: StopSettings = field(default_factory=StopSettings)
+    hosts: tuple[int, ...] | None = None
+
+    def winch(self, i: int) -> str:
+        """Return of which line winch *i* is, in words."""
+        return f"line {(i if self.hosts is None else self.hosts[i]) + 1}"
 
     def __post_init__(self) -> None:
         """Raise `InputError` for limits that are not positive and finite."""
@@ -126,7 +132,7 @@ class GuardState:
     closing_since: float = math.nan  # s, of the first command since which brakes are to be closed
     opening_since: float = math.nan  # s, since which they are to be open
     ordered: tuple[float, Command] | None = None  # s, and the command of then
-    turned: Array = field(default_factory=lambda: np.zeros(1))  # (m,) or (1,) rad by all commands
+    turned: Array = field(default_factory=lambda: np.zeros(1))  # (w,) or (1,) rad by all commands
     uncounted: dict[int, _Uncounted] = field(default_factory=dict)  # by line
 
 
@@ -182,8 +188,10 @@ def _read(settings: GuardSettings, state: GuardState, source: str, reading: Read
     if timeliness is Timeliness.OLD:
         return
     m, whole = len(settings.max_tensions), True
-    if any(len(getattr(reading, name)) != m for name in per_line(type(reading))):
-        state.causes[source] = [StopCause(f"the {source.replace('_', ' ')} do not tell {m} numbers, one for each line")]
+    wrong = miscounted(reading, m, m if settings.hosts is None else len(settings.hosts))
+    if wrong is not None:
+        what, each = source.replace("_", " "), "line" if wrong[2] == m else "winch"
+        state.causes[source] = [StopCause(f"the {what} do not tell {wrong[2]} numbers, one for each {each}")]
         return
     if isinstance(reading, Tensions):
         state.causes[source], whole = _measured_tensions(settings, state, reading)
@@ -193,7 +201,7 @@ def _read(settings: GuardSettings, state: GuardState, source: str, reading: Read
     elif isinstance(reading, Drives):
         state.causes[source] = _drives(settings, state, reading)
     elif isinstance(reading, Inputs):
-        state.causes[source] = _inputs(reading) + _brakes(state, reading, now)
+        state.causes[source] = _inputs(reading) + _brakes(settings, state, reading, now)
     if whole:
         state.whole_times[source] = stamp
 
@@ -227,7 +235,8 @@ def _measured_tensions(settings: GuardSettings, state: GuardState, reading: Tens
     for i in _confirmed(state, reading.source, now, limits):
         known = state.last_tensions[reading.source]
         falls = now[i] < before[i] - _FALLS * limits[i]
-        found.append(StopCause(_too_much("pulls", i, known, limits, "N"), StopKind.RAMP if falls else StopKind.HOLD))
+        why = _too_much(f"line {i + 1}", "pulls", i, known, limits, "N")
+        found.append(StopCause(why, StopKind.RAMP if falls else StopKind.HOLD))
     return found, not any(math.isnan(t) and not math.isnan(b) for t, b in zip(now, before, strict=True))
 
 
@@ -237,7 +246,9 @@ def _inferred_tensions(settings: GuardSettings, inferred: Array) -> list[StopCau
     if not over:
         return []
     worst = max(over, key=lambda i: float(now[i] / limits[i]))
-    return [StopCause(_too_much("pulls", worst, now, limits, "N") + ", by the lengths", StopKind.HOLD)]
+    return [
+        StopCause(_too_much(f"line {worst + 1}", "pulls", worst, now, limits, "N") + ", by the lengths", StopKind.HOLD)
+    ]
 
 
 def _lost_tensions(least: Array, inferred: Array, state: GuardState, now: float) -> list[StopCause]:
@@ -268,7 +279,7 @@ def _encoder_speeds(settings: GuardSettings, state: GuardState, now: float, coun
     for way, name in ((per_second, "out"), (-per_second, "in")):
         speeds = [way * (now - then) for now, then in zip(counts, before[1], strict=True)]
         fast = _confirmed(state, name, speeds, limits)
-        found += [StopCause(_too_much("turns at", i, speeds, limits, "rad/s")) for i in fast]
+        found += [StopCause(_too_much(settings.winch(i), "turns at", i, speeds, limits, "rad/s")) for i in fast]
     return found
 
 
@@ -287,7 +298,7 @@ def _stuck(settings: GuardSettings, state: GuardState, now: float, counts: list[
         angle = turned[i] - last.turned
         if abs(angle) > most and now - last.time >= late:
             cable = f"{'pay out' if angle > 0.0 else 'wind in'} {1e3 * UNCOUNTED * abs(angle) / most:.0f} mm of cable"
-            why = f"the encoder of line {i + 1} does not count: its winch was ordered to {cable}"
+            why = f"the encoder of {settings.winch(i)} does not count: its winch was ordered to {cable}"
             found.append(StopCause(why, StopKind.HOLD))
     return found
 
@@ -298,7 +309,7 @@ def _drives(settings: GuardSettings, state: GuardState, reading: Drives) -> list
     if DriveState.FAULT in reading.states:
         for i, (drive, text) in enumerate(zip(reading.states, reading.faults, strict=True)):
             if drive is DriveState.FAULT:
-                why = f"the drive of line {i + 1} reports a fault: {text or 'no text'}"
+                why = f"the drive of {settings.winch(i)} reports a fault: {text or 'no text'}"
                 found.append(StopCause(why, StopKind.BRAKE))
     following, speed = settings.max_following_error, settings.max_drum_speed
     hold, by_ramp, errors = StopKind.HOLD, StopKind.RAMP, reading.following_errors
@@ -311,7 +322,7 @@ def _drives(settings: GuardSettings, state: GuardState, reading: Drives) -> list
             most = limits.tolist() if isinstance(limits, np.ndarray) else [limits] * m
             sizes = [abs(value) for value in values.tolist()]
             over = _confirmed(state, name, sizes, most)
-            found += [StopCause(_too_much(does, i, sizes, most, unit), kind) for i in over]
+            found += [StopCause(_too_much(settings.winch(i), does, i, sizes, most, unit), kind) for i in over]
     return found
 
 
@@ -323,13 +334,13 @@ def _inputs(reading: Inputs) -> list[StopCause]:
     return [] if reading.enabling else [StopCause("the enabling switch is not pressed")]
 
 
-def _brakes(state: GuardState, reading: Inputs, now: float) -> list[StopCause]:
+def _brakes(settings: GuardSettings, state: GuardState, reading: Inputs, now: float) -> list[StopCause]:
     """Brakes that are not as they were commanded, by their own contacts, after the time that they have for it."""
     for i, closed in enumerate(reading.brakes_closed):
         if not closed and now - state.closing_since > BRAKE_TIME:
-            return [StopCause(f"the brake of line {i + 1} does not close", StopKind.KEEP)]
+            return [StopCause(f"the brake of {settings.winch(i)} does not close", StopKind.KEEP)]
         if closed and now - state.opening_since > BRAKE_TIME:
-            return [StopCause(f"the brake of line {i + 1} does not open", StopKind.HOLD)]
+            return [StopCause(f"the brake of {settings.winch(i)} does not open", StopKind.HOLD)]
     return []
 
 
@@ -348,5 +359,5 @@ def _confirmed(state: GuardState, name: str, values: Sequence[float], limits: Se
     return [i for i, times in counted.items() if times >= CONFIRMED]
 
 
-def _too_much(does: str, i: int, values: Sequence[float], limits: Sequence[float], unit: str) -> str:
-    return f"line {i + 1} {does} {values[i]:.3g} {unit}; at most {limits[i]:.3g} is allowed"
+def _too_much(what: str, does: str, i: int, values: Sequence[float], limits: Sequence[float], unit: str) -> str:
+    return f"{what} {does} {values[i]:.3g} {unit}; at most {limits[i]:.3g} is allowed"

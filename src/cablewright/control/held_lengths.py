@@ -19,7 +19,9 @@ from cablewright.solvers.inverse import solve_inverse
 
 
 class Held(NamedTuple):
-    """Tensions and lengths (k, m) at k poses."""
+    """Poses (k, 6), and tensions and lengths (k, m) there."""
+
+    poses: Array  # m and rad
 
     tensions: Array  # N, at the sheaves
     lengths: Array  # m, unstrained
@@ -34,4 +36,4 @@ def held_at(model: Model, poses: Array, retraction: Array | None, accelerations:
     wrenches = None if accelerations is None else inertia_wrenches(model.robot, poses, accelerations)
     poses = hung(model, poses, retraction)
     solved = solve_inverse(model, poses, path=True, retraction=retraction, wrenches=wrenches)
-    return Held(solved.tensions, solved.lengths) if np.isfinite(solved.lengths).all() else None
+    return Held(poses, solved.tensions, solved.lengths) if np.isfinite(solved.lengths).all() else None

@@ -13,7 +13,7 @@ from cablewright.control.ramp_mean import PeriodAt, RampMean
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import Order, OrderKind
-from cablewright.models.plane import within
+from cablewright.models.plane import leaving, within
 from cablewright.robot.plane import OFF_PLANE, Plane
 
 LEASE: Final = 0.2
@@ -104,7 +104,7 @@ def refusal(settings: ManualSettings, order: Order, now: float) -> str:
                 return f"jog: velocity: {speed:g} m/s; at most {settings.max_speed:g} is allowed by hand"
             settings.require_run_out(speed)
             wish = _vector(order, "velocity")
-            aside = float(np.linalg.norm(wish - _along(settings.plane, wish)))
+            aside = float(np.linalg.norm(leaving(settings.plane, wish)))
             if aside > _ASIDE * speed:
                 return f"jog: velocity: leaves the plane {settings.plane} by {aside:.3g} m/s: move along the plane"
             return "" if now - order.time < LEASE else f"jog: it was ordered over {LEASE:g} s ago"
@@ -123,13 +123,6 @@ def refusal(settings: ManualSettings, order: Order, now: float) -> str:
     return ""
 
 
-def _along(plane: Plane | None, velocity: Array) -> Array:
-    """Return a *velocity* (3,), m/s, without what leaves the *plane*."""
-    if plane is None:
-        return velocity
-    return np.asarray(velocity - (velocity @ plane.across) * np.array(plane.across))
-
-
 def begin(
     settings: ManualSettings, state: ManualState, order: Order, now: float, at: tuple[Array, Array] | None
 ) -> None:
@@ -142,7 +135,8 @@ def begin(
         state.mean.rest()
     if order.kind is OrderKind.JOG:
         state.goal, state.lease_end = None, min(now, order.time) + LEASE
-        state.wish = _along(settings.plane, _vector(order, "velocity"))
+        wish = _vector(order, "velocity")
+        state.wish = wish - leaving(settings.plane, wish)
     else:
         if state.goal is None:  # it comes to rest first as a jog does, within its limits
             state.mean.rest()

@@ -14,25 +14,28 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Final, get_args
 
 import numpy as np
 
 from cablewright.control.beam import BeamMotion
 from cablewright.control.guide import Target
-from cablewright.control.held_lengths import held_at
+from cablewright.control.held_lengths import Held, held_at
 from cablewright.control.slack import SlackSettings, choose_slack_line, slack_rates
 from cablewright.control.swing_damping import SwingDamping, SwingState, follow
-from cablewright.foundation.arrays import Array
+from cablewright.foundation.arrays import Array, Indices
 from cablewright.foundation.choices import LawName
 from cablewright.foundation.errors import InputError, UnknownName, require_positive
 from cablewright.foundation.signals import Estimate
+from cablewright.kernels.layout import Packed
 from cablewright.models.inertia import compensates, inertia_wrenches
-from cablewright.models.rotation import moved
+from cablewright.models.packed_views import LineNumbers
+from cablewright.models.rotation import motion_between, moved
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.solvers.taut import Taut, stretches, taut_at
+from cablewright.solvers.taut import Taut, stretches, taut_at, taut_of
 
 LAWS: Final = get_args(LawName)
 
@@ -58,6 +61,11 @@ class VelocitySettings:
     by_lengths: bool = False
     slack: SlackSettings = field(default_factory=SlackSettings)
     swing: SwingDamping | None = None
+
+    @cached_property
+    def hosts(self) -> Indices:
+        """The lines (w,) that the winches are named for."""
+        return np.array(self.model.robot.hosts)
 
     def __post_init__(self) -> None:
         """Raise `InputError` for unknown laws, rigid platforms and numbers that are not positive and finite."""
@@ -97,7 +105,7 @@ def step(
     tensions: Array | None = None,
     beam: BeamMotion | None = None,
 ) -> Array:
-    """Return the speeds of the winch drums (m,), rad/s, for the next *dt* (s); positive pays out.
+    """Return the speeds of the winch drums (w,), rad/s, for the next *dt* (s); positive pays out.
 
     *tensions* (m,), N: estimated, of a rigid platform, or measured, of a point; None: unknown. *beam*: of a platform
     that retracts. If one exceeds the limit, all are scaled, so that the platform stays on its path. Zeros for an
@@ -105,10 +113,10 @@ def step(
     """
     if settings.model.n == 6:
         rates = _rates_of_body(settings, state, estimate, target, dt, tensions, beam)
-        return np.zeros(settings.model.m) if rates is None else _within(settings, rates / estimate.radii)
+        return np.zeros(len(settings.hosts)) if rates is None else _within(settings, rates, estimate)
     taut = taut_at(settings.model, estimate.position)
     if not (np.isfinite(taut.toward).all() and np.isfinite(estimate.lengths).all()):
-        return np.zeros(settings.model.m)
+        return np.zeros(len(settings.hosts))
     lead, leading = _lead(settings.model, target, dt)
     error = target.position - estimate.position
     if settings.by_lengths and lead.any():  # the estimate takes what the lengths lead by for a motion of the platform
@@ -125,7 +133,7 @@ def step(
         rates += _slack_term(settings, taut, estimate, dt)
     else:
         rates += _internal_rates(settings, state, taut, estimate, target, dt, tensions)
-    return _within(settings, rates / estimate.radii)
+    return _within(settings, rates[settings.hosts], estimate)
 
 
 def _by_motion(model: Model, taut: Taut) -> Array:
@@ -152,8 +160,9 @@ def _lead(model: Model, target: Target, dt: float) -> tuple[Array, Array]:
     return begin, (end - begin) / dt
 
 
-def _within(settings: VelocitySettings, speeds: Array) -> Array:
-    """Scale *speeds* (m,), rad/s, so that none exceeds the limit."""
+def _within(settings: VelocitySettings, rates: Array, estimate: Estimate) -> Array:
+    """Return speeds (w,), rad/s, at *rates* (w,), m/s, of the winches' lines, scaled so that none exceeds the limit."""
+    speeds = rates / estimate.radii[settings.hosts]
     largest = float(np.abs(speeds).max())
     return speeds * (settings.max_drum_speed / largest) if largest > settings.max_drum_speed else speeds
 
@@ -167,7 +176,7 @@ def _rates_of_body(
     tensions: Array | None,
     beam: BeamMotion | None,
 ) -> Array | None:
-    """Return rates (m,), m/s, of the lengths of a rigid platform; None where no tensions hold it."""
+    """Return rates (w,), m/s, of the winches' lines of a rigid platform; None where no tensions hold it."""
     here = np.concatenate([target.position, target.rotation])
     there = moved(here, dt * np.concatenate([target.velocity, target.rate]))
     retraction = None if beam is None else np.array([beam.length, beam.length + dt * beam.speed])
@@ -177,8 +186,41 @@ def _rates_of_body(
         return None
     state.chosen = held.tensions[0]
     state.tension_error = math.inf if tensions is None else float(np.abs(tensions - held.tensions[0]).max())
-    correction = min(settings.gain, 0.5 / dt) * (held.lengths[0] - estimate.lengths)
-    return np.asarray((held.lengths[1] - held.lengths[0]) / dt + _bounded(correction, settings.max_correction))
+    now, then = held.lengths[:, settings.hosts]
+    error = _length_errors(settings, estimate, held, retraction, tensions)
+    if not np.isfinite(error).all():
+        return None
+    correction = min(settings.gain, 0.5 / dt) * error
+    return np.asarray((then - now) / dt + _bounded(correction, settings.max_correction))
+
+
+def _length_errors(
+    settings: VelocitySettings, estimate: Estimate, held: Held, retraction: Array | None, tensions: Array | None
+) -> Array:
+    """Return by how much lengths of lines with a winch, m, are to grow for the first pose *held*, and its tensions.
+
+    The estimated pose decides what moves the platform, *tensions* (m,), N, what does not. Both agree with lengths of
+    the model as long as lines are as soft and the platform as heavy as it says; else lengths alone would be followed,
+    and the pose that they no longer hold.
+    """
+    model, hosts = settings.model, settings.hosts
+    here = np.concatenate([estimate.position, estimate.rotation])
+    rows = model.rows(retraction=None if retraction is None else retraction[:1])
+    packed: Packed = model.packed._replace(lines=rows.lines[0])
+    taut = taut_of(packed, here)
+    by_motion = taut.per_motion[hosts]
+    error = by_motion @ motion_between(here, held.poses[0])
+    if tensions is None or len(hosts) <= model.freedoms:
+        return np.asarray(error)
+    own = stretches(LineNumbers(packed.lines), taut) * (tensions - held.tensions[0])
+    own = own[hosts]
+    return np.asarray(error + own - _moving_part(by_motion, own))
+
+
+def _moving_part(by_motion: Array, change: Array) -> Array:
+    """Return the part (m,) of a *change* of lengths that moves the platform, by their gradients (m, p)."""
+    basis, _ = np.linalg.qr(by_motion)
+    return np.asarray(basis @ (basis.T @ change))
 
 
 def _bounded(vector: Array, most: float) -> Array:
@@ -222,9 +264,11 @@ def _internal_rates(
         error = np.where(np.isfinite(estimate.excess), goal - estimate.excess, 0.0)
     else:
         error = np.nan_to_num(stretches(model.lines, taut) * (tensions - at_target.tensions))
-    basis, _ = np.linalg.qr(_by_motion(model, taut))
-    own = error - basis @ (basis.T @ error)
+    hosts, rates = settings.hosts, np.zeros(model.m)
+    own = error[hosts] - _moving_part(_by_motion(model, taut)[hosts], error[hosts])
     if model.free_directions is not None:
-        state.tension_error = float(np.abs(own / stretches(model.lines, taut)).max())
-    rates = min(settings.internal_gain, 0.5 / dt) * own
-    return np.asarray(np.clip(rates, -settings.max_correction, settings.max_correction))
+        state.tension_error = float(np.abs(own / stretches(model.lines, taut)[hosts]).max())
+    rates[hosts] = np.clip(
+        min(settings.internal_gain, 0.5 / dt) * own, -settings.max_correction, settings.max_correction
+    )
+    return rates

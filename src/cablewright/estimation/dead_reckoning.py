@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -18,19 +19,21 @@ from cablewright.estimation.body.updates.cells import Cells
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.estimation.felt_air import FeltAir
 from cablewright.estimation.learnt_lengths import LearntLengths, LengthPriors, MeasuredPlace
+from cablewright.estimation.measured_tensions import smoothed
 from cablewright.estimation.reading_checks import accepted
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import AnswerError, InputError, Status
 from cablewright.foundation.signals import Climate, Encoders, Estimate, SensorFrame, Tensions, frozen
-from cablewright.models.coil import Coil
+from cablewright.models.coil import Coil, LineCoils
 from cablewright.models.creep import CreepMemory, memory_of
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.support import Capability, require
+from cablewright.models.winch_lines import WinchLines
 from cablewright.solvers.continuation import Tracker, TrackerSettings
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.linearise import linearise, tension_changes
-from cablewright.solvers.taut import taut_at
+from cablewright.solvers.taut import Taut, taut_at
 
 _PLACINGS: Final = 3  # Newton steps to the lengths of a known place: centimetres are left as nanometres
 _UNEVEN: Final = 2e-3  # standard deviation of how far lengths are off by load cells, as a share: more than cables creep
@@ -40,8 +43,9 @@ _UNEVEN: Final = 2e-3  # standard deviation of how far lengths are off by load c
 class ReckoningSettings:
     """The machine as described.
 
-    ``counts_per_radian``: encoder counts for a radian of a winch drum. ``coils``: each winch's cable, wound regularly.
-    ``total_length``: m of cable of a winch, wound and paid out. ``slack_threshold``: m of excess from which a line
+    ``counts_per_radian``: encoder counts for a radian of a winch drum. ``coils``: each line's cable on its drum, wound
+    regularly; None: it has no winch. ``total_length``: m of cable of a winch, wound and paid out.
+    ``slack_threshold``: m of excess from which a line
     counts as slack. ``smoothing_time``: s, of the velocity and of tensions. ``timeout``: s without counts after which
     that is a fault. ``cells``: load cells or torques, which help to learn lengths where a place is measured.
     ``priors``: of what measured places are to teach; None: each place corrects lengths by itself.
@@ -49,7 +53,7 @@ class ReckoningSettings:
 
     model: Model
     counts_per_radian: float
-    coils: tuple[Coil, ...]
+    coils: tuple[Coil | None, ...]
     total_length: float
     slack_threshold: float = 2.5e-3
     smoothing_time: float = 0.2
@@ -63,6 +67,16 @@ class ReckoningSettings:
             raise InputError(f"robot {self.model.robot.name!r}: a point platform and a coil for each line are expected")
         require(self.model, Capability.ESTIMATION)
 
+    @cached_property
+    def drums(self) -> LineCoils:
+        """The lines' cables on their drums."""
+        return LineCoils(self.coils, self.total_length)
+
+    @cached_property
+    def winches(self) -> WinchLines:
+        """The winches, whose encoders are read."""
+        return WinchLines.of(self.model.robot)
+
 
 @dataclass(eq=False)
 class ReckoningState:
@@ -74,7 +88,7 @@ class ReckoningState:
     start_lengths: Array  # (m,) m
     start_angles: Array  # (m,) rad, wound on each drum at the start
     monitor: FaultMonitor
-    start_counts: NDArray[np.int64] | None = None  # (m,)
+    start_counts: NDArray[np.int64] | None = None  # (w,)
     creep: CreepMemory | None = None  # of cables that creep as described
     start_strain: Array | float = 0.0  # (m,) by creep, at the start lengths
     air: FeltAir = field(default_factory=FeltAir)
@@ -83,6 +97,7 @@ class ReckoningState:
     velocity: Array | None = None
     measured: Array | None = None  # (m,) tensions, N, smoothed; NaN: not read
     learnt: LearntLengths | None = None
+    taut: Taut | None = None
     time: float = -math.inf
 
 
@@ -98,7 +113,7 @@ def start(settings: ReckoningSettings, place: Array) -> ReckoningState:
 
 
 def start_at(settings: ReckoningSettings, lengths: Array, counts: NDArray[np.int64]) -> ReckoningState:
-    """Return the state where *lengths* (m,), m, are out at *counts* (m,), both known. Raises `AnswerError`.
+    """Return the state where *lengths* (m,), m, are out at *counts* (w,), both known. Raises `AnswerError`.
 
     What cables have crept before is not known, so that none of their creep counts.
     """
@@ -110,15 +125,9 @@ def _begin(
 ) -> ReckoningState:
     tracker = Tracker(settings.model, lengths, TrackerSettings(certify=False))
     monitor = FaultMonitor({"encoders": settings.timeout})
-    state = ReckoningState(tracker, lengths.copy(), _wound(settings, lengths), monitor, counts, creep)
+    state = ReckoningState(tracker, lengths.copy(), settings.drums.angles(lengths), monitor, counts, creep)
     state.rotation = np.zeros(len(lengths))
     return state
-
-
-def _wound(settings: ReckoningSettings, lengths: Array) -> Array:
-    """Angles (m,), rad, of cable on the drums with *lengths* (m,), m, out."""
-    outs = zip(settings.coils, lengths.tolist(), strict=True)
-    return np.array([coil.angle(settings.total_length - out) for coil, out in outs])
 
 
 def placed(
@@ -182,7 +191,7 @@ def resumed(settings: ReckoningSettings, state: ReckoningState) -> None:
     if state.learnt is None:
         return
     lengths = state.learnt.counted.copy()
-    state.start_lengths, state.start_angles = lengths, _wound(settings, lengths)
+    state.start_lengths, state.start_angles = lengths, settings.drums.angles(lengths)
     state.tracker.change(state.learnt.packed(settings.model))
     if not state.tracker.restart(lengths + state.learnt.longer(lengths)):
         raise AnswerError("dead reckoning finds no equilibrium of what was learnt")
@@ -213,10 +222,11 @@ def _tightened(
 
 
 def _counts(settings: ReckoningSettings, state: ReckoningState) -> NDArray[np.int64]:
-    """The counts (m,) of the last reading. Raises `AnswerError` before the first."""
+    """The counts (w,) of the last reading. Raises `AnswerError` before the first."""
     if state.start_counts is None:
         raise AnswerError("dead reckoning has read no encoder yet")
-    return state.start_counts + np.rint(state.rotation * settings.counts_per_radian).astype(np.int64)
+    rotation = state.rotation[settings.winches.hosts]
+    return state.start_counts + np.rint(rotation * settings.counts_per_radian).astype(np.int64)
 
 
 def step(settings: ReckoningSettings, state: ReckoningState, frame: SensorFrame) -> Estimate:
@@ -256,42 +266,35 @@ def step(settings: ReckoningSettings, state: ReckoningState, frame: SensorFrame)
 
 def _read_tensions(settings: ReckoningSettings, state: ReckoningState, frame: SensorFrame, dt: float) -> None:
     """Smooth the tensions that a frame brings; what is not read stays as it was."""
-    if settings.cells is None:
-        return
-    for reading in accepted(state.monitor, frame.of(Tensions), frame.time):
-        if reading.source != settings.cells.source:
-            continue
-        if state.measured is None:
-            state.measured = reading.tensions.copy()
+    if settings.cells is not None:
+        readings = accepted(state.monitor, frame.of(Tensions), frame.time)
         share = min(1.0, dt / settings.smoothing_time)
-        known = np.where(np.isnan(state.measured), reading.tensions, state.measured)
-        state.measured = np.where(np.isnan(reading.tensions), known, known + share * (reading.tensions - known))
+        state.measured = smoothed(state.measured, readings, settings.cells.source, share)
 
 
 def _update_lengths(settings: ReckoningSettings, state: ReckoningState, reading: Encoders) -> None:
     if state.start_counts is None:
         state.start_counts = reading.counts
-    rotation = (reading.counts - state.start_counts) / settings.counts_per_radian
-    wound = (state.start_angles - rotation).tolist()
-    max_angles = [2.0 * math.pi * (len(coil.radii) - 1) for coil in settings.coils]
-    if not all(0.0 <= angle <= end for angle, end in zip(wound, max_angles, strict=True)):
+    rotation = settings.winches.of_lines(reading.counts - state.start_counts) / settings.counts_per_radian
+    wound = state.start_angles - rotation
+    if not settings.drums.holds(wound):
         state.monitor.report("encoders", "jump", "the counts exceed the turns of a winch drum: not used")
         return
     state.monitor.clear("encoders", "jump")
     state.rotation = rotation
-    rows = zip(settings.coils, state.start_lengths.tolist(), state.start_angles.tolist(), wound, strict=True)
-    out = np.array([out + coil.length(before) - coil.length(now) for coil, out, before, now in rows])
+    out = state.start_lengths + settings.drums.paid(state.start_angles, wound)
     state.lengths = out if state.creep is None else out * (1.0 + state.creep.strain - state.start_strain)
 
 
 def _estimate(settings: ReckoningSettings, state: ReckoningState, paid: Array, status: Status) -> Estimate:
     assert state.velocity is not None
     pose = state.tracker.pose
-    excess = paid - taut_at(settings.model, pose).lengths
+    state.taut = taut_at(settings.model, pose)
+    if settings.model.robot.hung:
+        paid = state.tracker.solved.lengths[0]
+    excess = paid - state.taut.lengths
     if state.learnt is not None:  # as those have it who know the file alone: at the same tensions
         excess = excess + state.learnt.given(state.tracker.solved)
-    wound = (state.start_angles - state.rotation).tolist()
-    radii = [coil.radius(angle) for coil, angle in zip(settings.coils, wound, strict=True)]
     return Estimate(
         state.time,
         frozen(pose),
@@ -300,7 +303,7 @@ def _estimate(settings: ReckoningSettings, state: ReckoningState, paid: Array, s
         frozen(paid),
         frozen(excess),
         excess > settings.slack_threshold,
-        frozen(radii),
+        frozen(settings.drums.radii(state.start_angles - state.rotation)),
         faults=state.monitor.faults,
         valid=status is Status.OK and state.start_counts is not None,
     )

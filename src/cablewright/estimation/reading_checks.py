@@ -31,7 +31,7 @@ from cablewright.foundation.signals import (
     Reading,
     Scan,
     SensorFrame,
-    per_line,
+    miscounted,
 )
 from cablewright.robot import Line
 from cablewright.solvers.taut import Taut
@@ -76,13 +76,11 @@ class ReadingChecks:
 
     def _fits(self, reading: Reading) -> bool:
         """Whether a reading has a number for each line; another one is reported."""
-        for name in per_line(type(reading)):
-            count = len(getattr(reading, name))
-            if count != self.lines:
-                why = f"a reading of {count} lines, where there are {self.lines}: not used"
-                self.monitor.report(reading.source, "lines", why)
-                return False
-        return True
+        wrong = miscounted(reading, self.lines, self.lines)
+        if wrong is not None:
+            why = f"a reading of {wrong[1]} lines, where there are {wrong[2]}: not used"
+            self.monitor.report(reading.source, "lines", why)
+        return wrong is None
 
     def reset(self) -> None:
         """Remove the last readings, because the clock was reset."""

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
 from cablewright.exchange.completion import Point, chosen_cable, frame_of
 from cablewright.exchange.translation import Notes
+from cablewright.foundation.errors import InputError
 from cablewright.foundation.validation import validated
 from cablewright.robot import Robot
 
 CABLE: Final = "spectra-1.1mm"
 MASS: Final = 2.0  # kg, assumed
+
+NEAR: Final = 0.005
+"""Distance of an anchor from the origin over that of the farthest, below which it is in another unit."""
 
 
 def anchored_robot(
@@ -41,6 +46,7 @@ def anchored_robot(
     if not all("tension_limits" in line for line in lines.values()):
         assumed.add("tension_limits: a hundredth of the weight to a fifth of the breaking load")
     exits: list[Point] = [line["exit_point"] for line in lines.values()]
+    _require_one_unit(path, {name: math.hypot(*line["exit_point"]) for name, line in lines.items()})
     given = {
         "schema": 1,
         "name": path.stem[:100] or "imported",
@@ -52,6 +58,17 @@ def anchored_robot(
         ],
     }
     return validated(Robot, given, path)
+
+
+def _require_one_unit(path: Path, away: Mapping[str, float]) -> None:
+    """Raise `InputError` where one anchor is so near the origin that it is in m and others in mm. *away*: m."""
+    far = max(away.values(), default=0.0)
+    for name, distance in away.items():
+        if distance < far * NEAR:
+            raise InputError(
+                f"{path}: anchor {name} is {1e3 * distance:g} mm from the origin, where the nozzle is at first, and "
+                f"another is {1e3 * far:g} mm: give all anchors in mm"
+            )
 
 
 def spool(radius: float, growth: float, length: float, cables: int = 1) -> dict[str, float]:

@@ -11,6 +11,7 @@ from typing import Final
 
 from cablewright.exchange import caspr, klipper_config, maslow, rrf_config, wirex, xml_input
 from cablewright.exchange.translation import ImportedRobot, Mapped
+from cablewright.exchange.walls import fluidnc, maslow_classic, polargraph
 from cablewright.foundation.errors import InputError, UnknownName
 from cablewright.foundation.toml_input import read_bytes
 
@@ -50,6 +51,24 @@ READ: Final[Mapping[str, ReadFormat]] = MappingProxyType({
     "maslow": ReadFormat(
         "Maslow", (".yaml", ".yml"), 1, maslow.CARRIED, r"maslow_|maslowkinematics *:",
         lambda paths, o: maslow.read_maslow(paths[0], o.cable),
+    ),
+    "wallplotter": ReadFormat(
+        "FluidNC's WallPlotter", (".yaml",), 1, fluidnc.CARRIED, r"wallplotter *:",
+        lambda paths, o: fluidnc.read_wall_plotter(paths[0], o.cable),
+    ),
+    "maslow-classic": ReadFormat(
+        "classic Maslow", (".ini", ".txt"), 1, maslow_classic.CARRIED,
+        r"motorspacingx *[=:]|\$2 *=[^\n]*\(distance between",
+        lambda paths, o: maslow_classic.read_maslow_classic(paths[0], o.cable),
+    ),
+    "polargraph": ReadFormat(
+        "Marlin's polargraph", (".h", ".gcode"), 1, polargraph.CARRIED,
+        r"# *define +polargraph\b(?!_)|(?:echo:)? *m665\b(?=[^\n;]* t)(?=[^\n;]* l)(?=[^\n;]* b)",
+        lambda paths, o: polargraph.read_polargraph(paths[0], o.cable),
+    ),
+    "makelangelo": ReadFormat(
+        "Makelangelo", (".gcode",), 1, polargraph.OF_MAKELANGELO, r"m101 +a[01]\b",
+        lambda paths, o: polargraph.read_makelangelo(paths[0], o.cable),
     ),
     "klipper": ReadFormat(
         "Klipper", (".cfg",), 1, klipper_config.CARRIED, r"\[(printer|stepper_a)\]",

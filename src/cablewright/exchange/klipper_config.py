@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -18,6 +18,7 @@ from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.exchange.millimetres import from_mm, radius_of_turn, to_mm, turn_of_radius
 from cablewright.exchange.translation import ExportedFile, ImportedRobot, Mapped, Notes
 from cablewright.exchange.xml_input import finite, whole
+from cablewright.foundation.arrays import Array
 from cablewright.foundation.csv_input import text_lines
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.validation import shown
@@ -26,6 +27,7 @@ from cablewright.robot import Robot
 
 MAX_BYTES: Final = 1 << 20
 LETTERS: Final = "abcdefghijklmnopqrstuvwxyz"
+FORCE: Final = 120.0  # N, of winch_max_force in the fork
 
 CARRIED: Final = (
     Mapped("stepper_a to stepper_z: anchor_x, anchor_y, anchor_z", "lines.exit_point", "eyelets of a point platform"),
@@ -62,7 +64,11 @@ def read_klipper(path: Path, cable: str | None = None) -> ImportedRobot:
     lost, assumed = Notes(), Notes()
     kinematics = sections.get("printer", {}).get("kinematics")
     if kinematics != "winch":
-        raise InputError(f"{path}: [printer] kinematics = {shown(kinematics)}: must be winch; others have no anchors")
+        elsewhere = next((name for name in sections if name.startswith("include ")), None)
+        beside = f", or in a file that [{elsewhere}] names: give that file" if kinematics is None and elsewhere else ""
+        raise InputError(
+            f"{path}: [printer] kinematics = {shown(kinematics)}: must be winch{beside}; others have no anchors"
+        )
     exits: dict[str, Point] = {}
     radii: list[float] = []
     for letter in LETTERS:
@@ -83,13 +89,22 @@ def read_klipper(path: Path, cable: str | None = None) -> ImportedRobot:
         raise InputError(f"{path}: {len(exits)} winches, [stepper_a] and so on; Klipper needs at least 3")
     printer = _Printer(sections["printer"], places, len(exits))
     mass, stiffness = printer.number("winch_mover_weight"), printer.number("winch_spring_constant")
-    robot = anchored_robot(path, _lines(printer, exits, radii, lost), cable, assumed, mass, stiffness)
-    return ImportedRobot(robot, "Klipper's cable winches", lost.all, assumed.all)
+    is_fork = any(key.startswith("winch_") for key in sections["printer"])
+    if is_fork and "winch_max_force" not in sections["printer"]:
+        assumed.add(
+            f"lines.tension_limits: up to {FORCE:g} N over the spans, what the fork takes without winch_max_force"
+        )
+    lines = _lines(printer, exits, radii, FORCE if is_fork else None, lost)
+    robot = anchored_robot(path, lines, cable, assumed, mass, stiffness)
+    version = "the fork for Hangprinters, by its winch_ keys" if is_fork else "kinematics: winch, since 2018"
+    return ImportedRobot(robot, f"Klipper's cable winches ({version})", lost.all, assumed.all)
 
 
 def _note_lost(path: Path, sections: Mapping[str, Mapping[str, str]], exits: Mapping[str, Point], lost: Notes) -> None:
     """Note each key that is not read. Raises `InputError` for a winch without those before it."""
     for section, options in sections.items():
+        if section.startswith("include "):
+            lost.add(f"[{section}]: other files are not read")
         letter = section.removeprefix("stepper_").upper()
         mine = section.startswith("stepper_") and letter in exits
         if section.startswith("stepper_") and not mine:
@@ -124,10 +139,12 @@ class _Printer:
         return [read(part, place) for part in parts]
 
 
-def _lines(printer: _Printer, exits: Mapping[str, Point], radii: list[float], lost: Notes) -> dict[str, dict[str, Any]]:
+def _lines(
+    printer: _Printer, exits: Mapping[str, Point], radii: list[float], most: float | None, lost: Notes
+) -> dict[str, dict[str, Any]]:
     spans = printer.values("winch_mechanical_advantage", whole, 1)
     dead = printer.values("winch_guy_wire_lengths", from_mm, 0.0)
-    low, high = printer.values("winch_min_force", finite, 0.0), printer.values("winch_max_force", finite, None)
+    low, high = printer.values("winch_min_force", finite, 0.0), printer.values("winch_max_force", finite, most)
     growth = 1e-3 * (printer.number("winch_buildup_factor") or 0.0)
     lines: dict[str, dict[str, Any]] = {}
     for k, (name, at) in enumerate(exits.items()):
@@ -147,15 +164,27 @@ def klipper_anchors(robot: Robot) -> ExportedFile:
     require(robot, Capability.KLIPPER_WINCH)
     carried = "lines.exit_point lines.winch.drum_radius lines.name lines.sheave.kind"
     lost = tuple(lost_keys(keys_given(robot), carried))
+    turns = [turn_of_radius(line.winch.drum_radius or math.nan) for line in robot.lines]
+    return ExportedFile(_sections_of(robot, turns), lost)
+
+
+def winch_sections(robot: Robot, turns: Array, ratio: float) -> str:
+    """Return the sections of a ``printer.cfg`` for lines to one point, without a check of the robot.
+
+    *turns* (m,): m of the nozzle's distance for a turn of each drum; *ratio*: turns of a motor for one of its drum.
+    """
+    gear = "" if ratio == 1.0 else f"gear_ratio: {ratio!r}:1\n"
+    return _sections_of(robot, [to_mm(turn) for turn in turns.tolist()], gear)
+
+
+def _sections_of(robot: Robot, turns: Sequence[str], more: str = "") -> str:
     text = "# Lines are straight and rigid, drums have one layer. Lengths are mm.\n"
     text += "\n[printer]\nkinematics: winch\n"
-    for letter, line in zip(LETTERS, robot.lines, strict=False):
+    for letter, line, turn in zip(LETTERS, robot.lines, turns, strict=False):
         x, y, z = map(to_mm, line.exit_point)
-        radius = line.winch.drum_radius
-        assert radius is not None  # by what is required
         text += f"\n# line {line.name!r}\n[stepper_{letter}]\nanchor_x: {x}\nanchor_y: {y}\nanchor_z: {z}\n"
-        text += f"rotation_distance: {turn_of_radius(radius)}\n"
-    return ExportedFile(text, lost)
+        text += f"rotation_distance: {turn}\n{more}"
+    return text
 
 
 def _sections(path: Path) -> tuple[dict[str, dict[str, str]], dict[Any, str]]:

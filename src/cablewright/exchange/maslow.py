@@ -12,6 +12,7 @@ from typing import Any, Final
 from cablewright.exchange.completion import chosen_cable, frame_of
 from cablewright.exchange.millimetres import from_mm
 from cablewright.exchange.translation import ImportedRobot, Mapped, Notes
+from cablewright.exchange.xml_input import finite
 from cablewright.foundation.csv_input import text_lines
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.validation import shown, validated
@@ -31,6 +32,7 @@ CARRIED: Final = (
     ),
     Mapped("spoilboardThickness, workThickness", "lines.exit_point", "added to z, as the firmware does"),
     Mapped("Maslow_vertical", "platform.plane, lines.exit_point", "a board that leans 15 degrees, or one that lies"),
+    Mapped("axes.a to axes.d: max_rate_mm_per_min", "lines.winch.max_speed", "belts tl, tr, bl, br"),
 )  # fmt: skip
 
 SECTION: Final = "kinematics.maslowkinematics."
@@ -38,11 +40,15 @@ SECTION: Final = "kinematics.maslowkinematics."
 
 _OLD = "maslow_"
 _ENTRY = re.compile(r"( *(?:- )?)([A-Za-z_][\w-]*) *:(?:\s+([^#]*?))?\s*(?:#.*)?", re.ASCII)
-_SLED = "of the sled and its arms: belts are straight from the anchors to one point here"
 _THICKNESSES: Final = ("spoilboardThickness", "workThickness")
-_WHY: Final = {"beltEndExtension": _SLED, "armLength": _SLED, "fixedZ": _SLED} | {
-    f"{corner}SoftArmExtension": _SLED for corner in CORNERS
+_ARMS: Final = ("beltEndExtension", "armLength")
+_WHY: Final = {
+    "fixedZ": "whether belts follow the router's height; here the platform stays in the plane of the board",
+    "materialThickness": "of a version in between; write it as workThickness to have it in z",
+    **{f"{corner}SoftArmExtension": "belts are straight from the anchors to one point here" for corner in CORNERS},
+    **{f"Maslow_Scale_{axis}": f"the firmware multiplies {axis} of a job by it" for axis in "XY"},
 }
+_AXES: Final = dict(zip(CORNERS, "abcd", strict=True))
 
 
 def read_maslow(path: Path, cable: str | None = None) -> ImportedRobot:
@@ -59,8 +65,11 @@ def read_maslow(path: Path, cable: str | None = None) -> ImportedRobot:
         )
     lost, assumed = Notes(), Notes()
     settings = _Settings(path, entries, any(key.startswith(SECTION) for key in entries))
-    anchors = {corner: settings.anchor(corner) for corner in CORNERS}
+    anchors = {corner: settings.anchor(corner, assumed) for corner in CORNERS}
     vertical = settings.vertical(assumed)
+    arm = sum(settings.length(name) for name in _ARMS)
+    if arm > 0.0:
+        lost.add(_of_arms(anchors, arm))
     for key, entry in entries.items():
         if key not in settings.used and (_OLD in key or key.startswith(SECTION)):
             replaced = settings.is_new and re.fullmatch(f"{_OLD}(tl|tr|bl|br)[xyz]", key.rsplit(".", 1)[-1])
@@ -73,6 +82,11 @@ def read_maslow(path: Path, cable: str | None = None) -> ImportedRobot:
     feet = [(x, *(_tidy(y * along[k]) for k in (1, 2))) for x, y, _ in anchors.values()]  # in the plane of the board
     assumed.add(f"platform.mass: {SLED:g} kg, the sled with its router")
     assumed.add("platform: a point; belts are straight from the anchors to it, without the arms of the sled")
+    x, y = _middle(anchors)
+    assumed.add(
+        f"origin: the bottom left anchor; the firmware has X0 Y0 where the diagonals meet, so that a job's origin is "
+        f"[{x:.4f}, {y * along[1]:.4f}, {y * along[2]:.4f}] m"
+    )
     if vertical:
         assumed.add(f"platform.plane: a board that leans by {TILT:g} degrees")
     assumed.add(f"cable: {BELT if cable is None else cable}")
@@ -83,16 +97,48 @@ def read_maslow(path: Path, cable: str | None = None) -> ImportedRobot:
         "description": "A Maslow's sled on a board, on four belts",
         "scene": {"gravity": 9.81} | frame_of([*exits.values(), *feet], path, assumed, normal=None if vertical else 2),
         "platform": {"kind": "point", "mass": SLED, "plane": board},
-        "lines": [_line(CORNERS[corner], at, chosen_cable(cable or BELT)) for corner, at in exits.items()],
+        "lines": [
+            _line(CORNERS[corner], at, chosen_cable(cable or BELT), settings.speed(_AXES[corner]))
+            for corner, at in exits.items()
+        ],
     }
     assumed.add("tension_limits: 10 N to a fifth of the breaking load")
     robot = validated(Robot, table, path)
-    return ImportedRobot(robot, "a Maslow's settings", lost.all, assumed.all)
+    version = "anchors in MaslowKinematics, since 2025" if settings.is_new else "anchors as Maslow_ keys, before 2025"
+    return ImportedRobot(robot, f"a Maslow's settings ({version})", lost.all, assumed.all)
 
 
-def _line(name: str, at: tuple[float, ...], cable: dict[str, Any]) -> dict[str, Any]:
+def _line(name: str, at: tuple[float, ...], cable: dict[str, Any], speed: float | None) -> dict[str, Any]:
     limits = (10.0, 0.2 * cable["breaking_load"])
-    return {"name": name, "exit_point": at, "sheave": {"kind": "eyelet"}, "cable": cable, "tension_limits": limits}
+    given = {"name": name, "exit_point": at, "sheave": {"kind": "eyelet"}, "cable": cable, "tension_limits": limits}
+    return given if speed is None else given | {"winch": {"max_speed": speed}}
+
+
+def _middle(anchors: Mapping[str, tuple[float, float, float]]) -> tuple[float, float]:
+    """Return where the diagonals of the frame meet, m; of anchors that a quadrilateral has."""
+    (ax, ay, _), (bx, by, _), (cx, cy, _), (dx, dy, _) = (anchors[corner] for corner in ("bl", "tr", "br", "tl"))
+    across = (bx - ax) * (dy - cy) - (by - ay) * (dx - cx)
+    share = ((cx - ax) * (dy - cy) - (cy - ay) * (dx - cx)) / across
+    return ax + share * (bx - ax), ay + share * (by - ay)
+
+
+def _of_arms(anchors: Mapping[str, tuple[float, float, float]], arm: float) -> str:
+    """Return what is lost of arms of a length (m) that stay level while their belts fall: by how much lengths differ.
+
+    There a belt is sqrt((d - arm)^2 + z^2) long, of the distance d along the board, and here sqrt(d^2 + z^2) - arm.
+    """
+    middle = _middle(anchors)
+    far = {
+        corner: abs(math.hypot(math.hypot(x - middle[0], y - middle[1]) - arm, z)
+                    - math.hypot(x - middle[0], y - middle[1], z) + arm)
+        for corner, (x, y, z) in anchors.items()
+    }  # fmt: skip
+    worst = max(far, key=lambda corner: far[corner])
+    return (
+        f"beltEndExtension, armLength: arms of {1e3 * arm:.4g} mm that stay level; belts are straight from the anchors "
+        f"to one point here. In the middle of the frame a belt of the firmware is up to {1e3 * far[worst]:.2g} mm "
+        f"longer ({CORNERS[worst]}), and more near an anchor"
+    )
 
 
 @dataclass(frozen=True)
@@ -152,7 +198,20 @@ class _Settings:
     is_new: bool
     used: set[str] = field(default_factory=set)
 
-    def anchor(self, corner: str) -> tuple[float, float, float]:
+    def length(self, name: str) -> float:
+        """Return a length of the new layout, m; 0 without it."""
+        entry = self.entries.get(SECTION + name.lower())
+        if entry is None:
+            return 0.0
+        self.used.add(SECTION + name.lower())
+        return from_mm(entry.value, f"{entry.place}: {name}")
+
+    def speed(self, axis: str) -> float | None:
+        """Return the greatest speed of a belt, m/s; mm/min in the file."""
+        entry = self.entries.get(f"axes.{axis}.max_rate_mm_per_min")
+        return None if entry is None else 1e-3 / 60.0 * finite(entry.value, f"{entry.place}: {entry.name}", least=1e-3)
+
+    def anchor(self, corner: str, assumed: Notes) -> tuple[float, float, float]:
         """Return an anchor, m; mm in the file."""
         found = []
         for axis in "xyz":
@@ -161,17 +220,14 @@ class _Settings:
             if key not in self.entries:
                 if axis == "z" or corner == "bl":  # the origin by Maslow's convention; files without it are written so
                     found.append(0.0)
+                    assumed.add(f"{name}: 0 mm, the file has none")
                     continue
                 where = " in kinematics: MaslowKinematics:" if self.is_new else ""
                 raise InputError(f"{self.path}: has no {name}, the {CORNERS[corner]} anchor's {axis}, mm{where}")
             self.used.add(key)
             found.append(from_mm(self.entries[key].value, f"{self.entries[key].place}: {name}"))
         x, y, z = found
-        for name in _THICKNESSES:
-            key = SECTION + name.lower()
-            if key in self.entries:
-                self.used.add(key)
-                z += from_mm(self.entries[key].value, f"{self.entries[key].place}: {name}")
+        z += sum(map(self.length, _THICKNESSES))
         return x, y, z
 
     def vertical(self, assumed: Notes) -> bool:

@@ -57,6 +57,10 @@ class Exported(_Told):
             "path_error", "m", "Largest error of a line's length between two points, measured half-way between them.",
             only=lambda of: of.path_error is not None,
         ),
+        Figure(
+            "nozzle_error", "m", "Largest error of the nozzle by the firmware's own model, at the points and half-way.",
+            only=lambda of: of.nozzle_error is not None,
+        ),
         Figure("messages", "1", "Messages of the bag, by topic.", only=lambda of: bool(of.messages)),
         Figure("lost", "", _LOST.meaning, detail=True),
         Figure("assumed", "", _ASSUMED.meaning, detail=True),
@@ -68,4 +72,5 @@ class Exported(_Told):
     assumed: tuple[str, ...]
     points: int = 0
     path_error: float | None = None
+    nozzle_error: float | None = None
     messages: Mapping[str, int] = field(default_factory=dict)

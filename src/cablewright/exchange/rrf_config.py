@@ -1,7 +1,7 @@
 """Configuration of RepRapFirmware's Hangprinter kinematics (M669 K6, M666): read, and written. Lengths are mm.
 
-RepRapFirmware 3.6 has up to five anchors, and a point that prints on straight lines from there. It knows advantage,
-cables side by side, one rate of build-up, and how a line stretches.
+RepRapFirmware has up to five anchors, from 3.7 on eight, and a point that prints on straight lines from there. It knows
+advantage, cables side by side, one rate of build-up, and how a line stretches.
 """
 
 from __future__ import annotations
@@ -17,10 +17,11 @@ from typing import Any, Final
 from cablewright.exchange.anchors import anchored_robot, spool
 from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.exchange.millimetres import from_mm, to_mm
-from cablewright.exchange.rrf_spool import dead_length, spool_law
+from cablewright.exchange.rrf_spool import SpoolLaw, dead_length, spool_law
 from cablewright.exchange.translation import ExportedFile, ImportedRobot, Mapped, Notes
 from cablewright.exchange.xml_input import finite, whole
 from cablewright.foundation.arrays import Array
+from cablewright.foundation.choices import RrfVersionName
 from cablewright.foundation.csv_input import text_lines
 from cablewright.foundation.errors import InputError
 from cablewright.machine.settings import MachineSettings
@@ -29,9 +30,17 @@ from cablewright.models.support import Capability, require
 from cablewright.robot import Robot
 
 MAX_BYTES: Final = 1 << 20
-LETTERS: Final = "ABCDIJKLO"
-MOST: Final = 5
-"""Anchors of RepRapFirmware 3.6; of more it writes past its arrays."""
+LETTERS: Final = "ABCDIJLO"
+"""Of anchors; 3.5 and 3.6 name others after I, but write past their arrays with more than `FEW`."""
+
+FEW: Final = 5
+"""Most anchors of RepRapFirmware 3.5 and 3.6; 3.7 has one for each of `LETTERS`."""
+
+KINEMATICS: Final = {
+    "0": "Cartesian", "1": "CoreXY", "2": "CoreXZ", "3": "a linear delta", "4": "a serial SCARA", "5": "CoreXYU",
+    "7": "polar", "8": "CoreXYUV", "9": "a five-bar SCARA", "10": "a rotary delta", "11": "Markforged",
+}  # fmt: skip
+"""What M669 K says instead of 6, a Hangprinter's."""
 
 CARRIED: Final = (
     Mapped("M669 A B C D I", "lines.exit_point", "eyelets of a point platform"),
@@ -44,6 +53,11 @@ CARRIED: Final = (
     Mapped("M666 W", "platform.mass"),
 )
 
+_BLOCKS = ("if", "elif", "else", "while")
+_ELSEWHERE: Final = {
+    "M98": "commands of other files are not read",
+    "M501": "config-override.g is not read; what it has of M666 and M669 replaces this file's",
+}
 _WORD = re.compile(r"([A-Z])\s*([^\sA-Z]*)", re.IGNORECASE | re.ASCII)
 _MOVED = "RQUOLHJ"  # letters of M666 that were of M669 before 2020, where M666 had others
 _Words = dict[str, tuple[str, str]]
@@ -56,24 +70,30 @@ class _Defaults:
     version: str
     radius: str
     advantage: tuple[int, ...]
-    cables: tuple[int, ...] = (1,) * MOST
+    cables: tuple[int, ...] = (1,) * FEW
     growth: str = "0.007"
 
 
 _NEW = _Defaults("RepRapFirmware", "75", (2, 2, 2, 2, 4))
-_OLD = _Defaults("RepRapFirmware of 2019", "55", (1,) * MOST, (2, 2, 2, 3, 3))
+_OLD = _Defaults("RepRapFirmware of 2019", "55", (1,) * FEW, (2, 2, 2, 3, 3))
+_STIFFNESS, _MOST_FORCE = "20000", "70"  # of M666 S, N, and X, N, where W turns on the compensation of stretch
 
 
 def read_rrf(path: Path, cable: str | None = None) -> ImportedRobot:
     """Return the robot of a ``config.g`` of a Hangprinter. Raises `InputError`."""
-    geometry, machine = _commands(path)
-    if geometry.get("K", ("", ""))[0] != "6":
-        raise InputError(f"{path}: no M669 K6: only the Hangprinter kinematics has anchors")
     lost, assumed = Notes(), Notes()
-    moved = {letter: geometry.pop(letter) for letter in _MOVED if letter in geometry}
-    defaults = _NEW
-    if moved and not set(machine) & set(_MOVED):
-        defaults = _OLD
+    commands = _commands(path, lost)
+    geometry, machine = commands["M669"], commands["M666"]
+    kind = geometry.get("K", ("", ""))[0]
+    if kind != "6":
+        named = f": K{kind} is {KINEMATICS[kind]}" if kind in KINEMATICS else ""
+        if not geometry and commands["M665"]:
+            named = ": M665 is of a linear delta"
+        raise InputError(f"{path}: no M669 K6{named}: only the Hangprinter kinematics has anchors")
+    moved = {letter: geometry.pop(letter) for letter in _MOVED if letter in geometry and letter not in LETTERS}
+    is_old = bool(moved) and not set(machine) & set(_MOVED)
+    if is_old:
+        moved |= {letter: geometry.pop(letter) for letter in _MOVED if letter in geometry}
         lost.add_all(
             f"M666 {letter}: the end switch of an axis, in a version with M669 {min(moved)}" for letter in machine
         )
@@ -81,23 +101,52 @@ def read_rrf(path: Path, cable: str | None = None) -> ImportedRobot:
     else:
         lost.add_all(f"M669 {letter}: M666 {letter} is read, its place since 2020" for letter in moved)
     count = int(_number(geometry, "N", 4.0))
-    if not 3 <= count <= MOST:
-        raise InputError(f"{geometry['N'][1]}: N = {count}: must be 3 to {MOST} anchors")
+    if not 3 <= count <= len(LETTERS):
+        raise InputError(
+            f"{geometry['N'][1]}: N = {count}: must be 3 to {FEW} anchors before RepRapFirmware 3.7, and 3 to "
+            f"{len(LETTERS)} since"
+        )
     names = LETTERS[:count]
-    lines = _lines(path, geometry, machine, names, defaults, assumed)
+    lines = _lines(path, geometry, machine, names, _OLD if is_old else _NEW, assumed)
     mass = _number(machine, "W", 0.0) or None
-    robot = anchored_robot(path, lines, cable, assumed, mass, _stiffness(machine))
-    limits = "IX" if "X" in machine else ""
+    robot = anchored_robot(path, lines, cable, assumed, mass, _stiffness(machine, assumed))
+    limits = "IX" if "X" in machine or mass else ""
     for words, code, known in ((geometry, "M669", {*"KN", *names}), (machine, "M666", {*"RQUOSWY", *limits})):
         for letter in words:
             if letter not in known:
-                lost.add(f"{code} {letter}: {_WHY.get((code, letter), 'a robot file has no such key')}")
-    return ImportedRobot(robot, "RepRapFirmware's Hangprinter", lost.all, assumed.all)
+                beyond = f"N = {count} anchors are read" if words is geometry and letter in LETTERS else ""
+                why = beyond or _WHY.get((code, letter), "a robot file has no such key")
+                lost.add(f"{code} {letter}: {why}")
+    return ImportedRobot(
+        robot, f"RepRapFirmware's Hangprinter ({_version(geometry, machine, is_old)})", lost.all, assumed.all
+    )
+
+
+def _version(geometry: _Words, machine: _Words, is_old: bool) -> str:
+    """Return which versions have these letters."""
+    if is_old:
+        return "as of 2019: M669 has what M666 has since 2020"
+    if _number(geometry, "N", 4.0) > FEW or set(machine) & set("FBP"):
+        return "3.7 or newer, by its anchors or M666 F, B, P"
+    if "N" in geometry or set(machine) & set("AC"):
+        return "3.5 or newer, by M669 N or M666 A, C"
+    return "2020 to 3.4, or newer with its defaults"
 
 
 _WHY: Final = {
-    **{("M666", letter): "a machine file has the gear, as winch.ratio" for letter in "LH"},
+    **{
+        ("M666", letter): "teeth of the gear; an export has it, as --gear, a machine file as winch.ratio"
+        for letter in "LH"
+    },
     ("M666", "J"): "an export has it, as --full-steps",
+    ("M666", "A"): "which places the firmware takes as reachable",
+    ("M666", "C"): "torque constants of the motors",
+    ("M666", "F"): "whether the firmware compensates stretch: an export says",
+    ("M666", "B"): "of the compensation of stretch",
+    ("M666", "P"): "of the compensation of stretch",
+    ("M669", "P"): "the radius within which the firmware moves",
+    ("M669", "S"): "segments of a second",
+    ("M669", "T"): "the shortest segment",
     ("M666", "I"): "without X no limits are read",
     ("M669", "W"): "lengths of the mounted lines, of the file's version; a robot file has no such key",
 }
@@ -116,12 +165,19 @@ def _lines(
     ):
         if letter not in machine:
             assumed.add(f"lines.{key}: {what}, what {defaults.version} takes without {letter}")
+        if letter in "RUO" and letter not in machine and count > FEW:
+            raise InputError(f"{path}: M666 has no {letter}; with over {FEW} anchors the firmware has no default")
     radii = _list(machine, "R", count, from_mm) or [from_mm(defaults.radius, "R")] * count
     growth = _growth(machine, defaults)
     spans = _list(machine, "U", count, whole) or defaults.advantage
     cables = _list(machine, "O", count, whole) or defaults.cables
     dead = _list(machine, "Y", count, from_mm) or [0.0] * count
     low, high = _list(machine, "I", count, finite), _list(machine, "X", count, finite)
+    if not high and _number(machine, "W", 0.0) > 0.0:
+        high = [float(_MOST_FORCE)] * count
+        assumed.add(
+            f"lines.tension_limits: up to {_MOST_FORCE} N over the spans, what {defaults.version} takes without X"
+        )
     lines: dict[str, dict[str, Any]] = {}
     for k, (name, at) in enumerate(exits.items()):
         length = spans[k] * math.dist((0.0, 0.0, 0.0), at) + dead[k]
@@ -133,9 +189,12 @@ def _lines(
     return lines
 
 
-def _stiffness(machine: _Words) -> float | None:
+def _stiffness(machine: _Words, assumed: Notes) -> float | None:
     if "S" not in machine:
-        return None
+        if _number(machine, "W", 0.0) <= 0.0:
+            return None
+        assumed.add(f"lines.cable.axial_stiffness: {_STIFFNESS} N, what RepRapFirmware takes without S")
+        return float(_STIFFNESS)
     stiffness = _number(machine, "S", 0.0)
     if stiffness <= 0.0:
         raise InputError(f"{machine['S'][1]}: S = {stiffness:g}: the stiffness of a metre of line must be over 0 N")
@@ -163,8 +222,39 @@ def _anchor(path: Path, words: _Words, name: str, last: bool) -> tuple[float, ..
     return (0.0, 0.0, numbers[0]) if len(numbers) == 1 else tuple(numbers)
 
 
+@dataclass(frozen=True)
+class RrfTarget:
+    """A RepRapFirmware that is written for. ``gear``: teeth of motor and spool; None: by the machine file, or none."""
+
+    version: RrfVersionName
+    gear: tuple[int, int] | None = None
+
+    @property
+    def anchors(self) -> str:
+        """Letters of the anchors that it has."""
+        return LETTERS if self.is_new else LETTERS[:FEW]
+
+    @property
+    def is_new(self) -> bool:
+        """Whether it is 3.7 or newer: spools may have no build-up, and stretch is compensated on request."""
+        return self.version == "3.7"
+
+    def require(self, robot: Robot) -> None:
+        """Raise `InputError` for more lines than it has anchors."""
+        if robot.m > len(self.anchors):
+            raise InputError(
+                f"robot {robot.name!r} has {robot.m} lines; RepRapFirmware {self.version} has up to "
+                f"{len(self.anchors)} anchors: give --firmware-version 3.7, which has {len(LETTERS)}"
+            )
+
+
 def rrf_config(
-    robot: Robot, drums: Sequence[WinchDrum], machine: MachineSettings | None, full_steps: int, positions: Array
+    robot: Robot,
+    drums: Sequence[WinchDrum],
+    machine: MachineSettings | None,
+    full_steps: int,
+    positions: Array,
+    target: RrfTarget = RrfTarget("3.6"),
 ) -> ExportedFile:
     """Return the lines of a ``config.g``.
 
@@ -172,6 +262,7 @@ def rrf_config(
     Raises `InputError`.
     """
     require(robot, Capability.REPRAPFIRMWARE)
+    target.require(robot)
     carried = (
         "name lines.name lines.exit_point lines.sheave.kind lines.advantage lines.cables lines.winch.drum_radius "
         "lines.winch.build_up lines.winch.drum_length lines.dead_length lines.winch_exit platform.mass "
@@ -180,13 +271,33 @@ def rrf_config(
     notes = Notes()
     notes.add_all(lost_keys(keys_given(robot), carried))
     notes.add("lines.cable: weight, sag and creep; of all lines the least stiffness is written")
-    names, lines = LETTERS[: robot.m], robot.lines
-    law = spool_law(robot, drums, positions, _build_up(robot, drums, machine))
+    law = law_of(robot, drums, machine, positions, target)
     fitted = "" if law.own else "; they fit the lengths of this job alone, they are no measured spools"
     notes.add(f"lines.winch: by M666 Q and R in float32 the nozzle is up to {law.error:.2g} mm off on this job{fitted}")
-    anchors = " ".join(f"{n}{_joined(map(to_mm, line.exit_point))}" for n, line in zip(names, lines, strict=True))
-    teeth, assumed = _teeth(machine)
+    text, assumed = geometry_words(robot, machine, full_steps, law, target)
+    lines = robot.lines
     stiffness = min(line.cable.stiffness for line in lines)
+    dead = _joined(to_mm(dead_length(line)) for line in lines)
+    text += f"M666 W{_joined([robot.platform.mass])} S{_joined([stiffness])} Y{dead}\n"
+    forces = [[line.tension_limits[k] * line.advantage for line in lines] for k in (0, 1)]
+    text += f"M666 I{_joined(forces[0])} X{_joined(forces[1])}{' F1' if target.is_new else ''}\n"
+    return ExportedFile(text, notes.all, assumed)
+
+
+def law_of(
+    robot: Robot, drums: Sequence[WinchDrum], machine: MachineSettings | None, positions: Array, target: RrfTarget
+) -> SpoolLaw:
+    """Return Q and R for a job's *positions* (k, 3), m. Raises `InputError`."""
+    return spool_law(robot, drums, positions, _build_up(robot, drums, machine), may_be_zero=target.is_new)
+
+
+def geometry_words(
+    robot: Robot, machine: MachineSettings | None, full_steps: int, law: SpoolLaw, target: RrfTarget
+) -> tuple[str, tuple[str, ...]]:
+    """Return M669 and of M666 what turns the spools, and what is assumed."""
+    names, lines = target.anchors[: robot.m], robot.lines
+    anchors = " ".join(f"{n}{_joined(map(to_mm, line.exit_point))}" for n, line in zip(names, lines, strict=True))
+    teeth, assumed = _teeth(machine) if target.gear is None else (target.gear, ())
     text = "".join(f"; {name} is line {line.name!r}\n" for name, line in zip(names, lines, strict=True))
     text += f"M669 K6 N{robot.m}\nM669 {anchors} P{_joined([to_mm(_reach(robot))])}\n"
     text += f"M666 Q{_joined([law.growth])} R{_joined(_shortest(radius) for radius in law.radii)}\n"
@@ -194,11 +305,7 @@ def rrf_config(
     text += (
         f"M666 L{_joined([teeth[0]] * robot.m)} H{_joined([teeth[1]] * robot.m)} J{_joined([full_steps] * robot.m)}\n"
     )
-    dead = _joined(to_mm(dead_length(line)) for line in lines)
-    text += f"M666 W{_joined([robot.platform.mass])} S{_joined([stiffness])} Y{dead}\n"
-    forces = [[line.tension_limits[k] * line.advantage for line in lines] for k in (0, 1)]
-    text += f"M666 I{_joined(forces[0])} X{_joined(forces[1])}\n"
-    return ExportedFile(text, notes.all, assumed)
+    return text, assumed
 
 
 def _shortest(millimetres: float) -> str:
@@ -247,22 +354,42 @@ def _joined(values: Iterable[float | str]) -> str:
     return ":".join(format(Decimal(str(value)), "f") for value in values)
 
 
-def _commands(path: Path) -> tuple[_Words, _Words]:
-    """Return the words of all M669 and of all M666, with their places; later ones replace earlier ones, as there."""
-    found: dict[str, _Words] = {"M669": {}, "M666": {}}
-    for number, text in text_lines(path, MAX_BYTES, "config.g"):
-        code, _, rest = text.split(";", 1)[0].strip().partition(" ")
-        if code.upper() not in found:
-            continue
+def _commands(path: Path, lost: Notes) -> dict[str, _Words]:
+    """Return the words of all M665, M666 and M669, with their places; later ones replace earlier ones, as there.
+
+    Raises `InputError` for one that stands under a condition or holds an expression.
+    """
+    found: dict[str, _Words] = {"M665": {}, "M666": {}, "M669": {}}
+    block: tuple[int, str] | None = None  # a condition's depth and word
+    for number, text in text_lines(path, MAX_BYTES, "config.g", indented=True):
+        bare = text.expandtabs(4)
+        depth, bare = len(bare) - len(bare.lstrip()), bare.split(";", 1)[0].strip()
+        code, _, rest = bare.partition(" ")
+        if block is not None and depth <= block[0] and bare:
+            block = None
+        if code.lower() in _BLOCKS:
+            block = block or (depth, code.lower())
+        code = code.upper()
         place = f"{path}, line {number}"
+        if code in _ELSEWHERE:
+            lost.add(f"{bare[:60]}: {_ELSEWHERE[code]}")
+        if code not in found:
+            continue
+        if block is not None:
+            raise InputError(
+                f"{place}: {code} stands under {block[1]!r}: give a config.g without conditions, with the values that "
+                "hold"
+            )
+        if "{" in rest:
+            raise InputError(f"{place}: {bare[:60]!r}: an expression; write its value, a number in mm")
         words = _WORD.findall(rest)
         if "".join(letter + value for letter, value in words) != "".join(rest.split()) or not all(
             value for _, value in words
         ):
-            raise InputError(f"{place}: {text[:60]!r}: must be letters, each with its numbers")
+            raise InputError(f"{place}: {bare[:60]!r}: must be letters, each with its numbers")
         for letter, value in words:
-            found[code.upper()][letter.upper()] = value, place
-    return found["M669"], found["M666"]
+            found[code][letter.upper()] = value, place
+    return found
 
 
 def _number(words: _Words, letter: str, default: float) -> float:

@@ -55,10 +55,13 @@ def lengths_at_origin(robot: Robot) -> list[float]:
     return [float(np.hypot.reduce(line.exit_point)) * line.advantage + dead_length(line) for line in robot.lines]
 
 
-def spool_law(robot: Robot, drums: Sequence[WinchDrum], positions: Array, growth: float | None) -> SpoolLaw:
+def spool_law(
+    robot: Robot, drums: Sequence[WinchDrum], positions: Array, growth: float | None, *, may_be_zero: bool = False
+) -> SpoolLaw:
     """Return the law of the smallest error along a job.
 
-    *positions* (k, 3): of the nozzle, m; *growth*: Q of the robot's own drums, None or 0 for drums without build-up.
+    *positions* (k, 3): of the nozzle, m; *growth*: Q of the robot's own drums, None or 0 for drums without build-up;
+    *may_be_zero*: whether the firmware has drums without build-up, as from 3.7 on.
     The error is that of the law against the drums with straight lines, in the arithmetic of the firmware, at points all
     along the job, and brought to the nozzle by the pseudo-inverse of the lines' directions.
     Raises `InputError` for one over `LARGEST`, and for a length that a drum does not hold.
@@ -79,11 +82,15 @@ def spool_law(robot: Robot, drums: Sequence[WinchDrum], positions: Array, growth
     side_by_side = np.array([line.cables for line in robot.lines], float)
 
     def error(growth: float, radii: Array) -> float:
-        turned = _in_firmware(at, anchors, radii, growth, spans, side_by_side)
+        turned = in_firmware(at, anchors, radii, growth, spans, side_by_side)
         off = (turned - wanted) * radii / spans
         worst = float(np.linalg.norm(np.einsum("kjm,km->kj", to_nozzle, off), axis=1).max())
         return worst if np.isfinite(worst) else np.inf
 
+    if may_be_zero and not growth:
+        law = SpoolLaw(0.0, tuple(radii), error(0.0, radii), own=True)
+        if law.error <= LARGEST:
+            return law
     best = SpoolLaw(np.nan, (), np.inf, own=False)
     for candidate in CANDIDATES:
         fitted = _fitted(float(f"{candidate:.3g}") * spans * side_by_side, spans, steps, even, radii)
@@ -111,12 +118,17 @@ def _angles(robot: Robot, drums: Sequence[WinchDrum], moved: Array) -> Array:
     return np.column_stack(found)
 
 
-def _in_firmware(at: Array, anchors: Array, radii: Array, growth: float, spans: Array, side_by_side: Array) -> Array:
-    """Return the angles (k, m), rad, to which the firmware turns the spools: all that it computes is float32."""
+def in_firmware(at: Array, anchors: Array, radii: Array, growth: float, spans: Array, side_by_side: Array) -> Array:
+    """Return the angles (k, m), rad, to which the firmware turns the spools: all that it computes is float32.
+
+    *growth*: Q, mm; of 0, as from 3.7 on, a spool has one radius. *at* (k, 3) and *anchors* (m, 3): mm.
+    """
     single = np.float32
     origin = _distance(-anchors.astype(single))
     moved = _distance(at.astype(single)[:, None, :] - anchors.astype(single)) - origin
     r = radii.astype(single)
+    if growth == 0.0:
+        return np.asarray(moved * (spans.astype(single) / r), float)
     k2 = -(spans * side_by_side).astype(single) * single(growth)
     k0 = (2.0 * spans / k2).astype(single)
     with np.errstate(invalid="ignore"):  # an empty spool: NaN

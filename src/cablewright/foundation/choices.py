@@ -19,10 +19,30 @@ CableName = Literal[
     "belt-atl5-10mm",
 ]
 """Cable of a new robot, from a small table."""
-ReadFormatName = Literal["wirex", "caspr", "maslow", "klipper", "reprapfirmware"]
+ReadFormatName = Literal[
+    "wirex",
+    "caspr",
+    "maslow",
+    "wallplotter",
+    "maslow-classic",
+    "polargraph",
+    "makelangelo",
+    "klipper",
+    "reprapfirmware",
+]
 """Format of another program whose robots are read."""
-WrittenFormatName = Literal["wirex", "mjcf", "urdf", "stl", "glb", "klipper", "reprapfirmware", "linuxcnc", "ros2"]
+WrittenFormatName = Literal[
+    "wirex", "mjcf", "urdf", "stl", "glb", "klipper", "reprapfirmware", "linuxcnc", "gcode", "slicer", "ros2"
+]
 """Format of another program that is written."""
+RrfVersionName = Literal["3.5", "3.6", "3.7"]
+"""Version of RepRapFirmware for which files are written."""
+DialectName = Literal["rrf", "klipper"]
+"""Firmware whose own kinematics computes the lengths of lines from X Y Z."""
+SlicerName = Literal["orca", "prusa", "cura"]
+"""Slicer for which a printer's profile is written."""
+TargetName = Literal["rrf", "klipper", "orca", "prusa", "cura"]
+"""Firmware or slicer for which an export is made."""
 WireXVersion = Literal["0.31", "0.32"]
 """Version of WireX's schema."""
 CriterionName = Literal["closed-form", "improved-closed-form", "exact", "capacity", "wrench-closure", "static"]
@@ -53,7 +73,7 @@ HeightRule = Literal["structure", "job"]
 """Height of a print: kept above the structure by the vertical lidar, or that of the job."""
 ObserverName = Literal["paper", "filter"]
 """Estimator of a log: the chain of Merlet and Papegay 2023, or the error-state Kalman filter."""
-ReplayName = Literal["paper", "filter", "both"]
+ReplayName = Literal["paper", "filter", "encoders", "both"]
 """Estimators of a replay."""
 EstimatorName = Literal["paper", "filter", "encoders"]
 """Estimator of a print: an observer, or dead reckoning by the encoders."""

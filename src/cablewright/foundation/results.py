@@ -11,8 +11,14 @@ from pathlib import Path
 from types import MethodType
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from cablewright.foundation.frames import frame_of, grid_of
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Drawing
+    from pandas import DataFrame
+    from xarray import Dataset
+
+_MOST_IN_LINE = 8  # numbers of a list that a result shows in its line
 
 
 @dataclass(frozen=True)
@@ -91,6 +97,7 @@ class Result:
 
     FIGURES: ClassVar[tuple[Figure, ...]] = ()
     HEADLINES: ClassVar[tuple[str, ...]] = ()  # keys of those that stand in its repr
+    ROWS: ClassVar[str] = ""  # along what its table is, where it has figures along several things
 
     @property
     def figures(self) -> tuple[Figure, ...]:
@@ -100,6 +107,22 @@ class Result:
     def to_dict(self) -> dict[str, Any]:
         """Return the figures by their keys as JSON has them: SI, lists, texts, None for what is not known."""
         return figures_dict(self.figures, self)
+
+    def to_frame(self, along: str = "") -> DataFrame:
+        """Return its table as a pandas data frame, in SI: the rows of a batch, or else of its lines, modes or places.
+
+        Columns are keys of figures; ``tensions.NAME`` where each row has one for each line. Other figures are in
+        ``attrs``. *along*: ``line`` or ``mode``, of a single result that has both. Raises `EnvironmentFault` without
+        pandas, the extra ``frames``.
+        """
+        return frame_of(self, along or self.ROWS)
+
+    def to_xarray(self) -> Dataset:
+        """Return its table over a grid of places as an xarray data set along x, y and z, in m.
+
+        Raises `InputError` where the places fill no grid, `EnvironmentFault` without the extra ``frames``.
+        """
+        return grid_of(self)
 
     @property
     def refusal(self) -> str:
@@ -164,5 +187,6 @@ def _brief(value: Any, figure: Figure) -> str:
 
 def _short(value: Any, digits: int) -> str:
     if isinstance(value, list):
-        return f"[{', '.join(_short(each, digits) for each in value)}]"
+        more = f", ... {len(value)} in all" if len(value) > _MOST_IN_LINE else ""
+        return f"[{', '.join(_short(each, digits) for each in value[:_MOST_IN_LINE])}{more}]"
     return f"{value:.{digits}g}" if isinstance(value, float) else repr(value)

@@ -210,6 +210,8 @@ def slack_rows(packed, poses, lengths, slack, states, wrenches, codes):
         for i in slack:
             row, y = own.lines[i], states[j, i]
             code = find_line(row, y, lengths[j, i], poses[j], i, work, work.spatial)
+            if code == OK and extremes(row, y)[0] < 0.0:  # of a straight dead span, which would have to push
+                code = NOT_CONVERGED
             if codes[j] == OK:
                 codes[j] = code
             if code == OK and not is_slack(row, y):

@@ -18,8 +18,8 @@ from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.saving import Saved
 from cablewright.foundation.signals import Estimate, SensorFrame
-from cablewright.live.estimator_settings import with_drum_mass
-from cablewright.machine.coils import coil_of
+from cablewright.live.estimator_settings import clock_of, with_drum_mass
+from cablewright.machine.coils import coils_of
 from cablewright.machine.sensors.encoders import ENCODERS
 from cablewright.machine.sensors.retraction import RETRACTION
 from cablewright.machine.settings import MachineSettings
@@ -37,18 +37,22 @@ def body_settings(robot: Robot, settings: MachineSettings, *, sensors: bool) -> 
     if settings.sensor(ENCODERS) is None:
         raise InputError(f"machine {settings.name!r}: has no encoders, which the estimation needs")
     winch, retraction = settings.winch, settings.sensor(RETRACTION)
-    updates = _updates(settings) if sensors else {}
+    known = _updates(settings)
+    cells = next((source for source, each in known.items() if isinstance(each, Cells)), None)
+    updates = known if sensors else {}
     missed = [ENCODERS.source, *(source for source, update in updates.items() if update.MISSED)]
     return BodySettings(
         Model(with_drum_mass(robot, settings)),
         winch.counts * winch.ratio / math.tau,
-        tuple(coil_of(line, winch) for line in robot.lines),
+        coils_of(robot, winch),
         winch.held,
         winch.max_speed,
         _deviations(robot, settings),
         tuple(updates.values()),
         0.0 if retraction is None else retraction.deviation,
         {source: max(0.5, 2.5 / settings.sheets[source].rate) for source in missed},
+        clock=clock_of(settings),
+        cells=None if sensors else cells,
     )
 
 
@@ -101,8 +105,9 @@ class BodyEstimator:
 
     @property
     def tensions(self) -> Array | None:
-        """As `Estimator`."""
-        return np.asarray(self._state.tensions)
+        """As `Estimator`; measured ones, where there are cells, beside a pose by encoders alone."""
+        measured, inferred = self._state.measured, self._state.tensions
+        return np.asarray(inferred if measured is None else np.where(np.isnan(measured), inferred, measured))
 
     @property
     def danger(self) -> str:

@@ -13,6 +13,8 @@ from typing import Final
 
 import numpy as np
 
+from cablewright.analyses.motion.inverse_dynamics import inverse_dynamics
+from cablewright.analyses.motion.trajectory import Trajectory
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.foundation.progress import Progress
@@ -59,17 +61,28 @@ class DriveSettings:
 
 
 class Pilot:
-    """Drives the winches of one machine repeatedly along a closed path, or holds it in place."""
+    """Drives the winches of one machine repeatedly along a closed path, holds it in place, or follows a trajectory."""
 
-    def __init__(self, machine: SimulatedMachine, path: Array | None, settings: DriveSettings, seed: int) -> None:
+    def __init__(
+        self, machine: SimulatedMachine, path: Array | Trajectory | None, settings: DriveSettings, seed: int
+    ) -> None:
         """Solve the lengths along *path* at the present height of *machine*; None: hold it in place.
 
-        *path* (k, 2), m, world: evenly spaced points of a closed path, the first repeated at the end. *seed*: of the
-        errors of lengths. Raises `AnswerError` where the drum cannot be held.
+        *path* (k, 2), m, world: evenly spaced points of a closed path, the first repeated at the end; or a trajectory,
+        whose lengths are those of `inverse_dynamics`. *seed*: of the errors of lengths. Raises `AnswerError` where the
+        drum cannot be held.
         """
         self.machine, self.settings = machine, settings
         self._random = np.random.default_rng([seed, 7])
         self._length_error = np.zeros(machine.robot.m)
+        self._length, self._timed = 0.0, isinstance(path, Trajectory)
+        if isinstance(path, Trajectory):
+            moved = inverse_dynamics(machine.robot, path)
+            if not moved.feasible:
+                raise AnswerError(f"the trajectory cannot be followed: {moved.refusal}")
+            self._taut, self._slack = moved.lengths, np.zeros_like(moved.lengths)
+            self._times = path.times
+            return
         start, turned = machine.truth.position, machine.truth.rotation[: machine.robot.n - 3]
         level = np.array([start[:2], start[:2]]) if path is None else path
         self._length = 0.0 if path is None else path_length(path)
@@ -102,12 +115,15 @@ class Pilot:
         self._length_error = keep * self._length_error + push * self._random.standard_normal(len(self._length_error))
         gain = min(settings.gain, 0.5 / period)
         rate = (there - here) / period + gain * (here + self._length_error - truth.lengths)
-        return Command(now, rate / truth.radii, settings.valve)
+        hosts = list(self.machine.robot.hosts)
+        return Command(now, rate[hosts] / truth.radii[hosts], settings.valve)
 
     def _lengths(self, now: float) -> Array:
         """Intended lengths (m,), m, at *now* (s), without errors."""
         pieces = len(self._taut) - 1
         place = (self.distance(now) / self._length % 1.0) * pieces if self._length else 0.0
+        if self._timed:
+            place = min(now / self._times[-1], 1.0) * pieces
         piece = min(int(place), pieces - 1)
         weights = np.array([piece + 1 - place, place - piece])
         eased = min(1.0, now / self.settings.ease)
@@ -146,6 +162,7 @@ class PilotedDrive:
     readings: Counter[str] = field(default_factory=Counter)  # by kind, or by source where a kind has several
     notices: Counter[str] = field(default_factory=Counter)  # steps by notice
     path: list[tuple[float, ...]] = field(default_factory=list)  # time, B, tilt, yaw, excesses, about once a second
+    poses: list[Array] = field(default_factory=list)  # (6,) m and rad, of B at the end of each step of a trajectory
 
     @property
     def slack_share(self) -> Array:
@@ -199,7 +216,7 @@ def path_length(path: Array) -> float:
 
 def drive(
     machine: SimulatedMachine,
-    path: Array | None,
+    path: Array | Trajectory | None,
     duration: float,
     *,
     settings: DriveSettings | None = None,
@@ -231,6 +248,8 @@ def drive(
         if log is not None:
             log.write(frame, command, machine.truth, orders=orders)
         found.add(frame, machine.truth, before)
+        if isinstance(path, Trajectory):
+            found.poses.append(np.concatenate([machine.truth.position, machine.truth.rotation]))
         if progress is not None and step % 50 == 0:
             progress("simulating", step, steps)
     found.elapsed = time.perf_counter() - begin

@@ -40,6 +40,7 @@ from cablewright.machine.sensors.lidars import LidarSettings
 from cablewright.machine.sensors.line_angles import LINE_ANGLES
 from cablewright.machine.settings import MachineSettings, RoomSettings
 from cablewright.models.statics import Model
+from cablewright.models.support import Capability, require
 from cablewright.robot import Robot
 
 _MIN_WALL: Final = 3.0  # m; a shorter face is a window or a corner
@@ -59,6 +60,7 @@ def observer_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[
     *lasers*: an operator's distances at the start. Raises `InputError` for
     a machine without what the estimation needs (a horizontal lidar, walls, line angles), and for a *laser* to no wall.
     """
+    require(robot, Capability.ROOM_ESTIMATION)
     model = Model(with_drum_mass(robot, settings))
     walls = surveyed_walls(settings.room)
     for laser in lasers:
@@ -72,7 +74,7 @@ def observer_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[
     radii = tuple(radius for radius in nominal if radius is not None)
     if len(radii) < robot.m:
         raise InputError(f"robot {robot.name!r}: a winch without drum_radius, which the estimation needs")
-    vertical, winch, clock = settings.lidars.get("vertical"), settings.winch, settings.clock
+    vertical, winch = settings.lidars.get("vertical"), settings.winch
     return ObserverSettings(
         model=model,
         walls=WallSettings(
@@ -99,8 +101,14 @@ def observer_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[
         valve_depth=settings.point_drum.valve,
         lasers=tuple(lasers),
         timeouts=_timeouts(settings),
-        clock=None if clock is None else ClockLeadSettings(clock.offset, clock.drift, clock.latency, clock.age),
+        clock=clock_of(settings),
     )
+
+
+def clock_of(settings: MachineSettings) -> ClockLeadSettings | None:
+    """Return what is known of the clock on the platform; None where it is the machine's."""
+    clock = settings.clock
+    return None if clock is None else ClockLeadSettings(clock.offset, clock.drift, clock.latency, clock.age)
 
 
 def started_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[Laser] = ()) -> StartedSettings:

@@ -25,9 +25,10 @@ from cablewright.foundation.saving import Saved
 from cablewright.foundation.signals import Estimate, SensorFrame
 from cablewright.live.body_estimator import BodyEstimator, body_settings, cells_of
 from cablewright.live.estimator_settings import OBSERVERS, Observer, with_drum_mass
-from cablewright.machine.coils import coil_of
+from cablewright.machine.coils import coils_of
 from cablewright.machine.sensors import SENSORS
 from cablewright.machine.sensors.encoders import ENCODERS
+from cablewright.machine.sensors.line_angles import LINE_ANGLES
 from cablewright.machine.sensors.tensions import MOTOR_TORQUES
 from cablewright.machine.settings import MachineSettings
 from cablewright.models.statics import Model
@@ -55,6 +56,15 @@ class Weighing(Protocol):
 
     def weigh(self, mass: float) -> None:
         """Take the drum with its powder to be of *mass*, kg, in the next step."""
+
+
+def best_estimator(settings: MachineSettings) -> str:
+    """The best estimator for a machine's sensors: the filter, or encoders alone."""
+    if settings.body is not None:
+        return "encoders" if settings.tension_sensor is None else "filter"
+    if settings.sensor(LINE_ANGLES) is None or not {"north", "south"} & settings.lidars.keys():
+        return "encoders"
+    return "filter"
 
 
 def estimator(
@@ -128,7 +138,7 @@ def reckoning_of(robot: Robot, settings: MachineSettings) -> ReckoningSettings:
     if settings.sensor(ENCODERS) is None:
         raise InputError(f"machine {settings.name!r}: has no encoders, which the estimation needs")
     winch = settings.winch
-    coils = tuple(coil_of(line, winch) for line in robot.lines)
+    coils = coils_of(robot, winch)
     counts_per_radian = winch.counts * winch.ratio / math.tau
     return ReckoningSettings(
         Model(with_drum_mass(robot, settings)), counts_per_radian, coils, winch.held, cells=cells_of(settings)

@@ -13,6 +13,7 @@ from typing import Any, ClassVar, Final
 
 import numpy as np
 
+from cablewright.estimation import dead_reckoning
 from cablewright.estimation.body import filter as of_body
 from cablewright.estimation.body.state import start as of_body_start
 from cablewright.estimation.lidar.room import Laser
@@ -24,6 +25,7 @@ from cablewright.foundation.signals import Estimate, LineAngles, Scan, Truth
 from cablewright.live.body_estimator import body_settings
 from cablewright.live.error_statistics import CHI2_95, SLACK, ErrorStatistics, bound, spread, statistics_figures
 from cablewright.live.estimator_settings import OBSERVERS, Observer
+from cablewright.live.estimators import ESTIMATORS, best_estimator, reckoning_of
 from cablewright.live.fault_count import FaultCount, count_faults, fault_figures
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import Entry, read_log
@@ -63,7 +65,7 @@ class Replay(Pictured):
         Figure("seed", "1", "Seed of the simulated machine.", "head.seed"),
         Figure("severity", "", "How far the simulated machine was off what is described; null of any other machine.",
                "head.severity"),
-        Figure("estimator", "", "The estimator: paper or filter."),
+        Figure("estimator", "", "The estimator: paper, filter or encoders."),
         Figure("steps", "1", "Number of steps in the log."),
         Figure("duration", "s", "Time on the machine's clock at the end.", shown="s"),
         Figure("valid_share", "1", "Share of the steps with a valid estimate.", "", "valid steps", shown="%"),
@@ -272,16 +274,17 @@ class Replays(Pictured):
 
 def replay(
     log: str | Path,
-    estimator: str = "paper",
+    estimator: str | None = None,
     *,
     lasers: Sequence[Laser] = (),
     progress: Progress | None = None,
 ) -> Replay:
     """Run an estimator on a machine's *log*, an MCAP file or a run folder, and compare it with the truth in the log.
 
-    *estimator* is ``paper``, the chain of Merlet and Papegay 2023, or ``filter``, the Kalman filter of all sensors.
-    *lasers*: distances from B to walls that an operator measured at the start. Raises `UnknownName` for another
-    estimator, `InputError` for a file that is no log or a machine without the sensors that the estimator needs.
+    *estimator* is ``paper``, the chain of Merlet and Papegay 2023, ``filter``, the Kalman filter of all sensors, or
+    ``encoders``, dead reckoning by these alone; None: the first one for which the machine has the sensors. *lasers*:
+    distances from B to walls that an operator measured at the start. Raises `UnknownName` for another estimator,
+    `InputError` for a file that is no log or a machine without the sensors that the estimator needs.
 
     Examples
     --------
@@ -289,11 +292,12 @@ def replay(
     >>> cw.replay("run.mcap", "filter").status  # doctest: +SKIP
     'ok'
     """
-    if estimator not in OBSERVERS:
-        raise UnknownName("estimator", estimator, OBSERVERS)
+    if estimator is not None and estimator not in ESTIMATORS:
+        raise UnknownName("estimator", estimator, ESTIMATORS)
     with read_log(log) as entries:
         head = entries.head
-        observer = OBSERVERS[estimator] if head.robot.n == 3 else _of_body(estimator, head, log)
+        estimator = estimator or _usual_estimator(head)
+        observer = OBSERVERS[estimator] if _is_by_scans(estimator, head) else _homed(estimator, head, log)
         settings = observer.settings(head.robot, head.settings, lasers)
         turning = tuple(name for name in ("north", "south") if name in head.settings.lidars)
         state, found = observer.start(settings), _Collector(head.robot.m, turning)
@@ -315,15 +319,33 @@ def replay(
         )  # fmt: skip
 
 
-def _of_body(estimator: str, head: LogHead, log: str | Path) -> Observer:
-    """Return the functions of the estimator of a rigid platform, from where the log's head says that it was homed."""
-    if estimator != "filter":
+def _usual_estimator(head: LogHead) -> str:
+    """Return the estimator that the sensors of a log's machine allow: of a point platform with lidars the chain."""
+    best = best_estimator(head.settings)
+    return "paper" if _is_by_scans(best, head) else best
+
+
+def _is_by_scans(estimator: str, head: LogHead) -> bool:
+    """Whether an *estimator* finds the platform by lidars, from no pose at which it was homed."""
+    return head.robot.n == 3 and estimator in OBSERVERS
+
+
+def _homed(estimator: str, head: LogHead, log: str | Path) -> Observer:
+    """Return the functions of an estimator that begins where the log's head says that the machine was homed."""
+    if estimator == "paper":
         raise InputError(f"estimator = {estimator}: is one of a point platform; that of {head.robot.name!r} is rigid")
     home = head.home
     if home is None:
-        raise InputError(f"{log}: does not say at which pose the machine was homed, which a rigid platform needs")
+        needs = "a rigid platform needs" if head.robot.n == 6 else "the encoders alone need"
+        raise InputError(f"{log}: does not say at which pose the machine was homed, which {needs}")
+    if head.robot.n == 3:
+        return Observer(
+            lambda robot, settings, _lasers: reckoning_of(robot, settings),
+            lambda settings: dead_reckoning.start(settings, np.array(home)),
+            dead_reckoning.step,
+        )
     return Observer(
-        lambda robot, settings, _lasers: body_settings(robot, settings, sensors=True),
+        lambda robot, settings, _lasers: body_settings(robot, settings, sensors=estimator == "filter"),
         lambda settings: of_body_start(settings, np.array(home)),
         of_body.step,
     )

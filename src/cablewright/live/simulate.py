@@ -13,6 +13,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from cablewright.analyses.motion.trajectory import Trajectory
+from cablewright.foundation.arrays import Array
 from cablewright.foundation.choices import PlantName, SeverityName
 from cablewright.foundation.errors import CablewrightError, EnvironmentFault, InputError
 from cablewright.foundation.file_output import cannot_write
@@ -76,6 +78,7 @@ def simulate(
     *,
     loop: float | None = None,
     hold: ArrayLike | None = None,
+    trajectory: Trajectory | None = None,
     height: float = 1.2,
     duration: float | None = None,
     seed: int = 0,
@@ -89,11 +92,11 @@ def simulate(
     """Drive a simulated machine, built by *seed* within its tolerances, along a random closed path, or hold it.
 
     *machine*: see `machine_of`. *loop*: length of the path, m, at *height*, m. *hold*: position (3,) of B, m, world, or
-    pose (6,) of a body, to stay at instead. *duration*: s, by default once round the loop. Of a `Model` only the robot
-    is used: the *plant*,
-    ``dynamic`` or ``quasi-static``, has its own laws. *severity*: see `with_severity`; None: of the *machine*. *log*:
-    an MCAP file, which appears when it is complete. *epoch*: UTC of its time 0, for programs that show dates; by
-    default 1970, so that the same input gives the same bytes.
+    pose (6,) of a body, to stay at instead. *trajectory*: to follow instead; ``drive.poses`` are then the true poses
+    after each step. *duration*: s, by default once round the loop, or to the trajectory's end. Of a `Model` the robot
+    alone is used: the *plant*, ``dynamic`` or ``quasi-static``, has its own laws. *severity*: see `with_severity`;
+    None: of the *machine*. *log*: an MCAP file, which appears when it is complete. *epoch*: UTC of its time 0, for
+    programs that show dates; by default 1970, so that the same input gives the same bytes.
 
     Raises `InputError` for contradictory or missing arguments, `AnswerError` where the path cannot be held,
     `EnvironmentFault` where the log cannot be written.
@@ -105,8 +108,8 @@ def simulate(
     10
     """
     described, settings = robot.robot if isinstance(robot, Model) else robot, driving or DriveSettings()
-    if (loop is None) == (hold is None):
-        raise InputError("simulate: expected either loop, a length, or hold, a place")
+    if sum(each is not None for each in (loop, hold, trajectory)) != 1:
+        raise InputError("simulate: expected either loop, a length, or hold, a place, or trajectory")
     if hold is not None and duration is None:
         raise InputError("simulate: hold needs a duration")
     if loop is not None and not 0.0 < loop < MAX_LENGTH:
@@ -116,15 +119,19 @@ def simulate(
     built = machine_of(described, machine)
     if severity is not None:
         built = with_severity(built, severity)
-    if loop is None:
-        path, start = None, np.asarray(hold, dtype=np.float64)
+    path: Array | Trajectory | None = None
+    if trajectory is not None:
+        path, start = trajectory, trajectory.poses[0]
+        duration = trajectory.duration if duration is None else duration
+    elif loop is None:
+        start = np.asarray(hold, dtype=np.float64)
         if start.shape not in {(3,), (described.n,)} or not np.isfinite(start).all():
-            asked = "3 finite numbers are expected, m" if described.n == 3 else "3 or 6 finite numbers, m and rad"
-            raise InputError(f"hold = {start.tolist()}: {asked}")
+            sizes, units = described.platform.pose_sizes, described.platform.pose_units
+            raise InputError(f"hold = {start.tolist()}: {sizes} finite numbers are expected, {units}")
     else:
         path = random_loop(described, loop, seed)
         start = np.array([*path[0], height])
-    if duration is None and path is not None:  # whole seconds; half of the ramp is lost
+    if duration is None and isinstance(path, np.ndarray):  # whole seconds; half of the ramp is lost
         duration = math.floor(path_length(path) / settings.speed + 0.5 * settings.ramp)
     assert duration is not None
     twin = SimulatedMachine(described, built, start, seed=seed, plant=plant)
@@ -137,7 +144,7 @@ def simulate(
         plant=plant,
         seed=seed,
         epoch=epoch,
-        home=tuple(pose.tolist()) if described.n == 6 else None,
+        home=tuple(pose.tolist()),
     )
     run = partial(drive, twin, path, duration, settings=settings, seed=seed, progress=progress)
     return Simulation(head, run() if log is None else _logged(run, Path(log), head))

@@ -71,6 +71,7 @@ class Drum(_Carrier):
     ``yaw_drive``: None where nothing turns the drum.
     """
 
+    WORD: ClassVar[str] = "drum"
     MOVED: ClassVar[Mapping[str, str]] = dict.fromkeys(
         ("swing_damping", "yaw_stiffness", "yaw_damping", "yaw_wander", "yaw_wander_length", "drag"),
         "[simulation.drum]",
@@ -93,6 +94,7 @@ class Body(_Carrier):
     goes through before a print begins, for its sensors to tell the machine's lengths.
     """
 
+    WORD: ClassVar[str] = "platform"
     MOVED: ClassVar[Mapping[str, str]] = dict.fromkeys(("turn_damping", "drag"), "[simulation.body]")
     OF_POWDER: ClassVar[tuple[str, ...]] = ("powder_density", "radius", "hopper")
 

@@ -7,7 +7,12 @@ import numpy as np
 from cablewright.foundation.errors import InputError
 from cablewright.machine.settings import WinchSettings
 from cablewright.models.coil import Coil, wind
-from cablewright.robot import Line
+from cablewright.robot import Line, Robot
+
+
+def coils_of(robot: Robot, settings: WinchSettings) -> tuple[Coil | None, ...]:
+    """Return the regularly wound cable of each line, None where a counterweight hangs; raises as `coil_of`."""
+    return tuple(None if line.counterweight is not None else coil_of(line, settings) for line in robot.lines)
 
 
 def coil_of(

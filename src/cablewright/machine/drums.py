@@ -10,12 +10,12 @@ from cablewright.robot import Robot
 
 
 def drums_of(robot: Robot, machine: MachineSettings | None = None) -> tuple[WinchDrum, ...]:
-    """Return the drum of each line: with coils by the *machine*'s capacity, width and pitch, else as its file gives it.
+    """Return the drum of each winch: with coils by the *machine*'s capacity, width and pitch, else as in the file.
 
     Raises `InputError` for a line that gives no drum radius, and with a machine no cable diameter.
     """
     found = []
-    for line in robot.lines:
+    for line in robot.winch_lines:
         bare = drum_of(line)
         if bare is None:
             raise InputError(

@@ -52,6 +52,37 @@ class Coil:
         return float(TURN * (whole + share))
 
 
+@dataclass(frozen=True, eq=False)
+class LineCoils:
+    """The cables of m lines on their drums, each coil with what its line does not take of *held* m of cable.
+
+    ``coils``: (m,); None: of a line without a winch, whose angle is 0 and whose radius is NaN.
+    """
+
+    coils: tuple[Coil | None, ...]
+    held: float
+
+    def angles(self, lengths: Array) -> Array:
+        """Return the angles (m,), rad, wound on the drums with *lengths* (m,), m, out. Raises `InputError`."""
+        outs = zip(self.coils, lengths.tolist(), strict=True)
+        return np.array([0.0 if coil is None else coil.angle(self.held - out) for coil, out in outs])
+
+    def holds(self, angles: Array) -> bool:
+        """Whether the drums have the turns for *angles* (m,), rad."""
+        rows = zip(self.coils, angles.tolist(), strict=True)
+        return all(coil is None or 0.0 <= angle <= TURN * (len(coil.radii) - 1) for coil, angle in rows)
+
+    def paid(self, before: Array, now: Array) -> Array:
+        """Return the lengths (m,), m, paid out between two angles (m,), rad, wound. Raises `InputError`."""
+        rows = zip(self.coils, before.tolist(), now.tolist(), strict=True)
+        return np.array([0.0 if coil is None else coil.length(was) - coil.length(is_) for coil, was, is_ in rows])
+
+    def radii(self, angles: Array) -> Array:
+        """Return the radii (m,), m, at which cables leave their drums at *angles* (m,), rad, wound."""
+        rows = zip(self.coils, angles.tolist(), strict=True)
+        return np.array([np.nan if coil is None else coil.radius(angle) for coil, angle in rows])
+
+
 def wind(
     capacity: float,
     core: float,

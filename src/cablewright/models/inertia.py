@@ -38,10 +38,8 @@ def mass_root(robot: Robot, poses: Array) -> Array:
     root[..., range(3), range(3)] = np.sqrt(platform.mass)
     if isinstance(platform, RigidPlatform):
         turn = matrices(poses[..., 3:])
-        x, y, z = np.moveaxis(turn @ np.asarray(platform.centre_of_mass), -1, 0)  # from the origin, world
-        zero = np.zeros_like(x)
-        cross = np.stack([zero, z, -y, -z, zero, x, y, -x, zero], axis=-1).reshape(*x.shape, 3, 3)
-        root[..., :3, 3:] = np.sqrt(platform.mass) * cross
+        centre = turn @ np.asarray(platform.centre_of_mass)  # from the origin, world
+        root[..., :3, 3:] = -np.sqrt(platform.mass) * _crossed(centre)
         root[..., 3:, 3:] = turn @ _inertia_root(robot.name, platform) @ np.swapaxes(turn, -1, -2)
     return root
 
@@ -55,16 +53,34 @@ def compensates(robot: Robot) -> bool:
     return robot.winches >= robot.freedoms and not robot.hung
 
 
-def inertia_wrenches(robot: Robot, poses: Array, accelerations: Array) -> Array:
+def inertia_wrenches(robot: Robot, poses: Array, accelerations: Array, rates: Array | None = None) -> Array:
     """Return the wrenches (k, 6) of the forces of inertia on the platform at *poses* (k, n): N and N m, world.
 
-    *accelerations* (k, 3): m/s^2, of the platform, which does not turn. Moments are about the platform's origin.
+    *accelerations* (k, 3): m/s^2, of the platform, which does not turn; or (k, 6), of its origin and angular, rad/s^2,
+    with its angular velocities *rates* (k, 3), rad/s (Newton and Euler). Moments are about the platform's origin.
+    Raises `InputError` as `mass_matrix` for a body that turns.
     """
     platform, found = robot.platform, np.zeros((len(poses), 6))
-    found[:, :3] = -platform.mass * accelerations
+    if rates is not None and isinstance(platform, RigidPlatform):
+        mass = mass_matrix(robot, poses)
+        centre = matrices(poses[:, 3:]) @ np.asarray(platform.centre_of_mass)
+        pull = platform.mass * np.cross(rates, np.cross(rates, centre))
+        about_centre = mass[:, 3:, 3:] + platform.mass * _crossed(centre) @ _crossed(centre)
+        spin = np.cross(rates, (about_centre @ rates[..., None])[..., 0])
+        found[:] = -(mass @ accelerations[..., None])[..., 0]
+        found -= np.concatenate([pull, np.cross(centre, pull) + spin], axis=1)
+        return found
+    found[:, :3] = -platform.mass * accelerations[:, :3]
     if isinstance(platform, RigidPlatform):
         found[:, 3:] = np.cross(matrices(poses[:, 3:]) @ np.asarray(platform.centre_of_mass), found[:, :3])
     return found
+
+
+def _crossed(vectors: Array) -> Array:
+    """Return the matrices (..., 3, 3) of the cross products of *vectors* (..., 3)."""
+    x, y, z = np.moveaxis(vectors, -1, 0)
+    zero = np.zeros_like(x)
+    return np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(*x.shape, 3, 3)
 
 
 def counterweight_root(robot: Robot, parts: Stiffness) -> Array:

@@ -50,6 +50,14 @@ def within(plane: Plane | None, poses: Array) -> Array:
     return found
 
 
+def leaving(plane: Plane | None, vectors: Array) -> Array:
+    """Return the part of *vectors* (..., 3) across *plane*; zeros where it is None."""
+    if plane is None:
+        return np.zeros_like(vectors)
+    normal = np.array(plane.across)
+    return np.asarray((vectors @ normal)[..., None] * normal)
+
+
 def projected(free: Array | None, wrenches: Array) -> Array:
     """Return *wrenches* (..., n) without what the plane carries; as they are where *free* is None."""
     return wrenches if free is None else np.asarray(wrenches @ free @ free.T)

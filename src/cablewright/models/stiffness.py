@@ -17,9 +17,10 @@ Behzadipour and Khajepour 2006 for straight lines. Examples and limits: `docs/mo
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import DTypeLike, NDArray
 
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import AnswerError, Status
@@ -59,6 +60,10 @@ class Stiffness(Rows):
     def total(self) -> Array:
         """(n, n) the tangent stiffness, the sum of both parts; equal to that of `linearise` for elastic cables."""
         return self.elastic + self.geometric
+
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
+        """Return `total`, which NumPy reads where it is given a stiffness."""
+        return np.array(self.total, dtype=dtype)
 
 
 def stiffness(equilibrium: Equilibrium) -> Stiffness:

@@ -73,6 +73,7 @@ class Capability(StrEnum):
     MACHINE_FILE = "machines --for"
     PRINT = "print"
     ESTIMATION = "estimation"
+    ROOM_ESTIMATION = "estimation by lidars"
     CONTROL = "velocity control"
     HOMING = "homing"
     DRIVES = "drives"
@@ -127,6 +128,12 @@ def _has_tilted_plane(robot: Robot) -> bool:
     return robot.platform.plane is not None and robot.platform.plane.axis is None
 
 
+def _has_few_shared_winches(robot: Robot) -> bool:
+    """Whether winches that lines share are too few for the pose, and hold not just the position."""
+    position = 3 if robot.platform.plane is None else 2
+    return bool(robot.sharing) and robot.winches < robot.freedoms and robot.winches != position
+
+
 FEATURES: Final = (
     _of_robot("lines", "lines", "lines, their cables, sheaves and winches", lambda robot: bool(robot.lines)),
     _of_line("eyelet", "an eyelet as its sheave", "sheave.kind", lambda x: isinstance(x.sheave, Eyelet)),
@@ -168,11 +175,11 @@ FEATURES: Final = (
     _of_robot("tilted-plane", "a tilted platform.plane", "platform.plane", _has_tilted_plane),
     _of_robot("body", "a rigid platform", "platform.kind", lambda robot: isinstance(robot.platform, RigidPlatform)),
     _of_robot("retraction", "platform.retraction", "platform.retraction", lambda robot: robot.retraction is not None),
-    *map(_over, (5, 6, 17, 26)),
+    *map(_over, (6, 8, 17, 26)),
     _of_robot("few-winches", "fewer winches than degrees of freedom", "lines",
               lambda robot: robot.winches < robot.freedoms),
-    _of_robot("few-shared-winches", "shared winches, fewer than degrees of freedom", "lines.shared_winch",
-              lambda robot: bool(robot.sharing) and robot.winches < robot.freedoms),
+    _of_robot("few-shared-winches", "shared winches that hold neither its pose nor its position alone",
+              "lines.shared_winch", _has_few_shared_winches),
     _of_robot("free-position", "fewer winches than hold its position", "lines",
               lambda robot: robot.winches < min(robot.freedoms, 2 if robot.platform.plane else 3)),
     _of_robot("few-lines-in-plane", "fewer lines than degrees of freedom in its plane", "lines",
@@ -184,34 +191,33 @@ SPATIAL: Final = "counterweight pulley winch-aside platform-sheave platform-pull
 """Features of lines that are more than a winch and a cable in one vertical plane."""
 
 _PROVED: Final = f"{SPATIAL} mount spring plane"  # no proof covers them
-_DRIVEN: Final = "counterweight shared-winch"  # no plant and no estimator covers them
+_DRIVEN: Final = "counterweight shared-winch"  # no estimator covers them
 _TURNING: Final = "swivel universal-joint pulley platform-sheave platform-pulley"
 _OWN_WINCH: Final = "Give each line a winch of its own"
 _WINCH_OR_URDF: Final = f"{_OWN_WINCH}, or export urdf, which has no lines"
 _BY_ANGLE: Final = "Export klipper, which moves winches by their angle"
 _NOTHING: Final = "the format has nothing like it"
 _IN_FILE: Final = "Give the number in the robot file"
-_AT_POSES: Final = "Use inverse at poses in its plane"
+_ONE_DRUM: Final = "Lines on one drum have tensions that follow their stretch, not a choice"
 _C, _LOST, _REJECTED = Capability, Coverage.LOST, Coverage.REJECTED
 
 _ROWS: Final = (
     (_C.CERTIFY, Coverage.UNCERTIFIED, _PROVED, "The answer holds without a proof"),
     (_C.TRACKER, _REJECTED, _PROVED, "Track with TrackerSettings(certify=False)"),
     (_C.POSE_BOX, _REJECTED, f"{_PROVED} advantage cables", "Use linearise, whose pose errors are of first order"),
-    (_C.EQUILIBRIA, _REJECTED, "plane weightless no-gravity", "Use forward with a guess"),
-    (_C.EXHAUSTIVE, _REJECTED, f"{_PROVED} advantage cables body", "Search from many starts: leave out exhaustive"),
-    (_C.TENSIONS, _REJECTED, "counterweight shared-winch", "Use inverse"),
-    (_C.WRENCH_CLOSURE, _REJECTED, "counterweight shared-winch", "Use the criterion static"),
-    (_C.CAPACITY, _REJECTED, "counterweight shared-winch", "Use the criterion static"),
-    (_C.TENSION_CHOICE, _REJECTED, "shared-winch few-winches", "Use inverse with preferred tensions"),
-    (_C.WORKSPACE, _REJECTED, "tilted-plane", _AT_POSES),
-    (_C.STRAIGHT_WORKSPACE, _REJECTED, "tilted-plane", _AT_POSES),
-    (_C.STRAIGHT_WORKSPACE, _REJECTED, "counterweight shared-winch", "Use the criterion static"),
+    (_C.EXHAUSTIVE, _REJECTED, f"{_PROVED} advantage cables body weightless no-gravity",
+     "Search from many starts: leave out exhaustive"),
+    (_C.TENSIONS, _REJECTED, "shared-winch", f"{_ONE_DRUM}: use inverse"),
+    (_C.WRENCH_CLOSURE, _REJECTED, "shared-winch", f"{_ONE_DRUM}: use the criterion static"),
+    (_C.CAPACITY, _REJECTED, "shared-winch", f"{_ONE_DRUM}: use the criterion static"),
+    (_C.TENSION_CHOICE, _REJECTED, "shared-winch", f"{_ONE_DRUM}: use inverse with preferred tensions"),
+    (_C.TENSION_CHOICE, _REJECTED, "few-winches", "The balance leaves no tension to choose: use inverse"),
+    (_C.STRAIGHT_WORKSPACE, _REJECTED, "shared-winch", f"{_ONE_DRUM}: use the criterion static"),
     (_C.BOUNDARY_MODES, _REJECTED, "few-winches plane", "Use modes at a pose"),
-    (_C.SLACK, _REJECTED, "counterweight plane shared-winch few-winches", "Use forward with longer lengths"),
-    (_C.SLACK_SETS, _REJECTED, f"{SPATIAL} plane shared-winch few-winches", "Use forward with longer lengths"),
-    (_C.SHAPE, _REJECTED, SPATIAL, "Use solve_with_slack, which takes the excess"),
-    (_C.LET_OUT, _REJECTED, "shared-winch", "Use forward with the lengths of all lines on that winch"),
+    (_C.SLACK, _REJECTED, "shared-winch", "The drum decides its length: use forward with longer lengths"),
+    (_C.SLACK, _REJECTED, "few-winches", "Each line is needed at a given pose: use forward with longer lengths"),
+    (_C.SLACK_SETS, _REJECTED, "shared-winch", "The drum decides their lengths: use forward with longer lengths"),
+    (_C.SLACK_SETS, _REJECTED, "few-winches", "Each line is needed at a given pose: use forward with longer lengths"),
     (_C.CHECK, Coverage.NOT_CHECKED, "mount",
      "exit points that give together, as two on one post: each gives under its own line alone"),
     (_C.CHECK, Coverage.NOT_CHECKED, "shared-winch",
@@ -231,32 +237,31 @@ _ROWS: Final = (
      "Survey these points and write them into the robot file"),
     (_C.ELASTIC_CALIBRATION, _REJECTED, "guides tilted-swivel advantage cables few-lines-in-plane",
      "Calibrate with cable = rigid"),
-    (_C.SIMULATION, _REJECTED, _DRIVEN, "Use check, which solves each pose of a job"),
     (_C.SIMULATION, _REJECTED, "weightless no-gravity no-diameter no-drum-radius", _IN_FILE),
     (_C.SIMULATION, _REJECTED, "offset-point", "Give all lines the platform_point [0, 0, 0]"),
-    (_C.MACHINE_FILE, _REJECTED, _DRIVEN, "Use check, which needs no machine"),
     (_C.MACHINE_FILE, _REJECTED, "weightless no-diameter no-drum-radius no-gravity", _IN_FILE),
-    (_C.PRINT, _REJECTED, f"{_DRIVEN} free-position", "Use check, or inverse at poses"),
-    (_C.ESTIMATION, _REJECTED, f"{_DRIVEN} free-position", "Use forward with the measured lengths"),
+    (_C.PRINT, _REJECTED, "free-position", "Use check, or inverse at poses"),
+    (_C.ESTIMATION, _REJECTED, "free-position", "Use forward with the measured lengths"),
+    (_C.ROOM_ESTIMATION, _REJECTED, _DRIVEN, "Use the estimator encoders"),
     (_C.ESTIMATION, _REJECTED, "no-diameter no-drum-radius", _IN_FILE),
-    (_C.CONTROL, _REJECTED, _DRIVEN, "Use inverse for the lengths of each pose"),
     (_C.HOMING, _REJECTED, f"{_DRIVEN} free-position retraction", "Use forward with the measured lengths"),
     (_C.DRIVES, _REJECTED, "counterweight shared-winch", _OWN_WINCH),
     (_C.DRIVES, _REJECTED, "no-diameter no-drum-radius", _IN_FILE),
     (_C.SERVE, _REJECTED, f"{_DRIVEN} free-position", "Use check, which needs no machine"),
-    (_C.KLIPPER, _REJECTED, "counterweight shared-winch few-winches", _WINCH_OR_URDF),
-    (_C.LINUXCNC, _REJECTED, "counterweight shared-winch few-winches", _WINCH_OR_URDF),
-    (_C.REPRAPFIRMWARE, _REJECTED, "counterweight shared-winch few-winches", _WINCH_OR_URDF),
+    (_C.KLIPPER, _REJECTED, "free-position few-shared-winches few-lines-in-plane", _WINCH_OR_URDF),
+    (_C.LINUXCNC, _REJECTED, "free-position few-shared-winches few-lines-in-plane", _WINCH_OR_URDF),
+    (_C.REPRAPFIRMWARE, _REJECTED, "counterweight shared-winch", _BY_ANGLE),
+    (_C.REPRAPFIRMWARE, _REJECTED, "few-winches", _WINCH_OR_URDF),
     (_C.REPRAPFIRMWARE, _REJECTED, f"{_TURNING} body plane offset-point", _BY_ANGLE),
     (_C.KLIPPER_WINCH, _REJECTED, f"{_TURNING} advantage body plane offset-point", _BY_ANGLE),
-    (_C.KLIPPER_WINCH, _REJECTED, "counterweight shared-winch", _WINCH_OR_URDF),
+    (_C.KLIPPER_WINCH, _REJECTED, "counterweight shared-winch", _BY_ANGLE),
     (_C.KLIPPER_WINCH, _REJECTED, "no-drum-radius", _IN_FILE),
     (_C.KLIPPER, _REJECTED, "no-drum-radius", _IN_FILE),
     (_C.LINUXCNC, _REJECTED, "no-drum-radius", _IN_FILE),
     (_C.REPRAPFIRMWARE, _REJECTED, "no-drum-radius", _IN_FILE),
     (_C.KLIPPER, _REJECTED, "over-17-lines", "Leave out some of them"),
     (_C.LINUXCNC, _REJECTED, "over-6-lines", "Export klipper"),
-    (_C.REPRAPFIRMWARE, _REJECTED, "over-5-lines", _BY_ANGLE),
+    (_C.REPRAPFIRMWARE, _REJECTED, "over-8-lines", _BY_ANGLE),
     (_C.KLIPPER_WINCH, _REJECTED, "over-26-lines", _BY_ANGLE),
     (_C.REPRAPFIRMWARE, _LOST, "guides mount spring", _NOTHING),
     (_C.KLIPPER_WINCH, _LOST, "cables guides mount spring", _NOTHING),

@@ -73,10 +73,10 @@ class Change:
         return validated(Robot, robot.model_dump(), f"{self.name} = {value:g}")
 
 
-def changed(robot: Robot, values: Mapping[Change, float]) -> Robot:
-    """Return the robot with each change made, in their order. Raises `InputError`."""
+def changed(robot: Robot, values: Mapping[Change, float] | Mapping[str, float]) -> Robot:
+    """Return the robot with each change made, in their order; a text is the name of a `Change`. Raises `InputError`."""
     for change, value in values.items():
-        robot = change.on(robot, value)
+        robot = (Change(change) if isinstance(change, str) else change).on(robot, value)
     return robot
 
 

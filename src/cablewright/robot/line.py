@@ -162,6 +162,27 @@ class Line(Description):
         return isinstance(self.sheave, Swivel) and self.sheave.upright and not self.is_aside
 
     @property
+    def has_arc(self) -> bool:
+        """Whether its cable lies on a sheave at either end of the free span."""
+        return not isinstance(self.sheave, Eyelet) or self.platform_sheave is not None
+
+    @property
+    def way(self) -> str:
+        """How its cable comes from a winch exit that is given, in words that begin with a comma; empty if straight."""
+        wheels = sum(isinstance(guide, GuideSheave) for guide in self.guides)
+        over = f", straight over {len(self.guides)} guides" if self.guides else ""
+        over += f", of which {wheels} are wheels" if wheels else ""
+        return over + (", from a winch aside of the sheave's axis" if self.is_aside else "")
+
+    @property
+    def holder(self) -> str:
+        """What holds its cable at the other end, in words."""
+        if self.counterweight is not None:
+            return f"a counterweight of {self.counterweight:g} kg, whose tension is given"
+        spring = "" if self.spring is None else f" with a spring that gives by {1e6 / self.spring:.4g} mm per kN"
+        return f"a winch{spring}"
+
+    @property
     def radii(self) -> tuple[float, ...]:
         """The radii of the sheaves and wheels that the cable runs over, m."""
         passed = (self.sheave, self.platform_sheave, *self.guides)

@@ -55,12 +55,28 @@ class _PlatformWithLoads(Description):
     """What both kinds of platform have in common."""
 
     freedoms: ClassVar[int]
+    noun: ClassVar[str]  # what it is
+    pose_sizes: ClassVar[str]  # how many numbers a place or pose may have
+    pose_units: ClassVar[str]
 
     mass: Positive[Mass]
     force: Force3 = _ZERO
     loads: tuple[Load, ...] = ()
     boxes: Annotated[tuple[Box, ...], Field(max_length=MAX_SHAPES)] = ()
     plane: Plane | None = None
+
+    @property
+    def words(self) -> str:
+        """What it is, and in which plane."""
+        return self.noun if self.plane is None else f"{self.noun} in the plane {self.plane}"
+
+    @property
+    def guidance(self) -> str:
+        """What its plane does, as a sentence to add; empty without one."""
+        if self.plane is None:
+            return ""
+        how = "holds it both ways" if self.plane.pulls else "only pushes"
+        return f" It stays in the plane {self.plane}, which {how}, without friction."
 
     @property
     def in_tilted_plane(self) -> bool:
@@ -93,6 +109,11 @@ class PointPlatform(_PlatformWithLoads):
     """
 
     freedoms: ClassVar[int] = 3
+    noun: ClassVar[str] = "point mass"
+    pose_sizes: ClassVar[str] = "3"
+    pose_units: ClassVar[str] = "m"
+    drawing: ClassVar[str] = "The platform is a point mass: the ball has no size of its own."
+    own_nozzle: ClassVar[None] = None  # it prints where it is
 
     kind: Literal["point"] = "point"
     # What only a body can be given is, of a point, that of a body all of which is at its origin.
@@ -102,6 +123,11 @@ class PointPlatform(_PlatformWithLoads):
     inertia: ClassVar[None] = None
     inertia_products: ClassVar[Inertia3] = _ZERO
     has_inertia: ClassVar[bool] = True  # a mass is all that a point has
+
+    @property
+    def assumption(self) -> str:
+        """What the model assumes of it, in words."""
+        return f"The platform is a point: all lines meet in it, and it has no tilt.{self.guidance}"
 
     @model_validator(mode="after")
     def _loads_fit(self) -> Self:
@@ -161,6 +187,9 @@ class RigidPlatform(_PlatformWithLoads):
     """
 
     freedoms: ClassVar[int] = 6
+    noun: ClassVar[str] = "rigid body"
+    pose_sizes: ClassVar[str] = "3 or 6"
+    pose_units: ClassVar[str] = "m and rad"
 
     kind: Literal["rigid"] = "rigid"
     centre_of_mass: Vec3 = _ZERO
@@ -169,6 +198,26 @@ class RigidPlatform(_PlatformWithLoads):
     nozzle: Vec3 = _ZERO
     moment: Torque3 = _ZERO
     retraction: Retraction | None = None
+
+    @property
+    def assumption(self) -> str:
+        """What the model assumes of it, in words."""
+        centre, nozzle = (", ".join(f"{x:g}" for x in point) for point in (self.centre_of_mass, self.nozzle))
+        return (
+            f"The platform is a rigid body: its centre of mass is at ({centre}) m and its nozzle at ({nozzle}) m from "
+            f"its origin. Retraction moves platform points, not masses.{self.guidance}"
+        )
+
+    @property
+    def drawing(self) -> str:
+        """What a picture of it does not show, in words; empty if nothing."""
+        joined = "The robot file has no boxes of the platform: its platform points are joined by their convex hull."
+        return "" if self.boxes else joined
+
+    @property
+    def own_nozzle(self) -> Vec3:
+        """Its nozzle, m, platform frame."""
+        return self.nozzle
 
     @property
     def has_inertia(self) -> bool:

@@ -3,22 +3,31 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations, product
-from typing import Annotated, Self
+from typing import TYPE_CHECKING, Annotated, Any, Final, Self
 
 from pydantic import Field, model_validator
 
 from cablewright.foundation.errors import InputError, UnknownName, suggestion
-from cablewright.foundation.validation import FileDescription, refusal, require_unique_names, validated
+from cablewright.foundation.validation import FileDescription, KeyPath, refusal, require_unique_names, validated
 from cablewright.robot.bracket import Bracket
+from cablewright.robot.cable import Cable
+from cablewright.robot.cable_table import CABLES
 from cablewright.robot.dynamics import Damping, Dynamics
 from cablewright.robot.line import MAX_LINES, Line
+from cablewright.robot.parameter_values import with_exit_point
 from cablewright.robot.plane import OFF_PLANE
-from cablewright.robot.platform import Platform, Retraction, RigidPlatform
+from cablewright.robot.platform import Platform, PointPlatform, Retraction, RigidPlatform
 from cablewright.robot.scene import Scene
+from cablewright.robot.sheave import Eyelet, Sheave
 from cablewright.robot.uncertainty import Range, Uncertainty, modulus_ranges
 from cablewright.robot.winch import SharedWinch, Winch
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+_POINTS: Final = ("exit_points", "platform_points")  # of all lines, in arrays
 
 
 class Robot(FileDescription):
@@ -107,6 +116,132 @@ class Robot(FileDescription):
             why = f"the plane {plane} misses the frame, the allowed box of the platform's origin"
             raise refusal("distance", why, within=("platform", "plane"))
 
+    @classmethod
+    def from_points(
+        cls,
+        exit_points: ArrayLike,
+        platform_points: ArrayLike | None = None,
+        *,
+        mass: float | str,
+        cable: Cable | str,
+        tension_limits: tuple[float | str, float | str],
+        name: str = "robot",
+        sheave: Sheave | None = None,
+        frame: ArrayLike | None = None,
+        **platform: object,
+    ) -> Robot:
+        """Return a robot with a cable from each of the *exit_points* (m, 3), m, world, to a *platform_point* each.
+
+        *platform_points* (m, 3), m, platform frame: those of a rigid platform; None: a point, where all cables meet.
+        *mass*: kg. *cable*: a `Cable`, or the name of one that can be bought, such as dyneema-2mm. *tension_limits*:
+        min and max, N. *sheave*: of all lines, by default an eyelet. *frame* (2, 3): lowest and highest corner, m, of
+        the box in which the platform may be; by default from the lowest exit point, or the floor z = 0 where all are
+        at one height, to the highest. *platform*: further fields of `PointPlatform` or `RigidPlatform`, such as
+        inertia. Numbers are SI, or texts with a unit. Raises `InputError` in one line.
+
+        Examples
+        --------
+        >>> import cablewright as cw
+        >>> corners = [[-2, -2, 3], [2, -2, 3], [2, 2, 3], [-2, 2, 3]]
+        >>> cw.Robot.from_points(corners, mass=5.0, cable="dyneema-2mm", tension_limits=(1.0, 500.0))
+        Robot('robot', 4 lines, point platform of 5 kg)
+        """
+        exits = _rows(name, "exit_points", exit_points)
+        points = None if platform_points is None else _rows(name, "platform_points", platform_points, len(exits))
+        if isinstance(cable, str):
+            if cable not in CABLES:
+                raise UnknownName("cable", cable, CABLES)
+            cable = CABLES[cable].cable
+        kind = PointPlatform if points is None else RigidPlatform
+        unknown = sorted(platform.keys() - kind.model_fields.keys())
+        if unknown:
+            raise UnknownName("field of the platform", unknown[0], kind.model_fields)
+        common = {"cable": cable, "sheave": sheave or Eyelet(), "tension_limits": _listed(tension_limits)}
+        ends = [{"name": str(k + 1), "exit_point": at} | common for k, at in enumerate(exits)]
+        for end, point in zip(ends, points or (), strict=False):
+            end["platform_point"] = point
+        if frame is None:
+            low, high = ([side(axis) for axis in zip(*exits, strict=True)] for side in (min, max))
+            low[2] = 0.0 if low[2] == high[2] > 0.0 else low[2]
+        else:
+            low, high = _rows(name, "frame", frame, 2)
+        parts = {
+            "name": name,
+            "scene": {"frame_min": low, "frame_max": high},
+            "platform": {"kind": kind.model_fields["kind"].default, "mass": _listed(mass)}
+            | {key: _listed(value) for key, value in platform.items()},
+            "lines": ends,
+        }
+        return validated(Robot, parts, f"robot {name!r}")
+
+    def with_(self, **changes: object) -> Robot:
+        """Return the robot with *changes*, checked as a file is.
+
+        A name is a field of the robot (``name``, ``lines``, ``dynamics``), of its platform (``mass``, ``inertia``), of
+        its scene (``gravity``, ``frame_max``), of all its lines (``sheave``, ``tension_limits``) or of all their cables
+        (``axial_stiffness``), whichever has it first; or ``exit_points`` or ``platform_points`` (m, 3), m, of the lines
+        in their order. A modelled winch exit moves along with its exit point. Numbers are SI, or texts with a unit.
+        `changed` sets single numbers and design variables. Raises `InputError`; of an unknown name with the nearest.
+
+        Examples
+        --------
+        >>> import cablewright as cw
+        >>> cw.load("house-printer").with_(mass="80 kg", tension_limits=(50.0, 5000.0)).platform.mass
+        80.0
+        """
+        lines = list(self.lines)
+        for key in _POINTS:
+            if key in changes:
+                rows = _rows(self.name, key, changes[key], self.m)
+                put = with_exit_point if key == "exit_points" else _with_platform_point
+                lines = [put(line, at) for line, at in zip(lines, rows, strict=True)]
+        values = self.model_copy(update={"lines": tuple(lines)}).model_dump(by_alias=True)
+        every = values["lines"]
+        places = (
+            (Robot, [values]),
+            (type(self.platform), [values["platform"]]),
+            (Scene, [values["scene"]]),
+            (Line, every),
+            (Cable, [line["cable"] for line in every]),
+        )
+        for key in changes.keys() - {*_POINTS}:
+            owners = next((parts for kind, parts in places if key in kind.model_fields), None)
+            if owners is None or key == "schema_version":
+                known = (name for kind, _ in places for name in kind.model_fields)
+                raise UnknownName("change", key, {*_POINTS, *known})
+            for part in owners:
+                part[key] = _listed(changes[key])
+
+        def locate(path: KeyPath) -> tuple[KeyPath, str]:
+            """Leave out which of the lines, where the same is set in all."""
+            return path[2:] if path[:1] == ("lines",) and changes.keys() & {*path} else path, ""
+
+        return validated(Robot, values, f"robot {self.name!r}", locate)
+
+    def __repr_args__(self) -> Iterator[tuple[str | None, Any]]:
+        """The name, the number of lines and the platform, because a description fills screens."""
+        yield None, self.name
+        yield None, _Plain(f"{self.m} line{'s' if self.m > 1 else ''}")
+        yield None, _Plain(f"{self.platform.kind} platform of {self.platform.mass:g} kg")
+
+    def __str__(self) -> str:
+        return repr(self)
+
+    @property
+    def exit_points(self) -> NDArray[Any]:
+        """(m, 3) the exit points, m, world."""
+        return self._points("exit_point")
+
+    @property
+    def platform_points(self) -> NDArray[Any]:
+        """(m, 3) the platform points, m, platform frame."""
+        return self._points("platform_point")
+
+    def _points(self, key: str) -> NDArray[Any]:
+        import numpy as np  # a description alone costs no NumPy
+
+        return np.array([getattr(line, key) for line in self.lines], dtype=np.float64)
+
     @property
     def m(self) -> int:
         """The number of lines."""
@@ -130,12 +265,27 @@ class Robot(FileDescription):
     @property
     def winches(self) -> int:
         """The number of winches: m, less the lines on the drum of another and those with a counterweight."""
-        return self.m - len(self.sharing) - len(self.hung)
+        return len(self.hosts)
 
     @property
     def hung(self) -> tuple[int, ...]:
         """The indices of the lines that a counterweight pulls."""
         return tuple(index for index, line in enumerate(self.lines) if line.counterweight is not None)
+
+    @property
+    def hosts(self) -> tuple[int, ...]:
+        """The indices of the lines with a winch of their own: one for each winch, whose order and name they give."""
+        return tuple(i for i, x in enumerate(self.lines) if x.counterweight is None and x.shared_winch is None)
+
+    @property
+    def winch_lines(self) -> tuple[Line, ...]:
+        """The lines with a winch of their own."""
+        return tuple(self.lines[i] for i in self.hosts)
+
+    @property
+    def winch_names(self) -> tuple[str, ...]:
+        """The names of the winches: each is that of its line."""
+        return tuple(line.name for line in self.winch_lines)
 
     @property
     def sharing(self) -> tuple[Line, ...]:
@@ -222,6 +372,38 @@ class Robot(FileDescription):
         changed = retraction.model_copy(update={"length": float(length)})
         platform = self.platform.model_copy(update={"retraction": changed})
         return self.model_copy(update={"platform": platform, "lines": lines})
+
+
+class _Plain(str):
+    """A text without quotation marks in a line about a robot."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return str(self)
+
+
+def _with_platform_point(line: Line, point: Sequence[float]) -> Line:
+    return line.model_copy(update={"platform_point": tuple(point)})
+
+
+def _listed(value: Any) -> Any:
+    """Return an array or a number of NumPy as lists or a number, all else as it is."""
+    return value.tolist() if hasattr(value, "tolist") else value
+
+
+def _rows(robot: str, key: str, values: Any, count: int | None = None) -> list[Any]:
+    """Return points (k, 3) as rows of finite numbers. Raises `InputError`."""
+    try:
+        rows = [tuple(float(x) for x in row) for row in _listed(values)]
+    except (TypeError, ValueError):
+        raise InputError(f"robot {robot!r}: {key}: rows of 3 numbers, m, are expected") from None
+    wrong = next((row for row in rows if len(row) != 3 or not all(map(math.isfinite, row))), None)
+    if wrong is not None or not rows or len(rows) != (count or len(rows)):
+        asked = f"{count or 'one or more'} rows of 3 finite numbers, m, are expected"
+        got = f"{len(rows)} rows" if wrong is None else f"{wrong}"
+        raise InputError(f"robot {robot!r}: {key}: {asked}; got {got}")
+    return rows
 
 
 def _why_not_shared(line: Line, shared: SharedWinch, lines: Mapping[str, Line]) -> str:

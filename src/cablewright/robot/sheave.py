@@ -60,6 +60,11 @@ class Swivel(_TurningSheave):
         """Whether the axis points straight up."""
         return unit_vector(self.axis) == (0.0, 0.0, 1.0)
 
+    @property
+    def axis_words(self) -> str:
+        """The axis as the file has it."""
+        return "a vertical axis" if self.upright else f"the axis ({', '.join(f'{x:g}' for x in self.axis)})"
+
     @model_validator(mode="after")
     def _facing_is_of_an_upright_axis(self) -> Self:
         if self.facing is not None and not self.upright:

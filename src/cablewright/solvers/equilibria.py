@@ -19,9 +19,9 @@ from cablewright.kernels.layout import Code
 from cablewright.kernels.statics.line.catenary import span
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.packed_views import LineNumbers, LineStates, blank_states
+from cablewright.models.plane import within
 from cablewright.models.rotation import angle_between, rotations
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.models.support import Capability, require
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_rows
 from cablewright.solvers.certify import Certificate, certify
@@ -183,8 +183,9 @@ def equilibria(
 
     *box*: lowest and highest x, y and z of the platform, (6,) m; by default a quarter of the frame beyond it.
     *starts*: number of random start poses for each pattern of upside-down levers, drawn with *seed*. Impossible shapes,
-    with a negative angle of contact on a sheave or over a full turn, are left out. Raises `InputError` for invalid
-    arguments and for rigid or massless cables, `AnswerError` if nothing is found.
+    with a negative angle of contact on a sheave or over a full turn, are left out. Of cables without weight only stable
+    ones are found, by descent. Raises `InputError` for invalid arguments and for rigid cables, `AnswerError` if nothing
+    is found.
 
     Examples
     --------
@@ -195,12 +196,9 @@ def equilibria(
     """
     model = Model.of(robot, cable=cable, sheave=sheave)
     model.refuse_rigid()
-    require(model, Capability.EQUILIBRIA)
     given, single = as_rows(lengths, model.m, "lengths", "m")
     if not single or not (given > 0.0).all():
         raise InputError(f"lengths: {model.m} numbers over zero are expected, in m; got {given.tolist()}")
-    if model.massless:
-        raise InputError("cables without weight: a slack line has no shape to tell equilibria apart; use catenary")
     low, high = box_of(model, box)
     poses, heads = _starts(model, low, high, STARTS[model.n] if starts is None else starts, seed)
     found = solve_starts(model, given[0], poses, heads)
@@ -244,7 +242,7 @@ def _starts(model: Model, low: Array, high: Array, count: int, seed: int) -> tup
         axes = rng.standard_normal((rows, 3))
         turns = rng.uniform(0.0, np.pi, (rows, 1)) * rng.uniform(0.0, 1.0, (rows, 1))  # small rotations are more likely
         poses = np.concatenate([poses, turns * axes / np.linalg.norm(axes, axis=1, keepdims=True)], axis=1)
-    return poses, np.tile(patterns, (count, 1))
+    return within(model.robot.platform.plane, poses), np.tile(patterns, (count, 1))
 
 
 def lever_patterns(model: Model, rng: np.random.Generator) -> Mask:
@@ -303,13 +301,18 @@ def _same(found: Equilibrium, one: int, other: int) -> bool:
         return False
     if angle_between(rotations(pose), rotations(there)) > SAME_POSE:
         return False
+    if found.model.massless:  # the pose decides straight lines; a slack one has no shape
+        return True
     apart = LineStates(found.states[one] - found.states[other])
     apart.angles = np.arctan2(np.sin(apart.angles), np.cos(apart.angles))
     return bool(np.abs(apart.array).max() < SAME_SHAPE)
 
 
 def slack_spans(found: Equilibrium) -> Mask:
-    """Return whether unstrained free spans are longer than the chord from sheave to platform, (K, m)."""
+    """Return whether unstrained free spans are longer than the chord from sheave to platform, (K, m).
+
+    A line without weight is slack where it carries nothing.
+    """
     lines, states = found.lines, found.line_states
     away = found.platform_points - lines.exit_point
     x, z = np.hypot(away[..., 0], away[..., 1]), away[..., 2]
@@ -317,7 +320,7 @@ def slack_spans(found: Equilibrium) -> Mask:
     chord = np.hypot(x - lever * np.cos(beta) + turn * np.sin(phi), z - lever * np.sin(beta) - turn * np.cos(phi))
     for row, i in np.argwhere(np.broadcast_to(~lines.in_plane | lines.mount.any(axis=-1), chord.shape)):
         chord[row, i] = _chord(LineNumbers(lines.array[row if len(lines.array) > 1 else 0, i]), states.array[row, i])
-    return np.asarray(states.free_length > chord)
+    return np.where(lines.weight == 0.0, found.tensions == 0.0, states.free_length > chord)
 
 
 def _chord(line: LineNumbers, state: Array) -> float:
@@ -336,6 +339,8 @@ def _completeness(model: Model, found: Equilibrium) -> tuple[str | None, str]:
     among = next(filter(None, map(unique_among, found)), None)
     if among is not None:
         return among, "theorems: a point load on these lines has no more than one of them"
+    if model.massless:
+        return None, "cables without weight: only stable ones are found, and others of them may exist"
     if model.n == 6:
         return None, "a body may have more than were found: nothing bounds their number"
     if model.lines.has_lever.any():

@@ -33,7 +33,7 @@ def with_margin(model: Model, poses: Array, retraction: Array | None) -> Model:
     those nearest to `PREFERRED` times the least. *retraction* (k,), m. As it is where lines are not redundant.
     """
     robot = model.robot
-    if model.m <= model.freedoms:
+    if model.m - len(robot.sharing) <= model.freedoms:
         return model
     taut = 0.0 if robot.platform.plane is None else _TAUT
     for share in _MARGINS:

@@ -42,6 +42,8 @@ class OutOfTime(Exception):
 def refuse_unfit(model: Model, lengths: Array) -> None:
     """Raise `InputError` for a machine or lengths that the search does not cover."""
     require(model, Capability.EXHAUSTIVE)
+    if model.massless:
+        raise InputError("exhaustive: cables without weight have no shape where they are slack; use catenary")
     for line, own, length in zip(model.robot.lines, map(LineNumbers, model.packed.lines), lengths, strict=True):
         steep = own.winch_height < 0.0 and -own.winch_height >= abs(own.winch_distance)
         if own.has_dead_span:

@@ -1,14 +1,12 @@
-"""One line at a pose, without the others: as a straight tangent, or hanging with excess length.
-
-Planes are those of `vertical_plane.place`: ex, ey (world, towards the platform), x and z of the platform point from the
-exit point, m.
-"""
+"""One line at a pose, without the others: as a straight tangent, or hanging with excess length."""
 
 from __future__ import annotations
 
 import math
 import operator
 from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,7 +20,6 @@ from cablewright.kernels.statics.line.upright_lines import find_upright
 from cablewright.models.packed_views import LineNumbers, LineStates, blank_states
 from cablewright.models.rotation import placed
 from cablewright.models.statics import Model
-from cablewright.models.support import Capability, require
 from cablewright.solvers.arguments import as_poses
 
 LineKey = str | int
@@ -49,12 +46,12 @@ def line_index(model: Model, line: LineKey) -> int:
     return index
 
 
-def planes_of(lines: Array, poses: Array) -> Array:
-    """Return the planes (N, m, 4) of lines, see `vertical_plane.place`."""
-    away = placed(poses, LineNumbers(lines).platform_point) - LineNumbers(lines).exit_point
-    x = np.hypot(away[..., 0], away[..., 1])
-    along = np.where(x[..., None] > 0.0, away[..., :2] / np.where(x > 0.0, x, 1.0)[..., None], [1.0, 0.0])
-    return np.concatenate([along, x[..., None], away[..., 2:]], axis=-1)
+def winch_line(model: Model, line: LineKey) -> int:
+    """Return the index of *line*, as `line_index`, of which a winch gives the length. Raises `InputError`."""
+    index = line_index(model, line)
+    if model.lines.counterweight[index] > 0.0:
+        raise InputError(f"line {model.robot.lines[index].name!r} has a counterweight, and no winch")
+    return index
 
 
 def taut_lengths(packed: Packed, poses: Array) -> Array:
@@ -67,13 +64,12 @@ def taut_lengths(packed: Packed, poses: Array) -> Array:
     return lengths
 
 
-def one_pose(model: Model, pose: ArrayLike) -> tuple[Array, Array]:
-    """Return *pose* as (1, n), and the lines' planes (m, 4) there. Raises `InputError`."""
-    require(model, Capability.SHAPE)
+def one_pose(model: Model, pose: ArrayLike) -> Array:
+    """Return *pose* as (1, n). Raises `InputError`."""
     at, single = as_poses(model, pose, "pose")
     if not single:
         raise InputError(f"pose: one pose is expected; got {len(at)} rows")
-    return at, planes_of(model.packed.lines, at)[0]
+    return at
 
 
 def hang(row: Array, plane: Array, length: float, y: Array) -> int:
@@ -81,30 +77,79 @@ def hang(row: Array, plane: Array, length: float, y: Array) -> int:
     return int(find_upright(row, y, plane, length, np.zeros((y.size, y.size)), np.zeros((y.size, 4))))
 
 
-def max_excess(model: Model, pose: Array, i: int) -> tuple[float, str]:
-    """Return the largest excess of line *i* at *pose* (1, n), m, and what limits it: a word of `slack.SlackSet`."""
-    row, planes = model.packed.lines[i], planes_of(model.packed.lines, pose)[0]
-    own = LineNumbers(row)
-    taut = float(taut_lengths(model.rows(), pose)[0, i])
-    line, limit, ended_by = model.robot.lines[i], math.inf, "nothing"
-    if line.winch.capacity is not None:
-        limit, ended_by = line.winch.capacity / line.cables - taut, "capacity"
-    if own.weight == 0.0 or math.isnan(taut):
-        return limit, ended_by
-    y = blank_states()
-    floor = min(model.robot.scene.frame_min[2] - own.exit_point[2], planes[:, 3].min())
+@dataclass(frozen=True, eq=False)
+class LoneLine:
+    """The line *index* of a robot at the one *pose* (1, n), without the others. A winch gives its length."""
 
-    def ends(excess: float) -> str:
-        if hang(row, planes[i], taut + excess, y) != Code.OK:
-            return "sheave"
-        return "floor" if _lowest(row, y) < floor - FLOOR_ROUNDING else ""
+    model: Model
+    pose: Array
+    index: int
 
-    if ends(0.0):
-        return 0.0, ends(0.0)
-    good, bad = 0.0, FIRST_STEP
-    while bad < limit and not ends(bad):
-        good, bad = bad, bad * STEP
-    return (limit, ended_by) if bad >= limit else (last_fine(lambda excess: not ends(excess), good, bad), ends(bad))
+    @cached_property
+    def packed(self) -> Packed:
+        """The arrays of the robot, as a batch of one row."""
+        return self.model.rows()
+
+    @property
+    def numbers(self) -> LineNumbers:
+        """The numbers of the line."""
+        return LineNumbers(self.packed.lines[0, self.index])
+
+    @cached_property
+    def taut(self) -> float:
+        """Its taut length, m; NaN inside a sheave."""
+        return float(taut_lengths(self.packed, self.pose)[0, self.index])
+
+    @property
+    def taut_span(self) -> float:
+        """The length of the free span, m, where it is taut."""
+        states = blank_states(1, self.model.m)
+        batches.shape_rows(self.packed, self.pose, np.full((1, self.model.m), np.nan), states)
+        return float(LineStates(states[0, self.index]).free_length)
+
+    def hung(self, excess: float) -> tuple[int, Array]:
+        """Return a kernel code and the state (6,) of the line that is longer than taut by *excess*, m."""
+        m, codes = self.model.m, np.zeros(1, dtype=np.int64)
+        states, lengths = blank_states(1, m), np.full((1, m), self.taut + excess)
+        arrays = (np.array([self.index]), states, np.zeros((1, self.model.n)), codes)
+        batches.slack_rows(self.packed, self.pose, lengths, *arrays)
+        return int(codes[0]), states[0, self.index]
+
+    def max_excess(self) -> tuple[float, str]:
+        """Return the largest excess, m, and what limits it: a word of `slack.SlackSet`."""
+        line, limit, ended_by = self.model.robot.lines[self.index], math.inf, "nothing"
+        if line.winch.capacity is not None:
+            limit, ended_by = line.winch.capacity / line.cables - self.taut, "capacity"
+        if self.numbers.weight == 0.0 or math.isnan(self.taut):
+            return limit, ended_by
+        heights = placed(self.pose, self.model.lines.platform_point)[0, :, 2]
+        floor = min(self.model.robot.scene.frame_min[2], float(heights.min()))
+
+        def ends(excess: float) -> str:
+            code, y = self.hung(excess)
+            if code != Code.OK:
+                return "sheave"
+            return "floor" if self._lowest(y, float(heights[self.index])) < floor - FLOOR_ROUNDING else ""
+
+        if ends(0.0):
+            return 0.0, ends(0.0)
+        good, bad = 0.0, FIRST_STEP
+        while bad < limit and not ends(bad):
+            good, bad = bad, bad * STEP
+        return (limit, ended_by) if bad >= limit else (last_fine(lambda excess: not ends(excess), good, bad), ends(bad))
+
+    def _lowest(self, y: Array, end: float) -> float:
+        """Height of the lowest point of the free span, m, whose platform point is at the height *end*.
+
+        A sheave on the platform counts with its whole radius.
+        """
+        h, v = start_force(y)
+        own = self.numbers
+        last = v + own.weight * LineStates(y).free_length
+        least = min(max(v, 0.0), last)  # vertical tension at the lowest point
+        rise = (math.hypot(h, last) - math.hypot(h, least)) / own.weight
+        rise += 0.5 * own.free_compliance * (last * last - least * least) / own.weight
+        return float(end - own.end_radius - rise)
 
 
 def last_fine(fine: Callable[[float], bool], good: float, bad: float) -> float:
@@ -116,15 +161,3 @@ def last_fine(fine: Callable[[float], bool], good: float, bad: float) -> float:
         else:
             bad = middle
     return good
-
-
-def _lowest(row: Array, y: Array) -> float:
-    """Height of the lowest point of a line's free span above its exit point, m."""
-    h, v = start_force(y)
-    own, state = LineNumbers(row), LineStates(y)
-    lost = min(max(-v, 0.0), own.weight * state.free_length)  # vertical tension lost between sheave and lowest point
-    begin = own.lever * math.sin(state.lever_angle) + own.side * own.radius * math.cos(state.free_angle)
-    end = v + lost
-    fall = (math.hypot(h, v) - math.hypot(h, end)) / own.weight
-    fall += 0.5 * own.free_compliance * (v * v - end * end) / own.weight
-    return float(begin - fall)

@@ -13,6 +13,7 @@ from cablewright.foundation.arrays import Array
 from cablewright.foundation.paging import MEMORY, Room, blocks, let_go
 from cablewright.models.inertia import moving_masses, with_inertia
 from cablewright.models.job_poses import poses_at
+from cablewright.models.plane import leaving
 from cablewright.models.statics import Model
 from cablewright.models.stiffness import stiffness
 from cablewright.printing.job import Job
@@ -55,9 +56,7 @@ class SlowestMode:
         """
         axes = [np.linspace(a, b, _ALONG if b > a else 1) for a, b in zip(low, high, strict=True)]
         places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
-        if (plane := model.robot.platform.plane) is not None:  # a box about a path in a tilted plane leaves it
-            normal = np.array(plane.across)
-            places -= ((places - through) @ normal)[..., None] * normal
+        places -= leaving(model.robot.platform.plane, places - through)  # as a box about a path in a tilted plane does
         found = lowest_frequencies(Model(with_inertia(model.robot)), *poses_at(places.reshape(-1, 3)))
         known = found >= least  # NaN is not
         if not known.any():

@@ -28,12 +28,10 @@ from cablewright.kernels.layout import Code
 from cablewright.kernels.statics.equilibrium import evaluate, judge
 from cablewright.kernels.statics.inverse import stays
 from cablewright.kernels.statics.inverse_work import inverse_workspace
-from cablewright.kernels.statics.line.sheave import straight, whole_length
 from cablewright.kernels.statics.line.upright import extremes
-from cablewright.kernels.statics.line.upright_lines import TAUT
-from cablewright.kernels.statics.line.vertical_plane import has_plane
 from cablewright.models.fidelity import CableLaw, SheaveLaw
-from cablewright.models.packed_views import LineNumbers, LineStates, PlatformNumbers, blank_states
+from cablewright.models.packed_views import LineStates, PlatformNumbers, blank_states
+from cablewright.models.shared_winches import drum_mates
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.support import Capability, require
 from cablewright.robot import Robot
@@ -42,12 +40,12 @@ from cablewright.solvers.batches import run
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.one_line import (
     LineKey,
-    hang,
+    LoneLine,
     last_fine,
     line_index,
-    max_excess,
     one_pose,
     taut_lengths,
+    winch_line,
 )
 
 Excess = Mapping[str, float] | Mapping[int, float] | Mapping[LineKey, float]
@@ -101,7 +99,7 @@ def _checked(model: Model, excess: Excess) -> dict[int, float]:
     """The excess by index of the line. Raises `InputError`."""
     by: dict[int, float] = {}
     for line, value in excess.items():
-        index = line_index(model, line)
+        index = winch_line(model, line)
         name = model.robot.lines[index].name
         if index in by:
             raise InputError(f"line {name!r} is named twice among the slack ones")
@@ -117,7 +115,7 @@ def _checked(model: Model, excess: Excess) -> dict[int, float]:
 
 def _check_taut(model: Model, slack: int) -> None:
     """Raise `InputError` if too few taut lines remain besides the *slack* ones."""
-    m, n = model.m, model.n
+    m, n = model.winches, model.freedoms
     if m - slack < n:
         spare = f"at most {m - n} can be" if m > n else "none can be"
         raise InputError(f"slack lines: {n} taut ones hold {model.robot.name!r}, which has {m}: {spare} slack")
@@ -237,22 +235,24 @@ def slack_sets(
     sheave: SheaveLaw | str | None = None,
     tension_limits: tuple[float, float] | None = None,
 ) -> tuple[SlackSet, ...]:
-    """Find every set of n of the m lines that holds *pose* (n,), m and rad, while all others are slack.
+    """Find every set of lines that holds *pose* (n,), m and rad, while all others are slack.
 
-    The others have one common excess. A set is admissible if some excess leaves all taut lines within their limits. Its
-    range starts at the smallest such excess and continues while the status is OK. It is found by 33 samples, at 0 and
-    logarithmically spaced up to the limit by floor or capacity, and bisection: features between samples and a second
-    range are missed. In the order of the lines. Raises `InputError` if no line can be slack, if *pose* is not one pose,
-    or for over 2000 sets.
+    A set has as many lines with a winch as the platform has freedoms, and all with a counterweight. The others have one
+    common excess. A set is admissible if some excess leaves all taut lines within their limits. Its range starts at the
+    smallest such excess and continues while the status is OK. It is found by 33 samples, at 0 and logarithmically
+    spaced up to the limit by floor or capacity, and bisection: features between samples and a second range are missed.
+    In the order of the lines. Raises `InputError` if no line can be slack, if *pose* is not one pose, or for over 2000
+    sets.
     """
     model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits)
     require(model, Capability.SLACK_SETS)
     _check_taut(model, 1)
-    count = math.comb(model.m, model.n)
+    winched, n = np.flatnonzero(model.lines.counterweight == 0.0).tolist(), model.freedoms
+    count = math.comb(len(winched), n)
     if count > MAX_SETS:
-        raise InputError(f"{count} sets of {model.n} of {model.m} lines are too many; at most {MAX_SETS} are allowed")
-    at, _ = one_pose(model, pose)
-    found = (_slack_set(model, at, list(slack)) for slack in combinations(range(model.m), model.m - model.n))
+        raise InputError(f"{count} sets of {n} of {len(winched)} lines are too many; at most {MAX_SETS} are allowed")
+    at = one_pose(model, pose)
+    found = (_slack_set(model, at, list(slack)) for slack in combinations(winched, len(winched) - n))
     return tuple(each for each in found if each is not None)
 
 
@@ -266,7 +266,7 @@ def _slack_set(model: Model, pose: Array, slack: list[int]) -> SlackSet | None:
     def fine(excess: float) -> bool:
         return bool(solved(np.array([excess])).ok[0])
 
-    limit, ended_by = min((max_excess(model, pose, i) for i in slack), key=lambda end: end[0])
+    limit, ended_by = min((LoneLine(model, pose, i).max_excess() for i in slack), key=lambda end: end[0])
     if not limit > 0.0:
         return None
     top = min(limit, 1e3)
@@ -322,11 +322,11 @@ def angle_from_excess(model: Model, pose: ArrayLike, line: LineKey, distance: fl
     The other lines, and whether the platform is held, are ignored. NaN where the line cannot hang so. Raises
     `InputError` as `excess_from_angle` does, except for the angle.
     """
-    i, _, plane, taut = _hanging(model, pose, line, distance)
+    lone = _hanging(model, pose, line, distance)
     given, _ = as_rows(np.ravel(excess)[:, None], 1, "excess", "m")
     if not (given >= 0.0).all():
         raise InputError(f"excess: a slack line's is not negative; got {given.min():g} m")
-    angles = [_hung_angle(model.packed.lines[i], plane, taut, distance, value) for value in given[:, 0]]
+    angles = [_hung_angle(lone, distance, value) for value in given[:, 0]]
     return np.array(angles).reshape(np.shape(excess))
 
 
@@ -338,16 +338,16 @@ def excess_from_angle(model: Model, pose: ArrayLike, line: LineKey, distance: fl
     slack line, the answer is the smaller excess. Raises `InputError` for massless cables, which have no shape, a line
     or pose that does not exist, a distance over half the taut free span, and an angle that no excess gives.
     """
-    i, at, plane, taut = _hanging(model, pose, line, distance)
+    lone = _hanging(model, pose, line, distance)
     if not math.isfinite(angle):
         raise InputError(f"angle = {angle}: a finite number is expected, rad")
-    row, name = model.packed.lines[i], model.robot.lines[i].name
+    name = model.robot.lines[lone.index].name
     from scipy.optimize import brentq  # takes a third of a second to load, and few ask for an angle
 
-    limit, _ended_by = max_excess(model, at, i)
+    limit, _ended_by = lone.max_excess()
 
     def beyond(excess: float) -> float:
-        return _hung_angle(row, plane, taut, distance, excess) - angle
+        return _hung_angle(lone, distance, excess) - angle
 
     excess = np.append(0.0, np.geomspace(1e-6, max(limit, 2e-6), ANGLES))
     found = np.array([beyond(each) for each in excess])
@@ -359,29 +359,26 @@ def excess_from_angle(model: Model, pose: ArrayLike, line: LineKey, distance: fl
     return float(brentq(beyond, excess[over - 1], excess[over], xtol=1e-13, rtol=1e-13))
 
 
-def _hanging(model: Model, pose: ArrayLike, line: LineKey, distance: float) -> tuple[int, Array, Array, float]:
-    """Index of a line with a shape, *pose* as (1, n), its plane (4,) there, its taut length, m. Raises `InputError`."""
-    i = line_index(model, line)
-    row, name = model.packed.lines[i], model.robot.lines[i].name
+def _hanging(model: Model, pose: ArrayLike, line: LineKey, distance: float) -> LoneLine:
+    """The line at *pose* (n,), where it has a shape. Raises `InputError`."""
+    i = winch_line(model, line)
+    name = model.robot.lines[i].name
     if model.lines.weight[i] == 0.0:
         raise InputError(
             f"cable = {model.fidelity.cable.value}: a slack line without weight has no shape; use catenary"
         )
-    at, planes = one_pose(model, pose)
-    plane, y = planes[i], blank_states()
-    if not has_plane(row, plane) or not straight(row, plane[2], plane[3], TAUT, y):
+    lone = LoneLine(model, one_pose(model, pose), i)
+    if math.isnan(lone.taut) or lone.hung(0.0)[0] == Code.UNDER_EXIT:
         raise InputError(
             f"pose: line {name!r} has no plane or no tangent there: under its exit point, or in its sheave"
         )
-    _check_distance(model, i, distance, 0.5 * float(LineStates(y).free_length))
-    return i, at, plane, float(whole_length(row, y))
+    _check_distance(model, i, distance, 0.5 * lone.taut_span)
+    return lone
 
 
-def _hung_angle(row: Array, plane: Array, taut: float, distance: float, excess: float) -> float:
-    y = blank_states()
-    if hang(row, plane, taut + excess, y) != Code.OK:
-        return math.nan
-    return float(_angle(LineStates(y), LineNumbers(row).weight, distance))
+def _hung_angle(lone: LoneLine, distance: float, excess: float) -> float:
+    code, y = lone.hung(excess)
+    return float(_angle(LineStates(y), lone.numbers.weight, distance)) if code == Code.OK else math.nan
 
 
 def let_out(
@@ -395,21 +392,19 @@ def let_out(
 ) -> Equilibrium:
     """Solve the forward problem while one *line* is let out *by* (k,) m more than its length in *lengths* (m,), m.
 
-    The others keep their lengths. The k rows of the batch are a path: the first is found without a guess, each other
-    from the one before. Raises `InputError` as `forward` does and if *by* is empty, `AnswerError` if the first has no
-    answer.
+    The others keep their lengths, but for those on the same drum, which turns. The k rows of the batch are a path: the
+    first is found without a guess, each other from the one before. Raises `InputError` as `forward` does and if *by* is
+    empty, `AnswerError` if the first has no answer.
     """
     model = Model.of(robot, cable=cable, sheave=sheave)
-    require(model, Capability.LET_OUT)
-    i = line_index(model, line)
-    if model.lines.counterweight[i] > 0.0:
-        raise InputError(f"let out: line {model.robot.lines[i].name!r} has a counterweight, and no winch")
+    i = winch_line(model, line)
     paid, single = as_lengths(model, lengths)
     more, _ = as_rows(np.atleast_1d(np.asarray(by))[:, None], 1, "let out by", "m")
     if not single or len(more) == 0:
         what = "let out by: at least one number" if single else "lengths: one row"
         raise InputError(f"{what} is expected; got {len(more) if single else len(paid)}")
     rows = np.repeat(paid, len(more), axis=0)
-    rows[:, i] += more[:, 0]
+    for mate, along in [(i, 1.0), *((other, along) for one, other, along in drum_mates(model.robot) if one == i)]:
+        rows[:, mate] += along * more[:, 0]
     begin = solve_forward(model, rows[0]).checked()
     return solve_forward(model, rows, guess=np.repeat(begin.pose[None], len(rows), axis=0), path=True)

@@ -6,7 +6,7 @@ over sheaves leave along the tangent that the model's sheaves give them; `invers
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, Protocol
 
 import numpy as np
@@ -26,9 +26,9 @@ from cablewright.models.support import Capability, require
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_poses, as_rows, given_numbers, given_rows, require_a_load
 from cablewright.solvers.batches import run
+from cablewright.solvers.counterweights import Found, WinchedLines, structures_at
 from cablewright.solvers.preferred import preferred_tensions
 
-Found = tuple[Array, Array, NDArray[np.int64]]  # tensions (N, m), margins (N,) and codes (N,)
 METHODS = {
     "closed-form": distribution.CLOSED,
     "improved-closed-form": distribution.IMPROVED,
@@ -87,6 +87,27 @@ class Quadratic:
         return np.asarray(self.hessian * tensions if self.hessian.ndim == 1 else self.hessian @ tensions)
 
 
+@dataclass(frozen=True, eq=False)
+class _OfWinches:
+    """An objective of all tensions as one of those that winches decide."""
+
+    objective: Objective
+    own: WinchedLines
+
+    def value(self, tensions: Array) -> float:
+        """Return its value."""
+        return self.objective.value(self._all(tensions))
+
+    def gradient(self, tensions: Array) -> Array:
+        """Return its gradient."""
+        return self.objective.gradient(self._all(tensions))[self.own.winched]
+
+    def _all(self, tensions: Array) -> Array:
+        every = self.own.given.copy()
+        every[self.own.winched] = tensions
+        return every
+
+
 class _AtPoses(Result, Rows):
     """The result at one pose, or at each of a batch."""
 
@@ -131,7 +152,7 @@ class Capacity(_AtPoses):
 
     `margin` (N, moments divided by `length`, m) is the smallest distance from the facets of that set, negative outside.
     Where `rank` is less than the pose's freedoms the set is flat: the margin is that within its plane, or the negative
-    distance of a wrench from the plane. -inf where a line has no direction.
+    distance of a wrench from the plane. -inf where a line has no direction, or a counterweight exceeds a limit.
     """
 
     FIGURES: ClassVar = (
@@ -185,7 +206,7 @@ def tension_distribution(
     if wrench is None:
         require_a_load(model)
     given, single = as_poses(model, poses, "pose")
-    packed = _packed(model, len(given), wrench, retraction)
+    own = WinchedLines.at(model, _packed(model, len(given), wrench, retraction), given)
     curvature, bias = np.ones(model.m), np.zeros(model.m)
     if isinstance(method, str):
         if method not in METHODS:
@@ -198,11 +219,11 @@ def tension_distribution(
         if isinstance(method, Quadratic):
             method = method.checked(model.m)
         if not isinstance(method, Quadratic) or method.hessian.ndim == 2:
-            found = Distribution(name, given, *_searched(packed, given, method))
+            found = Distribution(name, given, *own.completed(_searched(own, given, method)))
             return found[0] if single else found
         assert method.linear is not None
         curvature, bias = method.hessian, -method.linear
-    found = Distribution(name, given, *_swept(packed, given, chosen, curvature, bias))
+    found = Distribution(name, given, *own.completed(_swept(own, given, chosen, curvature, bias)))
     return found[0] if single else found
 
 
@@ -216,7 +237,8 @@ def wrench_closure(
 ) -> Distribution:
     """Test wrench closure at *poses*: lines without an upper tension limit can balance any wrench.
 
-    This requires a structure matrix of full rank with a positive null vector.
+    This requires a structure matrix of full rank with a positive null vector, of the lines with a winch: a
+    counterweight pulls with one tension, and its share is 0.
 
     Tensions are the null vector of mean 1 whose smallest entry is largest, and that entry is the margin: at most 1,
     feasible if positive; -inf where the rank is not full or no null vector has a positive sum.
@@ -224,9 +246,10 @@ def wrench_closure(
     model = Model.of(robot, cable=cable, sheave=sheave, default=CableLaw.RIGID)
     require(model, Capability.WRENCH_CLOSURE)
     given, single = as_poses(model, poses, "pose")
-    packed = _packed(model, len(given), None, retraction)
-    swept = _swept(packed, given, distribution.CLOSURE, np.ones(model.m), np.zeros(model.m))
-    found = Distribution("wrench-closure", given, *swept)
+    own = WinchedLines.at(model, _packed(model, len(given), None, retraction), given)
+    own = replace(own, given=np.zeros(model.m), room=np.inf)  # no tension that is given grows with the load
+    swept = _swept(own, given, distribution.CLOSURE, np.ones(model.m), np.zeros(model.m))
+    found = Distribution("wrench-closure", given, *own.completed(swept))
     return found[0] if single else found
 
 
@@ -267,11 +290,12 @@ def capacity(
         wrench, half = 0.5 * (low + high), 0.5 * (high - low)
         if model.robot.platform.in_tilted_plane:
             raise InputError("box: its sides are along the world's axes, and the plane of the platform is tilted")
-    packed = _packed(model, len(given), wrench, retraction)
+    own = WinchedLines.at(model, _packed(model, len(given), wrench, retraction), given)
     rows = len(given)
     margins, ranks, codes = np.zeros(rows), np.zeros(rows, np.int64), np.zeros(rows, np.int64)
-    arrays = (packed, given, half, float(length), margins, ranks, codes)
+    arrays = (own.packed, given, half, float(length), margins, ranks, codes)
     run(capacity_margin.capacity_rows, rows, *arrays)
+    margins, codes = own.judged(np.where(own.room < 0.0, -np.inf, margins), codes)
     found = Capacity(float(length), given, margins, ranks, codes)
     return found[0] if single else found
 
@@ -285,29 +309,27 @@ def structures(
     What a plane carries is left out of both.
     """
     given, _ = as_poses(model, poses, "pose")
-    return _structures(_packed(model, len(given), wrench, retraction), given)
+    return structures_at(_packed(model, len(given), wrench, retraction), given)
 
 
 def self_stresses(equilibrium: Equilibrium) -> Array:
-    """Orthonormal directions (max(m - freedoms, 0), m) of tensions that balance each other, at a single *equilibrium*.
+    """Orthonormal directions (max(k - freedoms, 0), m) of tensions that balance each other, at a single *equilibrium*.
 
-    For straight lines from exit point to platform point; along these directions the pose hardly changes.
+    k: the number of lines without a counterweight, whose tension is given. For straight lines from exit point to
+    platform point; along these directions the pose hardly changes.
     """
-    n, m, points = equilibrium.model.freedoms, equilibrium.model.m, equilibrium.platform_points
+    n, points = equilibrium.model.freedoms, equilibrium.platform_points
+    winched = equilibrium.lines.counterweight == 0.0
     free = equilibrium.model.free_directions
     chords = points - equilibrium.lines.exit_point
     units = equilibrium.lines.pulls[:, None] * chords / np.linalg.norm(chords, axis=1)[:, None]
     units = along_chords(equilibrium.model.n, units, points - equilibrium.pose[:3])
     if free is not None:
         units = units @ free
-    return np.ascontiguousarray(np.linalg.svd(units.T)[2][n:]) if m > n else np.zeros((0, m))
-
-
-def _structures(packed: Packed, poses: Array) -> tuple[Array, Array]:
-    rows, n, m = len(poses), packed.freedoms, packed.lines.shape[1]
-    A, w = np.zeros((rows, n, m)), np.zeros((rows, n))
-    distribution.structure_rows(packed, poses, A, w, np.zeros(rows, np.int64))
-    return A, w
+    found = np.zeros((max(int(winched.sum()) - n, 0), len(winched)))
+    if len(found):
+        found[:, winched] = np.linalg.svd(units[winched].T)[2][n:]
+    return found
 
 
 def _packed(model: Model, rows: int, wrench: ArrayLike | None, retraction: ArrayLike | None) -> Packed:
@@ -323,22 +345,24 @@ def _packed(model: Model, rows: int, wrench: ArrayLike | None, retraction: Array
     return packed._replace(platform=platform.array)
 
 
-def _swept(packed: Packed, poses: Array, method: int, curvature: Array, bias: Array) -> Found:
-    rows, m = len(poses), packed.lines.shape[1]
+def _swept(own: WinchedLines, poses: Array, method: int, curvature: Array, bias: Array) -> Found:
+    rows, m = len(poses), own.packed.lines.shape[1]
     tensions, margins, codes = np.zeros((rows, m)), np.zeros(rows), np.zeros(rows, np.int64)
-    arrays = (packed, poses, method, curvature, bias, tensions, margins, codes)
+    diagonals = (np.ascontiguousarray(each[own.winched]) for each in (curvature, bias))
+    arrays = (own.packed, poses, method, *diagonals, tensions, margins, codes)
     run(distribution.distribute_rows, rows, *arrays)
     return tensions, margins, codes
 
 
-def _searched(packed: Packed, poses: Array, objective: Objective) -> Found:
+def _searched(own: WinchedLines, poses: Array, objective: Objective) -> Found:
     """Minimise a general objective in the null space of each pose, from the tensions furthest from the limits."""
-    m = packed.lines.shape[1]
-    tensions, margins, codes = _swept(packed, poses, distribution.WIDEST, np.ones(m), np.zeros(m))
-    limits = np.broadcast_to(LineNumbers(packed.lines).tension_limits, (len(poses), m, 2))
-    A, _ = _structures(packed, poses)
+    m = len(own.winched)
+    tensions, margins, codes = _swept(own, poses, distribution.WIDEST, np.ones(m), np.zeros(m))
+    limits = np.broadcast_to(LineNumbers(own.packed.lines).tension_limits, (*tensions.shape, 2))
+    A, _ = structures_at(own.packed, poses)
+    chosen = _OfWinches(objective, own)
     for row in np.flatnonzero(codes == 0):
-        found = _search(objective, A[row], tensions[row], *limits[row].T)
+        found = _search(chosen, A[row], tensions[row], *limits[row].T)
         if found is None:
             tensions[row], margins[row], codes[row] = np.nan, np.nan, Code.NOT_CONVERGED
         else:

@@ -104,6 +104,11 @@ class AccuracyStudy(Result):
     workspace: BoundaryLimits | None  # where the shape is the workspace
     rules: tuple[SheaveRule, ...]
 
+    @property
+    def columns(self) -> dict[str, Array]:
+        """Those of the accuracy at its places."""
+        return self.accuracy.columns
+
     def __len__(self) -> int:
         """How many places there are."""
         return len(self.accuracy)

@@ -12,7 +12,7 @@ from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.foundation.signals import PrintState
 from cablewright.live.prints.plan import MachineTwin, PrintOptions, plan_print, twin_of
 from cablewright.live.prints.print_job import PrintedJob, print_job
-from cablewright.machine.simulated.settings import FaultPlan, whole_machine
+from cablewright.machine.simulated.settings import FaultPlan, TwinSettings, whole_machine
 from cablewright.printing.job import Job, load_job
 from cablewright.robot import Robot, load
 
@@ -29,9 +29,11 @@ def ring(**changes: object) -> Job:
     })  # fmt: skip
 
 
-def printed(folder: Path, seed: int, estimator: str | None = None, **changes: object) -> PrintedJob:
+def printed(
+    folder: Path, seed: int, estimator: str | None = None, machine: TwinSettings | None = None, **changes: object
+) -> PrintedJob:
     options = PrintOptions(estimator, plant="quasi-static", period=0.5, seed=seed)
-    return print_job(ROBOT, ring(**changes), folder, options=options)
+    return print_job(ROBOT, ring(**changes), folder, machine=machine, options=options)
 
 
 def planned(job: Job, robot: Robot = ROBOT, machine: str | None = None) -> MachineTwin:
@@ -41,7 +43,9 @@ def planned(job: Job, robot: Robot = ROBOT, machine: str | None = None) -> Machi
 
 
 def test_a_body_prints_within_its_tensions_and_better_than_by_lengths_alone(tmp_path: Path) -> None:
-    closed, open_ = (printed(tmp_path / str(name), 21, name).record.whole for name in (None, "encoders"))
+    blind = whole_machine("cogiro").with_owner(load_cells=None)
+    closed, by_cells = (printed(tmp_path / str(name), 21, name).record.whole for name in (None, "encoders"))
+    open_ = printed(tmp_path / "blind", 21, "encoders", blind).record.whole
     assert closed.position_rms < 2e-3
     assert closed.position_max < 8e-3
     assert closed.orientation_max < np.radians(0.3)
@@ -50,6 +54,8 @@ def test_a_body_prints_within_its_tensions_and_better_than_by_lengths_alone(tmp_
     assert closed.tension_error_rms < 15.0  # N of 100 N to 5 kN: the cells are off by 5 N, and by 0.5 %
     assert closed.tension_error_max < 40.0
     assert open_.tension_error_rms > 5.0 * closed.tension_error_rms
+    assert by_cells.min_tension_margin > 20.0  # encoders alone tell the pose, cells what moves nothing
+    assert by_cells.tension_error_rms < 15.0
 
 
 def test_the_platform_turns_by_the_schedule(tmp_path: Path) -> None:

@@ -27,9 +27,14 @@ def ring(folder: Path, *faults: FaultPlan, **options: object) -> cw.PrintedJob:
     )
 
 
-@pytest.mark.parametrize(("estimator", "line"), [("encoders", "north-east"), ("filter", None)])
-def test_a_stuck_encoder_stops_the_print_and_is_named(tmp_path: Path, estimator: str, line: str | None) -> None:
-    found = ring(tmp_path, FaultPlan(source="encoders", kind="stuck", begin=BEGIN, line=line), estimator=estimator)
+@pytest.mark.parametrize(
+    ("estimator", "line", "plant"), [("encoders", "north-east", "dynamic"), ("filter", None, "quasi-static")]
+)
+def test_a_stuck_encoder_stops_the_print_and_is_named(
+    tmp_path: Path, estimator: str, line: str | None, plant: str
+) -> None:
+    fault = FaultPlan(source="encoders", kind="stuck", begin=BEGIN, line=line)
+    found = ring(tmp_path, fault, estimator=estimator, plant=plant)
     assert found.status == "fault"
     assert "does not count: its winch was ordered to" in found.refusal
     if line is not None:

@@ -139,6 +139,13 @@ class Accuracy(Result):
         return replace(self, spread=spread, **own)
 
     @property
+    def columns(self) -> dict[str, Array]:
+        """(N,) each: where the nozzle is wanted, m, and errors there, m; what `to_frame` shows."""
+        places = dict(zip("xyz", Model(self.robot).nozzle(self.wanted).T, strict=True))
+        own = {"nominal_error": self.nominal_error, "max_error": self.spread.max_error, "difference": self.difference}
+        return places | own | {"max_deviation": self.spread.max_deviation}
+
+    @property
     def labels(self) -> list[str]:
         """(k) labels of the uncertain parameters."""
         return [each.parameter.label for each in self.ranges]

@@ -50,13 +50,13 @@ def best_tensions(
     """Find the tensions within the limits, at the one pose of the batch *held*, whose largest deviation is smallest.
 
     A grid search over the distributions that balance the load, refined around the best one, so a better distribution
-    elsewhere is not excluded. *method* finds the deviation under *ranges* for lengths commanded by the full model;
-    *search*, by default the same, compares distributions. Raises `InputError` unless 1 to 3 lines are redundant,
-    `AnswerError` where the pose cannot be held.
+    elsewhere is not excluded. Counterweights keep their tension. *method* finds the deviation under *ranges* for
+    lengths commanded by the full model; *search*, by default the same, compares distributions. Raises `InputError`
+    unless 1 to 3 lines with a winch are redundant, `AnswerError` where the pose cannot be held.
     """
     model = held.model
     require(model, Capability.TENSION_CHOICE)
-    redundant = model.m - model.freedoms
+    redundant = model.winches - model.freedoms
     if redundant not in GRID:
         raise InputError(f"robot {model.robot.name}: {redundant} redundant lines; tensions are chosen among 1 to 3")
     start = held.checked()

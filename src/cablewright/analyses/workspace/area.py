@@ -36,7 +36,7 @@ class WorkspaceArea(Pictured):
         *criterion_figures("criterion"),
         Figure("count", "", "What is measured.", lambda _found: "area", detail=True),
         Figure("box", "m", "Box that was searched: min and max corner, world.", "box.corners", shown="m"),
-        Figure("normal", "", "Axis across the plane: x, y or z."),
+        Figure("normal", "", "Axis across the plane: x, y or z; of a tilted plane its unit vector."),
         Figure("area", "m^2", "Area of the workspace."),
         Figure("area_error", "m^2", "Estimated error of the area.", digits=2),
         Figure("fraction", "1", "Share of the box that is inside.", name="share of the box", shown="%"),
@@ -67,19 +67,18 @@ class WorkspaceArea(Pictured):
 
     @property
     def box(self) -> SearchBox:
-        """The region that was searched, flat along one axis."""
+        """The region that was searched, flat along one axis, or about the part of a tilted plane."""
         return self.criterion.box
 
     @property
     def normal(self) -> str:
-        """The axis across the plane."""
-        return "xyz"[self.box.flat_axis]
+        """The axis across the plane, or the components of its unit normal."""
+        return self.criterion.sheet.name
 
     @property
     def fraction(self) -> float:
         """Area as a share of the box."""
-        sides = np.delete(self.box.high - self.box.low, self.box.flat_axis)
-        return self.area / float(sides.prod())
+        return self.area / self.criterion.sheet.area_in(self.box)
 
     @property
     def perimeter(self) -> float:
@@ -101,7 +100,8 @@ def workspace_area(
 
     The *box* has two equal ends, those of the plane. Without one it is the part of the frame in the plane of a planar
     robot: a point whose exit points have one coordinate in common, and which nothing pulls along that axis. What keeps
-    the platform in the plane is not looked at. Raises `InputError`, also for a robot that is not planar and no box.
+    the platform in the plane is not looked at. Of a platform in a tilted plane the part of that plane in the *box* is
+    searched, which is then not flat. Raises `InputError`, also for a robot that is not planar and no box.
 
     Examples
     --------
@@ -112,30 +112,33 @@ def workspace_area(
     """
     settings = RefinementSettings.of(tolerance, grid, seed)
     chosen = Criterion.of(robot, criterion, flat=True, **options)
-    box = chosen.box
-    if not box.is_flat:
+    box, sheet = chosen.box, chosen.sheet
+    if not (box.is_flat or sheet.is_tilted):
         raise InputError("workspace_area: a box with two equal ends is expected, as the robot is not planar")
-    axis = box.flat_axis
-    thickness = THICKNESS * float((box.high - box.low).max())
+    axis = sheet.axis
+    thickness = THICKNESS * float(np.delete(box.high - box.low, axis).max())
     high, tried = box.high.copy(), 0
-    high[axis] += thickness
+    high[axis] = box.low[axis] + thickness
 
     def margin(places: Array, stage: str) -> Array:
-        """The margin in the plane, once for all places across it."""
+        """The margin in the plane, once for all places across it; of a tilted plane that leaves the box there."""
         nonlocal tried
         first, second = np.delete(places, axis, axis=1).T
         _, one, all_of = np.unique(first + 1j * second, return_index=True, return_inverse=True)
-        flat = places[one]
-        flat[:, axis] = box.low[axis]
+        flat = sheet.onto(places[one])
         tried += len(flat)
-        return chosen.continuous_margin(flat, progress, stage)[all_of]
+        margins = chosen.continuous_margin(flat, progress, stage)
+        inside = ((box.low <= flat) & (flat <= box.high)).all(axis=1) | (not sheet.is_tilted)
+        return np.where(inside, margins, -np.inf)[all_of]
 
     found = refine(margin, SearchBox(box.low, high), replace(settings, continuous=chosen.continuous))
     outlines = []
     for outline in found.mesh.section(axis, box.low[axis] + 0.5 * thickness):
-        points = np.full((len(outline), 3), box.low[axis])
+        points = np.zeros((len(outline), 3))
         points[:, (axis + 1) % 3], points[:, (axis + 2) % 3] = outline.T
+        points = sheet.onto(points)
         apart = np.linalg.norm(points - np.roll(points, 1, axis=0), axis=1) > SAME * thickness
         outlines.append(points[apart])  # edges across the plate all meet the surface at one place
-    area, error, unseen = (part / thickness for part in (found.mesh.volume, found.error, found.unseen))
+    size = thickness * abs(float(sheet.normal[axis]))
+    area, error, unseen = (part / size for part in (found.mesh.volume, found.error, found.unseen))
     return WorkspaceArea(chosen, tuple(outlines), area, error, unseen, tried, found.converged)

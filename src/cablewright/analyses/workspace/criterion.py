@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from cablewright.analyses.feasibility import broken_limits
 from cablewright.analyses.workspace.refinement import SearchBox
+from cablewright.analyses.workspace.sheet import Sheet
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.choices import CriterionName, PointName
 from cablewright.foundation.errors import InputError, UnknownName
@@ -21,8 +22,7 @@ from cablewright.foundation.results import Figure
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
-from cablewright.robot import Plane, Robot
-from cablewright.robot.plane import OFF_PLANE
+from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_rows, require_a_load
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.tension import Capacity, Distribution, capacity, tension_distribution, wrench_closure
@@ -120,9 +120,9 @@ class Criterion:
         if name != "static" and model.fidelity.cable is CableLaw.CATENARY:
             raise InputError(f"cable = catenary: {name} requires straight lines; use rigid or elastic, or static")
         if wrench is not None:
-            values = as_rows(wrench, model.n, "wrench", "N and N m")[0][0]
-            moment = values[3:] if model.n == 6 else (0, 0, 0)
-            model = replace(model, robot=model.robot.under_wrench(values[:3], moment))
+            whole = np.zeros(6)
+            whole[: model.n] = as_rows(wrench, model.n, "wrench", "N and N m")[0][0]
+            model = replace(model, robot=model.robot.under_wrench(whole[:3].tolist(), whole[3:].tolist()))
         wrenches = None
         if wrench_box is not None:
             if name != "capacity":
@@ -130,14 +130,14 @@ class Criterion:
             low, high = (as_rows(side, model.n, "wrench box", "N and N m")[0][0] for side in wrench_box)
             wrenches = low, high
         turns = _turns(model, options.get("orientations"))
-        box = options.get("box")
-        plane = plane_of(model.robot, point) if flat and box is None else None
-        where = plane or box_of(model.robot, box, flat=flat)
+        box, tilted = options.get("box"), model.robot.platform.in_tilted_plane
+        plane = plane_of(model.robot, point) if flat and box is None and not tilted else None
+        where = plane or box_of(model.robot, box, flat=flat and not tilted)
         arm = float(options.get("arm", 1.0))
         retraction, margins = options.get("retraction"), options.get("margins")
         made = cls(model, name, where, point, turns, retraction, wrenches, arm, margins)
         made._check_retraction()
-        made._check_plane()
+        made._check_plane(flat)
         if name in ("exact", "closed-form", "improved-closed-form"):
             require_a_load(model)
         return made
@@ -229,6 +229,15 @@ class Criterion:
         axis = plane.flat_axis
         return axis if axis == self.box.flat_axis and plane.low[axis] == self.box.low[axis] else None
 
+    @cached_property
+    def sheet(self) -> Sheet:
+        """The plane that is searched: that in which the platform moves, or of a flat box its own."""
+        plane = self.model.robot.platform.plane
+        if plane is None:
+            axis = self.box.flat_axis
+            return Sheet(np.eye(3)[axis], float(self.box.low[axis]))
+        return Sheet.of(self.model.robot, plane, self.point)
+
     def _margins(self, poses: Array) -> Array:
         """Signed margins (N,) of *poses* (N, n)."""
         if self.name == "static":
@@ -244,10 +253,10 @@ class Criterion:
         no = np.where(found.margin < 0.0, found.margin, np.where(np.isfinite(found.margin), -1e-300, -np.inf))
         return np.where(found.feasible, np.maximum(found.margin, 0.0), no)
 
-    def _check_plane(self) -> None:
+    def _check_plane(self, flat: bool) -> None:
         """Refuse what no planar robot can do: to pull across its plane, or to leave it. Raises `InputError`."""
         if self.model.robot.platform.plane is not None:
-            self._check_box()
+            self._check_box(flat)
         if self.name == "static" and self.turned_by_gravity:
             if self.orientations.any():
                 raise InputError(
@@ -266,14 +275,10 @@ class Criterion:
             axis = "xyz"[self.across]
             raise InputError(f"wrench box: no lines pull across the plane: 0 to 0 along {axis} is expected")
 
-    def _check_box(self) -> None:
+    def _check_box(self, flat: bool) -> None:
         """Refuse a box out of the plane that carries the platform. Raises `InputError`."""
-        robot, box = self.model.robot, self.box
-        own = plane_of(robot, self.point)
-        assert own is not None
-        axis, at = own.flat_axis, own.low[own.flat_axis]
-        if not (box.is_flat and box.flat_axis == axis and abs(box.low[axis] - at) <= OFF_PLANE):
-            why = f"the {self.point} of {robot.name!r} moves in the plane {'xyz'[axis]} = {at:g} m"
+        if not flat or not self.sheet.crosses(self.box):
+            why = f"the {self.point} of {self.model.robot.name!r} moves in the plane {self.sheet}"
             raise InputError(f"box: {why}: only an area in that plane can be searched")
 
     def _check_retraction(self) -> None:
@@ -314,17 +319,22 @@ class Criterion:
 
 def is_planar(robot: Robot, box: ArrayLike | None) -> bool:
     """Whether a *box* (6,), m, is flat, or without one the robot planar: a point in the plane of its exit points."""
+    if robot.platform.in_tilted_plane:
+        return True
     return plane_of(robot) is not None if box is None else box_of(robot, box, flat=True).is_flat
 
 
 def plane_of(robot: Robot, point: str = "origin") -> SearchBox | None:
     """Return the part of the frame in the plane of a planar robot, None for others.
 
-    A planar robot has `platform.plane`, in which its *point* moves in parallel; or it is a point whose lines have one
-    coordinate in common, along which nothing pulls. Raises `InputError` for a tilted plane.
+    A planar robot has `platform.plane`, not tilted, in which its *point* moves in parallel; or it is a point whose
+    lines have one coordinate in common, along which nothing pulls.
     """
     if robot.platform.plane is not None:
-        return _guided(robot, robot.platform.plane, point)
+        sheet = Sheet.of(robot, robot.platform.plane, point)
+        low, high = np.array(robot.scene.frame_min), np.array(robot.scene.frame_max)
+        low[sheet.axis] = high[sheet.axis] = sheet.distance * sheet.normal[sheet.axis]
+        return SearchBox(low, high)
     exits = np.array([np.subtract(line.exit_point, line.platform_point) for line in robot.lines])
     pulls = robot.platform.force - np.array([0.0, 0.0, robot.platform.mass * robot.scene.gravity])
     low, high = np.array(robot.scene.frame_min), np.array(robot.scene.frame_max)
@@ -334,17 +344,6 @@ def plane_of(robot: Robot, point: str = "origin") -> SearchBox | None:
     if robot.n != 3 or len(across) != 1 or not in_plane:  # exit points in a line span no plane without a load
         return None
     low[across] = high[across] = exits[0, across]
-    return SearchBox(low, high)
-
-
-def _guided(robot: Robot, plane: Plane, point: str) -> SearchBox:
-    """The part of the frame in the plane in which a *point* of the platform moves. Raises `InputError`."""
-    require(robot, Capability.WORKSPACE)
-    axis = plane.axis
-    assert axis is not None  # no tilted plane
-    low, high = np.array(robot.scene.frame_min), np.array(robot.scene.frame_max)
-    aside = robot.platform.nozzle[axis] if point == "nozzle" else 0.0
-    low[axis] = high[axis] = plane.distance * plane.across[axis] + aside
     return SearchBox(low, high)
 
 

@@ -126,6 +126,12 @@ class NodeCount(Result):
     inside: Mask  # (X, Y, Z)
 
     @property
+    def columns(self) -> dict[str, Array | Mask]:
+        """(k,) each: the nodes, m, and whether they are inside; what `to_frame` shows."""
+        nodes = self.box.grid(self.inside.shape).reshape(-1, 3)
+        return dict(zip("xyz", nodes.T, strict=True)) | {"inside": self.inside.ravel()}
+
+    @property
     def status(self) -> str:
         """Ok or empty."""
         return "ok" if self.counted else "empty"

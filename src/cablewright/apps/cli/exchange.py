@@ -4,20 +4,28 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
 import cablewright as cw
 from cablewright.apps.cli.command import command, options
-from cablewright.apps.cli.options import AsJson, Pose, RobotName
+from cablewright.apps.cli.options import AsJson, BeadSize, Pose, RobotName
 from cablewright.apps.cli.output import answer, progress
-from cablewright.apps.cli.parsing import numbers, pose_of
-from cablewright.foundation.choices import CableName, ReadFormatName, WireXVersion, WrittenFormatName
+from cablewright.apps.cli.parsing import bead_size, numbers, pose_of, quantity
+from cablewright.foundation.choices import (
+    CableName,
+    ReadFormatName,
+    RrfVersionName,
+    TargetName,
+    WireXVersion,
+    WrittenFormatName,
+)
 from cablewright.foundation.errors import AnswerError, InputError
+from cablewright.foundation.units import LENGTH
 
 if TYPE_CHECKING:
-    from cablewright.exchange.klipper_motion import Stepper
+    from cablewright.exchange.motion.klipper import Stepper
     from cablewright.exchange.result import Exported
     from cablewright.exchange.translation import ExportedFile
 
@@ -41,7 +49,7 @@ def import_command(
     ] = None,
     as_json: AsJson = False,
 ) -> int:
-    """Reads WireX, CASPR (bodies and cables), a Maslow's settings, and configurations of Klipper and RepRapFirmware.
+    """Reads WireX, CASPR, and settings of Hangprinters (RepRapFirmware, Klipper), Maslows and wall plotters.
 
     What the file has and a robot file has not, and what had to be assumed, is told on stderr and in comments of the
     file that is written. See docs/exchange.md.
@@ -64,13 +72,16 @@ def import_command(
     return answer(told, as_json, file=out)
 
 
+FOR: Final = {"gcode": ("rrf", "klipper"), "slicer": ("orca", "prusa", "cura")}
+"""What formats that are made for several programs are made for."""
+
 AT_A_POSE: Final = ("mjcf", "urdf", "stl", "glb")
 """Formats that describe the robot at a pose."""
 
 
 @options("Firmware")
 class MotionOptions:
-    """For klipper, reprapfirmware and linuxcnc."""
+    """For klipper, reprapfirmware, linuxcnc and gcode."""
 
     machine: Annotated[
         str | None,
@@ -80,9 +91,11 @@ class MotionOptions:
         str | None, typer.Option("--layers", metavar="FIRST,LAST", help="Layers of the part; by default all.")
     ] = None
     tolerance: Annotated[
-        float | None,
+        str | None,
         typer.Option(
-            "--tolerance", help="Largest error of a line's length between two points, m; by default half a microstep."
+            "--tolerance",
+            metavar="L",
+            help="Largest error of a line's length between two points, m or like '20 um'; by default half a microstep.",
         ),
     ] = None
     microsteps: Annotated[
@@ -92,41 +105,62 @@ class MotionOptions:
         int | None, typer.Option("--full-steps", help="Full steps of a motor's turn; by default 200.")
     ] = None
 
-    def written(self, target: str, robot: cw.Robot, job: Path, out: Path) -> Exported:
+    gear: Annotated[
+        str | None,
+        typer.Option("--gear", metavar="MOTOR:SPOOL", help="Teeth of each gear; by default the machine's, or no gear."),
+    ] = None
+    version: Annotated[
+        RrfVersionName | None,
+        typer.Option("--firmware-version", help="Of RepRapFirmware; by default 3.6, or 3.7 for over 5 lines."),
+    ] = None
+    complete: Annotated[
+        bool, typer.Option("--config", help="Of LinuxCNC, a complete configuration: HAL, homing, simulated joints.")
+    ] = False
+
+    def written(self, target: str, made_for: TargetName | None, robot: cw.Robot, job: Path, out: Path) -> Exported:
         """Write the files of a firmware into the folder *out*. Raises `InputError`."""
-        from cablewright.exchange.firmware import firmware
+        from cablewright.exchange.firmware import firmware, plain_gcode
         from cablewright.exchange.result import Exported
         from cablewright.foundation.file_output import whole_folder, write_whole
 
         machine = None if self.machine is None else cw.load_machine(self.machine)
-        if self.tolerance is not None and not 0.0 < self.tolerance < 1.0:
-            raise InputError(f"--tolerance = {self.tolerance:g}: must be over 0 and under 1 m")
+        tolerance = None if self.tolerance is None else quantity(self.tolerance, "--tolerance", LENGTH)
+        if tolerance is not None and tolerance >= 1.0:
+            raise InputError(f"--tolerance = {self.tolerance!r}: must be under 1 m; a number alone is in m")
+        if target == "gcode" and tolerance is not None:
+            raise InputError("export gcode: --tolerance is for winches by angle; leave it out")
+        if self.complete and target != "linuxcnc":
+            raise InputError(f"export {target}: --config is of linuxcnc; leave it out")
+        given: dict[str, Any] = {
+            "machine": machine, "stepper": self._stepper(), "layers": _layers(self.layers), "version": self.version,
+            "gear": _gear(self.gear),
+        }  # fmt: skip
         with progress() as show:
-            found = firmware(
-                target,
-                robot,
-                cw.load_job(job),
-                machine=machine,
-                stepper=self._stepper(1.0 if machine is None else machine.winch.ratio),
-                layers=_layers(self.layers),
-                tolerance=self.tolerance,
-                progress=show,
-            )
+            if made_for == "rrf" or made_for == "klipper":
+                found, own = plain_gcode(made_for, robot, cw.load_job(job), **given, progress=show)
+                error: float | None = own.error
+            else:
+                found = firmware(
+                    target, robot, cw.load_job(job), **given, tolerance=tolerance, complete=self.complete, progress=show
+                )
+                error = None if target == "reprapfirmware" else found.path.error
         with whole_folder(out) as folder:
             for name, text in found.files.items():
                 write_whole(folder / name, text.encode())
-        points, error = len(found.path.samples), None if target == "reprapfirmware" else found.path.error
+        points = len(found.path.samples)
+        if target == "gcode":
+            return Exported(target, robot.name, found.lost, found.assumed, points, nozzle_error=error)
         return Exported(target, robot.name, found.lost, found.assumed, points, error)
 
-    def _stepper(self, ratio: float) -> Stepper | None:
-        from cablewright.exchange.klipper_motion import Stepper
+    def _stepper(self) -> Stepper | None:
+        from cablewright.exchange.motion.klipper import Stepper
 
         for option, value in (("--microsteps", self.microsteps), ("--full-steps", self.full_steps)):
             if value is not None and not 1 <= value <= 100_000:
                 raise InputError(f"{option} = {value}: must be 1 to 100000")
         if self.microsteps is None and self.full_steps is None:
             return None
-        return Stepper(self.full_steps or Stepper.full_steps, self.microsteps or Stepper.microsteps, ratio)
+        return Stepper(self.full_steps or Stepper.full_steps, self.microsteps or Stepper.microsteps)
 
 
 @command("export mjcf cogiro --out runs/cogiro.xml", "exchange.result:Exported")
@@ -141,6 +175,11 @@ def export_command(
     out: Annotated[
         Path, typer.Option("--out", metavar="OUT", help="File, of a firmware and ros2 folder; it must not exist.")
     ],
+    made_for: Annotated[
+        TargetName | None,
+        typer.Option("--for", help="Of gcode: rrf or klipper, whose own kinematics moves lines; of slicer: a slicer."),
+    ] = None,
+    bead: BeadSize = None,
     schema_version: Annotated[
         WireXVersion | None, typer.Option("--schema-version", help="Of WireX; by default 0.32.")
     ] = None,
@@ -158,13 +197,8 @@ def export_command(
     from cablewright.exchange.wirex_output import wirex
     from cablewright.foundation.file_output import write_whole
 
-    is_firmware = target in FIRMWARE
-    if is_firmware and job is None:
-        raise InputError(f"export {target}: expected a JOB after ROBOT, whose motion is written")
-    if target == "ros2" and job is None:
-        raise InputError("export ros2: expected a machine's LOG after ROBOT, a file or a run folder")
-    if not (is_firmware or target == "ros2") and job is not None:
-        raise InputError(f"{job}: {target} describes a robot and takes no JOB")
+    is_firmware = target in (*FIRMWARE, "gcode")
+    _require_target(target, made_for, bead, job, is_firmware)
     if not is_firmware and motion != MotionOptions():
         raise InputError(f"export {target}: --machine, --layers and their like are for a firmware")
     if schema_version is not None and target != "wirex":
@@ -174,6 +208,8 @@ def export_command(
     if out.exists() or out.is_symlink():
         raise InputError(f"{out}: is there already; nothing is overwritten")
     described = cw.load(robot)
+    if target == "slicer":
+        return answer(_profile(made_for, described, bead, out), as_json, out=out)
     if job is None:
         if target == "wirex":
             found, content = wirex(described, schema_version or "0.32"), b""
@@ -186,7 +222,7 @@ def export_command(
             bag = ros_bag(described, job, out, show)
         told = Exported(target, described.name, bag.lost, (), messages=bag.messages)
     else:
-        told = motion.written(target, described, job, out)
+        told = motion.written(target, made_for, described, job, out)
     return answer(told, as_json, out=out)
 
 
@@ -212,6 +248,50 @@ def _at_pose(target: str, robot: cw.Robot, at: str | None) -> tuple[ExportedFile
         return urdf(robot, held.pose), b""
     mesh, lost = shapes(robot, held.pose), ("all but shapes of frame, exits and platform, for looking",)
     return ExportedFile("", lost), mesh.stl() if target == "stl" else mesh.glb()
+
+
+def _require_target(
+    target: str, made_for: TargetName | None, bead: str | None, job: Path | None, is_firmware: bool
+) -> None:
+    """Raise `InputError` unless what a format needs is given, and nothing else."""
+    if made_for not in FOR.get(target, (None,)):
+        wanted = " or ".join(FOR.get(target, ())) or "left out"
+        raise InputError(f"export {target}: --for = {made_for}: must be {wanted}; gcode and slicer take one")
+    if (target == "slicer") is (bead is None):
+        raise InputError(f"export {target}: --bead WIDTH,HEIGHT of strands is given for a slicer, and only there")
+    if is_firmware and job is None:
+        raise InputError(f"export {target}: expected a JOB after ROBOT, whose motion is written")
+    if target == "ros2" and job is None:
+        raise InputError("export ros2: expected a machine's LOG after ROBOT, a file or a run folder")
+    if not (is_firmware or target == "ros2") and job is not None:
+        raise InputError(f"{job}: {target} describes a robot and takes no JOB")
+
+
+def _profile(slicer: TargetName | None, robot: cw.Robot, bead: str | None, out: Path) -> Exported:
+    """Write the profile of a slicer for strands of *bead* into the folder *out*."""
+    from cablewright.exchange.result import Exported
+    from cablewright.exchange.slicers.formats import slicer_files
+    from cablewright.foundation.file_output import whole_folder, write_whole
+
+    strand = bead_size(bead)
+    assert strand is not None
+    assert slicer == "orca" or slicer == "prusa" or slicer == "cura"
+    with progress() as show:
+        found = slicer_files(slicer, robot, strand, progress=show)
+    with whole_folder(out) as folder:
+        for name, text in found.files.items():
+            write_whole(folder / name, text.encode())
+    return Exported("slicer", robot.name, found.lost, found.assumed)
+
+
+def _gear(text: str | None) -> tuple[int, int] | None:
+    """Return the teeth of motor and spool. Raises `InputError`."""
+    if text is None:
+        return None
+    teeth = text.split(":")
+    if len(teeth) != 2 or not all(each.isdecimal() and 1 <= int(each) <= 10_000 for each in teeth):
+        raise InputError(f"--gear = {text!r}: expected teeth of motor and spool, each 1 to 10000, like 20:255")
+    return int(teeth[0]), int(teeth[1])
 
 
 def _layers(text: str | None) -> tuple[int, int] | None:

@@ -65,6 +65,7 @@ COMMANDS = {
     },
     "Print": {
         "check": ("check.check_command", "Whether a robot can print a job, how far off, and the winch lengths for it."),
+        "fit": ("fit.fit_command", "Whether a part fits a robot: where, turned how, how large, and what limits it."),
         "print": ("print_job.print_job_command", "Print a job closed-loop, on a simulated machine or on drives."),
         "campaign": ("campaign.campaign_command", "Print a job on many machines that the tolerances allow."),
         "simulate": ("simulate.simulate_command", "Drive a simulated machine along a path and log its sensors."),

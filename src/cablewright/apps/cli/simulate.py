@@ -219,12 +219,13 @@ def replay_command(
     *,
     log: Annotated[Path, typer.Argument(metavar="LOG", help="A machine's MCAP log, or the run folder of a print.")],
     estimator: Annotated[
-        ReplayName,
+        ReplayName | None,
         typer.Option(
             "--estimator",
-            help="Chain of Merlet and Papegay 2023, Kalman filter of all sensors, or both beside each other.",
+            help="Chain of Merlet and Papegay 2023, Kalman filter of all sensors, both beside each other, or encoders "
+            "alone.  [default: the first one for which the machine has the sensors]",
         ),
-    ] = "paper",
+    ] = None,
     laser: Annotated[
         str | None,
         typer.Option(

@@ -17,7 +17,6 @@ from cablewright.apps import style
 from cablewright.apps.space_axes import add_lines, bounds, machine, space
 from cablewright.foundation.arrays import Array
 from cablewright.models.rotation import placed
-from cablewright.robot import RigidPlatform
 from cablewright.studies.measured_modes import MeasuredModes
 
 _ROOM: Final = 0.45  # of the platform's largest side: the space shown around it
@@ -83,10 +82,7 @@ def _shares(axes: Axes, found: Modes, mode: int) -> None:
 def _body(found: Modes) -> tuple[Array, Array]:
     """Return the centre of mass (3,) and the platform points (m, 3), m, world."""
     held = found.equilibrium
-    platform = held.model.robot.platform
-    if not isinstance(platform, RigidPlatform):
-        return held.pose, held.platform_points
-    return placed(held.pose, [platform.centre_of_mass])[0], held.platform_points
+    return placed(held.pose, [held.model.robot.platform.centre_of_mass])[0], held.platform_points
 
 
 def _motion(found: Modes, mode: int, points: Array) -> Array:

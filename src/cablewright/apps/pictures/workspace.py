@@ -49,15 +49,15 @@ def volume_picture(found: Workspace) -> Figure:
 
 def area_picture(found: WorkspaceArea) -> Figure:
     """Draw the outlines in their plane, the box and the exit points."""
-    axis = "xyz".index(found.normal)
+    axis = (sheet := found.criterion.sheet).axis
     across, up = [other for other in range(3) if other != axis]
     drawn, axes = style.axes(7.0, 6.0)
     _fill(axes, [outline[:, [across, up]] for outline in found.outlines])
     low, high = found.box.low, found.box.high
     style.rectangle(axes, low, high, (across, up), zorder=2)
     exits = np.array([line.exit_point for line in found.criterion.model.robot.lines])
-    beside = np.ptp([*exits[:, axis], found.box.low[axis]]) > 0.0
-    seen = f"exit points, seen along {found.normal}" if beside else "exit points"
+    beside = sheet.is_tilted or np.ptp([*exits[:, axis], found.box.low[axis]]) > 0.0
+    seen = f"exit points, seen along {'xyz'[axis]}" if beside else "exit points"
     axes.plot(exits[:, across], exits[:, up], "o", color=style.INK, label=seen, zorder=4)
     corners = np.vstack([low, high, exits])
     spare = _MARGIN * float(np.ptp(corners, axis=0).max())
@@ -70,7 +70,8 @@ def area_picture(found: WorkspaceArea) -> Figure:
         ylabel=f"{'xyz'[up]} in m",
     )
     style.round_ticks(axes, 5)
-    axes.set_title(style.minus(f"plane at {found.normal} = {low[axis]:.3g} m"))
+    tilted = f"with the normal {sheet.name}, seen along {'xyz'[axis]}"
+    axes.set_title(style.minus(f"plane {tilted if sheet.is_tilted else f'at {sheet.name} = {low[axis]:.3g} m'}"))
     drawn.legend(loc="outside lower center")
     style.headline(drawn, _title(found.criterion, f"{found.area:.4g} m²", found.fraction))
     return drawn

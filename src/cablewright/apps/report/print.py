@@ -102,8 +102,7 @@ def _body(found: PrintRecord, title: str, name: str, pictures: Pictures) -> Iter
     yield section("States", states_table(found), *_shown(pictures, "states", "steps"))
     if found.structure is not None:
         yield section("The structure", structure_table(found.structure), *_shown(pictures, "structure", "cuts"))
-    what = "platform" if found.head.robot.n == 6 else "drum"
-    yield section(f"Yaw and tilt of the {what}", *_shown(pictures, "drum"))
+    yield section(f"Yaw and tilt of the {found.head.settings.carrier.WORD}", *_shown(pictures, "drum"))
     yield section("Lines: load and slack", lines_table(found), *_shown(pictures, "angles", "tensions"))
     yield section("Lines: wear", *_wear(found, pictures))
     yield section("Faults and notices", faults_table(found))

@@ -10,7 +10,7 @@ from cablewright.apps.quantities import NOT_KNOWN, count, quantity
 from cablewright.apps.report.digest import Digest
 from cablewright.apps.report.page import Html, element, table
 from cablewright.printing.schedule import ScheduleStep
-from cablewright.robot import GuideSheave, Line, RigidPlatform, Robot
+from cablewright.robot import Line, Robot
 
 _MAX_HEIGHTS = 6
 
@@ -40,15 +40,13 @@ def _words(unknown: dict[str, int]) -> str:
 
 def robot_rows(robot: Robot) -> list[tuple[str, str]]:
     """Return the rows about the robot and the program."""
-    body = "point mass" if robot.n == 3 else "rigid body"
-    if robot.platform.plane is not None:
-        body += f" in the plane {robot.platform.plane}"
+    platform, lines = robot.platform, f"{robot.m} line{'' if robot.m == 1 else 's'}"
     return [
         ("program", program()),
         ("robot", robot.name),
         ("description", robot.description),
         ("source of the robot", robot.source),
-        ("platform", f"{body} of {robot.platform.mass:g} kg on {robot.m} line{'' if robot.m == 1 else 's'}"),
+        ("platform", f"{platform.words} of {platform.mass:g} kg on {lines}"),
     ]
 
 
@@ -69,9 +67,9 @@ def assumptions(robot: Robot) -> list[str]:
         f"What holds them there: {_shared(robot, _mount)}.",
         f"The arc of cable on the sheave: {_shared(robot, _arc)}.",
         f"The span from the winch: {_shared(robot, _dead_span)}.",
-        f"At the other end: {_shared(robot, _winch_end)}.",
+        f"At the other end: {_shared(robot, lambda line: line.holder)}.",
         f"From there to the platform: {_shared(robot, _free_spans)}.",
-        _platform(robot),
+        robot.platform.assumption,
         "Winch torque is the tension at the drum times its radius, of one layer of cable, without losses.",
         *_on_one_drum(robot),
         (
@@ -83,22 +81,9 @@ def assumptions(robot: Robot) -> list[str]:
 
 def _wrench(robot: Robot) -> str:
     """Say what acts on the platform besides its weight; nothing where nothing does."""
-    force, moment = robot.platform.force, getattr(robot.platform, "moment", (0.0, 0.0, 0.0))
+    force, moment = robot.platform.force, robot.platform.moment
     told = f"{_point(force)} N" if any(force) else ""
     return told + (f" and {_point(moment)} N m" if any(moment) else "")
-
-
-def _platform(robot: Robot) -> str:
-    platform, guided = robot.platform, ""
-    if platform.plane is not None:
-        how = "holds it both ways" if platform.plane.pulls else "only pushes"
-        guided = f" It stays in the plane {platform.plane}, which {how}, without friction."
-    if not isinstance(platform, RigidPlatform):
-        return f"The platform is a point: all lines meet in it, and it has no tilt.{guided}"
-    return (
-        f"The platform is a rigid body: its centre of mass is at {_point(platform.centre_of_mass)} m and its nozzle at "
-        f"{_point(platform.nozzle)} m from its origin. Retraction moves platform points, not masses.{guided}"
-    )
 
 
 def _schedule(schedule: tuple[ScheduleStep, ...]) -> str:
@@ -138,8 +123,7 @@ def _sheave(line: Line) -> str:
         return f"over a pulley of {quantity(sheave.radius, 'm')} radius in a fixed plane"
     over = f"{sheave.wrap} a sheave of {quantity(sheave.radius, 'm')} radius"
     if sheave.kind == "swivel":
-        axis = "a vertical axis" if sheave.upright else f"the axis {_point(sheave.axis)}"
-        return f"{over} that swivels about {axis} without friction"
+        return f"{over} that swivels about {sheave.axis_words} without friction"
     return (
         f"{over} on a lever of {quantity(sheave.lever, 'm')} that turns freely and hangs as forces and weight take it"
     )
@@ -155,27 +139,15 @@ def _mount(line: Line) -> str:
 
 
 def _arc(line: Line) -> str:
-    if line.sheave.kind == "eyelet" and line.platform_sheave is None:
-        return "none"
-    return "stretches" if line.arc_elastic else "does not stretch"
+    if line.has_arc:
+        return "stretches" if line.arc_elastic else "does not stretch"
+    return "none"
 
 
 def _dead_span(line: Line) -> str:
     if line.winch_exit is not None:
-        wheels = sum(isinstance(guide, GuideSheave) for guide in line.guides)
-        way = f", straight over {len(line.guides)} guides" if line.guides else ""
-        way += f", of which {wheels} are wheels" if wheels else ""
-        way += ", from a winch aside of the sheave's axis" if line.is_aside else ""
-        return f"modelled{way}, {'stretches' if line.dead_elastic else 'does not stretch'}"
+        return f"modelled{line.way}, {'stretches' if line.dead_elastic else 'does not stretch'}"
     return f"a constant {quantity(line.dead_length, 'm')} that does not stretch" if line.dead_length else "not modelled"
-
-
-def _winch_end(line: Line) -> str:
-    if line.counterweight is not None:
-        return f"a counterweight of {line.counterweight:g} kg, whose tension is given"
-    return (
-        "a winch" if line.spring is None else f"a winch with a spring that gives by {1e6 / line.spring:.4g} mm per kN"
-    )
 
 
 def _on_one_drum(robot: Robot) -> Iterator[str]:

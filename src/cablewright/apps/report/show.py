@@ -45,10 +45,8 @@ def _lines(robot: Robot) -> Html:
 
 def _drawn(scene: SceneDescription) -> list[str]:
     robot, told = scene.robot, []
-    if robot.n == 6 and not robot.platform.boxes:
-        told.append("The robot file has no boxes of the platform: its platform points are joined by their convex hull.")
-    if robot.n == 3 and scene.drum is None:
-        told.append("The platform is a point mass: the ball has no size of its own.")
+    if robot.platform.drawing and scene.drum is None:
+        told.append(robot.platform.drawing)
     told.append("Free spans are catenaries of the line states; what lies between a winch and its sheave is straight.")
     if any(line.sheave.kind != "eyelet" for line in robot.lines):
         told.append("Sheaves have their radius and are turned as their line takes them; their width is not known.")

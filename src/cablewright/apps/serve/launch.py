@@ -14,23 +14,21 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from filelock import FileLock, Timeout
-
 from cablewright.apps.serve.access import Access, new_token
 from cablewright.apps.serve.worker import write_station
 from cablewright.foundation.errors import EnvironmentFault, InputError
-from cablewright.foundation.file_output import cannot_write
 from cablewright.live.prints.run import alone_in, make_folder
 from cablewright.live.serve.control import Control
 from cablewright.live.serve.link import ControlLink
 from cablewright.live.serve.station import Station
 from cablewright.machine.settings import MachineSettings
+from cablewright.running.locks import locked
 
 _LOOK: Final = 0.5  # s between looks at the server
 _AGAIN: Final = 1.0  # s at least between two starts of it
@@ -223,23 +221,9 @@ def serve(
         _serve(station, owner, folder, address, say)
 
 
-@contextmanager
-def _alone_with(lock: Path | None) -> Iterator[None]:
+def _alone_with(lock: Path | None) -> AbstractContextManager[None]:
     """Hold the lock of a machine. Raises `EnvironmentFault` where another program does."""
-    if lock is None:
-        yield
-        return
-    held = FileLock(lock, blocking=False, fallback_to_soft=False)
-    try:
-        held.acquire()
-    except Timeout:
-        raise EnvironmentFault(f"{lock}: another program serves this machine") from None
-    except OSError as reason:
-        raise cannot_write(lock, reason) from None
-    try:
-        yield
-    finally:
-        held.release()
+    return nullcontext() if lock is None else locked(lock, f"{lock}: another program serves this machine")
 
 
 def _serve(

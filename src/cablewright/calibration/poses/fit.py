@@ -166,7 +166,7 @@ def on_file_side(robot: Robot, exits: Array, points: Array) -> Array:
 
 def _on_file_side(problem: CalibrationProblem, found: PoseFit) -> PoseFit:
     """Return the fit with exit points on the file's side of the platform's plane, unless it is a worse one."""
-    if problem.robot.platform.plane is None or found.code != 0:
+    if found.code != 0:
         return found
     exits = problem.points(found.theta)
     wanted = on_file_side(problem.robot, exits, problem.points(found.theta, "platform_point"))

@@ -23,8 +23,8 @@ def read(settings: BodySettings, state: BodyState, reading: Encoders) -> None:
 
     Counts that jump are believed once they are read again: then they have slipped, and the jump is left out.
     """
-    if len(reading.counts) != state.layout.m:
-        state.monitor.report("encoders", "lines", f"a reading of {len(reading.counts)} lines: not used")
+    if len(reading.counts) != len(settings.winches.hosts):
+        state.monitor.report("encoders", "lines", f"a reading of {len(reading.counts)} winches: not used")
         return
     if not state.home.known:
         state.home.counts, state.home.known = reading.counts.copy(), True
@@ -52,27 +52,26 @@ def _jumps(settings: BodySettings, change: NDArray[np.int64], dt: float) -> NDAr
 
 
 def _leave_out(settings: BodySettings, state: BodyState, jumped: NDArray[np.bool_], change: NDArray[np.int64]) -> None:
-    """Move the home counts of the lines whose encoders slipped, and say so."""
+    """Move the home counts of the winches whose encoders slipped, and say so."""
     state.home.counts = state.home.counts + np.where(jumped, change, 0)
-    for i in np.flatnonzero(jumped):
+    bare = settings.drums.radii(state.wound.angles)
+    for winch in np.flatnonzero(jumped):
+        i = int(settings.winches.hosts[winch])
         name = settings.model.robot.lines[i].name
-        radius = settings.coils[i].radius(float(state.wound.angles[i]))
-        slipped = 1e3 * float(change[i]) / settings.counts_per_radian * radius
+        slipped = 1e3 * float(change[winch]) / settings.counts_per_radian * float(bare[i])
         why = f"the encoder of line {name} slipped by {slipped:.1f} mm: it jumped by more than its winch can turn"
         state.monitor.report("encoders", f"slip {name}", why)
         state.judged.danger = state.judged.danger or why
 
 
 def _unwind(settings: BodySettings, state: BodyState, counts: NDArray[np.int64]) -> None:
-    """Set the lengths paid out by *counts* (m,) since home."""
-    angles = state.home.angles - counts / settings.counts_per_radian
-    ends = [math.tau * (len(coil.radii) - 1) for coil in settings.coils]
-    if not all(0.0 <= angle <= end for angle, end in zip(angles.tolist(), ends, strict=True)):
+    """Set the lengths paid out by *counts* (w,) since home."""
+    angles = state.home.angles - settings.winches.of_lines(counts) / settings.counts_per_radian
+    if not settings.drums.holds(angles):
         state.monitor.report("encoders", "jump", "the counts exceed the turns of a winch drum: not used")
         return
     state.monitor.clear("encoders", "jump")
-    rows = zip(settings.coils, state.home.angles.tolist(), angles.tolist(), strict=True)
-    state.wound.paid = np.array([coil.length(before) - coil.length(now) for coil, before, now in rows])
+    state.wound.paid = settings.drums.paid(state.home.angles, angles)
     state.wound.angles = angles
 
 
@@ -82,8 +81,10 @@ def radii(settings: BodySettings, state: BodyState) -> Array:
     return np.array(bare) * (1.0 + state.belief.unknowns[state.layout.radius])
 
 
-def _radius(coil: Coil, angle: float) -> float:
-    """As `Coil.radius`, in a fifth of the time."""
+def _radius(coil: Coil | None, angle: float) -> float:
+    """As `Coil.radius`, in a fifth of the time; NaN without a winch."""
+    if coil is None:
+        return math.nan
     turns = angle / math.tau
     whole = min(max(int(turns), 0), len(coil.radii) - 2)
     low, high = float(coil.radii[whole]), float(coil.radii[whole + 1])

@@ -9,6 +9,7 @@ the constants, linearised at each equilibrium.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -19,9 +20,19 @@ from cablewright.estimation.body.correction import correct
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.state import BodyState, corrected, follow, set_load
 from cablewright.estimation.body.updates.update import Slopes
-from cablewright.estimation.reading_checks import accepted
+from cablewright.estimation.measured_tensions import smoothed
+from cablewright.estimation.reading_checks import accepted, by_machine_clock
 from cablewright.foundation.arrays import Array
-from cablewright.foundation.signals import BeamLength, Climate, Encoders, Estimate, SensorFrame, frozen, per_line
+from cablewright.foundation.signals import (
+    BeamLength,
+    Climate,
+    Encoders,
+    Estimate,
+    SensorFrame,
+    Tensions,
+    frozen,
+    per_line,
+)
 from cablewright.models.rotation import motion_between
 
 _SPEED_SIGMA: Final = 0.01  # m/s and rad/s, of the velocity by the lengths
@@ -35,6 +46,8 @@ def step(settings: BodySettings, state: BodyState, frame: SensorFrame) -> Estima
         state.monitor.restart(frame.time, f"the clock jumped from {state.time:g} to {frame.time:g} s")
         state.window.begin, dt = math.nan, math.inf
     state.time, before = frame.time, state.pose
+    if state.clock is not None:
+        frame = replace(frame, readings=by_machine_clock(state.clock, frame.readings, frame.time))
     for beam in accepted(state.monitor, frame.of(BeamLength), frame.time):
         _read_beam(settings, state, beam.length)
     for encoders in accepted(state.monitor, frame.of(Encoders), frame.time):
@@ -47,6 +60,9 @@ def step(settings: BodySettings, state: BodyState, frame: SensorFrame) -> Estima
     state.creep.advance(state.tensions, frame.time, settings.interval)
     _smooth_velocity(settings, state, before, dt)
     _read_sensors(settings, state, frame)
+    if settings.cells is not None:
+        readings = accepted(state.monitor, frame.of(Tensions), frame.time)
+        state.measured = smoothed(state.measured, readings, settings.cells, min(1.0, dt / settings.smoothing_time))
     slopes = None
     if frame.time - state.window.begin >= settings.interval - 1e-9 and found:
         slopes = _measure(settings, state)

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from cablewright.estimation.body.updates.update import Update
+from cablewright.estimation.drum_clock import ClockLeadSettings
 from cablewright.foundation.errors import InputError, require_positive
-from cablewright.models.coil import Coil
+from cablewright.models.coil import Coil, LineCoils
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
+from cablewright.models.winch_lines import WinchLines
 
 
 @dataclass(frozen=True)
@@ -45,16 +48,19 @@ class Deviations:
 class BodySettings:
     """The machine as described.
 
-    ``counts_per_radian``: encoder counts for a radian of a winch drum. ``coils``: each winch's cable, wound regularly.
+    ``counts_per_radian``: encoder counts for a radian of a winch drum. ``coils``: each line's cable on its
+    drum, wound regularly; None: it has no winch.
     ``total_length``: m of cable of a winch, wound and paid out. ``max_drum_speed``: rad/s. ``sensors``: what
     is told of those that are used besides encoders, in the order of `UPDATES`. ``beam_deviation``: m, of a
     reading of the length of a platform that retracts. ``interval``: s of readings that are one measurement.
     ``smoothing_time``: s, of the velocity. ``slack_threshold``: m of excess from which a line counts as slack.
+    ``clock``: of that on the platform, which stamps what comes over the wireless link; None: it is the machine's.
+    ``cells``: source of tensions that correct nothing, where the pose is by encoders alone; None: none are read.
     """
 
     model: Model
     counts_per_radian: float
-    coils: tuple[Coil, ...]
+    coils: tuple[Coil | None, ...]
     total_length: float
     max_drum_speed: float
     deviations: Deviations = field(default_factory=Deviations)
@@ -64,6 +70,8 @@ class BodySettings:
     interval: float = 0.1
     smoothing_time: float = 0.2
     slack_threshold: float = 2.5e-3
+    clock: ClockLeadSettings | None = None
+    cells: str | None = None
 
     def __post_init__(self) -> None:
         """Refuse point platforms, and another number of coils than lines."""
@@ -71,3 +79,13 @@ class BodySettings:
             raise InputError(f"robot {self.model.robot.name!r}: a rigid platform and a coil for each line are expected")
         require(self.model, Capability.ESTIMATION)
         require_positive(interval=self.interval, smoothing_time=self.smoothing_time, max_drum_speed=self.max_drum_speed)
+
+    @cached_property
+    def drums(self) -> LineCoils:
+        """The lines' cables on their drums."""
+        return LineCoils(self.coils, self.total_length)
+
+    @cached_property
+    def winches(self) -> WinchLines:
+        """The winches, whose encoders are read."""
+        return WinchLines.of(self.model.robot)

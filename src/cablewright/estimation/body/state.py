@@ -12,6 +12,7 @@ from cablewright.estimation.body.creep import BodyCreep, LoadPath, creep_of
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.unknowns import BodyLayout, prior
 from cablewright.estimation.body.updates.update import Update
+from cablewright.estimation.drum_clock import ClockLead
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import Status
@@ -151,6 +152,8 @@ class BodyState:
     motion: BodySwing = field(default_factory=BodySwing)
     time: float = -math.inf  # s
     window: Window = field(default_factory=Window)
+    clock: ClockLead | None = None
+    measured: Array | None = None  # (m,) tensions, N, smoothed, of cells that correct nothing; NaN: not read
 
     @property
     def pose(self) -> Array:
@@ -172,7 +175,7 @@ def start(
 ) -> BodyState:
     """Return the state with the platform at *pose* (6,), homed there with a *retraction*, m (NaN: the robot's).
 
-    *lengths* (m,), m: at which an estimate had left it; None: those that hold it. *counts* (m,): at which
+    *lengths* (m,), m: at which an estimate had left it; None: those that hold it. *counts* (w,): at which
     these are out; None: those of the first reading. Raises `AnswerError`.
     """
     model = settings.model if math.isnan(retraction) else Model(settings.model.robot.retracted(retraction))
@@ -180,9 +183,7 @@ def start(
         lengths = solve_inverse(model, with_free(model.robot, pose)).checked().lengths
     tracker = _tracker_near(model, lengths, pose)
     layout = BodyLayout(model.m, settings.sensors)
-    wound = [
-        coil.angle(settings.total_length - out) for coil, out in zip(settings.coils, lengths.tolist(), strict=True)
-    ]
+    wound = settings.drums.angles(lengths)
     taut = taut_of(model.packed, tracker.pose)
     covariance = prior(settings, layout)
     m, still = model.m, np.zeros(model.m)
@@ -197,14 +198,15 @@ def start(
         Belief(np.zeros(layout.size), covariance, np.eye(m, layout.size), covariance[layout.laws, layout.laws].copy()),
         Home(
             lengths.copy(),
-            np.array(wound),
+            wound,
             taut.toward,
-            np.zeros(m, dtype=np.int64) if counts is None else counts.copy(),
+            np.zeros(model.winches, dtype=np.int64) if counts is None else counts.copy(),
             counts is not None,
         ),
-        Wound(still, np.array(wound), still.copy()),
+        Wound(still, wound.copy(), still.copy()),
         Doubts(np.ones(m, dtype=bool)),
         retraction=retraction if not math.isnan(retraction) else _own_retraction(model),
+        clock=None if settings.clock is None else ClockLead(settings.clock),
     )
 
 
@@ -252,6 +254,8 @@ def follow(state: BodyState) -> bool:
     if status is Status.OK or state.tracker.restart(state.lengths):
         state.monitor.clear("encoders", "lost")
         state.taut = taut_of(state.tracker.packed, state.pose)
+        if state.tracker.model.robot.hung:
+            state.lengths = state.tracker.solved.lengths[0].copy()
         return True
     state.monitor.report("encoders", "lost", f"the equilibrium could not be followed: {status.value}")
     return False

@@ -79,7 +79,7 @@ class RosMessages:
     def __init__(self, head: LogHead) -> None:
         """For the robot and machine of *head*."""
         self._head, self._views = head, Views(head)
-        self._names = [line.name for line in head.robot.lines]
+        self._names, self._winches = [line.name for line in head.robot.lines], list(head.robot.winch_names)
         scene = head.robot.scene
         self._size = float(np.subtract(scene.frame_max, scene.frame_min).max())
 
@@ -127,11 +127,13 @@ class RosMessages:
             yield RosMessage("/imu", "sensor_msgs/msg/Imu", self._time(reading.time), fields)
         elif isinstance(reading, Encoders):
             turns = np.asarray(reading.counts * (math.tau / self._head.settings.winch.counts))
-            yield self._joints("/motors", reading.time, position=turns)
+            yield self._joints("/motors", reading.time, self._winches, position=turns)
         else:
             for name, mark in per_line(type(reading)).items():
                 if mark.unit == _EFFORT:
-                    yield self._joints(SOURCES[reading.source].topic, reading.time, effort=getattr(reading, name))
+                    names = self._winches if mark.winch else self._names
+                    values = getattr(reading, name)
+                    yield self._joints(SOURCES[reading.source].topic, reading.time, names, effort=values)
 
     def _scan(self, scan: Scan) -> RosMessage:
         lidar = {str(name): each for name, each in self._head.settings.lidars.items()}.get(scan.source)
@@ -149,8 +151,8 @@ class RosMessages:
         }
         return RosMessage(f"/scan/{scan.source}", "sensor_msgs/msg/LaserScan", self._time(scan.time), fields)
 
-    def _joints(self, topic: str, time: float, **values: Array) -> RosMessage:
-        fields = {"header": self._header(time, ""), "name": self._names, **values}
+    def _joints(self, topic: str, time: float, names: list[str], **values: Array) -> RosMessage:
+        fields = {"header": self._header(time, ""), "name": names, **values}
         return RosMessage(topic, "sensor_msgs/msg/JointState", self._time(time), fields)
 
     def _estimate(self, told: Estimate) -> RosMessage:
@@ -164,9 +166,11 @@ class RosMessages:
     def _lines(self, entry: Entry) -> Iterator[RosMessage]:
         """Unstrained lengths, and of a log with the truth tensions."""
         if entry.truth is not None:
-            yield self._joints("/lines", entry.truth.time, position=entry.truth.lengths, effort=entry.truth.tensions)
+            yield self._joints(
+                "/lines", entry.truth.time, self._names, position=entry.truth.lengths, effort=entry.truth.tensions
+            )
         elif entry.estimate is not None:
-            yield self._joints("/lines", entry.estimate.time, position=entry.estimate.lengths)
+            yield self._joints("/lines", entry.estimate.time, self._names, position=entry.estimate.lengths)
 
     def _markers(self, entity: Fields) -> Iterator[Fields]:
         """The shapes of an entity of the scene, each a marker that the next of its name and number replaces."""

@@ -25,7 +25,7 @@ from cablewright.foundation.signals.inertial import Inertial
 from cablewright.foundation.signals.inputs import Inputs
 from cablewright.foundation.signals.line_angles import LineAngles
 from cablewright.foundation.signals.notices import Condition, Notice
-from cablewright.foundation.signals.reading import OR_NAN, PerLine, Reading, Source, per_line
+from cablewright.foundation.signals.reading import OR_NAN, PerLine, Reading, Source, miscounted, per_line
 from cablewright.foundation.signals.scan import Scan
 from cablewright.foundation.signals.states import Estimate, Fault, PrintState, Progress, Truth
 from cablewright.foundation.signals.swivels import Swivels
@@ -67,6 +67,7 @@ __all__ = [
     "Truth",
     "WinchMode",
     "frozen",
+    "miscounted",
     "per_line",
 ]
 

@@ -29,10 +29,10 @@ class Command:
     """Command to the machine, valid until the next one. A winch that is off or holds has a speed of 0."""
 
     time: float  # s
-    winch_speeds: Annotated[Array, PerLine("rad/s")]  # (m,) of the winch drums, not the motors; positive pays cable out
+    winch_speeds: Annotated[Array, PerLine("rad/s", winch=True)]  # (w,) of the drums, not the motors; positive pays out
     valve: float = 0.0  # opening of the powder's valve, 0 to 1
-    modes: tuple[WinchMode, ...] = ()  # (m,); empty: all `VELOCITY`
-    tensions: Array | None = None  # (m,) N, of the winches in mode `TENSION`; NaN: of the others. None: of none
+    modes: tuple[WinchMode, ...] = ()  # (w,); empty: all `VELOCITY`
+    tensions: Array | None = None  # (w,) N, of the winches in mode `TENSION`; NaN: of the others. None: of none
     outputs: Mapping[str, float] = field(default_factory=dict)  # further outputs of the machine by name
 
 

@@ -22,9 +22,9 @@ class Drives(Reading, sources=[Source("drives", stream=11, topic="/drives")]):
     """What the winches' drives report. Angles are of the winch drums; paying cable out is positive."""
 
     time: float  # s
-    states: Annotated[tuple[DriveState, ...], PerLine()]  # (m,)
-    positions: Annotated[Array, PerLine("rad")]  # (m,); NaN: not measured, as in the others
-    velocities: Annotated[Array, PerLine("rad/s")]  # (m,)
-    torques: Annotated[Array, PerLine("N m")]  # (m,)
-    following_errors: Annotated[Array, PerLine("rad")]  # (m,) commanded less measured
-    faults: Annotated[tuple[str, ...], PerLine()]  # (m,) text of each drive's fault; empty: none
+    states: Annotated[tuple[DriveState, ...], PerLine(winch=True)]  # (w,)
+    positions: Annotated[Array, PerLine("rad", winch=True)]  # (w,); NaN: not measured, as in the others
+    velocities: Annotated[Array, PerLine("rad/s", winch=True)]  # (w,)
+    torques: Annotated[Array, PerLine("N m", winch=True)]  # (w,)
+    following_errors: Annotated[Array, PerLine("rad", winch=True)]  # (w,) commanded less measured
+    faults: Annotated[tuple[str, ...], PerLine(winch=True)]  # (w,) text of each drive's fault; empty: none

@@ -14,4 +14,4 @@ class Encoders(Reading, sources=[Source("encoders", stream=6, topic="/encoders")
     """Counts of the motors' incremental encoders; paying cable out is positive."""
 
     time: float  # s
-    counts: Annotated[NDArray[np.int64], PerLine()]  # (m,) since the machine's start
+    counts: Annotated[NDArray[np.int64], PerLine(winch=True)]  # (w,) since the machine's start

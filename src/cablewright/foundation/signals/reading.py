@@ -19,9 +19,13 @@ class Source(NamedTuple):
 
 
 class PerLine(NamedTuple):
-    """Marks a field with a number for each line, (m,). ``unit``: empty for what has none. A float may be NaN."""
+    """Marks a field with a number for each line, (m,), or of *winch* for each winch, (w,).
+
+    ``unit``: empty for what has none. A float may be NaN.
+    """
 
     unit: str = ""
+    winch: bool = False
 
 
 OR_NAN: Final = "NaN: not measured"
@@ -66,6 +70,15 @@ class Reading:
 def per_line(kind: type) -> Mapping[str, PerLine]:
     """Return the fields of a kind of signal that have a number for each line, with their marks."""
     return _marks(kind)
+
+
+def miscounted(signal: object, lines: int, winches: int) -> tuple[str, int, int] | None:
+    """Return name, count and right count of the first field that has not a number for each line or winch; or None."""
+    for name, mark in per_line(type(signal)).items():
+        given, right = len(getattr(signal, name)), winches if mark.winch else lines
+        if given != right:
+            return name, given, right
+    return None
 
 
 @functools.cache

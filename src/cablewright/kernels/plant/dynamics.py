@@ -24,9 +24,10 @@ from cablewright.kernels.layout import (
     SINGULAR,
 )
 from cablewright.kernels.newton import copy, solve
+from cablewright.kernels.plant.counterweights import COUNTERWEIGHT, HELD
 from cablewright.kernels.rotation import compose, matrix, rotate
 from cablewright.kernels.statics.equilibrium import evaluate, workspace
-from cablewright.kernels.statics.line.interface import advance_line, condense_moving_line
+from cablewright.kernels.statics.line.interface import advance_line, condense_line, condense_moving_line
 from cablewright.kernels.statics.line.upright import is_slack
 from cablewright.kernels.statics.platform import (
     add_turning,
@@ -71,6 +72,8 @@ class Swing(NamedTuple):
     place: NDArray[np.float64]  # (n,)
     pulled: NDArray[np.float64]  # (n,): rate of the lines' wrench due to the change of their lengths, N/s, N m/s
     turning: NDArray[np.float64]  # (3, 6): part of the stiffness against moments that is of forces on moving arms
+    relaxing: NDArray[np.float64]  # (n, n): stiffness, without that of lines with a counterweight
+    weights: NDArray[np.float64]  # (m, COUNTERWEIGHT): see `counterweights`
     ends: NDArray[np.float64]  # (m, 3): acceleration of each platform point in the last step, m/s^2
     on_plane: NDArray[np.float64]  # (2,): force on the platform's plane along its normal, N: last, and most so far
 
@@ -90,6 +93,8 @@ def moving_workspace(packed):
         np.zeros(n),
         np.zeros(n),
         np.zeros((3, 6)),
+        np.zeros((n, n)),
+        np.zeros((m, COUNTERWEIGHT)),
         np.zeros((m, 3)),
         np.full(2, -inf),
     )
@@ -141,15 +146,26 @@ def midpoint_step(packed, body, motion, before, after, dt, states, work, swing):
 
 @jit
 def _condense(packed, before, after, dt, states, work, swing):
-    """As `equilibrium.condense`, and set swing.pulled and swing.turning. False if singular."""
-    pulled, turning = swing.pulled, swing.turning
+    """As `equilibrium.condense`, and set swing.pulled, swing.turning and swing.relaxing. False if singular.
+
+    The cable of a counterweight does not relax: its length is not given.
+    """
+    pulled, turning, weights = swing.pulled, swing.turning, swing.weights
     pulled[:] = 0.0
     turning[:, :] = 0.0
     weigh(packed.platform, work.rotation, turning)
     for i in range(packed.lines.shape[0]):
         row, y = packed.lines[i], states[i]
         rate = (after[i] - before[i]) / dt
-        if not is_slack(row, y) and not condense_moving_line(row, y, i, rate, work, work.spatial, pulled, turning):
+        if weights[i, HELD] > 0.0 or is_slack(row, y):
+            continue
+        if not condense_moving_line(row, y, i, rate, work, work.spatial, pulled, turning):
+            return False
+    for i in range(packed.freedoms):
+        copy(work.stiffness[i], swing.relaxing[i])
+    for i in range(packed.lines.shape[0]):
+        row, y = packed.lines[i], states[i]
+        if weights[i, HELD] > 0.0 and not is_slack(row, y) and not condense_line(row, y, i, work, work.spatial):
             return False
     return True
 
@@ -179,14 +195,16 @@ def _assemble(packed, body, motion, dt, work, swing):
             A[3 + i, 3 + j] = J[i, j] * inverse
     for i in range(n):
         for j in range(n):
-            A[i, j] += (0.5 * dt + relax) * work.stiffness[i, j]
+            A[i, j] += (0.5 * dt + relax) * swing.relaxing[i, j] + 0.5 * dt * (
+                work.stiffness[i, j] - swing.relaxing[i, j]
+            )
     _cross(A, 0, 3, -mass * inverse * cx, -mass * inverse * cy, -mass * inverse * cz)
     _cross(A, 3, 0, mass * inverse * cx, mass * inverse * cy, mass * inverse * cz)
     # right-hand side: applied forces less mass times acceleration
     for i in range(3):
         force = work.wrench[i] + relax * swing.pulled[i] - body[DRAG] * middle[VELOCITY + i]
         for j in range(3):
-            force -= relax * work.stiffness[i, j] * middle[VELOCITY + j]
+            force -= relax * swing.relaxing[i, j] * middle[VELOCITY + j]
         b[i, 0] = force - mass * inverse * (middle[VELOCITY + i] - motion[VELOCITY + i])
     ax = inverse * (middle[VELOCITY] - motion[VELOCITY])
     ay = inverse * (middle[VELOCITY + 1] - motion[VELOCITY + 1])
@@ -222,11 +240,11 @@ def _add_moments(moments, relax, middle, work, swing):
         for j in range(3):
             A[3 + i, j] -= relax * turning[i, j]
             A[3 + i, 3 + j] -= relax * turning[i, 3 + j]
-            b[i, 0] -= relax * work.stiffness[i, 3 + j] * middle[RATE + j]
+            b[i, 0] -= relax * swing.relaxing[i, 3 + j] * middle[RATE + j]
         moment = work.wrench[3 + i] + relax * swing.pulled[3 + i]
         for j in range(3):
-            moment -= relax * (work.stiffness[3 + i, j] - turning[i, j]) * middle[VELOCITY + j]
-            moment -= relax * (work.stiffness[3 + i, 3 + j] - turning[i, 3 + j]) * middle[RATE + j]
+            moment -= relax * (swing.relaxing[3 + i, j] - turning[i, j]) * middle[VELOCITY + j]
+            moment -= relax * (swing.relaxing[3 + i, 3 + j] - turning[i, 3 + j]) * middle[RATE + j]
         b[3 + i, 0] += moment
 
 

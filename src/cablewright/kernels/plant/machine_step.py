@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from cablewright.kernels import jit
 from cablewright.kernels.layout import FREE, NOT_CONVERGED, OK, TAU, WEIGHT
 from cablewright.kernels.plant.beam import LENGTH, pull_along, set_part, set_points, turn_drive
+from cablewright.kernels.plant.counterweights import hang, rise
 from cablewright.kernels.plant.dynamics import PLACE, RATE, TURN, VELOCITY, midpoint_step
 from cablewright.kernels.plant.winding import turn_winches
 from cablewright.kernels.statics.line.interface import draw_line, guess_line
@@ -76,6 +77,7 @@ def advance(
         turn_winches(winches, motor, radii, wound, sideways, speeds, tensions, dt, after, flags)
         if drive.beam.shape[0] > 0:
             _retract(packed, body, drive, dt, states, work)
+        hang(swing.weights, packed.lines, states, dt, lengths, after)
         for j in range(3):
             acceleration[j] = -motion[VELOCITY + j]
             acceleration[3 + j] = -motion[RATE + j]
@@ -97,6 +99,7 @@ def advance(
                 end, shape = swing.ends[i], vibrations[i]
                 heading = heading_of_line(packed.lines[i], states[i], work.planes[i], packed.general)
                 vibrate(packed.lines[i], states[i], heading, end, noise[k, i], vibration, dt, shape)
+        rise(swing.weights, packed.lines, states, dt, lengths, done == OK)
     if drive.beam.shape[0] > 0:
         set_points(packed.lines, drive.beam, drive.moved, drive.fixed, drive.beam[LENGTH])
     return code

@@ -22,7 +22,11 @@ SLIP, SLIP_BEFORE = 12, 13  # m: paid out against it in that step, and in the on
 CROSSING = 14  # m: height of the bump where a cable crosses the turn below it, once a turn; 0: none
 CROSSING_FROM = 15  # turns wound, from which turns cross others
 CROSSING_AT, CROSSING_SPAN = 16, 17  # share of a turn at which a bump begins, and that it takes
-WINCH = 18
+HOST = 18  # row of the line whose drum it is: its own, or another's; less than 0 of a line without a winch
+SENSE = 19  # 1: paid out together with the host, -1: wound up then
+ZERO = 20  # rad: its angle where that of the host is 0
+MATES = 21  # number of further lines on its drum
+WINCH = 22
 
 # Entries of a motor, at its drum.
 MAX_SPEED, LAG, MAX_TORQUE = 0, 1, 2  # rad/s, s, N m
@@ -34,6 +38,9 @@ LIMITED, STALLED, DRUM_END = 1, 2, 4  # flags of a winch, combined by or
 def turn_winches(winches, motor, radii, wound, sideways, speeds, tensions, dt, lengths, flags):
     """Turn all drums for *dt* (s) towards the commanded *speeds* (m,), rad/s, and write the line *lengths* (m,).
 
+    A row is a line with its cable on a drum; speeds and flags of lines on another's drum are not read. Lengths of lines
+    without a winch stay.
+
     *radii*, *wound* and *sideways* (m, k), m: radius, wound length and position along the drum after each turn;
     *tensions* (m,), N, of one cable of each line: the load of the motors. *flags* (m,) receive LIMITED, STALLED and
     DRUM_END.
@@ -41,17 +48,21 @@ def turn_winches(winches, motor, radii, wound, sideways, speeds, tensions, dt, l
     keep = exp(-dt / motor[LAG]) if motor[LAG] > 0.0 else 0.0
     for i in range(winches.shape[0]):
         own = winches[i]
+        if int(own[HOST]) != i:
+            continue
         target = min(max(speeds[i], -motor[MAX_SPEED]), motor[MAX_SPEED])
         if target != speeds[i]:
             flags[i] |= LIMITED
-        if target < 0.0 and tensions[i] * own[RATIO] * radius_at(own, radii[i]) > motor[MAX_TORQUE]:
+        torque = torque_of(winches, radii, tensions, i)
+        if (target < 0.0 and torque > motor[MAX_TORQUE]) or (target > 0.0 and -torque > motor[MAX_TORQUE]):
             target = 0.0
             flags[i] |= STALLED
         turned = target * dt + (own[SPEED] - target) * motor[LAG] * (1.0 - keep)
         own[SPEED] = target + (own[SPEED] - target) * keep
         angle = own[ANGLE] - turned
         if own[BRAKE] > 0.0:
-            slip = min(slip_of(own, radius_at(own, radii[i]), tensions[i] * own[RATIO]), max(angle, 0.0))
+            radius = radius_at(own, radii[i])
+            slip = min(slip_of(own, radius, torque / radius), max(angle, 0.0))
             own[SLIPPED] += slip
             angle -= slip
         last = TURN * (radii.shape[1] - 1)
@@ -61,6 +72,27 @@ def turn_winches(winches, motor, radii, wound, sideways, speeds, tensions, dt, l
             flags[i] |= DRUM_END
         own[ANGLE] = angle
         lengths[i] = length_out(own, radii[i], wound[i], sideways[i])
+    for i in range(winches.shape[0]):
+        own, host = winches[i], int(winches[i, HOST])
+        if host < 0 or host == i:
+            continue
+        angle = own[ZERO] + own[SENSE] * winches[host, ANGLE]
+        own[ANGLE] = min(max(angle, 0.0), TURN * (radii.shape[1] - 1))
+        if own[ANGLE] != angle:
+            flags[host] |= DRUM_END
+        lengths[i] = length_out(own, radii[i], wound[i], sideways[i])
+
+
+@jit
+def torque_of(winches, radii, tensions, i):
+    """Torque (N m) of the cables on the drum of line *i*, which pays out where it is positive."""
+    own = winches[i]
+    torque = tensions[i] * own[RATIO] * radius_at(own, radii[i])
+    if own[MATES] > 0.0:
+        for j in range(winches.shape[0]):
+            if j != i and int(winches[j, HOST]) == i:
+                torque += winches[j, SENSE] * tensions[j] * winches[j, RATIO] * radius_at(winches[j], radii[j])
+    return torque
 
 
 @jit

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -64,24 +65,24 @@ class LengthKeeper:
         return None if self._saved is None else np.array([*self._saved.position, *(self._saved.rotation or ())])
 
     def lengths(self, counts: NDArray[np.int64]) -> Array | None:
-        """Lengths (m,), m, at *counts* (m,); None where nothing valid is saved, or a drum cannot have turned so far."""
+        """Lengths (m,), m, at *counts* (w,); None where nothing valid is saved, or a drum cannot have turned so far."""
         if self._saved is None or self.machine is None or self._saved.epoch != self.machine.epoch or self.doubt:
             return None
         reckoning = self.reckoning
-        turned = (counts - np.array(self._saved.counts)) / reckoning.counts_per_radian
-        found = []
-        for coil, out, angle in zip(reckoning.coils, self._saved.lengths, turned.tolist(), strict=True):
-            try:
-                begin = coil.angle(reckoning.total_length - out)
-                found.append(out + coil.length(begin) - coil.length(begin - angle))
-            except InputError:  # beyond the drum's turns
-                return None
-        return np.array(found)
+        turned = reckoning.winches.of_lines(counts - np.array(self._saved.counts)) / reckoning.counts_per_radian
+        out = np.array(self._saved.lengths)
+        try:
+            begin = reckoning.drums.angles(out)
+            return np.asarray(out + reckoning.drums.paid(begin, begin - turned))
+        except InputError:  # beyond the drum's turns
+            return None
 
     def tensions(self, shown: Array, lengths: Array) -> Array:
         """Tensions (m,), N, by those that drives *show* at the smallest radius, where *lengths* (m,), m, are out."""
         reckoning, found = self.reckoning, shown.copy()
         for i, (coil, out) in enumerate(zip(reckoning.coils, lengths.tolist(), strict=True)):
+            if coil is None:
+                continue
             held = min(max(reckoning.total_length - out, 0.0), float(coil.wound[-1]))
             found[i] *= float(coil.radii.min()) / coil.radius(coil.angle(held))
         return found
@@ -113,8 +114,8 @@ class LengthKeeper:
             where = ".".join(map(str, first["loc"])) or "the file"
             raise InputError(f"{self.path}: {where}: {first['msg']}; remove it and home the machine anew") from None
         lines = tuple(line.name for line in self.robot.lines)
-        m = len(lines)
-        if (found.robot, found.lines) != (self.robot.name, lines) or (len(found.counts), len(found.lengths)) != (m, m):
+        counted = len(found.counts), len(found.lengths)
+        if (found.robot, found.lines) != (self.robot.name, lines) or counted != (self.robot.winches, self.robot.m):
             raise InputError(f"{self.path}: holds lengths of {found.robot!r}, lines {', '.join(found.lines)}")
         turns = len(found.rotation or ())
         if 3 + turns != self.robot.n:
@@ -149,7 +150,8 @@ class KeptEstimator:
         m = len(self._keeper.robot.lines)
         lengths = None
         for reading in frame.of(Encoders):
-            lengths = self._keeper.lengths(reading.counts) if len(reading.counts) == m else None
+            counted = len(reading.counts) == self._keeper.robot.winches
+            lengths = self._keeper.lengths(reading.counts) if counted else None
         unknown = frozen(np.full(m, np.nan))
         return Estimate(
             frame.time,
@@ -159,7 +161,7 @@ class KeptEstimator:
             unknown if lengths is None else frozen(lengths),
             unknown,
             np.zeros(m, dtype=bool),
-            frozen([coil.radii[0] for coil in self._keeper.reckoning.coils]),
+            frozen([math.nan if coil is None else coil.radii[0] for coil in self._keeper.reckoning.coils]),
             valid=False,
         )
 

@@ -26,7 +26,7 @@ from cablewright.foundation.errors import InputError
 from cablewright.foundation.saving import Snapshot
 from cablewright.foundation.signals import Order, OrderKind, PrintState
 from cablewright.live.drives.keeper import KeptEstimator, LengthKeeper, warm
-from cablewright.live.prints.body_limits import chosen_places, nozzle_of, poses_at
+from cablewright.live.prints.body_limits import chosen_places, poses_at
 from cablewright.live.prints.limits import planned
 from cablewright.live.prints.loop import Printer, PrintPlan, Step
 from cablewright.live.still_path import still_path
@@ -212,7 +212,7 @@ def session_path(robot: Robot, pose: Array | None) -> TimedPath:
     middle = 0.5 * (np.array(scene.frame_min) + np.array(scene.frame_max))
     place = (middle if pose is None else pose[:3]) + np.array(robot.platform.nozzle)
     job, samples = still_path(robot, place, _SLOW)
-    return TimedPath.of(job, nozzle=nozzle_of(robot), samples=samples)
+    return TimedPath.of(job, nozzle=robot.platform.own_nozzle, samples=samples)
 
 
 @dataclass(eq=False)

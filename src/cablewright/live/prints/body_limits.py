@@ -21,7 +21,7 @@ from cablewright.models.job_poses import require_retractions
 from cablewright.models.rotation import matrices
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.printing.job import Job
-from cablewright.robot import RigidPlatform, Robot
+from cablewright.robot import Robot
 from cablewright.solvers import held_tensions
 from cablewright.solvers.hanging_path import hung
 from cablewright.solvers.inverse import solve_inverse
@@ -29,11 +29,6 @@ from cablewright.solvers.linearise import Linearisation, linearise_where_regular
 
 _TOUR_STEP: Final = 0.2  # m between places of a tour that are checked
 _STOPS: Final = 0.5  # share of the least tension under which a print stops
-
-
-def nozzle_of(robot: Robot) -> tuple[float, float, float] | None:
-    """Return the nozzle of a rigid platform, m, platform frame; None of a point platform."""
-    return robot.platform.nozzle if isinstance(robot.platform, RigidPlatform) else None
 
 
 def require_fit(robot: Robot, job: Job, owner: MachineSettings, law: LawName) -> None:

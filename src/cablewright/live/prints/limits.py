@@ -66,7 +66,7 @@ def path_of(
     """
     body_limits.require_fit(robot, job, owner, law)
     lift = owner.drum.valve if owner.extrusion is not None and owner.drum is not None else 0.0
-    path = TimedPath.of(job, layers, lift, body_limits.nozzle_of(robot), samples, robot)  # a strand's is the nozzle's
+    path = TimedPath.of(job, layers, lift, robot.platform.own_nozzle, samples, robot)  # a strand's is the nozzle's
     return body_limits.with_tour(path, owner, estimator)
 
 
@@ -90,7 +90,7 @@ def planned(
     require(robot, Capability.PRINT)
     model = Model(with_drum_mass(robot, settings))
     notes = path.notes
-    manages_slack = model.m > model.n and settings.sensor(LINE_ANGLES) is not None
+    manages_slack = model.winches == model.m > model.n and settings.sensor(LINE_ANGLES) is not None
     if path.attitude is None:
         held = _check_path(model, path)
         narrow = model if manages_slack else body_limits.with_margin(model, path)
@@ -226,7 +226,7 @@ def _guard(robot: Robot, settings: MachineSettings, path: TimedPath, period: flo
     """Limits of what is measured. A ramp takes as long as the path's acceleration needs from its fastest motion."""
     winch, fastest = settings.winch, max(path.print_speed, path.travel_speed)
     low, high = _RAMP_TIMES
-    radii = [line.winch.drum_radius for line in robot.lines]
+    radii = [robot.lines[i].winch.drum_radius for i in robot.hosts]
     timeouts = {"encoders": max(0.5, 2.5 * period)}
     for sensor in (LOAD_CELLS, MOTOR_TORQUES):
         cells = settings.sensor(sensor)
@@ -239,6 +239,7 @@ def _guard(robot: Robot, settings: MachineSettings, path: TimedPath, period: flo
         counts_per_radian=winch.counts * winch.ratio / math.tau,
         max_uncounted=np.array([math.inf if radius is None else UNCOUNTED / radius for radius in radii]),
         timeouts=timeouts,
+        hosts=None if robot.winches == robot.m else robot.hosts,
         stop=StopSettings(ramp_time=min(max(fastest / path.acceleration, low), high)),
     )
 

@@ -121,8 +121,8 @@ class Printer:
 
         Raises `InputError` for a machine that lacks what the plan needs.
         """
-        m, able = plan.velocity.model.m, machine.abilities
-        require_abilities(able, m, plan.sensors)
+        robot, able = plan.velocity.model.robot, machine.abilities
+        require_abilities(able, robot.winches, plan.sensors)
         silent = {source: _SAFETY_TIMEOUT for source in ("drives", "inputs") if source in able.sensors}
         guarded = replace(plan.guard, timeouts=silent | dict(plan.guard.timeouts))
         self.plan, self.machine = replace(plan, guard=guarded), machine
@@ -132,13 +132,13 @@ class Printer:
         self.load = PowderLoad(plan.flow, plan.powder)  # estimated
         self.target: Target | None = None
         self.last_pose = plan.path.start_pose.copy()  # (n,) m and rad, last valid one of the platform
-        self.radii = np.zeros(m)  # (m,) m, last estimated, of the winch drums; 0: unknown
+        self.radii = np.zeros(robot.m)  # (m,) m, last estimated, of the winch drums; 0: unknown
         self.frame_times = (0.0, 0.0)  # s, arrival of the last frame: wall clock and processor time
         self.speed_share = 1.0  # of the planned speed
         self._clock, self._orders = FrameClock(machine.period, now), OrderState()
         self._guard, self._manual, self.yaw = GuardState(), ManualState(), YawState()
-        self._stop: StopState | None = StopState.closed(m)
-        self._command = self._standing(now, frozen(np.zeros(m)), WinchMode.OFF)
+        self._stop: StopState | None = StopState.closed(robot.winches)
+        self._command = self._standing(now, frozen(np.zeros(robot.winches)), WinchMode.OFF)
         self._approach_pending = True  # the approach begins at the platform's position, once that is valid
         self._powder_out_time = math.inf  # s of the path's time law, at which the powder ran out
         if saved is not None:
@@ -320,14 +320,14 @@ class Printer:
         return waited or self.velocity.tension_error <= _TENSIONED * float(least.min())
 
     def _decide(self, frame: SensorFrame, verdict: Verdict, estimate: Estimate, target: Target, dt: float) -> Command:
-        now, m = frame.time, self.plan.velocity.model.m
+        now = frame.time
         if self._stop is not None:
             speeds, mode = advance(self.plan.guard.stop, self._stop, self.machine.period)
             return self._standing(now, frozen(speeds), mode)
         if verdict.state in self.plan.procedures:
             return self._proceed(now, verdict, frame, estimate, dt)
         if verdict.hold_winches or not estimate.valid:
-            return Command(now, frozen(np.zeros(m)))
+            return Command(now, frozen(np.zeros(self.machine.abilities.winches)))
         tensions = None
         if self.plan.path.attitude is not None:
             tensions = self.estimator.tensions
@@ -386,7 +386,7 @@ class Printer:
                 raise InputError(f"command.winch_speeds: over {most:g} rad/s")
         except InputError as error:
             supervisor.fail(self.supervisor, command.time, f"the control went wrong: {error}")
-            self._stop = StopState(np.zeros(self.plan.velocity.model.m), StopKind.HOLD)
+            self._stop = StopState(np.zeros(self.machine.abilities.winches), StopKind.HOLD)
             return self._standing(command.time, frozen(self._stop.speeds), WinchMode.HOLD)
         return command
 

@@ -16,14 +16,13 @@ from cablewright.control.velocity import LAWS
 from cablewright.estimation.lidar.room import Laser
 from cablewright.foundation.choices import HeightRule, LawName, PlantName, SeverityName
 from cablewright.foundation.errors import InputError, UnknownName
-from cablewright.live.estimators import ESTIMATORS
+from cablewright.live.estimators import ESTIMATORS, best_estimator
 from cablewright.live.prints.laid_material import check_clear
 from cablewright.live.prints.limits import path_of, planned
 from cablewright.live.prints.loop import PrintPlan
 from cablewright.live.prints.structure import CELLS_PER_BEAD
 from cablewright.machine.files import machine_names
 from cablewright.machine.sensors.barrier import BARRIER
-from cablewright.machine.sensors.line_angles import LINE_ANGLES
 from cablewright.machine.settings import MachineSettings, extruding, require_robot
 from cablewright.machine.simulated.machine_file import built_machine
 from cablewright.machine.simulated.sensors import barrier
@@ -200,15 +199,6 @@ def _fine(settings: TwinSettings, robot: Robot) -> TwinSettings:
     finest = max(_FINEST_CELL, math.sqrt((far_x - x) * (far_y - y) / _MAX_CELLS))
     cell = max(extrusion.bead.width / CELLS_PER_BEAD, finest)
     return settings if cell >= floor.cell else settings.with_simulation(room=floor.model_copy(update={"cell": cell}))
-
-
-def best_estimator(settings: MachineSettings) -> str:
-    """The best estimator for a machine's sensors: the filter, or encoders alone."""
-    if settings.body is not None:
-        return "encoders" if settings.tension_sensor is None else "filter"
-    if settings.sensor(LINE_ANGLES) is None or not {"north", "south"} & settings.lidars.keys():
-        return "encoders"
-    return "filter"
 
 
 def _intruded(settings: TwinSettings, choices: PrintOptions, duration: float) -> TwinSettings:

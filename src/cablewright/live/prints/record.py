@@ -93,7 +93,7 @@ class Recorder:
         self.head, self.track, self.print_speed = head, track, print_speed
         m = head.robot.m
         self._carrying, self._whole = attitude, WholeErrorSums(head.robot, attitude)
-        self._table = StepsTable(m, head.settings, head.period, _BLOCK)
+        self._table = StepsTable(head.robot, head.settings, head.period, _BLOCK)
         self._true, self._estimated = PathErrors(track, print_speed, "true_"), PathErrors(track, print_speed, "")
         self._lines = LineStatistics(head)
         self._estimation_error, self._attitude, self._climate = Moments(), Moments(2), Moments(2)

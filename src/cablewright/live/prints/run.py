@@ -11,18 +11,16 @@ import gc
 import json
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
-from filelock import FileLock, Timeout
-
 from cablewright.control.guide import TimedPath
 from cablewright.foundation.arrays import Array
-from cablewright.foundation.errors import EnvironmentFault, InputError
+from cablewright.foundation.errors import InputError
 from cablewright.foundation.file_output import cannot_write, is_unfinished, write_whole
 from cablewright.foundation.progress import Progress
 from cablewright.foundation.saving import write_snapshots
@@ -47,6 +45,7 @@ from cablewright.machine.log.segments import FIRST_SEGMENT, JOINED_NAME, log_fil
 from cablewright.machine.paced import Paced
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.robot import Robot
+from cablewright.running.locks import locked
 from cablewright.running.store import MANIFEST, manifest_of, read_manifest
 from cablewright.running.user_key import signature
 
@@ -136,7 +135,7 @@ def run_print(
                 plant=plant,
                 seed=seed,
                 epoch=log_epoch(folder, real_time),
-                home=tuple(begin.tolist()) if len(begin) == 6 else None,
+                home=tuple(begin.tolist()),
             )
             path = next_segment(folder)
             if begun is not None:  # before anything is laid, so that a log never stands alone
@@ -178,23 +177,12 @@ def _run(run: PrintRun, choices: PrintOptions, recorder: FolderRecorder, real_ti
         gc.unfreeze()
 
 
-@contextmanager
-def alone_in(folder: Path) -> Iterator[None]:
+def alone_in(folder: Path) -> AbstractContextManager[None]:
     """Hold the lock of *folder*, which the system releases when the program ends, even if it is killed.
 
     Raises `EnvironmentFault` where another program holds the lock, or where it cannot be made: a link is not followed.
     """
-    lock = FileLock(folder / LOCK, blocking=False, fallback_to_soft=False)  # a soft lock outlives a killed program
-    try:
-        lock.acquire()
-    except Timeout:
-        raise EnvironmentFault(f"{folder}: another program works in this folder") from None
-    except OSError as reason:
-        raise cannot_write(folder / LOCK, reason) from None
-    try:
-        yield
-    finally:
-        lock.release()
+    return locked(folder / LOCK, f"{folder}: another program works in this folder")
 
 
 def started(robot: Robot, path: TimedPath) -> Robot:

@@ -12,6 +12,8 @@ from cablewright.foundation.signals import Barrier, Climate, Encoders, LineAngle
 from cablewright.machine.log.log import Entry
 from cablewright.machine.powder_load import PowderLoad
 from cablewright.machine.settings import MachineSettings
+from cablewright.models.winch_lines import WinchLines
+from cablewright.robot import Robot
 
 Rows = NDArray[np.void]
 """Rows (k,) of `row_type`: ``rows["position"]`` is (k, 3), ``rows["time"]`` (k,), ``rows["excess"]`` (k, m)."""
@@ -58,10 +60,10 @@ def in_state(rows: Rows, state: PrintState) -> Mask:
 class StepsTable:
     """Fills rows one by one; sensors' last readings are held."""
 
-    def __init__(self, m: int, settings: MachineSettings, period: float, capacity: int) -> None:
-        """For a robot of *m* lines that steps every *period* (s), *capacity* rows at a time."""
-        self._rows = np.full(capacity, np.nan, row_type(m))
-        self._held: np.void = np.full(1, np.nan, row_type(m))[0]  # a row with the last readings of sensors
+    def __init__(self, robot: Robot, settings: MachineSettings, period: float, capacity: int) -> None:
+        """For a *robot* that steps every *period* (s), *capacity* rows at a time."""
+        self._rows, self._winches = np.full(capacity, np.nan, row_type(robot.m)), WinchLines.of(robot)
+        self._held: np.void = np.full(1, np.nan, row_type(robot.m))[0]  # a row with the last readings of sensors
         self._count = 0
         self._turn = 2.0 * np.pi / (settings.winch.counts * settings.winch.ratio)
         self._last: float | None = None
@@ -126,7 +128,7 @@ class StepsTable:
             if isinstance(reading, LineAngles):
                 self._held["measured"] = reading.angles
             elif isinstance(reading, Encoders):
-                self._held["turned"] = reading.counts * self._turn
+                self._held["turned"] = self._winches.of_lines(reading.counts) * self._turn
             elif isinstance(reading, Tensions):
                 self._held["read_tensions"] = reading.tensions
             elif isinstance(reading, Climate):

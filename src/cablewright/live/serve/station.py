@@ -22,7 +22,6 @@ from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import PrintState
 from cablewright.live.drives.session import RealMachine, taking_up
 from cablewright.live.estimators import estimator
-from cablewright.live.prints.body_limits import nozzle_of
 from cablewright.live.prints.laid_material import check_clear
 from cablewright.live.prints.limits import path_of
 from cablewright.live.prints.loop import Printer
@@ -161,7 +160,7 @@ class DriveStation:
             near = resting_pose(self.robot) if self.begin is None else self.begin
         if job is None or samples is None:
             still, samples = still_path(self.robot, Model(self.robot).nozzle(near), _BY_HAND)
-            path = TimedPath.of(still, nozzle=nozzle_of(self.robot), samples=samples, robot=self.robot)
+            path = TimedPath.of(still, nozzle=self.robot.platform.own_nozzle, samples=samples, robot=self.robot)
         else:
             path = path_of(self.robot, job, samples, owner, machine.estimator)
         homing = machine.homing(near)

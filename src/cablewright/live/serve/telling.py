@@ -139,10 +139,10 @@ class Telling:
     def _encode(self, step: Step) -> None:
         """Encode the latest of each topic, once."""
         head, now = self.sitting.head, step.frame.time
-        lines = tuple(line.name for line in head.robot.lines)
+        winches = head.robot.winch_names
         signals: dict[str, Signal] = {"command": step.command, "estimate": step.estimate, "progress": step.progress}
         for key, signal in (self._signals | signals).items():
-            topic, data = encode(signal, lines, head.settings.winch.counts, head.epoch_ns)
+            topic, data = encode(signal, winches, head.settings.winch.counts, head.epoch_ns)
             self._put(key, topic, now, data)
         self._put("frame", *_told_frame(step))
         self._signals.clear()

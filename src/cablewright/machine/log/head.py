@@ -64,7 +64,7 @@ class LogHead:
     seed: Annotated[int, Field(strict=True)] | None = None
     epoch: Annotated[AwareDatetime, AfterValidator(_utc)] | None = None
     versions: Annotated[dict[_Text, _Text], Field(max_length=100)] = field(default_factory=_own_version)
-    home: Annotated[tuple[_Finite, ...], Field(min_length=6, max_length=6)] | None = None
+    home: Annotated[tuple[_Finite, ...], Field(min_length=3, max_length=6)] | None = None
 
     def __post_init__(self) -> None:
         """Raise `InputError` for a machine that is not simulated, but has what only a simulation has."""

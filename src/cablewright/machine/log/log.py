@@ -26,7 +26,7 @@ from cablewright.foundation.signals import (
     Scan,
     SensorFrame,
     Truth,
-    per_line,
+    miscounted,
 )
 from cablewright.machine.log.head import LogHead, read_head, written_head
 from cablewright.machine.log.mcap_file import HEAD, RawMessage
@@ -34,6 +34,7 @@ from cablewright.machine.log.messages import decode, encode, encode_frame
 from cablewright.machine.log.segments import CLOSING_TOPIC, Segments, log_files
 from cablewright.machine.log.topics import TOPICS, TOPICS_OF, Signal
 from cablewright.machine.log.views import VIEWS, Views
+from cablewright.robot import Robot
 
 SCHEMAS: Final = {each.topic: (each.schema, each.content) for each in TOPICS} | VIEWS
 """Name and JSON schema of the messages of each topic that a log may have."""
@@ -75,7 +76,7 @@ class LogWriter:
         that time, so that a killed program loses no more. Without it, a chunk of 256 KiB is written at a time.
         """
         self.head = head
-        self._lines = tuple(line.name for line in head.robot.lines)
+        self._winches = head.robot.winch_names
         self._file, self._failed = file, False
         self._flush_every, self._clock, self._flushed = flush_every, clock, -math.inf
         with self._writing():
@@ -99,7 +100,7 @@ class LogWriter:
             for signal in signals:
                 if signal is not None:
                     measured = self._epoch + round(max(signal.time, 0.0) * 1e9)
-                    self._add(*encode(signal, self._lines, counts, self._epoch), now, measured)
+                    self._add(*encode(signal, self._winches, counts, self._epoch), now, measured)
             for topic, data in self._views.messages(frame.time, truth, estimate, progress):
                 self._add(topic, data, now, now)
             self._add(*encode_frame(frame), now, now)
@@ -242,7 +243,7 @@ class Log:
             *signals, frame = (decode(each.topic, each.data, origin) for each in step)
             assert isinstance(frame, SensorFrame)  # it closes the step
             for each in signals:
-                _require_lines(each, len(self.head.robot.lines), origin)
+                _require_lines(each, self.head.robot, origin)
             if frame.time > last:
                 if self._segments.file is not file:
                     file = self._segments.file
@@ -280,13 +281,14 @@ def _entry(time: float, notices: tuple[Notice, ...], signals: Sequence[Signal | 
     return Entry(SensorFrame(time, readings, notices), *others, orders)
 
 
-def _require_lines(signal: object, lines: int, origin: str) -> None:
-    """Raise `InputError` where a signal has numbers of another count of *lines* than the robot of the head."""
-    for name in per_line(type(signal)):
-        given = len(getattr(signal, name))
-        if given != lines:
-            kind = type(signal).__name__
-            raise InputError(f"{origin}: {name} of a {kind}: {given} numbers; the robot of the log has {lines} lines")
+def _require_lines(signal: object, robot: Robot, origin: str) -> None:
+    """Raise `InputError` where a signal has not a number for each line, or winch, of the *robot* of the head."""
+    wrong = miscounted(signal, robot.m, robot.winches)
+    if wrong is not None:
+        name, given, right = wrong
+        what = f"{right} {'lines' if right == robot.m else 'winches'}"
+        kind = type(signal).__name__
+        raise InputError(f"{origin}: {name} of a {kind}: {given} numbers; the robot of the log has {what}")
 
 
 def _last(signals: Sequence[object], kind: type[_Kind]) -> _Kind | None:

@@ -24,8 +24,8 @@ _STEPS: Final = 1e5  # ... in steps of 10 um: so many a metre
 _NOT_TURNED: Final = XYZW.write((0.0, 0.0, 0.0, 1.0))
 
 
-def encode(signal: Signal, lines: Sequence[str], counts_per_turn: int, epoch: int = 0) -> tuple[str, bytes]:
-    """Return topic and JSON of one signal. *lines* names the lines; *counts_per_turn* is of a motor's encoder.
+def encode(signal: Signal, winches: Sequence[str], counts_per_turn: int, epoch: int = 0) -> tuple[str, bytes]:
+    """Return topic and JSON of one signal. *winches* names the winches; *counts_per_turn* is of a motor's encoder.
 
     *epoch*: time 0, ns since 1970, for the stamps that others read.
     """
@@ -36,7 +36,7 @@ def encode(signal: Signal, lines: Sequence[str], counts_per_turn: int, epoch: in
         case Inertial():
             data = _dump(_imu(signal, epoch))
         case Encoders():
-            data = _dump(_joints(signal, lines, counts_per_turn, epoch))
+            data = _dump(_joints(signal, winches, counts_per_turn, epoch))
         case _:
             data = _dump(_plain(signal, topic))
     return topic.topic, data
@@ -130,10 +130,10 @@ def _imu(reading: Inertial, epoch: int) -> dict[str, Any]:
     }
 
 
-def _joints(reading: Encoders, lines: Sequence[str], counts_per_turn: int, epoch: int) -> dict[str, Any]:
+def _joints(reading: Encoders, winches: Sequence[str], counts_per_turn: int, epoch: int) -> dict[str, Any]:
     return {
         "header": _header(reading.time, "winches", epoch),
-        "name": list(lines),
+        "name": list(winches),
         "position": (reading.counts * (2.0 * math.pi / counts_per_turn)).tolist(),
         "velocity": [],
         "effort": [],

@@ -7,6 +7,7 @@ import numpy as np
 from cablewright.foundation.errors import InputError
 from cablewright.machine.simulated.as_built_parts import RADII, drawn
 from cablewright.machine.simulated.settings import Tolerances
+from cablewright.models.winch_lines import WinchLines
 from cablewright.robot import KINDS, Line, Robot
 from cablewright.robot.parameter_values import with_exit_point
 
@@ -23,6 +24,7 @@ def as_built(robot: Robot, tolerances: Tolerances, seed: int) -> Robot:
     random = np.random.default_rng([seed, 0])
     lines = tuple(_deviating(line, tolerances, random) for line in robot.lines)
     sizes = 1.0 + tolerances.drum_radius * drawn(seed, RADII).uniform(-1.0, 1.0, robot.m)
+    sizes = sizes[WinchLines.of(robot).host]  # lines on one drum have one radius
     lines = tuple(_wound_on(line, size) for line, size in zip(lines, sizes.tolist(), strict=True))
     return robot.model_copy(update={"lines": lines})
 

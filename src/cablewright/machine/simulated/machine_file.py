@@ -10,6 +10,7 @@ from cablewright.foundation.toml_input import parse_table
 from cablewright.foundation.units import FORCE, LENGTH, TORQUE, three_digits
 from cablewright.machine.simulated.settings import TwinSettings, twin_of_table
 from cablewright.models.support import Capability, require
+from cablewright.models.winch_lines import WinchLines
 from cablewright.robot import PointPlatform, RigidPlatform, Robot
 
 SPEED: Final = 1.0  # m/s of a cable whose winch has no limit
@@ -90,11 +91,13 @@ def _quoted(name: str) -> str:
 
 
 def _winch(robot: Robot) -> tuple[float, float, float]:
-    """Radius of the largest drum, m, speed of its cable, m/s, and torque at it, N m, of all cables of a line."""
+    """Radius of the largest drum, m, speed of its cable, m/s, and torque at it, N m, of all cables on it."""
     radius = max(line.winch.drum_radius or 0.0 for line in robot.lines)  # which the table of support requires
     speeds = [line.winch.max_speed for line in robot.lines if line.winch.max_speed is not None]
     torques = [line.winch.max_torque for line in robot.lines if line.winch.max_torque is not None]
-    strongest = max(line.tension_limits[1] * line.cables for line in robot.lines)
+    host = WinchLines.of(robot).host
+    pulls = [line.tension_limits[1] * line.cables for line in robot.lines]
+    strongest = max(sum(pull for own, pull in zip(host, pulls, strict=True) if own == i) for i in robot.hosts)
     return radius, min(speeds, default=SPEED), min(torques, default=1.2 * strongest * radius)
 
 

@@ -11,11 +11,12 @@ from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import Condition, Notice
 from cablewright.kernels import continuation
 from cablewright.kernels.certificates.system_enclosure import certificate_pool
-from cablewright.kernels.layout import HELD, Code, Packed
-from cablewright.kernels.plant import beam, dynamics, machine_step, winding
+from cablewright.kernels.layout import COUNTERWEIGHT, HELD, Code, Packed
+from cablewright.kernels.plant import beam, counterweights, dynamics, machine_step, winding
 from cablewright.kernels.rotation import matrix
 from cablewright.kernels.statics import forward
 from cablewright.kernels.statics.equilibrium import evaluate, workspace
+from cablewright.kernels.statics.line.counterweight import read_lengths
 from cablewright.kernels.statics.platform import between
 from cablewright.machine.simulated.motion.settling import settle
 from cablewright.machine.simulated.rig import Rig
@@ -35,7 +36,7 @@ class Plant(Protocol):
         """Time of one step, s."""
 
     def advance(self, speeds: Array) -> list[Notice]:
-        """Turn the winches at *speeds* (m,), rad/s of the drums, for one period, and move the platform."""
+        """Turn the winches at *speeds* (w,), rad/s of the drums, for one period, and move the platform."""
 
 
 class DynamicPlant:
@@ -56,10 +57,18 @@ class DynamicPlant:
         self._count = round(count)
         self._lengths_after = np.zeros(rig.robot.m)
         self._random = np.random.default_rng([rig.seed, 3])
+        for i in rig.robot.hung:  # a mass in place of a force
+            line, row = rig.robot.lines[i], rig.packed.lines[i]
+            held, row[COUNTERWEIGHT] = row[COUNTERWEIGHT], 0.0
+            own = rig.swing.weights[i]
+            own[counterweights.MASS] = (line.counterweight or 0.0) / line.cables
+            own[counterweights.HELD] = held
 
     def advance(self, speeds: Array) -> list[Notice]:
         """As `Plant`."""
         rig, winches = self.rig, self.rig.winches
+        if len(rig.robot.hung):
+            rig.swing.weights[:, counterweights.RATIO] = rig.unmodelled.ratio
         code = machine_step.advance(
             rig.packed,
             rig.body,
@@ -68,10 +77,10 @@ class DynamicPlant:
             winches.radii,
             winches.wound,
             winches.sideways,
-            speeds,
+            winches.by_line(speeds),
             rig.retraction.drive,
             rig.vibration,
-            self._random.standard_normal((self._count, len(speeds))),
+            self._random.standard_normal((self._count, rig.robot.m)),
             self.period / self._count,
             rig.motion,
             rig.lengths,
@@ -119,7 +128,7 @@ class QuasiStaticPlant:
         drums = (winches.state, winches.motor, winches.radii, winches.wound, winches.sideways)
         if rig.brakes is not None:
             rig.brakes.yield_by_secants(winches, rig.tensions * winches.state[:, winding.RATIO])
-        winding.turn_winches(*drums, speeds, rig.tensions, self.period, after, rig.winch_flags)
+        winding.turn_winches(*drums, winches.by_line(speeds), rig.tensions, self.period, after, rig.winch_flags)
         if rig.robot.m - len(rig.line_faults.broken()) < len(self._kept):
             self._fit()
         self._retract()
@@ -129,6 +138,10 @@ class QuasiStaticPlant:
         code, notices = self._follow(packed, self._solved[kept], after[kept], pose, states)
         if code == 0 and rig.unmodelled.exits is not None:
             code, notices = self._close_exits(packed, after[kept], pose, states, notices)
+        if code == 0 and rig.robot.hung:
+            lengths = after[kept]
+            read_lengths(packed, states, lengths)
+            after[kept] = lengths
         rig.lengths[:] = after
         if code != 0:
             rig.motion[3:6] = rig.motion[9:12] = 0.0

@@ -55,7 +55,7 @@ class RigState:
     acceleration: Array  # (6,) m/s^2 of B and rad/s^2 of the drum or body, world
     rotation: Array  # (3, 3) drum or body to world
     apparent_angles: Array  # (m,) rad, of the lines' tangents, by gravity plus their acceleration
-    counts: NDArray[np.int64]  # (m,)
+    counts: NDArray[np.int64]  # (w,)
     temperature: float  # degrees Celsius
     humidity: float
     ground: Ground
@@ -66,7 +66,7 @@ class RigState:
 class Rig:
     """The true robot, winches, drum or body, and surroundings. Plants change its arrays in place."""
 
-    SAVED = (
+    SAVED: tuple[str, ...] = (
         "powder",
         "falling_mass",
         "lengths",
@@ -147,6 +147,8 @@ class Rig:
             self.body[dynamics.YAW_REST] = self.motion[8] = yaw
         self._expansion = np.array([line.cable.thermal_expansion or 0.0 for line in robot.lines])
         self._scratch = blank_states()
+        if robot.hung:
+            self.SAVED = (*Rig.SAVED, "swing.weights")
         self._shown = np.zeros((robot.m, machine_step.SHOWS))
         sensor = owner.sensor(LINE_ANGLES)
         self._sensors_at = np.maximum(0.0, along + (0.0 if sensor is None else sensor.from_platform))  # m before B
@@ -219,8 +221,8 @@ class Rig:
             return
         if reset:
             self.brakes.forget(self.winches)
-        closed = np.array([mode is WinchMode.OFF for mode in modes] or [False] * self.robot.m)
-        self.brakes.close(closed, self.winches, softness(self.packed, self.states))
+        closed = np.array([mode is WinchMode.OFF for mode in modes] or [False] * self.robot.winches)
+        self.brakes.close(self.winches.by_line(closed), self.winches, softness(self.packed, self.states))
 
     def take_notices(self) -> list[Notice]:
         """Return the notices of winches, brakes, retraction, yaw and plane since the last call."""
@@ -330,8 +332,8 @@ def start_pose(robot: Robot, start: ArrayLike) -> Array:
         pose[: len(given)] = given
         return with_free(robot, pose)
     if given.shape != (robot.n,):
-        asked = "3 numbers" if robot.n == 3 else "3 or 6 numbers"
-        raise InputError(f"start = {given.tolist()}: {asked} are expected, a pose of robot {robot.name!r}")
+        asked = f"{robot.platform.pose_sizes} numbers are expected, a pose of robot {robot.name!r}"
+        raise InputError(f"start = {given.tolist()}: {asked}")
     return given
 
 

@@ -396,12 +396,13 @@ def whole_machine(machine: TwinSettings | str | Path) -> TwinSettings:
     return load_twin(machine)
 
 
-def check_faults(settings: TwinSettings, lines: tuple[str, ...]) -> None:
+def check_faults(settings: TwinSettings, lines: tuple[str, ...], winches: tuple[str, ...]) -> None:
     """Raise `UnknownName` where a planned fault names a line or a sensor that robot and machine do not have."""
     own = settings.owner
     sources = {*own.lidars, *own.sheets, "line"}
     for fault in settings.simulation.faults:
         if fault.source not in sources:
             raise UnknownName("sensor to have a fault", fault.source, sorted(sources))
-        if fault.line is not None and fault.line not in lines:
-            raise UnknownName("line", fault.line, lines)
+        known = winches if fault.source == "encoders" else lines
+        if fault.line is not None and fault.line not in known:
+            raise UnknownName("line", fault.line, known)

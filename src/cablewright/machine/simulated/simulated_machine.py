@@ -97,7 +97,7 @@ class SimulatedMachine:
         """
         if plant not in PLANTS:
             raise UnknownName("plant", plant, PLANTS)
-        check_faults(settings, tuple(line.name for line in robot.lines))
+        check_faults(settings, tuple(line.name for line in robot.lines), robot.winch_names)
         self._start = np.nan_to_num(start_pose(robot, start))
         self._identity = _identity_of(robot, settings, seed, plant)
         tolerances = settings.simulation.tolerances
@@ -265,7 +265,7 @@ class SimulatedMachine:
             RESET: brakes,
         }
         return Abilities(
-            self.rig.robot.m,
+            self.rig.robot.winches,
             frozenset(self._sensors),
             frozenset({WinchMode.OFF, WinchMode.HOLD, WinchMode.VELOCITY}),
             frozenset(name for name, is_there in outputs.items() if is_there),
@@ -310,13 +310,18 @@ class SimulatedMachine:
 
     def _apply_shift(self, fault: FaultPlan, reading: Reading) -> Reading:
         """Return *reading* with the numbers of the fault's lines off by its size."""
-        sizes = [fault.size if fault.line in (None, line.name) else 0.0 for line in self.rig.robot.lines]
+        sizes = [fault.size if fault.line in (None, name) else 0.0 for name in self._names_of(reading)]
         values = _of_lines(reading)
         return _with_lines(reading, values + _SHIFTS[fault.source, fault.kind](np.array(sizes), self._mounted))
 
+    def _names_of(self, reading: Reading) -> tuple[str, ...]:
+        """Names of the lines, or winches, of which a reading has the numbers."""
+        (mark,) = per_line(type(reading)).values()
+        return self.rig.robot.winch_names if mark.winch else tuple(line.name for line in self.rig.robot.lines)
+
     def _apply_line_fault(self, fault: FaultPlan, line: str, reading: Reading) -> Reading:
         """Return *reading* with one line's number lost or stuck."""
-        index = [each.name for each in self.rig.robot.lines].index(line)
+        index = self._names_of(reading).index(line)
         values, held = _of_lines(reading).copy(), self._held_readings.setdefault(fault, reading)
         values[index] = np.nan if fault.kind == "silent" else _of_lines(held)[index]
         return _with_lines(reading, values)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Final, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,13 +15,18 @@ from cablewright.machine.settings import WinchSettings
 from cablewright.machine.simulated.as_built_parts import CROSSINGS, drawn
 from cablewright.machine.simulated.settings import Winding
 from cablewright.models.coil import turns_per_layer
+from cablewright.models.winch_lines import WinchLines
 from cablewright.robot import Line, Robot
 
+_Number = TypeVar("_Number", np.float64, np.bool_)
 _TRIES: Final = 12  # each leaves of an error what a crossing is of the radius
 
 
 class Winches:
-    """All winches of a robot. `state` (m, ...) changes in place as kernels turn the drums."""
+    """All winches of a robot. `state` (m, ...) changes in place as kernels turn the drums.
+
+    A row is a line's cable on its drum: see `WinchLines`. That of a line with a counterweight does not move.
+    """
 
     SAVED = ("state", "start_angles")
 
@@ -30,9 +35,11 @@ class Winches:
 
         Raises `InputError` for a line without drum radius or cable diameter, or more cable out than a winch holds.
         """
-        self.settings = settings
+        self.settings, self.lines = settings, WinchLines.of(robot)
         self.coils = tuple(
-            coil_of(
+            None
+            if line.counterweight is not None
+            else coil_of(
                 line,
                 settings,
                 random=np.random.default_rng([seed, 1, i]),
@@ -42,17 +49,20 @@ class Winches:
             )
             for i, line in enumerate(robot.lines)
         )
-        turns = min(len(coil.radii) for coil in self.coils)
+        turns = min(len(coil.radii) for coil in self.coils if coil is not None)
         self.radii, self.wound, self.sideways = (
-            np.array([getattr(coil, column)[:turns] for coil in self.coils])
+            np.array([np.full(turns, np.nan) if coil is None else getattr(coil, column)[:turns] for coil in self.coils])
             for column in ("radii", "wound", "sideways")
         )
         self.motor = np.array([settings.max_speed, settings.lag, settings.max_torque])
         self.state = np.zeros((robot.m, winding.WINCH))
         self.state[:, winding.HELD] = settings.held
+        self.state[:, winding.HOST], self.state[:, winding.SENSE] = self.lines.host, self.lines.sense
+        for host in self.lines.hosts:
+            self.state[host, winding.MATES] = np.count_nonzero(self.lines.host == host) - 1
         for own, line, coil in zip(self.state, robot.lines, self.coils, strict=True):
             own[winding.RATIO], own[winding.HEIGHT] = line.cables, _first_stretch(line)
-            own[winding.MIDDLE] = line.winch.drum_radius or coil.radii[0]
+            own[winding.MIDDLE] = line.winch.drum_radius or (0.0 if coil is None else coil.radii[0])
         self._cross(robot, walk, seed)
         self._pay_out(robot, lengths)
         self.start_angles = self.angles
@@ -73,6 +83,8 @@ class Winches:
     def _pay_out(self, robot: Robot, lengths: Array) -> None:
         """Turn the drums until *lengths* are paid out; iterates, as detour and crossings depend on the drum's angle."""
         for i, (own, coil, line) in enumerate(zip(self.state, self.coils, robot.lines, strict=True)):
+            if coil is None:
+                continue
             out = float(lengths[i])
             for _ in range(_TRIES if own[winding.CROSSING] else 4):
                 if not self.settings.held >= out:
@@ -81,26 +93,37 @@ class Winches:
                     )
                 own[winding.ANGLE] = coil.angle(self.settings.held - out)
                 out += float(lengths[i]) - self.lengths_out()[i]
+        hosts = self.state[self.lines.host, winding.ANGLE]
+        self.state[:, winding.ZERO] = self.state[:, winding.ANGLE] - self.lines.sense * hosts
 
     def lengths_out(self) -> Array:
         """Unstrained lengths (m,) from the nominal winch exits to the platform, m."""
         rows = zip(self.state, self.radii, self.wound, self.sideways, strict=True)
         return np.array([winding.length_out(*row) for row in rows])
 
+    def by_line(self, of_winches: NDArray[_Number]) -> NDArray[_Number]:
+        """Return numbers *of_winches* (w,) at the lines that these are named for, (m,), and zeros at others."""
+        if self.lines.plain:
+            return of_winches
+        found = np.zeros(len(self.state), dtype=of_winches.dtype)
+        found[self.lines.hosts] = of_winches
+        return found
+
     @property
     def angles(self) -> Array:
-        """Wound angle of each drum, (m,) rad."""
+        """Wound angle of each line's drum, (m,) rad."""
         return np.array(self.state[:, winding.ANGLE])
 
     @property
     def leaving_radii(self) -> Array:
-        """Radius at which cable leaves each drum, (m,) m."""
+        """Radius at which each line leaves its drum, (m,) m; NaN without one."""
         return np.array([winding.radius_at(own, radii) for radii, own in zip(self.radii, self.state, strict=True)])
 
     @property
     def counts(self) -> NDArray[np.int64]:
-        """Counts (m,) of the motors' encoders since the start; paying out is positive."""
-        turns = (self.start_angles - self.state[:, winding.ANGLE]) * (self.settings.ratio / winding.TURN)
+        """Counts (w,) of the motors' encoders since the start; paying out is positive."""
+        turned = self.start_angles - self.state[:, winding.ANGLE]
+        turns = turned[self.lines.hosts] * (self.settings.ratio / winding.TURN)
         return np.asarray(np.floor(turns * self.settings.counts), dtype=np.int64)
 
     def after_load(self) -> None:

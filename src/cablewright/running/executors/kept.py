@@ -10,10 +10,9 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any, Final
 
-from filelock import FileLock, Timeout
-
-from cablewright.foundation.errors import EnvironmentFault, InputError
+from cablewright.foundation.errors import InputError
 from cablewright.foundation.file_output import cannot_write
+from cablewright.running.locks import locked
 
 log = logging.getLogger(__name__)
 
@@ -73,25 +72,20 @@ def kept_in(path: Path | None) -> Iterator[KeptResults]:
     except OSError as reason:
         raise cannot_write(path.parent, reason) from None
     name = path.with_name(f".{path.name}.lock")
-    lock = FileLock(name, blocking=False, fallback_to_soft=False)
     try:
-        lock.acquire()
-    except Timeout:
-        raise EnvironmentFault(f"{path}: another program uses it") from None
-    except OSError as reason:
-        raise cannot_write(path, reason) from None
-    try:
-        known, end = _read(path)
-        try:
-            with _opened(path, end) as file:
-                yield KeptResults(path, file, known)
-        finally:
-            if not known:  # a study that is refused leaves nothing behind
-                path.unlink(missing_ok=True)
+        with locked(name, f"{path}: another program uses it", path):
+            try:
+                known, end = _read(path)
+                try:
+                    with _opened(path, end) as file:
+                        yield KeptResults(path, file, known)
+                finally:
+                    if not known:  # a study that is refused leaves nothing behind
+                        path.unlink(missing_ok=True)
+            finally:
+                with suppress(OSError):  # Windows removes no file that is open
+                    name.unlink()
     finally:
-        with suppress(OSError):  # Windows removes no file that is open
-            name.unlink()
-        lock.release()
         if new_folder:
             with suppress(OSError):  # it holds results
                 path.parent.rmdir()

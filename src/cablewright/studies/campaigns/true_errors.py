@@ -24,7 +24,7 @@ class TrueErrors:
     def __init__(self, twin: MachineTwin, machine: SimulatedMachine) -> None:
         path = twin.path
         self._attitude, self._machine = path.attitude, machine
-        self._table = StepsTable(twin.robot.m, machine.settings, machine.period, _BLOCK)
+        self._table = StepsTable(twin.robot, machine.settings, machine.period, _BLOCK)
         self.path = PathErrors(path.track, path.print_speed, "true_")
         self.whole = WholeErrorSums(twin.robot, path.attitude)
         self.distance = 0.0  # m along the path, reached

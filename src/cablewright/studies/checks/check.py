@@ -157,7 +157,7 @@ def _walked(path: JobPath, robot: Robot, settings: WalkSettings) -> tuple[Walked
         return walked, chosen
     reserve = with_reserve(robot, walked.tension_drop, walked.tension_rise)
     for careful in (margin, None if reserve is None else replace(full, robot=reserve)):
-        if careful in (None, chosen) or not path.is_held(careful, [each.sample for each in findings]):
+        if careful in (None, chosen) or not path.holds(careful, [each.sample for each in findings]):
             continue
         reserved = path.walk(careful, *settings)
         if not _breaks_tensions(path.judged(robot, reserved)):

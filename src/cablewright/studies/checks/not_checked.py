@@ -57,7 +57,7 @@ def not_checked(
         found.append(f"damping of the platform: the robot file gives no dynamics.damping_ratio: {robot.damping}")
     if with_inertia(robot) is not robot:
         found.append("inertia of the platform: the robot file gives no platform.inertia: mass at the platform points")
-    if robot.platform.plane is not None and not robot.platform.plane.pulls:
+    if robot.platform.may_lift:
         found.append("tipping on the plane")
     found += slow_lines(robot, path.poses, path.retraction)
     found += [f"{cell.because}: {cell.instead}" for _, cell in cells(robot, Capability.CHECK)]

@@ -104,7 +104,7 @@ class JobPath:
         rows = chosen_rows(len(self.poses))
         return with_margin(full, self.poses[rows], None if self.retraction is None else self.retraction[rows])
 
-    def is_held(self, model: Model, rows: Sequence[int]) -> bool:
+    def holds(self, model: Model, rows: Sequence[int]) -> bool:
         """Whether a model holds the platform at some samples."""
         retraction = None if self.retraction is None else self.retraction[rows]
         return bool(solve_inverse(model, self.poses[rows], retraction=retraction).ok.all())

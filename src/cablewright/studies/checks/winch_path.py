@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -18,7 +18,9 @@ from cablewright.models.job_poses import along, sampled
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.printing.path import MAX_SAMPLES, Samples
+from cablewright.printing.toolpath import Toolpath
 from cablewright.robot import Robot
+from cablewright.solvers.hanging_path import nozzle_on_path
 from cablewright.solvers.inverse import BLOCK, solve_inverse
 
 TOLERANCE: Final = 2e-5
@@ -39,7 +41,7 @@ class WinchPath:
 
     ``turns`` (k, m): rad of each drum, positive as it pays out, 0 at the first point; ``laid`` (k,): m of strand laid
     until there; ``error``: m, the largest by which a length is off half-way between two points, when both turns and the
-    place of the nozzle go linearly; ``ignored``: words of the job's file that are no motion, and their counts.
+    place of the nozzle go linearly; ``toolpath``: of the job's file; ``is_part``: whether it is some layers of the job.
     """
 
     samples: Samples
@@ -47,7 +49,8 @@ class WinchPath:
     turns: Array  # (k, m) rad
     laid: Array  # (k,) m
     error: float
-    ignored: Mapping[str, int]
+    toolpath: Toolpath
+    is_part: bool
 
 
 def winch_path(
@@ -83,13 +86,13 @@ def winch_path(
         rough = errors > np.where(np.diff(samples.distance) < SHORTEST, max(jump, tolerance), tolerance)
         if not rough.any():
             worst = float(errors.max(initial=0.0))
-            return WinchPath(samples, lengths, turns - turns[0], _laid(samples), worst, toolpath.unknown)
+            return WinchPath(samples, lengths, turns - turns[0], _laid(samples), worst, toolpath, layers is not None)
         # the error of a piece goes with the square of its length, but for corners of a length along the path
         parts = np.clip(np.ceil(np.sqrt(errors / (0.9 * tolerance))), 2, _MOST_PARTS)
         parts = np.where(rough, parts, 1).astype(np.int64)
         _require_points(model.robot, samples, lengths, errors, parts, tolerance)
         samples, errors, kept = _divided(samples, errors, parts)
-        known, lengths = lengths, np.empty((len(samples), model.m))
+        known, lengths = lengths, np.empty((len(samples), model.winches))
         lengths[kept] = known
         lengths[~kept] = _lengths(model, job, _rows(samples, ~kept), progress)
 
@@ -102,7 +105,7 @@ def _require_points(
     if short.any():
         k = int(np.argmax(np.where(short, errors, 0.0)))
         place = ", ".join(f"{each:g}" for each in samples.positions[k])
-        line = robot.lines[int(np.argmax(np.abs(lengths[k + 1] - lengths[k])))]
+        line = robot.winch_lines[int(np.argmax(np.abs(lengths[k + 1] - lengths[k])))]
         allowed = f", or allow it with --tolerance {1.1 * errors[k]:.2g}" if errors[k] < ALLOWED else ""
         raise AnswerError(
             f"nozzle at {place} m, {samples.where(k + 1)}: line {line.name!r} jumps, lengths between points are off by "
@@ -151,9 +154,11 @@ def _divided(samples: Samples, errors: Array, parts: NDArray[np.int64]) -> tuple
 
 
 def _lengths(model: Model, job: Job, samples: Samples, progress: Progress) -> Array:
-    """Return the lengths (k, m) that hold the nozzle at the samples. Raises `AnswerError` where none do."""
+    """Return the lengths (k, w) of winches that hold the nozzle at the samples. Raises `AnswerError` where none do."""
     poses, retraction = along(model.robot, job, samples)
-    found = np.empty((len(poses), model.m))
+    poses = nozzle_on_path(model, poses, samples.positions, retraction)
+    hosts = list(model.robot.hosts)
+    found = np.empty((len(poses), len(hosts)))
     for first in range(0, len(poses), BLOCK):
         progress("solving", first, len(poses))
         block = slice(first, first + BLOCK)
@@ -166,7 +171,7 @@ def _lengths(model: Model, job: Job, samples: Samples, progress: Progress) -> Ar
             raise AnswerError(
                 f"nozzle at {place} m, {samples.where(first + bad)}: {held[bad].sentence()}", held[bad].status
             )
-        found[block] = held.lengths
+        found[block] = held.lengths[:, hosts]
     progress("solving", len(poses), len(poses))
     return found
 

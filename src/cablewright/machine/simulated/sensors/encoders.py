@@ -36,7 +36,9 @@ class EncoderReader(TimedSensor[Encoder, SensorFlaws]):
 
 def _slipped(slips: Array, machine: Mounted) -> Array:
     """Return what is counted too much where so much cable, (m,) m, slips."""
-    radii = np.array([line.winch.drum_radius or np.inf for line in machine.robot.lines])
+    radii = np.array(
+        [line.winch.drum_radius or np.inf for line in map(machine.robot.lines.__getitem__, machine.robot.hosts)]
+    )
     turns = slips / (radii * math.tau)
     return np.rint(turns * (machine.winch.ratio * machine.winch.counts))
 

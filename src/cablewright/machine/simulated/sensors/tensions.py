@@ -12,6 +12,7 @@ from cablewright.foundation.signals import Tensions
 from cablewright.machine.quantities import Share, Size
 from cablewright.machine.sensors.tensions import LOAD_CELLS, MOTOR_TORQUES, TensionSensor
 from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated, TimedSensor
+from cablewright.models.winch_lines import WinchLines
 
 if TYPE_CHECKING:
     from cablewright.machine.simulated.mounted import Mounted
@@ -41,6 +42,9 @@ class TensionSensors(TimedSensor[TensionSensor, TensionFlaws]):
     def _mount(self, machine: Mounted) -> None:
         spread = self.settings.bias if self.flaws.bias is None else self.flaws.bias
         self._zeros = spread * self._random.standard_normal(machine.robot.m)  # N
+        shared = WinchLines.of(machine.robot)
+        alone = np.bincount(shared.winch[shared.winch >= 0])[shared.winch] == 1  # a motor has the torque of its drum
+        self._unseen = (self.source == "motor_torques") & ~(alone & (shared.winch >= 0))
         self._factors = 1.0 + machine.tension_gains(self.source)
         self._drift = math.hypot(self.flaws.drift, machine.tolerances.tension_drift * self.settings.most)
 
@@ -55,7 +59,7 @@ class TensionSensors(TimedSensor[TensionSensor, TensionFlaws]):
         neighbours = 0.5 * (np.roll(true, 1) + np.roll(true, -1))
         shown = self._factors * true + flaws.cross_talk * neighbours + self._zeros + settings.deviation * noise
         shown = np.where(chance > 1.0 - flaws.outliers, anywhere, np.minimum(shown, settings.most))
-        shown[chance < flaws.dropout] = np.nan
+        shown[(chance < flaws.dropout) | self._unseen] = np.nan
         shown.flags.writeable = False
         return Tensions(self.source, state.truth.time, shown)
 

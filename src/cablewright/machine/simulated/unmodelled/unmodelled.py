@@ -127,12 +127,19 @@ class Unmodelled:
 
     def _turn(self, packed: Packed, states: Array, winches: Winches) -> None:
         """Turn gears and drums as far as the motors have turned, and set what that does to the lengths that are out."""
-        pulls = self._loads * self.ratio * self._cables
+        pulls, radii, lines = (
+            self._loads * self.ratio * self._cables,
+            np.nan_to_num(winches.leaving_radii),
+            winches.lines,
+        )
+        if not lines.plain:  # a gear has the torque of all cables on its drum
+            np.add.at(torques := np.zeros(len(pulls)), lines.host, lines.sense * pulls * radii)
+            pulls[lines.hosts] = (torques / np.maximum(radii, 1e-9))[lines.hosts]
         if self.gears is not None:
             self.gears.turn(winches.angles, pulls)
         if self.drive is not None:
-            self.drive.turn(winches.angles, pulls, winches.leaving_radii, softness(packed, states))
-        lags = [each.lag for each in (self.gears, self.drive) if each is not None]
+            self.drive.turn(winches.angles, pulls, radii, softness(packed, states))
+        lags = [lines.sense * each.lag[lines.host] for each in (self.gears, self.drive) if each is not None]
         if self.sheaves is not None or lags:
             winches.set_unmodelled(
                 self.ratio * self._cables, 0.0 if self.sheaves is None else self.sheaves.stretch, sum(lags)

@@ -12,7 +12,8 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.exchange.motion_lines import extent_notes, motion_lines
+from cablewright.exchange.motion.beside import Beside
+from cablewright.exchange.motion.lines import extent_notes, extruder_words, motion_lines
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import printable
 from cablewright.printing.job import Job
@@ -41,14 +42,14 @@ class Stepper:
 
 def printer_config(robot: Robot, job: Job, stepper: Stepper) -> str:
     """Return the sections of a ``printer.cfg``; pins are the machine's own. Raises `InputError` for too many lines."""
-    letters = LETTERS[: robot.m]
+    letters = LETTERS[: robot.winches]
     text = (
         "# Winches as manual steppers, in degrees of the drum. Add [mcu], pins, and the extruder of the machine.\n"
         "[printer]\nkinematics: none\n"
         f"max_velocity: {1e3 * max(job.motion.print_speed, job.motion.travel_speed):g}\n"
         f"max_accel: {1e3 * job.motion.acceleration:g}\nsquare_corner_velocity: {SQUARE_CORNER:g}\n"
     )
-    for letter, line in zip(letters, robot.lines, strict=True):
+    for letter, line in zip(letters, robot.winch_lines, strict=True):
         text += (
             f"\n# line {line.name!r}, axis {letter}\n[manual_stepper winch_{letter.lower()}]\n"
             "#step_pin:\n#dir_pin:\n#enable_pin:\n"
@@ -58,20 +59,22 @@ def printer_config(robot: Robot, job: Job, stepper: Stepper) -> str:
     return text
 
 
-def klipper_job(robot: Robot, job: Job, path: WinchPath) -> str:
-    """Return the G-code of a job."""
-    letters = LETTERS[: robot.m]
+def klipper_job(robot: Robot, job: Job, path: WinchPath, besides: Beside) -> str:
+    """Return the G-code of a job, with what its own file has *besides*."""
+    letters = LETTERS[: robot.winches]
     start = path.samples.positions[0]
     x, y, z = (f"{1e3 * each:.4f}" for each in start)
     corner = _corner_velocity(path, job)
-    text = f"; {printable(job.name)} on {printable(robot.name)}, for Klipper\n{extent_notes(path, letters, robot)}"
+    mode, zero, extruded = extruder_words(besides)
+    text = f"; {printable(job.name)} on {printable(robot.name)}, for Klipper\n"
+    text += extent_notes(path, letters, robot, extruded)
     text += "; the nozzle is at the first point, by hand or by homing; drums count from there\n"
     for letter in letters:
         name = f"winch_{letter.lower()}"
         text += f"MANUAL_STEPPER STEPPER={name} SET_POSITION=0\n"
         text += f"MANUAL_STEPPER STEPPER={name} GCODE_AXIS={letter} INSTANTANEOUS_CORNER_VELOCITY={corner:.4f}\n"
-    text += f"G90\nM82\nG92 X{x} Y{y} Z{z} E0\n"
-    text += "".join(motion_lines(path, letters, extruder=True))
+    text += f"G90\n{mode}\nG92 X{x} Y{y} Z{z}{zero}\n"
+    text += "".join(motion_lines(path, letters, besides, extruder=True))
     return text + "".join(f"MANUAL_STEPPER STEPPER=winch_{letter.lower()} GCODE_AXIS=\n" for letter in letters)
 
 

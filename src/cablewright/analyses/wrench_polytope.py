@@ -1,0 +1,223 @@
+"""Available wrenches: the set of all that tensions within their limits can apply to the platform at a pose.
+
+The wrenches A t are a zonotope. Each facet is parallel to f - 1 columns of A, with f freedoms; with c normal to these,
+the facets are c . w <= sum max(c . a low, c . a high). `capacity` has the distance of a wrench from the nearest of them
+alone, in a kernel, for batches of any size; here are the facets themselves.
+
+S. Bouchard, C. Gosselin, B. Moore, On the ability of a cable-driven robot to generate a prescribed set of wrenches,
+2010.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+from math import comb
+from typing import ClassVar, Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.errors import AnswerError, InputError, require_positive
+from cablewright.foundation.results import Figure, Pictured
+from cablewright.models.fidelity import CableLaw, SheaveLaw
+from cablewright.models.plane import directions
+from cablewright.models.rows import Rows
+from cablewright.models.statics import Model
+from cablewright.models.support import Capability, require
+from cablewright.robot import Robot
+from cablewright.solvers.arguments import as_poses, as_rows
+from cablewright.solvers.tension import structures
+
+MAX_FACETS: Final = 100_000
+"""Largest number of choices of f - 1 columns: 16 lines of a body have 4368."""
+
+_PARALLEL: Final = 1e-9  # share of the largest singular value under which columns count as dependent
+_SAME: Final = 1e-7  # difference of unit normals under which two facets count as one
+_FAR: Final = 1e30
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class WrenchPolytope(Pictured, Rows):
+    """The wrenches w that lines can apply at a pose: ``normals @ w <= offsets``; a leading axis for a batch.
+
+    ``normals`` (k, n): 1 and 1/m, so that ``offsets`` (k,) and distances are in N, with moments divided by ``length``,
+    m; rows that are no facet are NaN. ``structure`` (n, m): the structure matrix. ``limits`` (m, 2): tensions, N.
+    ``required`` (n,): the wrench that balances weight and loads, N and N m, world. ``basis`` (n, f): the directions
+    that a plane leaves. The set is flat where lines do not reach all f freedoms: it has no facets.
+    """
+
+    SINGLE: ClassVar = ("required", 1)
+    FIGURES: ClassVar = (
+        Figure("robot", "", "Name of the robot.", "robot_name"),
+        Figure("pose", "m, rad", "Position and, of a rigid platform, rotation vector.", "poses"),
+        Figure("length", "m", "Arm on which a moment counts as a force.", shown="m"),
+        Figure("facets", "1", "Number of facets."),
+        Figure("required", "SI", "Wrench that balances weight and loads."),
+        Figure("margin", "N", "Distance of that wrench from the nearest facet; negative outside."),
+        Figure("volume", "SI", "Volume of the set, moments divided by the arm."),
+    )
+    HEADLINES: ClassVar = ("robot", "facets", "margin")
+
+    robot_name: str
+    length: float
+    basis: Array
+    limits: Array
+    poses: Array
+    structure: Array
+    normals: Array
+    offsets: Array
+    required: Array
+
+    @property
+    def facets(self) -> Array:
+        """() the number of facets."""
+        return np.asarray(np.isfinite(self.offsets).sum(axis=-1))
+
+    def distances(self, wrench: ArrayLike) -> Array:
+        """Return the distances (k,) of a *wrench* (n,), N and N m, from all facets, N; negative is outside."""
+        given, _ = as_rows(wrench, self.normals.shape[-1], "wrench", "N and N m")
+        return np.asarray(self.offsets - self.normals @ given[0])
+
+    def contains(self, wrench: ArrayLike) -> Mask:
+        """Return whether lines can apply a *wrench* (n,), N and N m, world: () or of a batch (N,)."""
+        return np.asarray((np.nan_to_num(self.distances(wrench), nan=_FAR) >= 0.0).all(axis=-1) & (self.facets > 0))
+
+    @property
+    def margin(self) -> Array:
+        """() distance of the required wrench from the nearest facet, N: that of `capacity`; NaN of a flat set."""
+        distances = self.offsets - np.einsum("...kn,...n->...k", self.normals, self.required)
+        least = np.nan_to_num(distances, nan=np.inf).min(axis=-1)
+        return np.where(self.facets > 0, least, np.nan)
+
+    @property
+    def volume(self) -> Array:
+        """() volume of the set with moments divided by the arm: the sum over all choices of f lines of |det|."""
+        columns = _scaled(self.structure, self.basis, self.length) * np.diff(self.limits, axis=-1)[..., None, :, 0]
+        chosen = np.array(list(combinations(range(columns.shape[-1]), columns.shape[-2])), dtype=np.int64)
+        if not len(chosen):
+            return np.zeros(columns.shape[:-2])
+        return np.asarray(np.abs(np.linalg.det(np.moveaxis(columns[..., chosen], -2, -3))).sum(axis=-1))
+
+    def vertices(self, moment: ArrayLike | None = None) -> Array:
+        """Return the corners (p, 3) of the forces, N, world, that lines can apply beside a *moment* (3,), N m.
+
+        By default the moment that the required wrench has. Of a single pose; in a plane the corners are in it. Raises
+        `AnswerError` where no force can be applied beside it.
+        """
+        if not self.single:
+            raise InputError("vertices: of one pose; take a row of the batch, polytopes[0]")
+        fixed = self.required.copy()
+        if moment is not None and len(fixed) == 6:
+            fixed[3:] = as_rows(moment, 3, "moment", "N m")[0][0]
+        return _slice(self, fixed)
+
+
+def available_wrenches(
+    robot: Robot | Model,
+    poses: ArrayLike,
+    *,
+    length: float = 1.0,
+    retraction: ArrayLike | None = None,
+    cable: CableLaw | str | None = None,
+    sheave: SheaveLaw | str | None = None,
+    tension_limits: tuple[float, float] | None = None,
+) -> WrenchPolytope:
+    """Compute the available wrenches at *poses*, (n,) or (N, n) in m and rad, with the facets of their set.
+
+    Cables are straight, as in `tension_distribution`. Moments are divided by *length*, m, where they are compared with
+    forces. Raises `InputError`, and `AnswerError` for a single pose without a structure matrix.
+
+    Examples
+    --------
+    >>> import cablewright as cw
+    >>> cw.available_wrenches(cw.load("cogiro"), [0.0, 0.0, 2.0])
+    WrenchPolytope(robot='cogiro', facets=112, margin=351.4 N)
+    """
+    require_positive(length=length)
+    model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits, default=CableLaw.RIGID)
+    require(model, Capability.CAPACITY)
+    count = comb(model.m, model.freedoms - 1)
+    if count > MAX_FACETS:
+        asked = f"{model.freedoms - 1} of {model.m} lines"
+        raise InputError(f"{count} choices of {asked}: at most {MAX_FACETS}; capacity has their margin alone")
+    given, single = as_poses(model, poses, "pose")
+    found, loads = structures(model, given, retraction=retraction)
+    if single and np.isnan(found).any():
+        raise AnswerError("no structure matrix here: a platform point is at an exit point or inside a sheave")
+    free = directions(model.robot.platform.plane, model.n)
+    limits = np.array([line.tension_limits for line in model.robot.lines], dtype=np.float64)
+    limits[:] = limits if model.tension_limits is None else model.tension_limits
+    normals, offsets = _facets(_scaled(found, free, length), limits)
+    normals = normals @ free.T * _arms(model.n, length)
+    every = [np.broadcast_to(each, (len(given), *each.shape)) for each in (free, limits)]
+    arrays = (given, found, normals, offsets, -loads)
+    batch = WrenchPolytope(model.robot.name, float(length), every[0], every[1], *arrays)
+    return batch[0] if single else batch
+
+
+def _scaled(structure: Array, free: Array, length: float) -> Array:
+    """Return structure matrices (..., f, m) in the *free* directions (..., n, f), moments divided by *length*."""
+    arms = _arms(structure.shape[-2], length)
+    return np.asarray(np.swapaxes(free, -1, -2) @ (arms[:, None] * structure))
+
+
+def _arms(n: int, length: float) -> Array:
+    """Return what makes forces of wrenches (n,): 1, and of moments one over *length*."""
+    return np.array([1.0, 1.0, 1.0] + [1.0 / length] * 3)[:n]
+
+
+def _facets(columns: Array, limits: Array) -> tuple[Array, Array]:
+    """Return unit normals (N, k, f) and offsets (N, k) of the facets of *columns* (N, f, m); NaN: no facet."""
+    f, m = columns.shape[1:]
+    chosen = np.array(list(combinations(range(m), f - 1)), dtype=np.int64)
+    if m < f:
+        return np.full((len(columns), 1, f), np.nan), np.full((len(columns), 1), np.nan)
+    beside = np.moveaxis(np.nan_to_num(columns)[:, :, chosen], 1, 3)  # (N, C, f - 1, f)
+    _, sizes, rows = np.linalg.svd(beside)
+    normals = rows[..., -1, :]
+    along = normals @ np.nan_to_num(columns)  # (N, C, m)
+    spread = np.abs(along).max(axis=-1)
+    bad = (sizes[..., -1] <= _PARALLEL * sizes[..., 0]) | (spread <= _PARALLEL * sizes[..., 0])
+    bad |= np.reshape(np.isnan(columns).any(axis=(1, 2)), (-1, 1))
+    bad |= np.array([_repeated(each) for each in np.where(bad[..., None], 0.0, normals)])
+    low, high = limits.T
+    upper = np.where(along > 0.0, along * high, along * low).sum(axis=-1)
+    lower = np.where(along > 0.0, along * low, along * high).sum(axis=-1)
+    both = np.concatenate([normals, -normals], axis=1)
+    offsets = np.concatenate([upper, -lower], axis=1)
+    none = np.concatenate([bad, bad], axis=1)
+    ranks = np.asarray(np.linalg.matrix_rank(np.nan_to_num(columns)))
+    none |= (ranks < f)[:, None]
+    return np.where(none[..., None], np.nan, both), np.where(none, np.nan, offsets)
+
+
+def _repeated(normals: Array) -> Mask:
+    """Return which unit *normals* (C, f) have been there before, in the same or the opposite direction."""
+    alike = np.abs(np.abs(normals @ normals.T) - 1.0) < _SAME**2 + 1e-13
+    return np.asarray(np.tril(alike, -1).any(axis=1))
+
+
+def _slice(found: WrenchPolytope, fixed: Array) -> Array:
+    """Return the corners (p, 3) of the forces beside the moment of *fixed* (n,)."""
+    from scipy.optimize import linprog
+    from scipy.spatial import HalfspaceIntersection, QhullError
+
+    real = np.isfinite(found.offsets)
+    forces = found.basis[:3, np.abs(found.basis[:3]).any(axis=0)]  # (3, 2 or 3)
+    rows = found.normals[real]
+    matrix, bound = rows[:, :3] @ forces, found.offsets[real] - rows[:, 3:] @ fixed[3:]
+    across = np.linalg.norm(matrix, axis=1)
+    size = forces.shape[1]
+    if not len(rows):
+        raise AnswerError("the available wrenches are flat: lines do not reach all freedoms, there are no facets")
+    bounds = [(None, None)] * size + [(0.0, None)]
+    program = linprog([0.0] * size + [-1.0], A_ub=np.column_stack([matrix, across]), b_ub=bound, bounds=bounds)
+    if program.status != 0 or not program.x[-1] > 0.0:
+        raise AnswerError("no force can be applied beside that moment")
+    try:
+        corners = HalfspaceIntersection(np.column_stack([matrix, -bound]), program.x[:-1]).intersections
+    except QhullError:
+        raise AnswerError("the forces beside that moment are too flat for corners") from None
+    return np.asarray(corners @ forces.T)

@@ -1,0 +1,23 @@
+"""Tensions as measured, smoothed, beside an estimate that encoders alone make."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.signals import Tensions
+
+
+def smoothed(before: Array | None, readings: Iterable[Tensions], source: str, share: float) -> Array | None:
+    """Return tensions (m,), N, that follow the *readings* of a *source* by a *share* of each difference.
+
+    *before* (m,): the last ones; None: nothing was read yet. A line that is not read keeps its tension.
+    """
+    for reading in readings:
+        if reading.source == source:
+            known = reading.tensions if before is None else np.where(np.isnan(before), reading.tensions, before)
+            change = share * (reading.tensions - known)
+            before = np.where(np.isnan(reading.tensions), known, known + change)
+    return before

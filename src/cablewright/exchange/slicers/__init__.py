@@ -1,0 +1,1 @@
+"""Printer profiles for slicers, from what a robot reaches and how fast it may move."""

@@ -1,0 +1,166 @@
+"""Polargraphs of Marlin (``Configuration.h`` or M665) and of Makelangelo's own firmware (M101): read. Lengths are mm.
+
+Both have the belts' ends in the upper corners of the area that they draw on, x to the right, y up the wall.
+"""
+
+from __future__ import annotations
+
+import ast
+import math
+import operator
+import re
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from cablewright.exchange.millimetres import from_mm
+from cablewright.exchange.translation import ImportedRobot, Mapped, Notes
+from cablewright.exchange.walls.two_belts import Wall, wall_robot
+from cablewright.exchange.xml_input import finite
+from cablewright.foundation.csv_input import text_lines
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.toml_input import read_bytes
+from cablewright.foundation.validation import shown
+
+MAX_BYTES: Final = 1 << 20
+
+CARRIED: Final = (
+    Mapped("M665 L, R, T; X_MIN_POS, X_MAX_POS, Y_MAX_POS", "lines.exit_point", "eyelets, in the upper corners"),
+    Mapped("M665 B; Y_MIN_POS", "scene.frame_min", "the lowest place of the pen"),
+    Mapped("M665 H; POLARGRAPH_MAX_BELT_LEN", "lines.winch.capacity"),
+    Mapped("M203 X, Y; DEFAULT_MAX_FEEDRATE", "lines.winch.max_speed", "mm/s"),
+)
+OF_MAKELANGELO: Final = (
+    Mapped("M101 A0 B, T", "lines.exit_point", "x of the left and the right eyelet"),
+    Mapped("M101 A1 T, B", "lines.exit_point, scene.frame_min", "y of both eyelets, and the lowest place of the pen"),
+)
+
+_WORD = re.compile(r"([A-Z])\s*([-+.0-9]+)")
+_DEFINE = re.compile(r"\s*#\s*define\s+(\w+)[ \t]+(.+?)\s*(?://.*|/\*.*)?")
+_OPERATORS: Final[Mapping[type, Callable[..., float]]] = {
+    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
+    ast.USub: operator.neg, ast.UAdd: operator.pos,
+}  # fmt: skip
+_FUNCTIONS: Final[Mapping[str, Callable[[float], float]]] = {"sq": lambda x: x * x, "sqrt": math.sqrt}
+_Words = dict[str, tuple[str, str]]
+
+
+def read_polargraph(path: Path, cable: str | None = None) -> ImportedRobot:
+    """Return the robot of Marlin's ``Configuration.h`` with POLARGRAPH, or of its settings, as M503 lists them.
+
+    Raises `InputError`.
+    """
+    lost, assumed = Notes(), Notes()
+    if b"#define" in read_bytes(path, MAX_BYTES, "polargraph"):
+        defines = _Defines(path)
+        left, right, top, low = map(defines.metres, ("X_MIN_POS", "X_MAX_POS", "Y_MAX_POS", "Y_MIN_POS"))
+        belt = defines.metres("POLARGRAPH_MAX_BELT_LEN") if "POLARGRAPH_MAX_BELT_LEN" in defines.texts else 0.0
+        speeds, version = defines.speeds(), "Configuration.h; M665 and M203 stored in the machine replace it"
+        lost.add("Configuration.h: all but the drawing area, the belts' length and their speed")
+    else:
+        codes = _codes(path, ("M665", "M203"))
+        left, right, top, low = (_metres(path, codes["M665"], "M665", letter) for letter in "LRTB")
+        belt = _metres(path, codes["M665"], "M665", "H") if "H" in codes["M665"] else 0.0
+        speeds = {k: _metres(path, codes["M203"], "M203", axis) for k, axis in enumerate("XY") if axis in codes["M203"]}
+        version = "M665"
+        if "S" in codes["M665"]:
+            lost.add("M665 S: segments of a second; an export has points of its own")
+    winches = [{"max_speed": speeds[k]} if speeds.get(k) else {} for k in (0, 1)]
+    if belt > 0.0:
+        winches = [winch | {"capacity": belt} for winch in winches]
+    wall = Wall((left, top), (right, top), low, winches=(winches[0], winches[1]))
+    robot = wall_robot(path, wall, "A polargraph on two belts", cable, assumed)
+    return ImportedRobot(robot, f"Marlin's polargraph ({version})", lost.all, assumed.all)
+
+
+def read_makelangelo(path: Path, cable: str | None = None) -> ImportedRobot:
+    """Return the robot of the limits that Makelangelo's software sends to its own firmware. Raises `InputError`."""
+    limits: dict[str, _Words] = {}
+    lost, assumed = Notes(), Notes()
+    for number, text in text_lines(path, MAX_BYTES, "Makelangelo"):
+        bare = text.split(";", 1)[0].strip()
+        code, _, rest = bare.partition(" ")
+        words: _Words = {word: (value, f"{path}, line {number}") for word, value in _WORD.findall(rest.upper())}
+        axis = words.get("A", ("", ""))[0]
+        if code.upper() == "M101" and axis in ("0", "1"):
+            limits[axis] = words
+        elif bare:
+            lost.add(f"{bare[:40]}: {'the pen' if axis == '2' else 'a robot file has no such thing'}")
+    for axis in "01":
+        if axis not in limits:
+            raise InputError(f"{path}: has no M101 A{axis} T... B..., the limits of {'xy'[int(axis)]} in mm")
+    (left, right), (low, top) = (
+        [_metres(path, limits[axis], f"M101 A{axis}", letter) for letter in "BT"] for axis in "01"
+    )
+    robot = wall_robot(path, Wall((left, top), (right, top), low), "A Makelangelo on two belts", cable, assumed)
+    return ImportedRobot(robot, "Makelangelo's own firmware (M101, before it was Marlin)", lost.all, assumed.all)
+
+
+def _metres(path: Path, words: _Words, code: str, letter: str) -> float:
+    if letter not in words:
+        raise InputError(f"{path}: {code} has no {letter}, mm")
+    text, place = words[letter]
+    return from_mm(text, f"{place}: {code} {letter}")
+
+
+def _codes(path: Path, codes: tuple[str, ...]) -> dict[str, _Words]:
+    """Return the words of codes, the last of each letter; an ``echo:`` before a code is what M503 prints."""
+    found: dict[str, _Words] = {code: {} for code in codes}
+    for number, text in text_lines(path, MAX_BYTES, "polargraph"):
+        bare = text.split(";", 1)[0].upper().removeprefix("ECHO:").strip()
+        code, _, rest = bare.partition(" ")
+        if code in found:
+            found[code] |= {word: (value, f"{path}, line {number}") for word, value in _WORD.findall(rest)}
+    return found
+
+
+class _Defines:
+    """The numbers that a ``Configuration.h`` defines, by their names; some are sums of others."""
+
+    def __init__(self, path: Path) -> None:
+        self.path, self.texts = path, {}
+        self.places: dict[str, str] = {}
+        for number, text in enumerate(
+            read_bytes(path, MAX_BYTES, "Configuration.h").decode("utf-8", "replace").splitlines(), 1
+        ):
+            if match := _DEFINE.fullmatch(text):
+                self.texts[match[1]] = match[2]
+                self.places[match[1]] = f"{path}, line {number}: {match[1]}"
+        if not re.search(r"^\s*#\s*define\s+POLARGRAPH\b(?!_)", path.read_text("utf-8", "replace"), re.MULTILINE):
+            raise InputError(f"{path}: POLARGRAPH is not defined: another kinematics of Marlin")
+
+    def metres(self, name: str) -> float:
+        """Return a length. Raises `InputError`."""
+        return 1e-3 * self._value(name, 0)
+
+    def speeds(self) -> dict[int, float]:
+        """Return the greatest speed of each belt, m/s, by index."""
+        words = re.findall(r"[-+.0-9]+", self.texts.get("DEFAULT_MAX_FEEDRATE", ""))[:2]
+        return {k: 1e-3 * finite(word, self.places["DEFAULT_MAX_FEEDRATE"], least=0.0) for k, word in enumerate(words)}
+
+    def _value(self, name: str, depth: int) -> float:
+        if name not in self.texts:
+            raise InputError(f"{self.path}: has no #define {name}, mm")
+        try:
+            value = self._of(ast.parse(self.texts[name], mode="eval").body, depth)
+        except (SyntaxError, ZeroDivisionError, KeyError, ValueError, RecursionError):
+            value = math.nan
+        if not math.isfinite(value):
+            raise InputError(f"{self.places[name]} = {shown(self.texts[name])}: must be a number, mm, or a sum of such")
+        return value
+
+    def _of(self, node: Any, depth: int) -> float:
+        """Return the value of an expression of numbers, names and + - * /. Raises `KeyError` for another."""
+        if depth > 20:
+            raise RecursionError
+        if isinstance(node, ast.Constant) and isinstance(node.value, int | float):
+            return float(node.value)
+        if isinstance(node, ast.Name):
+            return self._value(node.id, depth + 1)
+        if isinstance(node, ast.BinOp):
+            return _OPERATORS[type(node.op)](self._of(node.left, depth + 1), self._of(node.right, depth + 1))
+        if isinstance(node, ast.UnaryOp):
+            return _OPERATORS[type(node.op)](self._of(node.operand, depth + 1))
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and len(node.args) == 1:
+            return _FUNCTIONS[node.func.id](self._of(node.args[0], depth + 1))
+        raise KeyError(type(node).__name__)

@@ -1,0 +1,103 @@
+"""Where the nozzle can be: a grid over the frame, and at each node whether tension limits and an error are kept."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.progress import Progress, silent
+from cablewright.models.statics import Equilibrium, Model
+from cablewright.robot import Robot
+from cablewright.solvers.inverse import BLOCK, solve_inverse
+from cablewright.studies.accuracy import accuracy
+
+NODES: Final = 25
+"""Nodes along the longest side of the frame."""
+
+FEWEST: Final = 9
+"""Nodes along a short side."""
+
+
+@dataclass(frozen=True, eq=False)
+class Reach:
+    """Nodes at which the nozzle can be. ``axes``: coordinates of the nodes, m; ``holds``: (nx, ny, nz)."""
+
+    axes: tuple[Array, Array, Array]
+    holds: Mask
+
+    @property
+    def cells(self) -> Mask:
+        """Whether all corners of each cell (nx - 1, ny - 1, nz - 1) hold; of one node along an axis, one cell."""
+        found = self.holds
+        for k in range(3):
+            if found.shape[k] > 1:
+                found = np.minimum(np.take(found, range(found.shape[k] - 1), axis=k),
+                                   np.take(found, range(1, found.shape[k]), axis=k))  # fmt: skip
+        return np.asarray(found)
+
+    def within(self, points: Array) -> Mask:
+        """Whether points (..., 3), m, are in cells that hold."""
+        cells = self.cells
+        inside = np.ones(points.shape[:-1], np.bool_)
+        index = []
+        for k, axis in enumerate(self.axes):
+            at = np.searchsorted(axis, points[..., k], side="right") - 1
+            if len(axis) == 1:
+                index.append(np.zeros_like(at))
+                continue
+            inside &= (points[..., k] >= axis[0] - 1e-9) & (points[..., k] <= axis[-1] + 1e-9)
+            index.append(np.clip(at, 0, len(axis) - 2))
+        return np.asarray(inside & cells[tuple(index)])
+
+    @property
+    def volume(self) -> float:
+        """Volume of the cells, m^3; in a plane their area, m^2."""
+        size = float(np.prod([axis[1] - axis[0] for axis in self.axes if len(axis) > 1]))
+        return size * int(self.cells.sum())
+
+    def up_to(self, low: float, high: float) -> Mask:
+        """Whether all cells from *low* to *high*, m, hold over each place (nx - 1, ny - 1)."""
+        cells, z = self.cells, self.axes[2]
+        layers = [k for k in range(cells.shape[2]) if z[k] < high - 1e-9 and z[min(k + 1, len(z) - 1)] > low + 1e-9]
+        return np.asarray(cells[:, :, layers].all(axis=2))
+
+
+def reach(robot: Robot, *, max_error: float | None = None, nodes: int = NODES, progress: Progress = silent) -> Reach:
+    """Return where the unrotated platform can bring the nozzle: within the tension limits, with all physics, at rest.
+
+    *max_error*: m, that the expected error of the nozzle may have, by first order of the file's uncertainty; None: any.
+    Raises `InputError` for a tilted plane, whose frame a grid along the axes misses.
+    """
+    plane = robot.platform.plane
+    if plane is not None and plane.axis is None:
+        raise InputError(f"robot {robot.name!r}: the plane is tilted; where it reaches is found at poses: use inverse")
+    low, high = np.array(robot.scene.frame_min), np.array(robot.scene.frame_max)
+    step = float((high - low).max()) / (nodes - 1)
+    axes = []
+    for k in range(3):
+        if plane is not None and plane.axis == k:
+            axes.append(np.array([plane.distance * plane.across[k]]))
+        else:
+            axes.append(np.linspace(low[k], high[k], max(FEWEST, round((high[k] - low[k]) / step) + 1)))
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    holds = np.zeros(len(points), np.bool_)
+    model = Model.full(robot)
+    for first in range(0, len(points), BLOCK):
+        progress("reach", first, len(points))
+        at = slice(first, first + BLOCK)
+        holds[at] = held_at(model, points[at]).ok
+    if max_error is not None and holds.any():
+        some = np.flatnonzero(holds)
+        found = accuracy(robot, model.unrotated_at(points[some]).tolist(), method="first-order")
+        holds[some] = found.spread.max_error <= max_error
+    progress("reach", len(points), len(points))
+    return Reach((axes[0], axes[1], axes[2]), holds.reshape([len(axis) for axis in axes]))
+
+
+def held_at(model: Model, nozzle: Array) -> Equilibrium:
+    """Return what holds the unrotated platform with its nozzle at places (k, 3), m."""
+    return solve_inverse(model, model.unrotated_at(nozzle))

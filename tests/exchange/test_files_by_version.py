@@ -1,0 +1,369 @@
+"""Own files in the styles of the firmwares' versions: what each holds, against values by hand."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+import cablewright as cw
+from cablewright.exchange.formats import read_robot
+from cablewright.exchange.robot_toml import robot_toml
+from cablewright.exchange.translation import ImportedRobot
+from cablewright.foundation.errors import InputError
+from cablewright.robot import loads
+
+ANCHORS = "A0:-1500:-100 B1300:1200:-100 C-1300:800:-100"
+RRF_2019 = f"""M669 K6
+M669 {ANCHORS} D2200
+M669 Q0.7 R60:61:62:63
+M669 U2:2:2:4 O2:2:2:3
+M669 L20:20:20:20 H255:255:255:255 J25:25:25:25
+M666 X0.5
+"""
+RRF_33 = f"""M669 K6
+M669 {ANCHORS} D2200.5 P1500
+M666 Q0.05 R65:65:65:65
+M666 U2:2:2:4 O1:1:1:1
+M666 L20:20:20:20 H255:255:255:255 J25:25:25:25
+"""
+RRF_34 = f"""; W turns on the compensation of stretch
+M669 K6
+M669 {ANCHORS} D0:0:2200
+M666 Q0.05 R65:65:65:65
+M666 U2:2:2:4
+M666 W2.5
+"""
+RRF_36 = f"""M669 K6 N5 {ANCHORS} D1200:-900:-100 I0:0:2400
+M666 A1 Q0.03 R64:65:66:67:68 U2:2:2:2:4 O1:1:1:1:1
+M666 W3 S25000 I5:5:5:5:20 X80:80:80:80:160 Y100:100:100:100:0 C0.025:0.025:0.025:0.025:0.025
+M98 P"home.g"
+M501
+"""
+RRF_37 = f"""M669 K6 N8 {ANCHORS} D1200:-900:-100
+M669 I-1200:-900:2000 J1200:-900:2000 L1200:900:2000 O-1200:900:2000
+M666 Q0 R64:64:64:64:64:64:64:64 U2:2:2:2:1:1:1:1 O1:1:1:1:1:1:1:1 F1 B0 P1
+"""
+KLIPPER_2018 = """[printer]
+kinematics: winch
+[stepper_a]
+rotation_distance: 100
+anchor_x: 0
+anchor_y: -1500
+anchor_z: -100
+[stepper_b]
+rotation_distance: 100
+anchor_x: 1300
+anchor_y: 1200
+anchor_z: -100
+[stepper_c]
+rotation_distance: 100
+anchor_x: -1300
+anchor_y: 800
+anchor_z: -100
+"""
+FORK_DEFAULTS = KLIPPER_2018.replace("kinematics: winch", "kinematics: winch\nwinch_mover_weight: 2.5")
+MASLOW_OLD = """Maslow_vertical: false
+Maslow_tlX: 0
+Maslow_tlY: 2000
+Maslow_trX: 3000
+Maslow_trY: 2000
+Maslow_brX: 3000
+Maslow_brY: 0
+axes:
+  a:
+    max_rate_mm_per_min: 2400
+"""
+MASLOW_NEW = """Maslow_vertical: false
+kinematics:
+  MaslowKinematics:
+    tlX: 0
+    tlY: 2000
+    tlZ: 100
+    trX: 3000
+    trY: 2000
+    trZ: 56
+    blX: 0
+    blY: 0
+    blZ: 34
+    brX: 3000
+    brY: 0
+    brZ: 78
+    beltEndExtension: 30
+    armLength: 123.4
+    workThickness: 18
+    fixedZ: true
+"""
+WALL = """board: Own
+kinematics:
+  WallPlotter:
+    left_axis: 1
+    left_anchor_x: -267.5
+    left_anchor_y: 250
+    right_axis: 0
+    right_anchor_x: 267.5
+    right_anchor_y: 255
+    segment_length: 10
+axes:
+  x:
+    max_rate_mm_per_min: 600
+  y:
+    max_rate_mm_per_min: 1200
+"""
+GROUND = """[Maslow Settings]
+motorspacingx = 2978.4
+bedwidth = 2438.4
+bedheight = 1219.2
+motoroffsety = 463
+[Advanced Settings]
+kinematicstype = Triangular
+chainlength = 3360
+rotationradius = 139.1
+sledweight = 98.1
+chainelongationfactor = 5e-6
+distperrot = 63.5
+"""
+REPORT = """$0=2438.40 (machine width, mm)
+$1=1200.00 (machine height, mm)
+$2=3000.00 (distance between motors, mm)
+$3=500.00 (motor offset height, mm)
+$7=1 (Kinematics Type 1=Quadrilateral, 2=Triangular)
+$13=63.50 (distance / rotation, mm)
+"""
+MARLIN_H = """// Marlin
+#define POLARGRAPH
+#if ENABLED(POLARGRAPH)
+  #define POLARGRAPH_MAX_BELT_LEN 1035.0 // mm
+#endif
+#define X_BED_SIZE 650
+#define Y_BED_SIZE 1000
+#define X_MIN_POS (-(X_BED_SIZE/2))
+#define Y_MIN_POS -(Y_BED_SIZE/2)
+#define X_MAX_POS X_BED_SIZE/2
+#define Y_MAX_POS (Y_BED_SIZE / 2)
+#define DEFAULT_MAX_FEEDRATE { 40, 50, 100 }
+"""
+M503 = """echo:  M203 X150.00 Y160.00 Z100.00
+echo:  M665 S5.00 L-300.00 R310.00 T400.00 B-450.00 H1100.00
+"""
+MAKELANGELO = """D5
+M101 A0 T242.5 B-242.5
+M101 A1 T464 B-464
+M101 A2 T170 B90
+"""
+
+
+def read(folder: Path, name: str, text: str) -> ImportedRobot:
+    (folder / name).write_text(text)
+    return read_robot([folder / name])
+
+
+def radii(robot: cw.Robot) -> list[float | None]:
+    return [line.winch.drum_radius for line in robot.lines]
+
+
+def spans(robot: cw.Robot) -> list[int]:
+    return [line.advantage for line in robot.lines]
+
+
+def exits(robot: cw.Robot) -> list[tuple[float, ...]]:
+    return [line.exit_point for line in robot.lines]
+
+
+def limits(robot: cw.Robot) -> list[tuple[float, float]]:
+    return [line.tension_limits for line in robot.lines]
+
+
+def growth(robot: cw.Robot) -> list[float]:
+    """By how much the square of the radius grows per length of one cable, mm: Q."""
+    found = [(line.winch.build_up or 0.0) * 2e3 * (line.winch.drum_radius or 0.0) ** 2 / line.cables
+             for line in robot.lines]  # fmt: skip
+    return [round(each, 9) for each in found]
+
+
+STYLES: dict[str, tuple[str, str, str, dict[Callable[[cw.Robot], object], object], tuple[str, ...]]] = {
+    "rrf 2019": (
+        "config.g", RRF_2019, "as of 2019",
+        {radii: [0.06, 0.061, 0.062, 0.063], spans: [2, 2, 2, 4], growth: [0.7] * 4,
+         lambda r: [line.cables for line in r.lines]: [2, 2, 2, 3]},
+        ("M666 L: teeth of the gear; an export has it, as --gear", "M666 X: the end switch"),
+    ),
+    "rrf 3.3": (
+        "config.g", RRF_33, "2020 to 3.4",
+        {radii: [0.065] * 4, growth: [0.05] * 4, lambda r: r.lines[3].exit_point: (0.0, 0.0, 2.2005)},
+        ("M669 P: the radius", "M666 J: an export has it, as --full-steps"),
+    ),
+    "rrf 3.4, weight alone": (
+        "config.g", RRF_34, "2020 to 3.4",
+        {limits: [(0.0, 35.0)] * 3 + [(0.0, 17.5)], lambda r: r.platform.mass: 2.5,
+         lambda r: {line.cable.stiffness for line in r.lines}: {20000.0}},
+        (),
+    ),
+    "rrf 3.6": (
+        "config.g", RRF_36, "3.5 or newer",
+        {radii: [0.064, 0.065, 0.066, 0.067, 0.068], limits: [(2.5, 40.0)] * 4 + [(5.0, 40.0)],
+         lambda r: [line.dead_length for line in r.lines]: [0.1] * 4 + [0.0],
+         lambda r: r.lines[4].exit_point: (0.0, 0.0, 2.4)},
+        ('M98 P"home.g": commands of other files', "M501: config-override.g is not read", "M666 C: torque constants"),
+    ),
+    "rrf 3.7": (
+        "config.g", RRF_37, "3.7 or newer",
+        {lambda r: [line.name for line in r.lines]: list("ABCDIJLO"), growth: [0.0] * 8, radii: [0.064] * 8,
+         lambda r: r.lines[7].exit_point: (-1.2, 0.9, 2.0)},
+        ("M666 F: whether the firmware compensates", "M666 P: of the compensation"),
+    ),
+    "klipper": (
+        "printer.cfg", KLIPPER_2018 + "[include pins.cfg]\n", "since 2018",
+        {radii: [pytest.approx(0.1 / math.tau)] * 3, spans: [1, 1, 1]}, ("[include pins.cfg]: other files",),
+    ),
+    "klipper's fork": (
+        "printer.cfg", FORK_DEFAULTS, "the fork for Hangprinters",
+        {lambda r: r.platform.mass: 2.5, limits: [(0.0, 120.0)] * 3}, (),
+    ),
+    "maslow of 2024": (
+        "maslow.yaml", MASLOW_OLD, "before 2025",
+        {exits: [(0.0, 2.0, 0.0), (3.0, 2.0, 0.0), (0.0, 0.0, 0.0), (3.0, 0.0, 0.0)],
+         lambda r: [line.winch.max_speed for line in r.lines]: [pytest.approx(0.04), None, None, None]},
+        (),
+    ),
+    "maslow of 2025": (
+        "maslow.yaml", MASLOW_NEW, "since 2025",
+        {lambda r: [round(line.exit_point[2], 12) for line in r.lines]: [0.118, 0.074, 0.052, 0.096]},
+        ("arms of 153.4 mm that stay level", "fixedZ: whether belts follow"),
+    ),
+    "fluidnc": (
+        "wall.yaml", WALL, "FluidNC's WallPlotter",
+        {exits: [(-0.2675, 0.0, 0.25), (0.2675, 0.0, 0.255)],
+         lambda r: [line.winch.max_speed for line in r.lines]: [pytest.approx(0.02), pytest.approx(0.01)],
+         lambda r: r.scene.frame_min[2]: pytest.approx(0.25 - 0.535)},
+        ("segment_length: the firmware cuts",),
+    ),
+    "maslow classic": (
+        "groundcontrol.ini", GROUND, "GroundControl's settings",
+        {lambda r: r.lines[0].exit_point[0]: -1.4892,
+         lambda r: math.hypot(*r.lines[0].exit_point[1:]): pytest.approx(1.2192 / 2 + 0.463),
+         lambda r: r.platform.mass: pytest.approx(10.0), lambda r: r.lines[0].cable.stiffness: pytest.approx(2e5),
+         lambda r: r.lines[1].winch.capacity: 3.36, radii: [pytest.approx(0.0635 / math.tau)] * 2,
+         lambda r: r.platform.plane.across[2]: pytest.approx(math.sin(math.radians(15)))},
+        ("rotationRadius: chains end on a ring", "chains wrap around their sprockets"),
+    ),
+    "maslow classic's $$": (
+        "settings.txt", REPORT, "the firmware's $$",
+        {lambda r: r.lines[1].exit_point[0]: 1.5,
+         lambda r: math.hypot(*r.lines[0].exit_point[1:]): pytest.approx(1.1)},
+        ("kinematicsType: Quadrilateral",),
+    ),
+    "marlin": (
+        "Configuration.h", MARLIN_H, "Configuration.h",
+        {exits: [(-0.325, 0.0, 0.5), (0.325, 0.0, 0.5)], lambda r: r.scene.frame_min[2]: -0.5,
+         lambda r: [line.winch.max_speed for line in r.lines]: [0.04, 0.05],
+         lambda r: r.lines[0].winch.capacity: 1.035},
+        (),
+    ),
+    "marlin's M503": (
+        "settings.gcode", M503, "M665",
+        {exits: [(-0.3, 0.0, 0.4), (0.31, 0.0, 0.4)], lambda r: r.lines[1].winch.max_speed: 0.16,
+         lambda r: r.lines[1].winch.capacity: 1.1},
+        ("M665 S: segments",),
+    ),
+    "makelangelo": (
+        "limits.gcode", MAKELANGELO, "Makelangelo's own firmware",
+        {exits: [(-0.2425, 0.0, 0.464), (0.2425, 0.0, 0.464)], lambda r: r.scene.frame_min[2]: -0.464},
+        ("M101 A2 T170 B90: the pen", "D5: a robot file has no such thing"),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("style", STYLES)
+def test_a_style_of_file(style: str, tmp_path: Path) -> None:
+    name, text, version, values, lost = STYLES[style]
+    found = read(tmp_path, name, text)
+    assert version in found.format
+    for of, value in values.items():
+        assert of(found.robot) == value
+    for words in lost:
+        assert any(words in each for each in found.lost), (words, found.lost)
+    assert loads(robot_toml(found, "cablewright import")) == found.robot
+
+
+def test_defaults_of_a_firmware_are_listed(tmp_path: Path) -> None:
+    told = " ".join(read(tmp_path, "config.g", RRF_34).assumed)
+    for words in ("up to 70 N over the spans", "axial_stiffness: 20000 N", "cables: 1, 1, 1, 1, what RepRapFirmware"):
+        assert words in told
+    told = " ".join(read(tmp_path, "printer.cfg", FORK_DEFAULTS).assumed)
+    assert "up to 120 N over the spans, what the fork takes" in told
+    told = " ".join(read(tmp_path, "maslow.yaml", MASLOW_OLD).assumed)
+    assert "Maslow_blX: 0 mm, the file has none" in told
+    assert "Maslow_tlZ: 0 mm, the file has none" in told
+    assert "origin is [1.5000, 1.0000, 0.0000] m" in told
+
+
+def test_arms_that_stay_level_are_measured(tmp_path: Path) -> None:
+    """In the middle of the frame: sqrt((d - arm)^2 + z^2) and sqrt(d^2 + z^2) - arm, of the highest belt."""
+    found = read(tmp_path, "maslow.yaml", MASLOW_NEW)
+    d, arm, z = math.hypot(1500, 1000), 153.4, 118.0
+    longer = math.hypot(d - arm, z) - (math.hypot(d, z) - arm)
+    assert f"up to {longer:.2g} mm longer (top left)" in " ".join(found.lost)
+
+
+def test_a_plotter_hangs_as_by_hand(tmp_path: Path) -> None:
+    """Two belts at 45 degrees each pull with weight over the root of 2."""
+    text = WALL.replace("right_anchor_y: 255", "right_anchor_y: 250")
+    robot = read(tmp_path, "wall.yaml", text).robot
+    found = cw.inverse(robot, (0.0, 0.0, 0.25 - 0.2675), cable="rigid")
+    assert found.tensions == pytest.approx([0.3 * 9.81 / math.sqrt(2.0)] * 2, rel=1e-9)
+    assert found.lengths == pytest.approx([0.2675 * math.sqrt(2.0)] * 2, rel=1e-9)
+
+
+BAD = {
+    "corexy": ("config.g", "M669 K1 X1:1:0\n", "K1 is CoreXY"),
+    "delta by M669": ("config.g", "M669 K3\n", "K3 is a linear delta"),
+    "delta by M665": ("config.g", "M665 R105 L215 B85 H250\n", "M665 is of a linear delta"),
+    "nine anchors": ("config.g", RRF_36.replace("N5", "N9"), "must be 3 to 5 anchors before RepRapFirmware 3.7"),
+    "six radii of eight": ("config.g", RRF_37.replace("R64:64:64", "R64"), "R = .* has 6 values; there are 8 anchors"),
+    "no radii of eight": (
+        "config.g", RRF_37.replace("R64:64:64:64:64:64:64:64", ""), "has no R; with over 5 anchors"
+    ),
+    "condition": (
+        "config.g", "if exists(global.x)\n  M669 K6\n" + RRF_33, "M669 stands under 'if': give a config.g without"
+    ),
+    "expression": ("config.g", RRF_33.replace("Q0.05", "Q{global.q}"), "an expression; write its value"),
+    "anchor in m": ("config.g", RRF_33.replace("D2200.5", "D2.2005"), "anchor D is 2.2005 mm from the origin"),
+    "cut": ("config.g", RRF_33[: RRF_33.index(":65\n") - 2], "has 3 values; there are 4 anchors|letters, each with"),
+    "klipper, delta": ("printer.cfg", KLIPPER_2018.replace("winch", "delta"), "kinematics = 'delta': must be winch"),
+    "klipper, elsewhere": (
+        "printer.cfg", "[include winches.cfg]\n[printer]\nmax_velocity: 3\n", r"in a file that \[include winches.cfg\]"
+    ),
+    "klipper, anchor in m": (
+        "printer.cfg", KLIPPER_2018.replace("-1300", "-1.3").replace("800", "0.8").replace("-100\n", "-0.1\n"),
+        "give all anchors in mm",
+    ),
+    "klipper, cut": ("printer.cfg", KLIPPER_2018[:-16], "has no anchor_z, mm|anchor_y"),
+    "maslow, cut": ("maslow.yaml", MASLOW_NEW[: MASLOW_NEW.index("trY")], "has no trY"),
+    "wall, cut": ("wall.yaml", WALL[: WALL.index("    right_anchor_y")], "has no right_anchor_y, mm"),
+    "wall, exchanged": ("wall.yaml", WALL.replace("right_anchor_x: 2", "right_anchor_x: -3"), "not to the right of"),
+    "wall, an axis": ("wall.yaml", WALL.replace("left_axis: 1", "left_axis: 9"), "must be 0 to 5, for x to c"),
+    "wall, a unit": ("wall.yaml", WALL.replace("250", "250 mm"), "without a unit"),
+    "classic, no motors": ("own.ini", GROUND.replace("motorspacingx = 2978.4", "motorspacingx ="), "motorspacingx"),
+    "classic, an elongation": ("own.ini", GROUND.replace("5e-6", "0"), "must be at least 1e-09"),
+    "marlin, another kinematics": (
+        "Configuration.h", MARLIN_H.replace("POLARGRAPH\n", "POLARGRAPHS\n", 1), "POLARGRAPH is not defined"
+    ),
+    "marlin, a sum": ("Configuration.h", MARLIN_H.replace("Y_BED_SIZE 1000", "Y_BED_SIZE tall"), "has no #define tall"),
+    "marlin, no number": (
+        "Configuration.h", MARLIN_H.replace("Y_BED_SIZE 1000", "Y_BED_SIZE [1]"), "must be a number, mm, or a sum"
+    ),
+    "marlin, itself": ("Configuration.h", MARLIN_H.replace("X_BED_SIZE 650", "X_BED_SIZE X_BED_SIZE"), "must be a"),
+    "m665 without a side": ("settings.gcode", M503.replace(" R310.00", ""), "M665 has no R, mm"),
+    "makelangelo, half": ("limits.gcode", MAKELANGELO.replace("M101 A1 T464 B-464", ""), "has no M101 A1"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", BAD)
+def test_a_bad_file_is_refused_in_a_line(kind: str, tmp_path: Path) -> None:
+    name, text, why = BAD[kind]
+    with pytest.raises(InputError, match=why) as caught:
+        read(tmp_path, name, text)
+    assert "\n" not in str(caught.value)

@@ -1,0 +1,134 @@
+"""Whether a part fits: against boxes and pyramids by hand, and against the solver at its points."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import cablewright as cw
+from cablewright.apps.cli.main import run
+from cablewright.foundation.errors import InputError
+from cablewright.printing.job import load_job
+from cablewright.robot import Robot, load
+from cablewright.studies.fit import fit
+from cablewright.studies.reach import Reach, reach
+
+
+def bar(folder: Path, length: float, height: float = 2.0, name: str = "bar.gcode") -> Path:
+    """G-code of one strand along x, of a *length*, mm, about x = 100 mm."""
+    x = 100.0 - 0.5 * length
+    (folder / name).write_text(f"G21\nG90\nM83\n;LAYER:0\nG0 X{x} Y50 Z{height} F3000\nG1 X{x + length} Y50 E9\n")
+    return folder / name
+
+
+@pytest.fixture(scope="module")
+def hangprinter() -> Robot:
+    return load("hangprinter-v4")
+
+
+def test_the_reach_of_a_grid() -> None:
+    """A point is in a cell whose corners all hold; the volume is that of such cells."""
+    axes = (np.array([0.0, 1.0, 2.0]), np.array([0.0, 1.0, 2.0]), np.array([0.0, 1.0]))
+    holds = np.ones((3, 3, 2), np.bool_)
+    holds[2, 2, 1] = False
+    found = Reach(axes, holds)
+    assert found.volume == 3.0
+    points = np.array([[0.5, 0.5, 0.5], [1.5, 1.5, 0.1], [2.0, 0.5, 1.0], [0.5, 0.5, 1.1]])
+    assert found.within(points).tolist() == [True, False, True, False]
+    assert found.up_to(0.0, 1.0).sum() == 3
+
+
+def test_the_largest_scale_is_held_and_a_larger_one_is_not(hangprinter: Robot, tmp_path: Path) -> None:
+    found = fit(hangprinter, load_job(bar(tmp_path, 100.0)))
+    assert found.fits
+    assert found.refusal == ""
+    turn = np.array([math.cos(found.rotation), math.sin(found.rotation)])
+    ends = np.array([[-50.0, 50.0]]).T * 1e-3 * turn
+    middle = found.placed.mean(axis=0)
+    for scale, whole in ((found.scale, True), (1.25 * found.scale, False)):
+        at = np.concatenate([ends * scale, np.full((2, 1), 2e-3 * scale)], axis=1)
+        at[:, :2] += middle[:2]
+        assert cw.inverse(hangprinter, at).ok.all() is np.bool_(whole)
+    assert "line" in found.limit or "frame" in found.limit
+
+
+def test_the_origin_brings_the_part_there(hangprinter: Robot, tmp_path: Path) -> None:
+    """A job with that origin, and no rotation, is held at all its points."""
+    path = bar(tmp_path, 300.0)
+    found = fit(hangprinter, load_job(path), turns=1)
+    (tmp_path / "job.toml").write_text(
+        f'schema = 1\nname = "bar"\ngcode = "{path.name}"\norigin = {[float(each) for each in found.origin]}\n'
+    )
+    job = load_job(tmp_path / "job.toml")
+    laid = job.samples(job.toolpath())
+    at = laid.positions[laid.extruding]
+    assert cw.inverse(hangprinter, at).ok.all()
+    assert found.placed.min(axis=0) == pytest.approx(at.min(axis=0) - [0.0, 0.0, 0.0], abs=0.05)
+
+
+def test_a_long_part_is_turned(tmp_path: Path) -> None:
+    """In a frame of a narrow box the bar has to lie along its long side."""
+    robot = load("house-printer")
+    scene = robot.scene.model_copy(update={"frame_min": (-1.0, -5.0, 0.0), "frame_max": (1.0, 5.0, 8.0)})
+    found = fit(robot.model_copy(update={"scene": scene}), load_job(bar(tmp_path, 4000.0)))
+    assert found.fits
+    assert found.rotation == pytest.approx(math.pi / 2)
+
+
+def test_a_part_that_is_too_large_is_refused(hangprinter: Robot, tmp_path: Path) -> None:
+    found = fit(hangprinter, load_job(bar(tmp_path, 6000.0)), turns=4)
+    assert not found.fits
+    assert 0.1 < found.scale < 0.5
+    assert "up to a scale of" in found.refusal
+    placed = found.placed
+    assert np.ptp(placed[:, :2], axis=0).max() < 3.0
+
+
+def test_an_error_makes_the_reach_smaller(hangprinter: Robot) -> None:
+    everywhere = reach(hangprinter, nodes=9)
+    near = reach(hangprinter, nodes=9, max_error=2e-3)
+    assert 0 < near.holds.sum() < everywhere.holds.sum()
+    assert not (near.holds & ~everywhere.holds).any()
+
+
+def test_a_wall_has_an_area(tmp_path: Path) -> None:
+    robot = load("hangprinter-v4")
+    platform = robot.platform.model_copy(update={"plane": cw.Plane(normal=(0.0, 1.0, 0.0), one_sided=False)})
+    found = reach(robot.model_copy(update={"platform": platform}), nodes=9)
+    assert found.holds.shape[1] == 1
+    with pytest.raises(InputError, match="the plane is tilted"):
+        reach(load("maslow4"))
+
+
+def test_an_stl_stands_on_the_bed(hangprinter: Robot, tmp_path: Path) -> None:
+    corners = [(0, 0, 10), (80, 0, 10), (0, 80, 10), (0, 0, 90)]
+    facets = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
+    text = "solid s\n" + "".join(
+        "facet normal 0 0 0\nouter loop\n"
+        + "".join("vertex {} {} {}\n".format(*corners[k]) for k in facet)
+        + "endloop\nendfacet\n"
+        for facet in facets
+    )
+    (tmp_path / "s.stl").write_text(text + "endsolid s\n")
+    found = fit(hangprinter, tmp_path / "s.stl", turns=2)
+    assert found.size == pytest.approx([0.08] * 3)
+    assert found.placed[:, 2].min() == pytest.approx(0.0)
+    with pytest.raises(InputError, match="must be a job's TOML or G-code, or an STL"):
+        fit(hangprinter, tmp_path / "s.obj")
+
+
+def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    part = str(bar(tmp_path, 6000.0))
+    code = run(["fit", "hangprinter-v4", part, "--plot", str(tmp_path / "f.png"), "--json"])
+    said = capsys.readouterr()
+    assert code == 1
+    answer = json.loads(said.out)
+    assert answer["fits"] is False
+    assert answer["scale"] < 1.0
+    assert len(answer["origin"]) == 3
+    assert (tmp_path / "f.png").stat().st_size > 20_000
+    assert "up to a scale of" in said.err
