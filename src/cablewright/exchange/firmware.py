@@ -139,6 +139,9 @@ def plain_gcode(
             f"robot {robot.name!r} has {robot.m} lines; the own kinematics of {dialect} has {FEWEST} to {most}: export "
             "klipper, which moves winches by their angle"
         )
+    if robot.winches < robot.m:
+        why = f"the own kinematics of {dialect} has one on each: export klipper, which moves winches by their angle"
+        raise InputError(f"robot {robot.name!r} has {robot.m} lines on {robot.winches} winches; {why}")
     motor = _motor(stepper, machine, gear)
     job, _ = driven_job(robot, job)
     drums, model = drums_of(robot, machine), Model.full(robot)

@@ -191,7 +191,7 @@ SPATIAL: Final = "counterweight pulley winch-aside platform-sheave platform-pull
 """Features of lines that are more than a winch and a cable in one vertical plane."""
 
 _PROVED: Final = f"{SPATIAL} mount spring plane"  # no proof covers them
-_DRIVEN: Final = "counterweight shared-winch"  # no estimator covers them
+_DRIVEN: Final = "counterweight shared-winch"  # no estimator by lidars and no homing covers them
 _TURNING: Final = "swivel universal-joint pulley platform-sheave platform-pulley"
 _OWN_WINCH: Final = "Give each line a winch of its own"
 _WINCH_OR_URDF: Final = f"{_OWN_WINCH}, or export urdf, which has no lines"
@@ -247,13 +247,13 @@ _ROWS: Final = (
     (_C.HOMING, _REJECTED, f"{_DRIVEN} free-position retraction", "Use forward with the measured lengths"),
     (_C.DRIVES, _REJECTED, "counterweight shared-winch", _OWN_WINCH),
     (_C.DRIVES, _REJECTED, "no-diameter no-drum-radius", _IN_FILE),
-    (_C.SERVE, _REJECTED, f"{_DRIVEN} free-position", "Use check, which needs no machine"),
+    (_C.SERVE, _REJECTED, "free-position", "Use check, which needs no machine"),
     (_C.KLIPPER, _REJECTED, "free-position few-shared-winches few-lines-in-plane", _WINCH_OR_URDF),
     (_C.LINUXCNC, _REJECTED, "free-position few-shared-winches few-lines-in-plane", _WINCH_OR_URDF),
     (_C.REPRAPFIRMWARE, _REJECTED, "counterweight shared-winch", _BY_ANGLE),
     (_C.REPRAPFIRMWARE, _REJECTED, "few-winches", _WINCH_OR_URDF),
-    (_C.REPRAPFIRMWARE, _REJECTED, f"{_TURNING} body plane offset-point", _BY_ANGLE),
-    (_C.KLIPPER_WINCH, _REJECTED, f"{_TURNING} advantage body plane offset-point", _BY_ANGLE),
+    (_C.REPRAPFIRMWARE, _REJECTED, f"{_TURNING} body plane", _BY_ANGLE),
+    (_C.KLIPPER_WINCH, _REJECTED, f"{_TURNING} advantage body plane", _BY_ANGLE),
     (_C.KLIPPER_WINCH, _REJECTED, "counterweight shared-winch", _BY_ANGLE),
     (_C.KLIPPER_WINCH, _REJECTED, "no-drum-radius", _IN_FILE),
     (_C.KLIPPER, _REJECTED, "no-drum-radius", _IN_FILE),

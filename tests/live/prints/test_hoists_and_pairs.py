@@ -26,7 +26,7 @@ def small(height: float) -> Job:
 
 @pytest.mark.parametrize("robot", [driven.hoist(), driven.pairs()], ids=["hoist", "pairs"])
 def test_an_ideal_machine_prints_on_its_path_with_tensions_within_limits(robot: Robot) -> None:
-    found = printed(robot, small(0.5), PrintOptions(None, layers=1, seed=0, severity="ideal"))
+    found = printed(robot, small(0.5), PrintOptions("encoders", layers=1, seed=0, severity="ideal"))
     assert found.end == "finished"
     assert found.errors.max() < 2e-3
     limits = np.array([line.tension_limits for line in robot.lines])

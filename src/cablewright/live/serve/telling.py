@@ -38,6 +38,7 @@ from cablewright.machine.log.head import written_head
 from cablewright.machine.log.messages import encode, encode_frame
 from cablewright.machine.log.topics import Signal
 from cablewright.models.plane import directions
+from cablewright.models.winch_lines import WinchLines
 from cablewright.robot import Plane
 
 STATE_STEPS: Final = 2
@@ -195,7 +196,7 @@ class Telling:
             "modes": [mode.value for mode in step.command.modes],
             "speeds": step.command.winch_speeds.tolist(),
             "valve": step.command.valve,
-            "damping": printer.plan.velocity.swing is not None and bool(step.command.winch_speeds.any()),
+            "damping": printer.plan.velocity.damps and bool(step.command.winch_speeds.any()),
             "lines": _lines(estimate, printer.estimator.tensions),
             "platform": _platform(path, estimate),
             "faults": [f"{each.source}: {each.sentence}" for each in estimate.faults],
@@ -255,6 +256,8 @@ def told_sitting(
         "robot": sitting.head.robot.name,
         "machine": owner.name,
         "lines": [line.name for line in sitting.head.robot.lines],
+        "winches": WinchLines.of(sitting.head.robot).winch.tolist(),
+        "hosts": sitting.head.robot.hosts,
         "limits": [list(line.tension_limits) for line in sitting.head.robot.lines],
         "stops_at": plan.guard.max_tensions.tolist(),
         "cable": owner.winch.held,
@@ -264,7 +267,7 @@ def told_sitting(
         "park": plan.manual.park is not None,
         "procedures": sitting.procedures,
         "orders": allowed_orders(),
-        "damped": plan.velocity.swing is not None,
+        "damped": plan.velocity.damps,
         "powder": plan.powder if math.isfinite(plan.powder) else None,
         "period": printer.machine.period,
         "job": None if sitting.job is None else {"id": job, "name": sitting.job.name},

@@ -17,10 +17,11 @@ export class LineTable {
 
   show(control) {
     if (control.sitting !== this.sitting?.sitting) return;
-    const { lines, measured, modes, speeds, drives } = control, { limits, stops_at, cable } = this.sitting;
+    const { lines, measured, modes, speeds, drives } = control, { limits, stops_at, cable, winches, hosts } = this.sitting;
     at("drive-head").hidden = !drives;
     put(at("tension-note"), measured ? "Tensions are measured." : "Tensions are those of the model at the estimated lengths: nothing measures them here.");
     this.rows.forEach(({ cells, mark, gauge, word }, i) => {
+      const winch = winches[i], own = hosts[winch] === i; // -1: a counterweight
       const tension = measured?.[i] ?? lines.tensions?.[i], [low, high] = limits[i], top = Math.max(stops_at[i], high) * 1.05;
       put(cells[0], force(tension));
       const out = tension > high ? "above its limit" : tension < low ? "below its limit" : "";
@@ -33,10 +34,12 @@ export class LineTable {
       cells[1].classList.toggle("out", Boolean(out));
       put(cells[2], lines.slack[i] ? `slack by ${length(lines.excess[i])}` : lines.excess[i] === null ? "not known" : "taut");
       cells[2].classList.toggle("out", lines.slack[i]);
-      put(cells[3], `${fixed(lines.lengths[i], 3)} of\u00a0${fixed(cable, 0)}\u00a0m`);
-      put(cells[4], modes[i] === "off" ? "brake" : `${speeds[i] ? fixed(speeds[i], 2) + "\u00a0rad/s" : "holds"}`);
+      put(cells[3], winch < 0 ? `${fixed(lines.lengths[i], 3)}\u00a0m` : `${fixed(lines.lengths[i], 3)} of\u00a0${fixed(cable, 0)}\u00a0m`);
+      if (winch < 0) put(cells[4], "counterweight");
+      else if (!own) put(cells[4], `winch of ${this.sitting.lines[hosts[winch]]}`);
+      else put(cells[4], modes[winch] === "off" ? "brake" : `${speeds[winch] ? fixed(speeds[winch], 2) + "\u00a0rad/s" : "holds"}`);
       cells[5].hidden = !drives;
-      if (drives) put(cells[5], drives.faults[i] || drives.states[i]);
+      if (drives && own && winch >= 0) put(cells[5], drives.faults[winch] || drives.states[winch]);
     });
   }
 }
