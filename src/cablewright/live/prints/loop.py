@@ -43,7 +43,7 @@ from cablewright.foundation.signals import (
     WinchMode,
     frozen,
 )
-from cablewright.live.estimators import DeadReckoning, Estimator, Weighing
+from cablewright.live.estimators import DeadReckoning, Estimator, Measuring, Weighing
 from cablewright.machine.interface import RESET, Machine, check_command, require_abilities
 from cablewright.machine.powder_load import PowderLoad
 
@@ -336,7 +336,7 @@ class Printer:
         tensions = None
         if self.plan.path.attitude is not None:
             tensions = self.estimator.tensions
-        elif isinstance(self.estimator, DeadReckoning):
+        elif isinstance(self.estimator, Measuring):
             tensions = self.estimator.measured
         moved = self._retract(target, dt)
         own = self.plan.velocity
