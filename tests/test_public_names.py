@@ -25,6 +25,7 @@ EXTRAS = (
     "cma",
     "distributed",
     "meshio",
+    "pandas",
     "pymoo",
     "pysoem",
     "rosbags",
@@ -32,6 +33,7 @@ EXTRAS = (
     "starlette",
     "uvicorn",
     "websockets",
+    "xarray",
 )
 HEAVY = {"numba", "scipy", "matplotlib", "pyarrow", "numpy", "llvmlite", "typer", "rich"}
 

@@ -7,9 +7,11 @@ documentation lists the names by subject.
 
 import ast
 from importlib import import_module
+from inspect import isfunction
 from pathlib import Path
 from typing import Any
 
+from cablewright.foundation.border import checked
 from cablewright.foundation.results import Pictured
 
 _HOMES = {
@@ -23,10 +25,10 @@ _HOMES = {
 __all__ = sorted(_HOMES)  # a list, by `sorted`
 
 
-def _draw(result: Pictured, file: Any) -> Any:
+def _draw(result: Pictured, *file: Any, **look: Any) -> Any:
     from cablewright.apps.pictures.gallery import draw
 
-    return draw(result, file)
+    return draw(result, *file, **look)
 
 
 Pictured.draw = _draw
@@ -37,6 +39,8 @@ def __getattr__(name: str) -> object:
     if name not in _HOMES:
         raise AttributeError(f"module 'cablewright' has no attribute {name!r}")
     value = getattr(import_module(_HOMES[name]), name)
+    if isfunction(value):
+        value = checked(value, name)
     globals()[name] = value
     return value
 

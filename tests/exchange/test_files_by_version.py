@@ -6,13 +6,16 @@ import math
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import cablewright as cw
-from cablewright.exchange.formats import read_robot
+from cablewright.exchange.formats import ImportOptions, read_robot
 from cablewright.exchange.robot_toml import robot_toml
+from cablewright.exchange.rrf_config import rrf_config
 from cablewright.exchange.translation import ImportedRobot
 from cablewright.foundation.errors import InputError
+from cablewright.machine.drums import drums_of
 from cablewright.robot import loads
 
 ANCHORS = "A0:-1500:-100 B1300:1200:-100 C-1300:800:-100"
@@ -367,3 +370,22 @@ def test_a_bad_file_is_refused_in_a_line(kind: str, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=why) as caught:
         read(tmp_path, name, text)
     assert "\n" not in str(caught.value)
+
+
+def test_a_nozzle_below_the_lines(tmp_path: Path) -> None:
+    """Anchors are as the point above the nozzle sees them: they come back, and the lines are as long as before."""
+    (tmp_path / "config.g").write_text(RRF_36)
+    plain = read_robot([tmp_path / "config.g"]).robot
+    found = read_robot([tmp_path / "config.g"], options=ImportOptions(nozzle_below=0.12))
+    assert found.robot.lines[0].platform_point == (0.0, 0.0, 0.12)
+    assert found.robot.lines[0].exit_point == pytest.approx((0.0, -1.5, 0.02))
+    at = (0.2, 0.1, 0.3)
+    lengths = [cw.inverse(robot, at, cable="rigid").lengths for robot in (plain, found.robot)]
+    assert lengths[1] == pytest.approx(lengths[0], abs=1e-12)
+    text = rrf_config(found.robot, drums_of(found.robot), None, 25, np.array([(0.3, -0.2, 0.1), (-0.3, 0.4, 0.6)])).text
+    again = read(tmp_path, "again.g", text).robot
+    for one, other in zip(again.lines, plain.lines, strict=True):
+        assert one.exit_point == pytest.approx(other.exit_point, abs=1e-12)
+    (tmp_path / "m.yaml").write_text(MASLOW_NEW)
+    with pytest.raises(InputError, match="no point where all lines meet"):
+        read_robot([tmp_path / "m.yaml"], options=ImportOptions(nozzle_below=0.12))

@@ -241,8 +241,8 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     answer = json.loads(capsys.readouterr().out)
     assert 0.0 < answer["nozzle_error"] < 2e-4
     for words, why in (
-        (["gcode"], "export gcode needs --for"),
-        (["klipper", "--for", "rrf"], "export gcode needs --for"),
+        (["gcode"], "--for = None: must be rrf or klipper"),
+        (["klipper", "--for", "rrf"], "--for = rrf: must be left out"),
         (["klipper", "--tolerance", "20 kg"], "--tolerance"),
         (["klipper", "--tolerance", "20"], "must be under 1 m; a number alone is in m"),
         (["reprapfirmware", "--gear", "20"], "teeth of motor and spool, each 1 to 10000, like 20:255"),

@@ -3,11 +3,11 @@
     python tools/pages/line_prints.py                    # all robots
     python tools/pages/line_prints.py --robots cogiro --seeds 0:2
 
-Robots: the Hangprinter, whose lines have an advantage of 2, the cogiro with sheaves on its platform, the Maslow, whose
-sled slides on a board, a body that hangs on four lines, a hoist with a counterweight, and a body on three pairs of
-lines, each on one winch; jobs: rings of two layers, on the board two rounds of a
-rectangle. The machine is built for the robot, or the library's, with the severity typical and the dynamic plant in
-steps of 10 ms. True values in each step that prints: distance of the nozzle from its target, and tensions.
+Robots: the Hangprinter, whose lines have an advantage of 2, the cogiro as it is and with sheaves on its platform, the
+Maslow, whose sled slides on a board, a body that hangs on four lines, a hoist with a counterweight, and a body on three
+pairs of lines, each on one winch; jobs: rings of two layers, on the board two rounds of a rectangle. The machine is
+built for the robot, or the library's, with the severity typical and the dynamic plant in steps of 10 ms. True values in
+each step that prints: distance of the nozzle from its path, and tensions.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from cablewright.live.prints.plan import PrintOptions, plan_print, twin_of
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.models.plane import directions
 from cablewright.printing.job import Job, load_job
+from cablewright.printing.track import Track
 from cablewright.robot import PlatformSheave, Robot, load
 from cablewright.studies.checks.check import check
 
@@ -125,9 +126,12 @@ def on_the_board(folder: Path) -> Job:
     return load_job(folder / "board.toml")
 
 
+_WINDOW: Final = 0.1  # m along the path
+
 CASES: Final[dict[str, tuple[Callable[[], Robot], Callable[[Path], Job]]]] = {
     "hangprinter-v4": (lambda: load("hangprinter-v4"), lambda _: ring(0.2, 0.3, 0.1)),
-    "cogiro": (with_sheaves, lambda _: ring(0.5, 0.5, 0.2)),
+    "cogiro": (lambda: load("cogiro"), lambda _: ring(0.5, 0.5, 0.2)),
+    "cogiro-sheaves": (with_sheaves, lambda _: ring(0.5, 0.5, 0.2)),
     "maslow4": (lambda: load("maslow4"), on_the_board),
     "grab-four-lines": (lambda: load("grab-four-lines"), lambda _: ring(0.2, -0.3, 0.1, 1.1)),
     "hoist": (hoist, lambda _: ring(0.25, 0.4, 0.1)),
@@ -142,6 +146,16 @@ class Outcome:
     errors: np.ndarray
     tensions: np.ndarray
     end: str
+
+
+def distance_from(track: Track, place: np.ndarray, along: float) -> float:
+    """Distance in space, m, of a *place* (3,) from the *track* near the distance *along* it, m."""
+    first, stop = np.searchsorted(track.distance, (along - _WINDOW, along + _WINDOW))
+    begin = track.positions[max(first - 1, 0) : stop + 1]
+    way = np.diff(begin, axis=0)
+    share = ((place - begin[:-1]) * way).sum(axis=1) / np.maximum((way * way).sum(axis=1), 1e-18)
+    off = place - begin[:-1] - np.clip(share, 0.0, 1.0)[:, None] * way
+    return float(np.linalg.norm(off, axis=1).min())
 
 
 def printed(robot: Robot, job: Job, options: PrintOptions) -> Outcome:
@@ -160,7 +174,7 @@ def printed(robot: Robot, job: Job, options: PrintOptions) -> Outcome:
         if step.progress.state is PrintState.PRINTING:
             truth = rig.truth
             nozzle = truth.position if robot.n == 3 else path.printing_point(truth.position, truth.rotation)
-            errors.append(float(np.linalg.norm(nozzle - step.progress.target)))
+            errors.append(distance_from(path.track, nozzle, step.progress.distance))
             tensions.append(truth.tensions)
     end = "finished" if printer.finished else printer.supervisor.reason
     return Outcome(np.array(errors), np.array(tensions), end)

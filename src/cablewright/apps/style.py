@@ -1,4 +1,4 @@
-"""The look of every picture, what several of them draw, and how a picture becomes a PNG.
+"""The look of every picture, what several of them draw, and how a picture becomes a PNG, an SVG or a PDF.
 
 Colours can be told apart by colour-blind readers. Matplotlib's object interface with Agg is used: no window, and no
 figure that outlives its function.
@@ -8,9 +8,13 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from textwrap import fill
+from types import MappingProxyType
 from typing import Any, Final, Literal, NamedTuple
 
 import matplotlib as mpl
@@ -24,11 +28,16 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import Colormap, LinearSegmentedColormap, ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
+from matplotlib.lines import Line2D
 from matplotlib.patches import Ellipse, Rectangle
+from matplotlib.text import Text
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 from numpy.typing import ArrayLike
+from pydantic_core import PydanticCustomError
 
 from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import EnvironmentFault, InputError, UnknownName, suggestion
+from cablewright.foundation.units import LENGTH
 
 # The palette of Okabe and Ito.
 BLUE: Final = "#0072b2"
@@ -55,52 +64,148 @@ _BELOW: Final[Any] = {side: f"outside lower {side}" for side in ("left", "center
 _LONGEST_LABEL: Final = 28
 _MISSING: Final = "\N{WHITE SQUARE}"
 
-_STYLE: Final[Any] = {
-    "font.family": ["DejaVu Sans"],  # comes with matplotlib: the same picture everywhere
-    "font.size": 9.0,
-    "text.parse_math": False,  # a name with dollars is a name
-    "axes.formatter.useoffset": False,
-    "axes.titlesize": 10.0,
-    "axes.titleweight": "bold",
-    "axes.titlelocation": "left",
-    "axes.edgecolor": GREY,
-    "axes.labelcolor": INK,
-    "axes.titlecolor": INK,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "grid.color": "#e4e8ed",
-    "grid.linewidth": 0.7,
-    "xtick.color": GREY,
-    "ytick.color": GREY,
-    "xtick.labelcolor": INK,
-    "ytick.labelcolor": INK,
-    "text.color": INK,
-    "legend.frameon": False,
-    "legend.fontsize": 8.5,
-    "lines.linewidth": 1.6,
-    "lines.solid_capstyle": "round",
+STYLE_SHEET: Final = files("cablewright.apps") / "cablewright.mplstyle"
+"""The style sheet of all pictures, which comes with the package: copy and change it for one's own."""
+
+FORMATS: Final = (".png", ".svg", ".pdf")
+"""Endings of the files of pictures."""
+
+WIDTHS: Final = MappingProxyType({"one-column": 3.5, "two-column": 7.16})
+"""Widths of pictures in papers of two columns, inches: 89 and 182 mm (IEEE)."""
+
+NARROW: Final = 5.0
+"""Width of a page below which pictures have half as many panels beside one another, inches."""
+
+_TITLE: Final = 11.0  # points, of a title over a figure
+_LETTER: Final = 0.72  # mean width of a bold letter over its size
+_SIZE: Final = 9.0  # of texts of a picture of its own, points
+_PRINTED: Final = 7.0  # of texts in a paper
+_TALLEST: Final = 1.6  # by which a picture in a paper is taller than in proportion, so that texts have room
+_METADATA: Final[Any] = {
+    ".png": {"metadata": {"Software": None}, "pil_kwargs": {"compress_level": 6}},
+    ".svg": {"metadata": {"Date": None, "Creator": None}},
+    ".pdf": {"metadata": {"CreationDate": None, "Creator": None, "Producer": None}},
 }
 
 
+class _Page:
+    """The width that pictures are drawn for, inches, None: each has its own; and by what texts are smaller there."""
+
+    width: float | None = None
+    shrink: float = 1.0
+
+
 @contextmanager
-def drawing() -> Iterator[None]:
+def drawing(width: float | str | None = None, style: str | Path | Mapping[str, Any] | None = None) -> Iterator[None]:
     """Give matplotlib this style, whatever the user's own settings are, and give those back afterwards.
 
-    The settings are the process's: draw in one thread at a time.
+    The settings are the process's: draw in one thread at a time. *width*: of `WIDTHS`, or in m; None: each picture has
+    its own. *style*: a style sheet, or settings by name, over those of `STYLE_SHEET`; with a width its ``font.size`` is
+    that on the page, and other sizes are in proportion. Raises `InputError`.
     """
+    before, inches = (_Page.width, _Page.shrink), page_width(width)
     with mpl.rc_context():
         mpl.rcdefaults()
-        mpl.rcParams.update(_STYLE)
-        yield
+        mpl.rcParams.update(mpl.rc_params_from_file(str(STYLE_SHEET), use_default_template=False))
+        own: Any = {} if style is None else _settings(style)
+        size = _PRINTED if inches is None else float(own.pop("font.size", _PRINTED))
+        try:
+            mpl.rcParams.update(own)
+        except ValueError as reason:
+            raise InputError(f"style: {reason}") from None
+        _Page.width, _Page.shrink = inches, 1.0 if inches is None else size / _SIZE
+        try:
+            yield
+        finally:
+            _Page.width, _Page.shrink = before
+
+
+def page_width(width: float | str | None) -> float | None:
+    """Return a width in inches. Raises `InputError`."""
+    if width is None:
+        return None
+    if isinstance(width, str) and width in WIDTHS:
+        return WIDTHS[width]
+    try:
+        size = LENGTH.read(width)
+    except PydanticCustomError:
+        raise UnknownName("width", str(width), [*WIDTHS, "a length such as 120 mm"]) from None
+    if not 0.02 <= size <= 2.0:
+        raise InputError(f"width = {size:g} m: must be from 0.02 to 2 m, or one of {', '.join(WIDTHS)}")
+    return size / 0.0254
+
+
+def _settings(style: str | Path | Mapping[str, Any]) -> Any:
+    """Return the settings of a style sheet, or those that are given by name. Raises `InputError`."""
+    if isinstance(style, Mapping):
+        unknown = [key for key in style if key not in mpl.rcParams]
+        if unknown:
+            raise UnknownName("setting of a style", unknown[0], mpl.rcParams)
+        return dict(style)
+    file = Path(style)
+    try:
+        lines = [line.split("#", 1)[0].partition(":")[0].strip() for line in file.read_text("utf-8").splitlines()]
+    except (OSError, UnicodeDecodeError) as reason:
+        raise InputError(f"style = {str(file)!r}: cannot be read: {getattr(reason, 'strerror', reason)}") from None
+    for number, key in enumerate(lines, 1):
+        if key and key not in mpl.rcParams:
+            raise InputError(f"{file}: line {number}: unknown setting {key!r}; {suggestion(key, mpl.rcParams)}")
+    found: Any = mpl.rc_params_from_file(str(file), use_default_template=False)
+    return dict(found)
+
+
+def picture_file(file: str | Path) -> Path:
+    """Return the path of a picture that is to be written. Raises `InputError` for another ending than `FORMATS`.
+
+    Raises `EnvironmentFault` where its folder is not there.
+    """
+    path = Path(file)
+    if path.suffix.lower() not in FORMATS:
+        raise InputError(
+            f"plot = {str(file)!r}: expected a name that ends in {', '.join(FORMATS[:-1])} or {FORMATS[-1]}"
+        )
+    if not path.absolute().parent.is_dir():
+        raise EnvironmentFault(f"plot = {str(file)!r}: cannot be written: there is no folder {path.parent}")
+    return path
 
 
 def figure(width: float, height: float) -> Figure:
-    """Return an empty figure of that size in inches. Call within `drawing`."""
+    """Return an empty figure of that size in inches, or for the page that is set. Call within `drawing`."""
+    if _Page.width is not None:
+        scale = _Page.width / width
+        width, height = _Page.width, height * scale * min(max(_Page.shrink / scale, 1.0), _TALLEST)
     made = Figure(figsize=(width, height), dpi=_DPI, layout="constrained", facecolor="white")
     FigureCanvasAgg(made)
     return made
+
+
+def beside(most: int) -> int:
+    """Return how many of *most* panels, or entries of a legend, are beside one another: half in a narrow column."""
+    return most if _Page.width is None or _Page.width >= NARROW else (most + 1) // 2
+
+
+def finish(drawn: Figure) -> None:
+    """Shrink texts and markers of a figure to their size on the page that is set, if one is."""
+    if _Page.width is None:
+        return
+    by = _Page.shrink
+    sides = [side for each in drawn.axes for side in (each.xaxis, each.yaxis, getattr(each, "zaxis", each.xaxis))]
+    sizes: list[Any] = [side.get_tick_params().get("labelsize") for side in sides]
+    for text in drawn.findobj(Text):
+        text.set_fontsize(float(text.get_fontsize()) * by)
+    for line in drawn.findobj(Line2D):
+        line.set_linewidth(line.get_linewidth() * by)
+        line.set_markersize(line.get_markersize() * by)
+    for pieces in drawn.findobj(LineCollection):
+        pieces.set_linewidth([width * by for width in np.ravel(pieces.get_linewidth()).tolist()])
+    for each in drawn.axes:
+        titles = {each.get_title(place) for place in ("left", "center")} - {""}
+        letters = max(int(each.get_position().width * _Page.width * 72.0 / (_LETTER * _SIZE * by)), 8)
+        for found in each.findobj(Text):
+            if found.get_text() in titles:
+                found.set_text(fill(found.get_text(), letters))
+    for side, size in zip(sides, sizes, strict=True):
+        side.set_tick_params(labelsize=by * (size if isinstance(size, float | int) else _SIZE))
 
 
 def axes(width: float, height: float, **look: Any) -> tuple[Figure, Axes]:
@@ -117,8 +222,16 @@ def subplots(width: float, height: float, rows: int, columns: int, **options: An
 
 def png(drawn: Figure) -> bytes:
     """Return the figure as a PNG: the same bytes for the same picture, with neither date nor program in it."""
+    return written(drawn, ".png")
+
+
+def written(drawn: Figure, ending: str) -> bytes:
+    """Return the figure in a format of `FORMATS`, its fonts embedded: the same bytes for the same picture."""
     out = io.BytesIO()
-    FigureCanvasAgg(drawn).print_png(out, metadata={"Software": None}, pil_kwargs={"compress_level": 6})  # type: ignore[no-untyped-call]
+    if ending == ".png":  # which savefig would draw twice
+        FigureCanvasAgg(drawn).print_png(out, **_METADATA[ending])  # type: ignore[no-untyped-call]
+    else:
+        drawn.savefig(out, format=ending[1:], **_METADATA[ending])
     return out.getvalue()
 
 
@@ -202,7 +315,7 @@ def panels(
 
     *spare* is the height in inches of what stands around them.
     """
-    columns = min(2, count)
+    columns = min(beside(2), count)
     rows = -(-count // columns)
     drawn, grid = subplots(9.6, spare + height * rows, rows, columns, sharex=sharex, sharey=sharey)
     for each in grid[count:]:
@@ -229,12 +342,14 @@ def legend_below(drawn: Figure, *axes: Axes, columns: int, side: Literal["left",
         handles += [handle for handle, _ in own]
         names += [name for _, name in own]
     if names:
-        drawn.legend(handles, names, loc=_BELOW[side], ncols=columns)
+        drawn.legend(handles, names, loc=_BELOW[side], ncols=beside(columns))
 
 
 def headline(drawn: Figure, text: str) -> None:
-    """Write a title over the whole figure."""
-    drawn.suptitle(text, x=0.01, ha="left", fontsize=11, fontweight="bold")
+    """Write a title over the whole figure, in several lines where it is too long for the page that is set."""
+    if _Page.width is not None:
+        text = fill(text, int(_Page.width * 72.0 / (_LETTER * _TITLE * _Page.shrink)))
+    drawn.suptitle(text, x=0.01, ha="left", fontsize=_TITLE, fontweight="bold")
 
 
 def rectangle(axes: Axes, low: ArrayLike, high: ArrayLike, plane: tuple[int, int] = (0, 1), **look: Any) -> Rectangle:
@@ -256,7 +371,8 @@ def ellipse(axes: Axes, place: ArrayLike, covariance: Array, times: float, colou
 
 def curve(number: int) -> dict[str, Any]:
     """Return colour and dashes of the curve of that number, so that many curves differ in one of the two."""
-    return {"color": COLOURS[number % len(COLOURS)], "linestyle": _DASHES[number % len(_DASHES)]}
+    colours = mpl.rcParams["axes.prop_cycle"].by_key().get("color", COLOURS)
+    return {"color": colours[number % len(colours)], "linestyle": _DASHES[number % len(_DASHES)]}
 
 
 def round_ticks(axes: Axes, count: int = 6) -> None:
@@ -305,5 +421,5 @@ def label(text: str, longest: int = _LONGEST_LABEL) -> str:
 
 @cache
 def _glyphs() -> frozenset[int]:
-    """Return the code points that the font of `_STYLE` can draw."""
+    """Return the code points that the font of `STYLE_SHEET` can draw."""
     return frozenset(get_font(findfont(FontProperties(family="DejaVu Sans"))).get_charmap())

@@ -14,7 +14,7 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Any, Final
 
-from cablewright.exchange.anchors import anchored_robot, spool
+from cablewright.exchange.anchors import anchored_robot, as_points, spool
 from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.exchange.millimetres import from_mm, to_mm
 from cablewright.exchange.rrf_spool import SpoolLaw, dead_length, spool_law
@@ -79,8 +79,8 @@ _OLD = _Defaults("RepRapFirmware of 2019", "55", (1,) * FEW, (2, 2, 2, 3, 3))
 _STIFFNESS, _MOST_FORCE = "20000", "70"  # of M666 S, N, and X, N, where W turns on the compensation of stretch
 
 
-def read_rrf(path: Path, cable: str | None = None) -> ImportedRobot:
-    """Return the robot of a ``config.g`` of a Hangprinter. Raises `InputError`."""
+def read_rrf(path: Path, cable: str | None = None, below: float = 0.0) -> ImportedRobot:
+    """Return the robot of a ``config.g`` of a Hangprinter; *below* as of `anchored_robot`. Raises `InputError`."""
     lost, assumed = Notes(), Notes()
     commands = _commands(path, lost)
     geometry, machine = commands["M669"], commands["M666"]
@@ -109,7 +109,7 @@ def read_rrf(path: Path, cable: str | None = None) -> ImportedRobot:
     names = LETTERS[:count]
     lines = _lines(path, geometry, machine, names, _OLD if is_old else _NEW, assumed)
     mass = _number(machine, "W", 0.0) or None
-    robot = anchored_robot(path, lines, cable, assumed, mass, _stiffness(machine, assumed))
+    robot = anchored_robot(path, lines, cable, assumed, mass, _stiffness(machine, assumed), below)
     limits = "IX" if "X" in machine or mass else ""
     for words, code, known in ((geometry, "M669", {*"KN", *names}), (machine, "M666", {*"RQUOSWY", *limits})):
         for letter in words:
@@ -266,10 +266,11 @@ def rrf_config(
     carried = (
         "name lines.name lines.exit_point lines.sheave.kind lines.advantage lines.cables lines.winch.drum_radius "
         "lines.winch.build_up lines.winch.drum_length lines.dead_length lines.winch_exit platform.mass "
-        "lines.tension_limits lines.cable"
+        "lines.tension_limits lines.cable lines.platform_point"
     )
     notes = Notes()
     notes.add_all(lost_keys(keys_given(robot), carried))
+    robot = as_points(robot)
     notes.add("lines.cable: weight, sag and creep; of all lines the least stiffness is written")
     law = law_of(robot, drums, machine, positions, target)
     fitted = "" if law.own else "; they fit the lengths of this job alone, they are no measured spools"

@@ -146,14 +146,22 @@ class Pictured(Result):
     ``draw``: draws any of them. What stands above all ranks sets it, as pictures are of the highest.
     """
 
-    draw: ClassVar[Callable[[Pictured, str | Path | None], Drawing]]
+    draw: ClassVar[Callable[..., Drawing]]
 
-    def plot(self, file: str | Path | None = None) -> Drawing:
-        """Draw it with matplotlib, and write it as PNG where a *file* is named.
+    def plot(
+        self,
+        file: str | Path | None = None,
+        *,
+        width: float | str | None = None,
+        style: str | Path | Mapping[str, Any] | None = None,
+    ) -> Drawing:
+        """Return its picture as a figure of matplotlib, and write it where a *file* is named: .png, .svg or .pdf.
 
-        Raises `EnvironmentFault` where the file cannot be written.
+        Its data are written beside it, as FILE.csv. *width*: ``one-column`` or ``two-column`` of a paper, or m; texts
+        are then 7 points high. *style*: a style sheet of matplotlib, or settings by name, over those of cablewright.
+        Raises `InputError` for another ending, width or setting, `EnvironmentFault` where a file cannot be written.
         """
-        return Pictured.draw(self, file)
+        return Pictured.draw(self, file, width=width, style=style)
 
 
 def plain(value: Any) -> Any:

@@ -20,9 +20,10 @@ class MachineAccuracy(Description):
     ``exit_point``: m, of each coordinate. ``mass``: share of the platform's; ``centre``: m, of each coordinate of its
     centre of mass. ``model``: N, of tensions that a perfect description would predict.
     ``creep``: strain of the cables after an hour under the mean tension at home, besides what the robot file describes;
-    None: 30 % of that, or 2e-4 where nothing is described. ``hysteresis``: strain between the ways up and down of a
-    large cycle of loads. ``exit_compliance``: m/N, of the mounts of exits besides what is described; None: 30 % of
-    that, or 1e-6.
+    None: 30 % of that, or 2e-4 where nothing is described. ``friction``: share of a line's tension by which its load
+    cell shows less while cable is paid out, and more while it is wound. ``hysteresis``: strain between the ways up and
+    down of a large cycle of loads. ``exit_compliance``: m/N, of the mounts of exits besides what is described; None:
+    30 % of that, or 1e-6.
     """
 
     home_length: _Small = 2e-3
@@ -33,4 +34,5 @@ class MachineAccuracy(Description):
     model: Annotated[float, Field(gt=0.0, le=1e6)] = 0.5
     creep: Annotated[Share, Field(gt=0.0, le=0.1)] | None = None
     hysteresis: Annotated[Share, Field(gt=0.0, le=0.1)] = 2e-4
+    friction: Annotated[Share, Field(gt=0.0)] = 0.01
     exit_compliance: Annotated[float, Field(gt=0.0, le=1e-2)] | None = None

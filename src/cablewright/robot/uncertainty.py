@@ -251,6 +251,8 @@ def modulus_ranges(robot: Described, low: float = 0.7, high: float = 1.3) -> tup
     """Return the range of each line's modulus between two factors. Raises `InputError`."""
     if not (0.0 < low < high and math.isfinite(high)):
         raise InputError(f"modulus range {low:g} to {high:g}: must be two finite factors above 0 that rise")
+    if not hasattr(robot, "lines"):
+        raise InputError(f"modulus_ranges: robot = {robot!r:.60}: a Robot is expected")
     return tuple(Range(parameter, 1.0, low, high, min_value=0.0) for parameter in parameters_of(robot, "modulus"))
 
 

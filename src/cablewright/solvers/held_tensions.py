@@ -26,26 +26,39 @@ def chosen_rows(count: int) -> Indices:
     return np.linspace(0, count - 1, min(count, _SAMPLES)).astype(np.int64)
 
 
-def with_margin(model: Model, poses: Array, retraction: Array | None) -> Model:
+def with_margin(
+    model: Model,
+    poses: Array,
+    retraction: Array | None,
+    above: Array | float = 0.0,
+    below: Array | float = 0.0,
+) -> tuple[Model, float]:
     """Return the model with the narrowest limits of tension, within its own, that all *poses* (k, n) allow.
 
     Inverse solutions of it are the tensions that control holds: the least ones within those limits, of a rigid platform
-    those nearest to `PREFERRED` times the least. *retraction* (k,), m. As it is where lines are not redundant.
+    those nearest to `PREFERRED` times the least. *above* the least and *below* the largest tension, (m,) N, is what
+    they have to spare; the share of it that they get is returned, too. *retraction* (k,), m. As it is where lines are
+    not redundant.
     """
     robot = model.robot
-    if model.winches <= model.freedoms:
-        return model
+    if robot.winches <= model.freedoms:
+        return model, 0.0
     taut = 0.0 if robot.platform.plane is None else _TAUT
+    low, high = np.array([line.tension_limits for line in robot.lines]).T
+    wide = high - low
     for share in _MARGINS:
-        lines = []
-        for line in robot.lines:
-            low, high = line.tension_limits
-            limits = (low + share * max(low, taut * (high - low)), high - _BELOW * (high - low))
-            lines.append(line.model_copy(update={"tension_limits": limits}))
+        least = low + share * np.maximum(np.maximum(low, taut * wide), above)
+        most = high - np.maximum(_BELOW * wide, share * np.asarray(below))
+        if (least >= most).any():
+            continue
+        lines = [
+            line.model_copy(update={"tension_limits": own})
+            for line, own in zip(robot.lines, zip(least.tolist(), most.tolist(), strict=True), strict=True)
+        ]
         narrow = _near(replace(model, robot=robot.model_copy(update={"lines": tuple(lines)})))
         if solve_inverse(narrow, poses, path=True, retraction=retraction).ok.all():
-            return narrow
-    return _near(model)
+            return narrow, share
+    return _near(model), 0.0
 
 
 def _near(model: Model) -> Model:

@@ -40,7 +40,7 @@ def test_the_picture_and_the_file_are_written_whole(answer) -> None:
     found, folder = answer
     assert found.json["plot"] == str(folder / "b.png")
     assert (folder / "b.png").read_bytes().startswith(b"\x89PNG")
-    assert sorted(each.name for each in folder.iterdir()) == ["b.png", "b.vtu"]
+    assert sorted(each.name for each in folder.iterdir()) == ["b.png", "b.png.csv", "b.vtu"]
     mesh = meshio.read(folder / "b.vtu")
     assert set(mesh.point_data) == {"displacement", "von_mises", "stress"}
     assert mesh.cells[0].type == "hexahedron20"

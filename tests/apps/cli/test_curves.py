@@ -42,7 +42,7 @@ def test_the_table_names_the_seed(capsys: pytest.CaptureFixture[str]) -> None:
         (["--seed", "-1"], "seed = -1"),
         (["--length", "-3"], "length = -3"),
         (["--min-radius", "5"], "minimum radius = 5"),
-        (["--plot", "sheet.pdf"], "--plot"),
+        (["--plot", "sheet.jpg"], "--plot"),
     ],
 )
 def test_one_line_says_what_is_wrong(arguments: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:

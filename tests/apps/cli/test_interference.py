@@ -189,7 +189,7 @@ def test_a_cable_of_unknown_diameter_is_told(cli, tmp_path) -> None:
         ([*AT, "--tolerance", "0"], "tolerance = 0 m"),
         ([*AT, "--mesh", "no.stl"], "no such file"),
         ([*AT, "--mesh-scale", "0", "--mesh", "no.stl"], "mesh scale 0"),
-        ([*AT, "--plot", "a.pdf"], "expected a name that ends in .png"),
+        ([*AT, "--plot", "a.jpg"], "expected a name that ends in .png"),
         (["--at", "1,2"], "6 numbers are expected"),
     ],
 )

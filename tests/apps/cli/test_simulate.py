@@ -17,7 +17,7 @@ def test_a_log_is_written_and_summed_up(cli, tmp_path) -> None:
     assert values["duration"] == pytest.approx(4.0)
     assert (values["out"], values["plot"]) == (str(out), str(plot))
     assert plot.read_bytes().startswith(b"\x89PNG")
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["run.mcap", "run.png"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["run.mcap", "run.png", "run.png.csv"]
     with read_log(out) as log:
         entries = list(log.entries())
         assert log.head.seed == 3
@@ -107,7 +107,7 @@ def test_a_robot_has_a_machine_of_its_own(cli) -> None:
         ([*SHORT, "--duration", "-1"], "duration = -1"),
         ([*SHORT, "--duration", "nan"], "duration = nan"),
         ([*SHORT, "--out", "log.bag"], "a name that ends in .mcap"),
-        ([*SHORT, "--plot", "a.pdf"], "a name that ends in .png"),
+        ([*SHORT, "--plot", "a.jpg"], "a name that ends in .png"),
         ([*SHORT, "--fault", "north"], "SOURCE,FROM,TO[,KIND[,SIZE]]"),
         ([*SHORT, "--fault", "nort,1,2"], "source = 'nort'"),
         ([*SHORT, "--fault", "north,2,1"], "must be after begin"),

@@ -199,7 +199,7 @@ def test_nothing_inside_is_a_no(cli, tmp_path: Path) -> None:
         (["--vary", "mass=1", "--sheave-clearance", "-1"], "must be at least 0 m"),
         (["--vary", "mass=1", "--tensions", "high"], "'high' is not one of"),
         (["--vary", "mass=1", "--orientations", "0,0,4"], "at most pi (180 degrees)"),
-        (["--vary", "mass=1", "--plot", "t.svg"], "a name that ends in .png"),
+        (["--vary", "mass=1", "--plot", "t.jpg"], "a name that ends in .png"),
     ],
 )
 def test_bad_input_is_refused(cli, arguments: list[str], says: str, tmp_path: Path) -> None:

@@ -183,7 +183,7 @@ def test_picture(cli, tmp_path: Path) -> None:
         ([FILE, "--noise", "nan"], "noise = nan: must be over 0"),
         ([FILE, "--laser", "north=1"], "--laser = 'north=1': there is no --room"),
         ([FILE, "--room", FILE], "not JSON"),
-        ([FILE, "--plot", "x.svg"], "a name that ends in .png"),
+        ([FILE, "--plot", "x.jpg"], "a name that ends in .png"),
         ([ROOT / "examples" / "survey.gsi"], "columns x,y or angle,distance are expected"),
     ],
 )

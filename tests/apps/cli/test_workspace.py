@@ -205,7 +205,7 @@ def test_progress_is_told_after_two_seconds(cli, monkeypatch) -> None:
         (["--criterion", "capacity", "--arm", "nan"], "a positive number is expected"),
         (["--wrench", "1,2"], "expected 3 numbers"),
         (["--mesh", "a.obj"], "a name that ends in .stl or .glb"),
-        (["--plot", "a.pdf"], "a name that ends in .png"),
+        (["--plot", "a.jpg"], "a name that ends in .png"),
         (["--count", "nodes", "--mesh", "a.stl"], "does not go with --count nodes"),
         (["--count", "nodes", "--report", "a.html"], "--report needs the surface"),
     ],
@@ -268,7 +268,7 @@ def test_what_no_length_reaches_is_a_no(cli) -> None:
         (["jung2020", "--steps", "1"], "steps = 1"),
         (["house-printer"], "has no retraction"),
         (["jung2020", "--criterion", "none"], "is not one of"),
-        (["jung2020", "--plot", "r.svg"], ".png"),
+        (["jung2020", "--plot", "r.jpg"], ".png"),
         (["jung2020", "--tension-limits", "5,1"], "0 <= lowest < highest"),
     ],
 )

@@ -36,7 +36,18 @@ RobotName = Annotated[
 ]
 JobFile = Annotated[Path, typer.Argument(metavar="JOB", help="A job's TOML file, or a G-code file.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units instead of text.")]
-Plot = Annotated[Path | None, typer.Option("--plot", metavar="FILE.png", help="Write a picture of the result.")]
+Plot = Annotated[
+    Path | None,
+    typer.Option("--plot", metavar="FILE", help="Write a picture of the result, .png, .svg or .pdf, and FILE.csv."),
+]
+PlotWidth = Annotated[
+    str | None,
+    typer.Option("--plot-width", metavar="W", help="one-column or two-column of a paper, or a width such as 120 mm."),
+]
+PlotStyle = Annotated[
+    Path | None,
+    typer.Option("--plot-style", metavar="FILE.mplstyle", help="Style sheet of matplotlib for the picture."),
+]
 BeadSize = Annotated[
     str | None,
     typer.Option(
@@ -283,6 +294,8 @@ class OutputOptions:
     """What is printed and written."""
 
     plot: Plot = None
+    plot_width: PlotWidth = None
+    plot_style: PlotStyle = None
     report: Annotated[
         Path | None,
         typer.Option("--report", metavar="FILE.html", help="Write a page with figures, tables and picture."),
@@ -291,7 +304,9 @@ class OutputOptions:
 
     def __post_init__(self) -> None:
         """Refuse other kinds of files, before any work. Raises `InputError`."""
-        check_suffix(self.plot, "--plot", ".png")
+        check_suffix(self.plot, "--plot", ".png", ".svg", ".pdf")
+        if self.plot is None and (self.plot_width is not None or self.plot_style is not None):
+            raise InputError("--plot-width and --plot-style: they are for --plot FILE")
         check_suffix(self.report, "--report", ".html")
 
     def write(self, found: Pictured, title: str, *, when: bool = True) -> dict[str, Path | None]:
@@ -301,7 +316,7 @@ class OutputOptions:
         """
         drawn = self.plot if when else None
         if drawn is not None:
-            found.plot(drawn)
+            found.plot(drawn, width=self.plot_width, style=self.plot_style)
         if self.report is not None:
             from cablewright.apps.report.result import result_page
             from cablewright.foundation.file_output import write_whole

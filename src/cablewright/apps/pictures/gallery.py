@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from matplotlib.figure import Figure
 
-from cablewright.apps import style
+from cablewright.apps import style as look
+from cablewright.apps.pictures.data import table_of
+from cablewright.foundation.errors import InputError
 from cablewright.foundation.file_output import write_whole
 from cablewright.foundation.results import Pictured
 
@@ -43,11 +46,39 @@ PICTURES: Final = {
 """The module of `apps.pictures` and the function in it that draw a result, by the name of its class."""
 
 
-def draw(result: Pictured, file: str | Path | None = None) -> Figure:
-    """Return the picture of *result*, and write it as PNG to *file* if one is given. Raises `EnvironmentFault`."""
-    module, function = PICTURES[type(result).__name__]
-    with style.drawing():
+ONE_POSE: Final = ("Modes", "WrenchPolytope", "Interference")
+"""Results that are drawn at one pose alone."""
+
+TWO_COLUMNS: Final = (
+    "Boundary", "BracketStress", "CreepResult", "Replay", "Replays", "RetractionStudy", "Simulation", "Survey", "Trade",
+    "Trajectory", "Workspace",
+)  # fmt: skip
+"""Results with panels side by side that one column has no room for."""
+
+
+def draw(
+    result: Pictured,
+    file: str | Path | None = None,
+    *,
+    width: float | str | None = None,
+    style: str | Path | Mapping[str, Any] | None = None,
+) -> Figure:
+    """Return the picture of *result*, and write it and its data to *file*, if one is given: see `Pictured.plot`."""
+    path, name = None if file is None else look.picture_file(file), type(result).__name__
+    if name in ONE_POSE and not getattr(result, "single", True):
+        raise InputError(f"plot: the picture of {name} is of one pose; take a row of the batch")
+    page = look.page_width(width)
+    if page is not None and page < look.NARROW and name in TWO_COLUMNS:
+        raise InputError(
+            f"plot: the picture of {name} has panels side by side; give width = two-column, or 0.13 m or more"
+        )
+    module, function = PICTURES[name]
+    with look.drawing(width, style):
         drawn: Figure = getattr(import_module(f"cablewright.apps.pictures.{module}"), function)(result)
-        if file is not None:
-            write_whole(Path(file), style.png(drawn))
+        look.finish(drawn)
+        if path is None:
+            drawn.draw_without_rendering()  # ticks, which are made late, have this style too
+        else:
+            write_whole(path, look.written(drawn, path.suffix.lower()))
+            write_whole(path.with_name(f"{path.name}.csv"), table_of(drawn))
     return drawn

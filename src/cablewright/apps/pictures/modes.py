@@ -28,11 +28,12 @@ _SWING: Final = 0.3  # of the picture's largest side: the longest arrow
 def modes_picture(found: Modes) -> Figure:
     """Draw the modes of a single equilibrium, three in a row."""
     n = len(found.frequencies)
-    rows = n // 3
-    drawn = style.figure(9.6, 4.6 * rows)
-    grid = drawn.add_gridspec(2 * rows, 3, height_ratios=(3.6, 1.0) * rows)
+    columns = style.beside(3)
+    rows = -(-n // columns)
+    drawn = style.figure(3.2 * columns, 4.6 * rows)
+    grid = drawn.add_gridspec(2 * rows, columns, height_ratios=(3.6, 1.0) * rows)
     for mode in range(n):
-        row, column = divmod(mode, 3)
+        row, column = divmod(mode, columns)
         _shape(drawn, grid[2 * row, column], found, mode)
         _shares(drawn.add_subplot(grid[2 * row + 1, column]), found, mode)
     style.legend_below(drawn, drawn.axes[0], columns=4)
@@ -76,7 +77,7 @@ def _shares(axes: Axes, found: Modes, mode: int) -> None:
     axes.bar(names, shares, color=colours, width=0.7)
     axes.set(ylim=(0, 100), yticks=(0, 50, 100))
     axes.grid(visible=False, axis="x")
-    axes.set_ylabel("% of energy" if mode % 3 == 0 else "")
+    axes.set_ylabel("% of energy" if mode % style.beside(3) == 0 else "")
 
 
 def _body(found: Modes) -> tuple[Array, Array]:

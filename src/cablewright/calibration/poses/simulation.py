@@ -19,6 +19,7 @@ from cablewright.models.plane import within
 from cablewright.models.rotation import matrices
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
+from cablewright.solvers.arguments import as_rows
 from cablewright.solvers.inverse import solve_inverse
 
 _TRIES: Final = 200  # batches of random poses, max
@@ -182,8 +183,11 @@ def aligned(points: Array, truth: Array, others: Array | None = None, tilt: bool
     """Return *points* (m, 3) moved onto *truth* (m, 3) by the best translation and yaw, and *others* (N, 3) with them.
 
     *tilt*: use any rotation instead of a yaw. Encoders do not measure these freedoms: errors without this alignment
-    show how well a start was chosen, not how good the calibration is.
+    show how well a start was chosen, not how good the calibration is. Raises `InputError` for other shapes.
     """
+    points, truth = as_rows(points, 3, "points", "m")[0], as_rows(truth, 3, "truth", "m")[0]
+    if points.shape != truth.shape:
+        raise InputError(f"aligned: {len(points)} points and {len(truth)} true ones: as many are expected")
     others = np.zeros((0, 3)) if others is None else others
     centre, middle = points.mean(axis=0), truth.mean(axis=0)
     if tilt:

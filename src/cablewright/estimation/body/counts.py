@@ -15,6 +15,7 @@ from cablewright.foundation.signals import Encoders
 from cablewright.models.coil import Coil
 
 _FASTER: Final = 1.5  # times the winches' largest speed: counts that change so fast have slipped ...
+_SLIDES: Final = 1e-3  # m, assumed, from rest until a cable slides over all of its sheave
 _LEAST: Final = 0.05  # rad: ... and by this much of a drum at least
 
 
@@ -71,7 +72,9 @@ def _unwind(settings: BodySettings, state: BodyState, counts: NDArray[np.int64])
         state.monitor.report("encoders", "jump", "the counts exceed the turns of a winch drum: not used")
         return
     state.monitor.clear("encoders", "jump")
-    state.wound.paid = settings.drums.paid(state.home.angles, angles)
+    paid = settings.drums.paid(state.home.angles, angles)
+    state.wound.sliding = np.clip(state.wound.sliding + (paid - state.wound.paid) / _SLIDES, -1.0, 1.0)
+    state.wound.paid = paid
     state.wound.angles = angles
 
 

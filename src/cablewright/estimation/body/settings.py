@@ -24,7 +24,8 @@ class Deviations:
     m, of cable. ``model``: N, of a tension that a perfect description would predict, for what no model has. ``creep``:
     strain of each cable after an hour under the mean tension at home, besides what the robot file describes; None: see
     `creep_of`. ``hysteresis``: strain between the ways up and down of a large cycle of loads. ``exit_compliance``: m/N,
-    by which the mount of each exit gives besides what is described; None: see `prior`.
+    by which the mount of each exit gives besides what is described; None: see `prior`. ``friction``: share of a tension
+    by which a cell shows less while cable is paid out over its sheave, and more while it is wound.
     """
 
     home_length: float = 2e-3
@@ -37,6 +38,7 @@ class Deviations:
     model: float = 0.5
     creep: float | None = None
     hysteresis: float = 2e-4
+    friction: float = 0.01
     exit_compliance: float | None = None
 
     def __post_init__(self) -> None:

@@ -92,6 +92,7 @@ class Wound:
     paid: Array  # (m,) m since home
     angles: Array  # (m,) rad, wound
     measured_at: Array  # (m,) m paid out at the last measurement
+    sliding: Array  # (m,) how cables slide over their sheaves: 1 while they are paid out, -1 while they are wound
     last_counts: tuple[float, NDArray[np.int64]] | None = None  # s, and the counts of then
     pending: NDArray[np.int64] | None = None  # (m,) counts that jumped, not yet believed
 
@@ -203,7 +204,7 @@ def start(
             np.zeros(model.winches, dtype=np.int64) if counts is None else counts.copy(),
             counts is not None,
         ),
-        Wound(still, wound.copy(), still.copy()),
+        Wound(still, wound.copy(), still.copy(), still.copy()),
         Doubts(np.ones(m, dtype=bool)),
         retraction=retraction if not math.isnan(retraction) else _own_retraction(model),
         clock=None if settings.clock is None else ClockLead(settings.clock),

@@ -1,11 +1,11 @@
 """The unknown numbers of the machine, and what they do to the lengths of its lines.
 
 Of each line: error of its home length, share of its drum's radius, error of its exit point, gain and zero of its load
-cell, zero of its swivel, creep, and how far the mount of its exit gives. Of all: turn of the inertial unit, and a
-wrench for a platform of another mass and centre. All are constant, so that the filter has no motion to predict: the
-pose is that of the equilibrium of the corrected lengths. What creep does to a length grows with the memory of its
-loads. Only the length by which cable lies unevenly on a drum changes, with the cable that is wound, and the strain by
-hysteresis, with the load.
+cell, friction of its sheave, zero of its swivel, creep, and how far the mount of its exit gives. Of all: turn of the
+inertial unit, and a wrench for a platform of another mass and centre. All are constant, so that the filter has no
+motion to predict: the pose is that of the equilibrium of the corrected lengths. What creep does to a length grows with
+the memory of its loads. Only the length by which cable lies unevenly on a drum changes, with the cable that is wound,
+and the strain by hysteresis, with the load.
 """
 
 from __future__ import annotations
@@ -30,18 +30,18 @@ class BodyLayout:
     """Places of the unknowns in the state, for *m* lines: slices. ``own``: of further sensors, by their updates."""
 
     def __init__(self, m: int, sensors: Iterable[Update] = ()) -> None:
-        """Home lengths first, then radii, exit points by line, uneven lengths, gains, zeros, tilt, load, swivels.
+        """Home lengths first, radii, exit points by line, uneven lengths, gains, zeros, friction, tilt, load, swivels.
 
         Then hysteresis and creep. What softens lines comes then, softness of cables and mounts: that is in the
         equilibrium, and no part of the lengths. Unknowns of further *sensors* come last.
         """
         further = [sensor for sensor in sensors if sensor.UNKNOWNS]
-        counts = [0, m, m, 3 * m, m, m, m, 2, 6, m, m, m, m, m, *(sensor.UNKNOWNS for sensor in further)]
+        counts = [0, m, m, 3 * m, m, m, m, m, 2, 6, m, m, m, m, m, *(sensor.UNKNOWNS for sensor in further)]
         bounds = np.cumsum(counts).tolist()
         parts = [slice(low, high) for low, high in pairwise(bounds)]
-        self.home, self.radius, self.exit, self.uneven, self.gain, self.zero = parts[:6]
-        self.tilt, self.load, self.swivel, self.hysteresis, self.creep, self.softness, self.mount = parts[6:13]
-        self.own = {type(sensor): part for sensor, part in zip(further, parts[13:], strict=True)}
+        self.home, self.radius, self.exit, self.uneven, self.gain, self.zero, self.friction = parts[:7]
+        self.tilt, self.load, self.swivel, self.hysteresis, self.creep, self.softness, self.mount = parts[7:14]
+        self.own = {type(sensor): part for sensor, part in zip(further, parts[14:], strict=True)}
         self.laws = slice(self.creep.start, self.mount.stop)
         self.m, self.size = m, bounds[-1]
 

@@ -10,12 +10,15 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.analyses.accuracy.tension_spread import tension_spread
 from cablewright.analyses.inertia_forces import tensions_by_acceleration
 from cablewright.control.beam import BeamSettings
 from cablewright.control.guide import TimedPath
+from cablewright.estimation.body.creep import ASSUMED
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.choices import LawName
 from cablewright.foundation.errors import AnswerError, InputError
+from cablewright.machine.accuracy import MachineAccuracy
 from cablewright.machine.settings import MachineSettings
 from cablewright.models.job_poses import require_retractions
 from cablewright.models.rotation import matrices
@@ -27,6 +30,7 @@ from cablewright.solvers.hanging_path import hung
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.linearise import Linearisation, linearise_where_regular
 
+_LEVEL: Final = 1.96  # standard deviations: of 95 of 100 machines
 _TOUR_STEP: Final = 0.2  # m between places of a tour that are checked
 _STOPS: Final = 0.5  # share of the least tension under which a print stops
 
@@ -164,9 +168,42 @@ def chosen_places(path: TimedPath) -> Array:
     return np.concatenate([tour_places(path), places]) if len(path.tour) else places
 
 
-def with_margin(model: Model, path: TimedPath) -> Model:
-    """Return the model whose tensions control holds along the whole path and tour: see `held_tensions`."""
-    return held_tensions.with_margin(model, *poses_at(model, path, chosen_places(path)))
+def with_margin(model: Model, path: TimedPath, settings: MachineSettings) -> tuple[Model, tuple[str, ...]]:
+    """Return the model whose tensions control holds along the whole path and tour: see `held_tensions`.
+
+    Where nothing measures tensions they are kept as far from the limits as the machine's accuracy moves them, or as
+    far as lines allow; notes say which.
+    """
+    if model.robot.winches <= model.freedoms:
+        return model, ()
+    poses, retraction = poses_at(model, path, chosen_places(path))
+    off, fall = _unmeasured(settings, solve_inverse(model, poses, path=True, retraction=retraction))
+    narrow, share = held_tensions.with_margin(model, poses, retraction, off + fall, off)
+    return narrow, _told_of(off + fall, share)
+
+
+def _unmeasured(settings: MachineSettings, held: Equilibrium) -> tuple[Array, Array]:
+    """Return by how much tensions of 95 of 100 machines differ at most from those of *held*, and fall: (m,), N.
+
+    Zeros where tensions are measured, so that the control holds them; of a plane, whose lines pull against each other
+    as hard as they may; and where the path is not held.
+    """
+    if settings.tension_sensor is not None or held.model.robot.platform.plane is not None or not held.ok.all():
+        return np.zeros(held.model.m), np.zeros(held.model.m)
+    known = settings.accuracy or MachineAccuracy()
+    stretch = known.hysteresis + (ASSUMED if known.creep is None else known.creep)
+    found = tension_spread(held, known.home_length, known.drum_radius, known.exit_point, stretch)
+    return _LEVEL * found.deviation.max(axis=0), np.maximum(found.fall.max(axis=0), 0.0)
+
+
+def _told_of(off: Array, share: float) -> tuple[str, ...]:
+    """Return what is to be known of tensions that nothing measures, of which a *share* of *off* (m,), N, is kept."""
+    if not off.any():
+        return ()
+    size = f"nothing measures tensions: by the machine's accuracy they are up to {off.max():.0f} N from the chosen ones"
+    if share == 1.0:
+        return (f"{size}, which are so far within their limits",)
+    return (f"{size}, which cannot be so far within their limits: measure tensions, or home the lines better",)
 
 
 def least_tensions(robot: Robot) -> Array:

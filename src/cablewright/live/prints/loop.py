@@ -14,12 +14,12 @@ from typing import ClassVar, Final, Protocol, runtime_checkable
 
 import numpy as np
 
-from cablewright.control import beam, drum_yaw, guard, guide, height, manual, supervisor, velocity
+from cablewright.control import beam, drum_yaw, guard, guide, height, manual, stretch_damping, supervisor, velocity
 from cablewright.control.beam import BeamMotion, BeamSettings, BeamState
 from cablewright.control.clock import FrameClock
 from cablewright.control.drum_yaw import YawSettings, YawState
 from cablewright.control.guard import GuardSettings, GuardState, StopCause
-from cablewright.control.guide import GuideState, Target, TimedPath
+from cablewright.control.guide import GuideMode, GuideState, Target, TimedPath
 from cablewright.control.height import HeightControl
 from cablewright.control.manual import ManualSettings, ManualState
 from cablewright.control.orders import BY_HAND, OrderState, examine
@@ -66,7 +66,7 @@ class Learning(Protocol):
         """Whether it still looks for the cause of that."""
 
 
-_TENSIONED: Final = 0.1  # share of the least tension by which tensions may be off when a path begins ...
+_TENSIONED: Final = 0.1  # share of the smallest chosen tension by which all may be off when a path begins ...
 _TENSIONING_TIME: Final = 30.0  # s: ... unless that takes longer
 _COLLECT_STEPS: Final = 100  # between garbage collections of a loop in real time
 _MAX_STEPS: Final = 100_000_000
@@ -310,14 +310,13 @@ class Printer:
         return float(np.linalg.norm(there - self._manual.position))
 
     def _is_tensioned(self) -> bool:
-        """Whether lines have about their tensions on the path: those of a rigid platform, or one in a plane."""
+        """Whether lines have about their tensions on the path: those that the control chooses."""
         own = self.plan.velocity
-        in_plane = own.model.free_directions is not None and own.law == "model" and not own.manage_slack
-        if not (in_plane or self.plan.path.attitude is not None) or self.estimator.tensions is None:
+        chooses = own.model.m > own.model.freedoms and own.law == "model" and not own.manage_slack
+        if not (chooses or self.plan.path.attitude is not None) or self.estimator.tensions is None:
             return True
-        least = own.model.lines.tension_min
-        waited = self.time - self.supervisor.state_start > _TENSIONING_TIME
-        return waited or self.velocity.tension_error <= _TENSIONED * float(least.min())
+        waited, wanted = self.time - self.supervisor.state_start > _TENSIONING_TIME, self.velocity.chosen
+        return waited or (wanted is not None and self.velocity.tension_error <= _TENSIONED * float(wanted.min()))
 
     def _decide(self, frame: SensorFrame, verdict: Verdict, estimate: Estimate, target: Target, dt: float) -> Command:
         now = frame.time
@@ -334,7 +333,11 @@ class Printer:
         elif isinstance(self.estimator, DeadReckoning):
             tensions = self.estimator.measured
         moved = self._retract(target, dt)
-        speeds = velocity.step(self.plan.velocity, self.velocity, estimate, target, dt, tensions, moved)
+        own = self.plan.velocity
+        if own.stretch is not None:
+            stretch_damping.listen(own.stretch, self.velocity.stretch, frame)
+        calms = verdict.guide_mode is not GuideMode.HOLD and verdict.state is not PrintState.MANUAL  # its ramps stay
+        speeds = velocity.step(own, self.velocity, estimate, target, dt, tensions, moved, calms=calms)
         outputs = {} if moved is None else {RETRACTION: moved.speed}
         if self.plan.yaw is not None:
             outputs[YAW] = drum_yaw.step(self.plan.yaw, self.yaw, frame, estimate.yaw, dt)

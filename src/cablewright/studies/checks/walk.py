@@ -102,7 +102,7 @@ class JobPath:
     def with_margin(self, full: Model) -> Model:
         """Return the model whose tensions a print holds: see `held_tensions`."""
         rows = chosen_rows(len(self.poses))
-        return with_margin(full, self.poses[rows], None if self.retraction is None else self.retraction[rows])
+        return with_margin(full, self.poses[rows], None if self.retraction is None else self.retraction[rows])[0]
 
     def holds(self, model: Model, rows: Sequence[int]) -> bool:
         """Whether a model holds the platform at some samples."""

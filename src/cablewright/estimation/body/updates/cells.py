@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 _LEAST_GAIN: Final = 1e-3  # share: no load cell's scale is known better ...
 _LEAST_ZERO: Final = 0.1  # N: ... nor its zero
+_AT_THE_WINCH: Final = "motor_torques"  # which feel all that a sheave takes off; a cell on its axle half of that
 _ARM: Final = 0.3  # m: arm of the moment that goes with a platform's acceleration
 
 
@@ -57,12 +58,14 @@ class Cells(Update):
         return there.tensions
 
     def as_known(self, state: BodyState, shown: Array) -> Array:
-        return np.asarray(
-            (1.0 + state.belief.unknowns[state.layout.gain]) * shown + state.belief.unknowns[state.layout.zero]
-        )
+        layout, unknowns = state.layout, state.belief.unknowns
+        lost = unknowns[layout.friction] * state.wound.sliding
+        return np.asarray((1.0 + unknowns[layout.gain] - lost) * shown + unknowns[layout.zero])
 
     def set_prior(self, settings: BodySettings, layout: BodyLayout, variances: Array) -> None:
         variances[layout.gain], variances[layout.zero] = self.gain**2, self.zero**2
+        loss = settings.deviations.friction * (2.0 if self.source == _AT_THE_WINCH else 1.0)
+        variances[layout.friction] = loss**2
 
     def part(
         self, settings: BodySettings, state: BodyState, slopes: Slopes, read: Array, acceleration: float
@@ -73,6 +76,7 @@ class Cells(Update):
         gradients = slopes.tensions @ state.belief.gradients
         gradients[lines, layout.gain.start + lines] = state.tensions
         gradients[lines, layout.zero.start + lines] = 1.0
+        gradients[lines, layout.friction.start + lines] = -state.tensions * state.wound.sliding
         gradients[:, layout.load] = slopes.tensions_by_wrench
         each = self.deviation**2 * OF_MEDIAN / len(read) + settings.deviations.model**2
         force = slopes.tensions_by_wrench[cells] * (settings.model.robot.platform.mass * acceleration)
