@@ -36,4 +36,4 @@ def held_at(model: Model, poses: Array, retraction: Array | None, accelerations:
     wrenches = None if accelerations is None else inertia_wrenches(model.robot, poses, accelerations)
     poses = hung(model, poses, retraction)
     solved = solve_inverse(model, poses, path=True, retraction=retraction, wrenches=wrenches)
-    return Held(poses, solved.tensions, solved.lengths, solved) if np.isfinite(solved.lengths).all() else None
+    return Held(solved.pose, solved.tensions, solved.lengths, solved) if np.isfinite(solved.lengths).all() else None

@@ -31,12 +31,14 @@ from cablewright.foundation.choices import LawName
 from cablewright.foundation.errors import InputError, UnknownName, require_positive
 from cablewright.foundation.signals import Estimate
 from cablewright.kernels.layout import Packed
+from cablewright.models.free_coordinates import free_coordinates
 from cablewright.models.inertia import compensates, inertia_wrenches
 from cablewright.models.packed_views import LineNumbers
 from cablewright.models.rotation import motion_between, moved
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.support import Capability, require
 from cablewright.solvers.inverse import solve_inverse
+from cablewright.solvers.linearise import linearise_where_regular
 from cablewright.solvers.taut import Taut, stretches, taut_at, taut_of
 
 LAWS: Final = get_args(LawName)
@@ -220,10 +222,17 @@ def _length_errors(
 
     The estimated pose decides what moves the platform, *tensions* (m,), N, what does not. Both agree with lengths of
     the model as long as lines are as soft and the platform as heavy as it says; else lengths alone would be followed,
-    and the pose that they no longer hold.
+    and the pose that they no longer hold. Fewer winches than degrees of freedom hold as many of
+    its coordinates, by how the platform hangs; the others follow.
     """
     model, hosts = settings.model, settings.hosts
     here = np.concatenate([estimate.position, estimate.rotation])
+    if len(hosts) == model.m < model.freedoms and model.free_directions is None:
+        kept = [k for k in range(model.n) if k not in free_coordinates(model.robot)]
+        hanging, codes = linearise_where_regular(held.solved[:1])
+        if codes.any():
+            return np.full(model.m, np.nan)
+        return np.asarray(np.linalg.lstsq(hanging.per_length[0][kept], motion_between(here, held.poses[0])[kept])[0])
     rows = model.rows(retraction=None if retraction is None else retraction[:1])
     packed: Packed = model.packed._replace(lines=rows.lines[0])
     taut = taut_of(packed, here)
@@ -233,7 +242,8 @@ def _length_errors(
         return np.asarray(error)
     own = stretches(LineNumbers(packed.lines), taut) * (tensions - held.tensions[0])
     own = own[hosts]
-    return np.asarray(error + own - _moving_part(by_motion, own))
+    moving = by_motion if model.free_directions is None else by_motion @ model.free_directions
+    return np.asarray(error + own - _moving_part(moving, own))
 
 
 def _moving_part(by_motion: Array, change: Array) -> Array:

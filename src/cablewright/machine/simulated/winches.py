@@ -40,7 +40,7 @@ class Winches:
         self.coils = coils_of(robot, settings, seed, **walks)
         turns = min(len(coil.radii) for coil in self.coils if coil is not None)
         self.radii, self.wound, self.sideways = (
-            np.array([np.full(turns, np.nan) if coil is None else getattr(coil, column)[:turns] for coil in self.coils])
+            np.array([np.zeros(turns) if coil is None else getattr(coil, column)[:turns] for coil in self.coils])
             for column in ("radii", "wound", "sideways")
         )
         self.motor = np.array([settings.max_speed, settings.lag, settings.max_torque])
@@ -105,7 +105,7 @@ class Winches:
 
     @property
     def leaving_radii(self) -> Array:
-        """Radius at which each line leaves its drum, (m,) m; NaN without one."""
+        """Radius at which each line leaves its drum, (m,) m; 0 without one."""
         return np.array([winding.radius_at(own, radii) for radii, own in zip(self.radii, self.state, strict=True)])
 
     @property
