@@ -108,14 +108,12 @@ def test_what_does_not_cover_shared_winches_says_so(what: str) -> None:
         REFUSED[what]()
 
 
-def test_machines_calibration_and_homing_refuse() -> None:
+def test_drives_calibration_and_homing_refuse() -> None:
     from cablewright.calibration.unknowns import require_covered
     from cablewright.machine.drives.scale import scales_of
-    from cablewright.models.support import Capability, require
 
     why = "line 'south-east' has shared_winch; not supported"
     for refuse in (
-        lambda: require(POINT, Capability.SIMULATION),
         lambda: scales_of(POINT, None),  # type: ignore[arg-type]
         lambda: require_covered(POINT, False),
         lambda: Homing(type("Settings", (), {"model": cw.Model.of(POINT)})()),
