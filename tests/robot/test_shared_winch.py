@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import cablewright as cw
+from cablewright.analyses.workspace.workspace import count_nodes
 from cablewright.control.homing import Homing
 from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.live.rest_pose import rest_pose
@@ -107,14 +108,12 @@ def test_what_does_not_cover_shared_winches_says_so(what: str) -> None:
         REFUSED[what]()
 
 
-def test_machines_calibration_and_homing_refuse() -> None:
+def test_drives_calibration_and_homing_refuse() -> None:
     from cablewright.calibration.unknowns import require_covered
     from cablewright.machine.drives.scale import scales_of
-    from cablewright.models.support import Capability, require
 
     why = "line 'south-east' has shared_winch; not supported"
     for refuse in (
-        lambda: require(POINT, Capability.SIMULATION),
         lambda: scales_of(POINT, None),  # type: ignore[arg-type]
         lambda: require_covered(POINT, False),
         lambda: Homing(type("Settings", (), {"model": cw.Model.of(POINT)})()),
@@ -127,8 +126,7 @@ def test_a_body_on_shared_winches_rests_and_has_a_workspace() -> None:
     found = rest_pose(BODY)
     assert found.held
     assert np.isfinite(found.equilibrium.pose).all()
-    space = cw.workspace(BODY, "static", grid=3, box=[-0.5, 0.5, -0.5, 0.5, 0.8, 1.4])
-    assert space.volume > 0.0
+    assert count_nodes(BODY, "static", grid=3, box=[-0.5, 0.5, -0.5, 0.5, 0.8, 1.4]).volume > 0.0
     with pytest.raises(cw.InputError, match="gravity decides the rotation"):
         cw.workspace(BODY, "static", grid=5, orientations=[[0.0, 0.0, 0.1]])
 
