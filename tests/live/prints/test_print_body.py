@@ -12,6 +12,7 @@ from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.foundation.signals import PrintState
 from cablewright.live.prints.plan import MachineTwin, PrintOptions, plan_print, twin_of
 from cablewright.live.prints.print_job import PrintedJob, print_job
+from cablewright.machine.log.log import read_log
 from cablewright.machine.simulated.settings import FaultPlan, TwinSettings, whole_machine
 from cablewright.printing.job import Job, load_job
 from cablewright.robot import Robot, load
@@ -56,6 +57,17 @@ def test_a_body_prints_within_its_tensions_and_better_than_by_lengths_alone(tmp_
     assert open_.tension_error_rms > 5.0 * closed.tension_error_rms
     assert by_cells.min_tension_margin > 20.0  # encoders alone tell the pose, cells what moves nothing
     assert by_cells.tension_error_rms < 15.0
+
+
+def test_a_machine_as_built_of_the_severity_typical_prints_and_nothing_is_doubted(tmp_path: Path) -> None:
+    options = PrintOptions(plant="quasi-static", period=0.5, seed=31, severity="typical")
+    done = print_job(ROBOT, ring(), tmp_path / "run", options=options)
+    assert done.finished
+    assert done.record.whole.position_rms < 4e-3
+    assert done.record.whole.min_tension_margin > 50.0
+    with read_log(tmp_path / "run") as log:
+        faults = {fault.sentence for entry in log.entries() for fault in entry.estimate.faults}
+    assert not faults
 
 
 def test_the_platform_turns_by_the_schedule(tmp_path: Path) -> None:

@@ -5,15 +5,22 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
-from cablewright.live.prints.plan import PrintOptions
+from cablewright.analyses.accuracy.tension_spread import tension_spread
+from cablewright.foundation.signals import PrintState
+from cablewright.live.prints.plan import PrintOptions, plan_print, twin_of
 from cablewright.live.prints.print_job import print_job
 from cablewright.live.prints.whole_errors import WholeErrors
 from cablewright.machine.log.log import read_log
 from cablewright.machine.sensors.tensions import TensionSensor
 from cablewright.machine.simulated.settings import whole_machine
+from cablewright.models.statics import Model
 from cablewright.printing.job import Job
+from cablewright.printing.numeric_path import Helix
 from cablewright.robot import load
+from cablewright.solvers.forward import solve_forward
+from cablewright.solvers.inverse import solve_inverse
 
 RING = Job.model_validate({
     "name": "ring",
@@ -51,3 +58,39 @@ def test_the_chosen_tensions_are_in_the_log_while_it_prints(tmp_path: Path) -> N
                 off.append(entry.truth.tensions - entry.progress.tensions)
     assert np.isclose(np.sqrt(np.mean(np.square(off))), found.tension_error_rms, rtol=1e-6)
     assert np.isclose(np.abs(off).max(), found.tension_error_max, rtol=1e-6)
+
+
+@pytest.mark.parametrize("seed", [0, 7])
+def test_tensions_that_nothing_measures_stay_within_their_limits_as_cables_creep(seed: int, tmp_path: Path) -> None:
+    robot = load("hangprinter-v4")
+    ring = RING.model_copy(
+        update={"origin": (0.0, 0.0, 0.0), "helix": Helix(radius=0.2, layers=1, layer_height=2e-3, first_height=0.3)}
+    )
+    options = PrintOptions(plant="quasi-static", period=1.0, seed=seed, severity="typical")
+    twin = twin_of(robot, ring, None, options)
+    narrow = plan_print(twin).velocity.model.robot.lines[0].tension_limits
+    assert 5.0 < narrow[0] < narrow[1] < 30.0  # N, of 1 to 35 N
+    assert any("nothing measures tensions" in note for note in plan_print(twin).notes)
+    done = print_job(robot, ring, tmp_path / "run", options=options)
+    assert done.finished  # also in steps so long that lines turn in them
+    with read_log(tmp_path / "run") as log:
+        entries = [each for each in log.entries() if each.progress is not None and each.truth is not None]
+    pulls = np.array([each.truth.tensions for each in entries if each.progress.state is PrintState.PRINTING])
+    assert pulls.min() > 1.0
+    assert pulls.max() < 35.0
+
+
+def test_the_spread_of_tensions_is_that_of_solved_machines() -> None:
+    model = Model(load("hangprinter-v4"))
+    held = solve_inverse(model, np.array([[0.1, 0.0, 0.4], [0.3, 0.1, 0.6]]), preferred=np.full((1, 4), 12.0)).checked()
+    found = tension_spread(held, 1e-5, 0.0, 1e-9, 1e-6)
+    changed = np.zeros((4, 4))
+    for i in range(4):
+        longer = held.lengths[1] + 1e-5 * np.eye(4)[i]
+        changed[i] = solve_forward(model, longer, guess=held.pose[1]).checked().tensions - held.tensions[1]
+    assert found.deviation[1] == pytest.approx(np.sqrt((changed**2).sum(axis=0)), rel=0.02)
+    crept = solve_forward(model, held.lengths[1] * (1.0 + 1e-6), guess=held.pose[1]).checked().tensions
+    assert found.fall[1] == pytest.approx(held.tensions[1] - crept, rel=0.02)
+    points = tension_spread(held, 1e-12, 0.0, 1e-3, 1e-6).deviation
+    assert points[0] == pytest.approx(np.zeros(4), abs=1e-6)  # where it was homed
+    assert (points[1] > 0.1).all()
