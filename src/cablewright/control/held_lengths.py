@@ -13,18 +13,18 @@ import numpy as np
 
 from cablewright.foundation.arrays import Array
 from cablewright.models.inertia import inertia_wrenches
-from cablewright.models.statics import Model
+from cablewright.models.statics import Equilibrium, Model
 from cablewright.solvers.hanging_path import hung
 from cablewright.solvers.inverse import solve_inverse
 
 
 class Held(NamedTuple):
-    """Poses (k, 6), and tensions and lengths (k, m) there."""
+    """Poses (k, 6), tensions and lengths (k, m) there, and the equilibria of which they are."""
 
     poses: Array  # m and rad
-
     tensions: Array  # N, at the sheaves
     lengths: Array  # m, unstrained
+    solved: Equilibrium
 
 
 def held_at(model: Model, poses: Array, retraction: Array | None, accelerations: Array | None = None) -> Held | None:
@@ -36,4 +36,4 @@ def held_at(model: Model, poses: Array, retraction: Array | None, accelerations:
     wrenches = None if accelerations is None else inertia_wrenches(model.robot, poses, accelerations)
     poses = hung(model, poses, retraction)
     solved = solve_inverse(model, poses, path=True, retraction=retraction, wrenches=wrenches)
-    return Held(poses, solved.tensions, solved.lengths) if np.isfinite(solved.lengths).all() else None
+    return Held(solved.pose, solved.tensions, solved.lengths, solved) if np.isfinite(solved.lengths).all() else None

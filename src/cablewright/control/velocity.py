@@ -23,18 +23,22 @@ from cablewright.control.beam import BeamMotion
 from cablewright.control.guide import Target
 from cablewright.control.held_lengths import Held, held_at
 from cablewright.control.slack import SlackSettings, choose_slack_line, slack_rates
+from cablewright.control.stretch_damping import StretchDamping, StretchState
+from cablewright.control.stretch_damping import follow as follow_stretch
 from cablewright.control.swing_damping import SwingDamping, SwingState, follow
 from cablewright.foundation.arrays import Array, Indices
 from cablewright.foundation.choices import LawName
 from cablewright.foundation.errors import InputError, UnknownName, require_positive
 from cablewright.foundation.signals import Estimate
 from cablewright.kernels.layout import Packed
+from cablewright.models.free_coordinates import free_coordinates
 from cablewright.models.inertia import compensates, inertia_wrenches
 from cablewright.models.packed_views import LineNumbers
 from cablewright.models.rotation import motion_between, moved
-from cablewright.models.statics import Model
+from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.support import Capability, require
 from cablewright.solvers.inverse import solve_inverse
+from cablewright.solvers.linearise import linearise_where_regular
 from cablewright.solvers.taut import Taut, stretches, taut_at, taut_of
 
 LAWS: Final = get_args(LawName)
@@ -48,7 +52,7 @@ class VelocitySettings:
     ``internal_gain``: 1/s, of the lines' errors in the null space. ``manage_slack``: under the law ``model``, whether
     one line is slack on purpose; otherwise all lines have the model's tensions. ``by_lengths``: whether the estimated
     position is that at which the lengths hold the platform at rest. ``swing``: of a drum below a point, which is
-    damped; None: it is not.
+    damped; None: it is not. ``stretch``: the damping of swings in which lines stretch, under the law ``model``.
     """
 
     model: Model
@@ -61,6 +65,12 @@ class VelocitySettings:
     by_lengths: bool = False
     slack: SlackSettings = field(default_factory=SlackSettings)
     swing: SwingDamping | None = None
+    stretch: StretchDamping | None = None
+
+    @property
+    def damps(self) -> bool:
+        """Whether any swing is damped."""
+        return self.swing is not None or self.stretch is not None
 
     @cached_property
     def hosts(self) -> Indices:
@@ -87,6 +97,7 @@ class VelocityState:
     planned_excess: Array  # (m,) m, of each line on purpose
     slack_line: int = -1  # index; -1: none chosen yet
     swing: SwingState = field(default_factory=SwingState)
+    stretch: StretchState = field(default_factory=StretchState)
     tension_error: float = math.inf  # N, largest, from those that the model chooses
     chosen: Array | None = None  # (m,) N at the sheaves, that the model chooses; None: lines that are slack on purpose
 
@@ -104,15 +115,17 @@ def step(
     dt: float,
     tensions: Array | None = None,
     beam: BeamMotion | None = None,
+    *,
+    calms: bool = True,
 ) -> Array:
     """Return the speeds of the winch drums (w,), rad/s, for the next *dt* (s); positive pays out.
 
     *tensions* (m,), N: estimated, of a rigid platform, or measured, of a point; None: unknown. *beam*: of a platform
-    that retracts. If one exceeds the limit, all are scaled, so that the platform stays on its path. Zeros for an
-    unknown position or a line without a tangent there.
+    that retracts. *calms*: whether swings in which lines stretch may be damped now. If one exceeds the limit, all are
+    scaled, so that the platform stays on its path. Zeros for an unknown position or a line without a tangent there.
     """
     if settings.model.n == 6:
-        rates = _rates_of_body(settings, state, estimate, target, dt, tensions, beam)
+        rates = _rates_of_body(settings, state, estimate, target, dt, tensions, beam, calms=calms)
         return np.zeros(len(settings.hosts)) if rates is None else _within(settings, rates, estimate)
     taut = taut_at(settings.model, estimate.position + 0.5 * dt * target.velocity)  # lengths are no lines in space
     if not (np.isfinite(taut.toward).all() and np.isfinite(estimate.lengths).all()):
@@ -132,7 +145,10 @@ def step(
     if settings.law == "paper":
         rates += _slack_term(settings, taut, estimate, dt)
     else:
-        rates += _internal_rates(settings, state, taut, estimate, target, dt, tensions)
+        held = solve_inverse(settings.model, target.position)
+        rates += _internal_rates(settings, state, taut, estimate, held, dt, tensions)
+        if calms:
+            rates += _stretch_rates(settings, state, held, target.accelerations[0], estimate, dt)
     return _within(settings, rates[settings.hosts], estimate)
 
 
@@ -175,6 +191,8 @@ def _rates_of_body(
     dt: float,
     tensions: Array | None,
     beam: BeamMotion | None,
+    *,
+    calms: bool,
 ) -> Array | None:
     """Return rates (w,), m/s, of the winches' lines of a rigid platform; None where no tensions hold it."""
     here = np.concatenate([target.position, target.rotation])
@@ -191,7 +209,10 @@ def _rates_of_body(
     if not np.isfinite(error).all():
         return None
     correction = min(settings.gain, 0.5 / dt) * error
-    return np.asarray((then - now) / dt + _bounded(correction, settings.max_correction))
+    rates = (then - now) / dt + _bounded(correction, settings.max_correction)
+    if calms:
+        rates += _stretch_rates(settings, state, held.solved[0], np.zeros(3), estimate, dt)[settings.hosts]
+    return np.asarray(rates)
 
 
 def _length_errors(
@@ -201,10 +222,17 @@ def _length_errors(
 
     The estimated pose decides what moves the platform, *tensions* (m,), N, what does not. Both agree with lengths of
     the model as long as lines are as soft and the platform as heavy as it says; else lengths alone would be followed,
-    and the pose that they no longer hold.
+    and the pose that they no longer hold. Fewer winches than degrees of freedom hold as many of
+    its coordinates, by how the platform hangs; the others follow.
     """
     model, hosts = settings.model, settings.hosts
     here = np.concatenate([estimate.position, estimate.rotation])
+    if len(hosts) == model.m < model.freedoms and model.free_directions is None:
+        kept = [k for k in range(model.n) if k not in free_coordinates(model.robot)]
+        hanging, codes = linearise_where_regular(held.solved[:1])
+        if codes.any():
+            return np.full(model.m, np.nan)
+        return np.asarray(np.linalg.lstsq(hanging.per_length[0][kept], motion_between(here, held.poses[0])[kept])[0])
     rows = model.rows(retraction=None if retraction is None else retraction[:1])
     packed: Packed = model.packed._replace(lines=rows.lines[0])
     taut = taut_of(packed, here)
@@ -214,13 +242,23 @@ def _length_errors(
         return np.asarray(error)
     own = stretches(LineNumbers(packed.lines), taut) * (tensions - held.tensions[0])
     own = own[hosts]
-    return np.asarray(error + own - _moving_part(by_motion, own))
+    moving = by_motion if model.free_directions is None else by_motion @ model.free_directions
+    return np.asarray(error + own - _moving_part(moving, own))
 
 
 def _moving_part(by_motion: Array, change: Array) -> Array:
     """Return the part (m,) of a *change* of lengths that moves the platform, by their gradients (m, p)."""
     basis, _ = np.linalg.qr(by_motion)
     return np.asarray(basis @ (basis.T @ change))
+
+
+def _stretch_rates(
+    settings: VelocitySettings, state: VelocityState, held: Equilibrium, pushed: Array, estimate: Estimate, dt: float
+) -> Array:
+    """Return rates (m,), m/s, that damp swings in which lines stretch; zeros where these are not damped."""
+    if settings.stretch is None:
+        return np.zeros(settings.model.m)
+    return follow_stretch(settings.stretch, state.stretch, held, pushed, estimate.time, dt)
 
 
 def _bounded(vector: Array, most: float) -> Array:
@@ -240,7 +278,7 @@ def _internal_rates(
     state: VelocityState,
     taut: Taut,
     estimate: Estimate,
-    target: Target,
+    at_target: Equilibrium,
     dt: float,
     tensions: Array | None,
 ) -> Array:
@@ -249,7 +287,6 @@ def _internal_rates(
     Measured *tensions* (m,), N, of lines that are all taut say how far that is off; else the lengths do.
     """
     model = settings.model
-    at_target = solve_inverse(model, target.position)
     if not np.isfinite(at_target.lengths).all():
         return np.zeros(model.m)
     if settings.manage_slack:
@@ -259,7 +296,7 @@ def _internal_rates(
         state.planned_excess = state.planned_excess + np.clip(planned - state.planned_excess, -change, change)
     else:
         state.chosen = at_target.tensions
-    goal = at_target.lengths - taut_at(model, target.position).lengths + state.planned_excess
+    goal = at_target.lengths - taut_at(model, at_target.pose).lengths + state.planned_excess
     if tensions is None or settings.manage_slack:
         error = np.where(np.isfinite(estimate.excess), goal - estimate.excess, 0.0)
     else:

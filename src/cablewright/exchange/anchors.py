@@ -27,11 +27,13 @@ def anchored_robot(
     assumed: Notes,
     mass: float | None = None,
     stiffness: float | None = None,
+    below: float = 0.0,
 ) -> Robot:
     """Return a point platform on *lines* by name, from exit points through eyelets.
 
-    *cable*: one of the table; *stiffness*: of the file's, N, where none of the table is asked for. What the lines do
-    not give is noted in *assumed*. Raises `InputError`.
+    *cable*: one of the table; *stiffness*: of the file's, N, where none of the table is asked for; *below*: m, of the
+    nozzle below the point where lines meet. Firmware has the anchors as that point sees them with the nozzle at the
+    origin. What the lines do not give is noted in *assumed*. Raises `InputError`.
     """
     table = chosen_cable(cable or CABLE)
     if cable is None and stiffness is not None:
@@ -39,14 +41,24 @@ def anchored_robot(
         assumed.add(f"cable: {CABLE} but for axial_stiffness")
     else:
         assumed.add(f"cable: {cable or CABLE}")
-    assumed.add("platform: a point; the nozzle is where the lines meet, not below")
+    if below:
+        assumed.add(f"platform: a point, whose nozzle is {1e3 * below:g} mm below where the lines meet")
+    else:
+        assumed.add(
+            "platform: a point; the nozzle is where the lines meet, not below: --nozzle-below gives by how much"
+        )
     if mass is None:
         assumed.add(f"platform.mass: {MASS:g} kg")
     limits = (0.01 * 9.81 * (mass or MASS), 0.2 * table["breaking_load"])
     if not all("tension_limits" in line for line in lines.values()):
         assumed.add("tension_limits: a hundredth of the weight to a fifth of the breaking load")
-    exits: list[Point] = [line["exit_point"] for line in lines.values()]
     _require_one_unit(path, {name: math.hypot(*line["exit_point"]) for name, line in lines.items()})
+    if below:
+        lines = {
+            name: dict(line) | {"exit_point": _lifted(line["exit_point"], below), "platform_point": (0.0, 0.0, below)}
+            for name, line in lines.items()
+        }
+    exits: list[Point] = [line["exit_point"] for line in lines.values()]
     given = {
         "schema": 1,
         "name": path.stem[:100] or "imported",
@@ -58,6 +70,30 @@ def anchored_robot(
         ],
     }
     return validated(Robot, given, path)
+
+
+def _lifted(at: Point, by: float) -> Point:
+    return (at[0], at[1], at[2] + by)
+
+
+def as_points(robot: Robot) -> Robot:
+    """Return a robot as its nozzle sees it: each exit point is shifted by its platform point, from the nozzle.
+
+    Of a platform that does not rotate each line is as long as to that point.
+    """
+    nozzle = robot.platform.nozzle
+    lines = tuple(
+        line.model_copy(
+            update={
+                "exit_point": tuple(
+                    a - b + c for a, b, c in zip(line.exit_point, line.platform_point, nozzle, strict=True)
+                ),
+                "platform_point": (0.0, 0.0, 0.0),
+            }
+        )
+        for line in robot.lines
+    )
+    return robot.model_copy(update={"lines": lines})
 
 
 def _require_one_unit(path: Path, away: Mapping[str, float]) -> None:

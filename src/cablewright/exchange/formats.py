@@ -18,10 +18,14 @@ from cablewright.foundation.toml_input import read_bytes
 
 @dataclass(frozen=True)
 class ImportOptions:
-    """Choices of an import. ``cable``: one of the table of cables; ``cable_set``: of a CASPR model."""
+    """Choices of an import. ``cable``: one of the table of cables; ``cable_set``: of a CASPR model.
+
+    ``nozzle_below``: m, of the nozzle of a Hangprinter below the point where its lines meet.
+    """
 
     cable: str | None = None
     cable_set: str | None = None
+    nozzle_below: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -72,11 +76,11 @@ READ: Final[Mapping[str, ReadFormat]] = MappingProxyType({
     ),
     "klipper": ReadFormat(
         "Klipper", (".cfg",), 1, klipper_config.CARRIED, r"\[(printer|stepper_a)\]",
-        lambda paths, o: klipper_config.read_klipper(paths[0], o.cable),
+        lambda paths, o: klipper_config.read_klipper(paths[0], o.cable, o.nozzle_below),
     ),
     "reprapfirmware": ReadFormat(
-        "RepRapFirmware", (".g",), 1, rrf_config.CARRIED, r"m669\b",
-        lambda paths, o: rrf_config.read_rrf(paths[0], o.cable),
+        "RepRapFirmware", (".g",), 1, rrf_config.CARRIED, r"(?:n\d+ +)?m669(?!\d)",
+        lambda paths, o: rrf_config.read_rrf(paths[0], o.cable, o.nozzle_below),
     ),
 })  # fmt: skip
 """Formats of robots that are read, by name."""
@@ -95,6 +99,8 @@ def read_robot(paths: Sequence[Path], name: str | None = None, options: ImportOp
     wanted = options or ImportOptions()
     if wanted.cable_set is not None and chosen != "caspr":
         raise InputError(f"--cable-set = {wanted.cable_set!r}: only a CASPR model has sets of cables")
+    if wanted.nozzle_below and chosen not in ("klipper", "reprapfirmware"):
+        raise InputError(f"--nozzle-below: {READ[chosen].title} has no point where all lines meet above its nozzle")
     return READ[chosen].read(paths, wanted)
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from cablewright.exchange.anchors import anchored_robot, spool
+from cablewright.exchange.anchors import anchored_robot, as_points, spool
 from cablewright.exchange.completion import Point
 from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.exchange.millimetres import from_mm, radius_of_turn, to_mm, turn_of_radius
@@ -58,8 +58,8 @@ _WHY: Final = {
 _KEYS = ("anchor_x", "anchor_y", "anchor_z", "rotation_distance")
 
 
-def read_klipper(path: Path, cable: str | None = None) -> ImportedRobot:
-    """Return the robot of a ``printer.cfg`` with cable winches. Raises `InputError`."""
+def read_klipper(path: Path, cable: str | None = None, below: float = 0.0) -> ImportedRobot:
+    """Return the robot of a ``printer.cfg`` with cable winches; *below* as of `anchored_robot`. Raises `InputError`."""
     sections, places = _sections(path)
     lost, assumed = Notes(), Notes()
     kinematics = sections.get("printer", {}).get("kinematics")
@@ -95,7 +95,7 @@ def read_klipper(path: Path, cable: str | None = None) -> ImportedRobot:
             f"lines.tension_limits: up to {FORCE:g} N over the spans, what the fork takes without winch_max_force"
         )
     lines = _lines(printer, exits, radii, FORCE if is_fork else None, lost)
-    robot = anchored_robot(path, lines, cable, assumed, mass, stiffness)
+    robot = anchored_robot(path, lines, cable, assumed, mass, stiffness, below)
     version = "the fork for Hangprinters, by its winch_ keys" if is_fork else "kinematics: winch, since 2018"
     return ImportedRobot(robot, f"Klipper's cable winches ({version})", lost.all, assumed.all)
 
@@ -162,10 +162,10 @@ def _lines(
 def klipper_anchors(robot: Robot) -> ExportedFile:
     """Return the sections of a ``printer.cfg`` that let Klipper compute the lengths. Raises `InputError`."""
     require(robot, Capability.KLIPPER_WINCH)
-    carried = "lines.exit_point lines.winch.drum_radius lines.name lines.sheave.kind"
+    carried = "lines.exit_point lines.winch.drum_radius lines.name lines.sheave.kind lines.platform_point"
     lost = tuple(lost_keys(keys_given(robot), carried))
     turns = [turn_of_radius(line.winch.drum_radius or math.nan) for line in robot.lines]
-    return ExportedFile(_sections_of(robot, turns), lost)
+    return ExportedFile(_sections_of(as_points(robot), turns), lost)
 
 
 def winch_sections(robot: Robot, turns: Array, ratio: float) -> str:
@@ -192,8 +192,11 @@ def _sections(path: Path) -> tuple[dict[str, dict[str, str]], dict[Any, str]]:
     sections: dict[str, dict[str, str]] = {}
     places: dict[Any, str] = {}
     section = ""
-    for number, text in text_lines(path, MAX_BYTES, "printer.cfg"):
+    for number, text in text_lines(path, MAX_BYTES, "printer.cfg", indented=True):
         place = f"{path}, line {number}"
+        if text[0] in " \t" and sections.get(section):
+            continue  # of the option before, as in a macro
+        text = text.strip()
         if text.startswith(";"):
             continue
         if match := _SECTION.fullmatch(text):

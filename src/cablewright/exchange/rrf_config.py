@@ -14,7 +14,7 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Any, Final
 
-from cablewright.exchange.anchors import anchored_robot, spool
+from cablewright.exchange.anchors import anchored_robot, as_points, spool
 from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.exchange.millimetres import from_mm, to_mm
 from cablewright.exchange.rrf_spool import SpoolLaw, dead_length, spool_law
@@ -58,6 +58,7 @@ _ELSEWHERE: Final = {
     "M98": "commands of other files are not read",
     "M501": "config-override.g is not read; what it has of M666 and M669 replaces this file's",
 }
+_HEAD = re.compile(r"(?:N[0-9]+\s+)?([GM][0-9]+(?:\.[0-9]+)?|[a-z]+)\s*(.*)", re.IGNORECASE | re.ASCII)
 _WORD = re.compile(r"([A-Z])\s*([^\sA-Z]*)", re.IGNORECASE | re.ASCII)
 _MOVED = "RQUOLHJ"  # letters of M666 that were of M669 before 2020, where M666 had others
 _Words = dict[str, tuple[str, str]]
@@ -79,8 +80,8 @@ _OLD = _Defaults("RepRapFirmware of 2019", "55", (1,) * FEW, (2, 2, 2, 3, 3))
 _STIFFNESS, _MOST_FORCE = "20000", "70"  # of M666 S, N, and X, N, where W turns on the compensation of stretch
 
 
-def read_rrf(path: Path, cable: str | None = None) -> ImportedRobot:
-    """Return the robot of a ``config.g`` of a Hangprinter. Raises `InputError`."""
+def read_rrf(path: Path, cable: str | None = None, below: float = 0.0) -> ImportedRobot:
+    """Return the robot of a ``config.g`` of a Hangprinter; *below* as of `anchored_robot`. Raises `InputError`."""
     lost, assumed = Notes(), Notes()
     commands = _commands(path, lost)
     geometry, machine = commands["M669"], commands["M666"]
@@ -109,7 +110,7 @@ def read_rrf(path: Path, cable: str | None = None) -> ImportedRobot:
     names = LETTERS[:count]
     lines = _lines(path, geometry, machine, names, _OLD if is_old else _NEW, assumed)
     mass = _number(machine, "W", 0.0) or None
-    robot = anchored_robot(path, lines, cable, assumed, mass, _stiffness(machine, assumed))
+    robot = anchored_robot(path, lines, cable, assumed, mass, _stiffness(machine, assumed), below)
     limits = "IX" if "X" in machine or mass else ""
     for words, code, known in ((geometry, "M669", {*"KN", *names}), (machine, "M666", {*"RQUOSWY", *limits})):
         for letter in words:
@@ -266,10 +267,11 @@ def rrf_config(
     carried = (
         "name lines.name lines.exit_point lines.sheave.kind lines.advantage lines.cables lines.winch.drum_radius "
         "lines.winch.build_up lines.winch.drum_length lines.dead_length lines.winch_exit platform.mass "
-        "lines.tension_limits lines.cable"
+        "lines.tension_limits lines.cable lines.platform_point"
     )
     notes = Notes()
     notes.add_all(lost_keys(keys_given(robot), carried))
+    robot = as_points(robot)
     notes.add("lines.cable: weight, sag and creep; of all lines the least stiffness is written")
     law = law_of(robot, drums, machine, positions, target)
     fitted = "" if law.own else "; they fit the lengths of this job alone, they are no measured spools"
@@ -364,7 +366,8 @@ def _commands(path: Path, lost: Notes) -> dict[str, _Words]:
     for number, text in text_lines(path, MAX_BYTES, "config.g", indented=True):
         bare = text.expandtabs(4)
         depth, bare = len(bare) - len(bare.lstrip()), bare.split(";", 1)[0].strip()
-        code, _, rest = bare.partition(" ")
+        head = _HEAD.match(bare)
+        code, rest = (head[1], head[2]) if head else ("", "")
         if block is not None and depth <= block[0] and bare:
             block = None
         if code.lower() in _BLOCKS:

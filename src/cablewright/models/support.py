@@ -190,7 +190,6 @@ FEATURES: Final = (
 SPATIAL: Final = "counterweight pulley winch-aside platform-sheave platform-pulley tilted-swivel guides spatial-mount"
 """Features of lines that are more than a winch and a cable in one vertical plane."""
 
-_PROVED: Final = f"{SPATIAL} mount spring plane"  # no proof covers them
 _DRIVEN: Final = "counterweight shared-winch"  # no estimator by lidars and no homing covers them
 _TURNING: Final = "swivel universal-joint pulley platform-sheave platform-pulley"
 _OWN_WINCH: Final = "Give each line a winch of its own"
@@ -202,10 +201,12 @@ _ONE_DRUM: Final = "Lines on one drum have tensions that follow their stretch, n
 _C, _LOST, _REJECTED = Capability, Coverage.LOST, Coverage.REJECTED
 
 _ROWS: Final = (
-    (_C.CERTIFY, Coverage.UNCERTIFIED, _PROVED, "The answer holds without a proof"),
-    (_C.TRACKER, _REJECTED, _PROVED, "Track with TrackerSettings(certify=False)"),
-    (_C.POSE_BOX, _REJECTED, f"{_PROVED} advantage cables", "Use linearise, whose pose errors are of first order"),
-    (_C.EXHAUSTIVE, _REJECTED, f"{_PROVED} advantage cables body weightless no-gravity",
+    (_C.CERTIFY, Coverage.UNCERTIFIED, SPATIAL, "The answer holds without a proof"),
+    (_C.TRACKER, _REJECTED, SPATIAL, "Track with TrackerSettings(certify=False)"),
+    (_C.POSE_BOX, _REJECTED, f"{SPATIAL} plane advantage cables",
+     "Use linearise, whose pose errors are of first order"),
+    (_C.EXHAUSTIVE, _REJECTED,
+     f"{SPATIAL} mount spring plane advantage cables body weightless no-gravity",
      "Search from many starts: leave out exhaustive"),
     (_C.TENSIONS, _REJECTED, "shared-winch", f"{_ONE_DRUM}: use inverse"),
     (_C.WRENCH_CLOSURE, _REJECTED, "shared-winch", f"{_ONE_DRUM}: use the criterion static"),
@@ -224,8 +225,8 @@ _ROWS: Final = (
      "lengths without compensation take each line to have a winch of its own"),
     (_C.CHECK, Coverage.NOT_CHECKED, "counterweight",
      "counterweights against what is around them, and the room they move in"),
-    (_C.CHECK, _REJECTED, "few-shared-winches few-lines-in-plane", "Use inverse with free coordinates (nan)"),
-    (_C.PATH, _REJECTED, "few-shared-winches few-lines-in-plane", "Use a pose with free coordinates (nan)"),
+    (_C.CHECK, _REJECTED, "few-shared-winches", "Use inverse with free coordinates (nan)"),
+    (_C.PATH, _REJECTED, "few-shared-winches", "Use a pose with free coordinates (nan)"),
     (_C.BRACKET, _REJECTED, "eyelet swivel pulley", "Give all lines universal joints, whose lever the bracket holds"),
     (_C.BRACKET, _REJECTED, "mount spring", "Leave out exit_compliance and spring"),
     (_C.SURVEY, _REJECTED, SPATIAL, "Write the surveyed points into the robot file"),
@@ -240,20 +241,20 @@ _ROWS: Final = (
     (_C.SIMULATION, _REJECTED, "weightless no-gravity no-diameter no-drum-radius", _IN_FILE),
     (_C.SIMULATION, _REJECTED, "offset-point", "Give all lines the platform_point [0, 0, 0]"),
     (_C.MACHINE_FILE, _REJECTED, "weightless no-diameter no-drum-radius no-gravity", _IN_FILE),
-    (_C.PRINT, _REJECTED, "free-position few-lines-in-plane", "Use check, or inverse at poses"),
-    (_C.ESTIMATION, _REJECTED, "free-position few-lines-in-plane", "Use forward with the measured lengths"),
+    (_C.PRINT, _REJECTED, "free-position", "Use check, or inverse at poses"),
+    (_C.ESTIMATION, _REJECTED, "free-position", "Use forward with the measured lengths"),
     (_C.ROOM_ESTIMATION, _REJECTED, _DRIVEN, "Use the estimator encoders"),
     (_C.ESTIMATION, _REJECTED, "no-diameter no-drum-radius", _IN_FILE),
     (_C.HOMING, _REJECTED, f"{_DRIVEN} free-position retraction", "Use forward with the measured lengths"),
     (_C.DRIVES, _REJECTED, "counterweight shared-winch", _OWN_WINCH),
     (_C.DRIVES, _REJECTED, "no-diameter no-drum-radius", _IN_FILE),
-    (_C.SERVE, _REJECTED, "free-position few-lines-in-plane", "Use check, which needs no machine"),
+    (_C.SERVE, _REJECTED, "free-position", "Use check, which needs no machine"),
     (_C.KLIPPER, _REJECTED, "free-position few-shared-winches few-lines-in-plane", _WINCH_OR_URDF),
     (_C.LINUXCNC, _REJECTED, "free-position few-shared-winches few-lines-in-plane", _WINCH_OR_URDF),
     (_C.REPRAPFIRMWARE, _REJECTED, "counterweight shared-winch", _BY_ANGLE),
     (_C.REPRAPFIRMWARE, _REJECTED, "few-winches", _WINCH_OR_URDF),
-    (_C.REPRAPFIRMWARE, _REJECTED, f"{_TURNING} body plane offset-point", _BY_ANGLE),
-    (_C.KLIPPER_WINCH, _REJECTED, f"{_TURNING} advantage body plane offset-point", _BY_ANGLE),
+    (_C.REPRAPFIRMWARE, _REJECTED, f"{_TURNING} body plane", _BY_ANGLE),
+    (_C.KLIPPER_WINCH, _REJECTED, f"{_TURNING} advantage body plane", _BY_ANGLE),
     (_C.KLIPPER_WINCH, _REJECTED, "counterweight shared-winch", _BY_ANGLE),
     (_C.KLIPPER_WINCH, _REJECTED, "no-drum-radius", _IN_FILE),
     (_C.KLIPPER, _REJECTED, "no-drum-radius", _IN_FILE),

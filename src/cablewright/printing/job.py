@@ -199,14 +199,14 @@ class Job(FileDescription):
             return beads_of(toolpath, self.scale, bead if own else None, by)
         return beads_of(toolpath, self.scale, Bead(**bead.model_dump()), by if own else ASSUMED)
 
-    def typical_bead(self) -> tuple[Bead, tuple[str, ...]]:
+    def typical_bead(self, toolpath: Toolpath | None = None) -> tuple[Bead, tuple[str, ...]]:
         """Return the bead of the middle of what is laid, and notes on how those of the file differ.
 
-        It reads the G-code where the job leaves beads open.
+        *toolpath*: of the job; None: it reads the G-code where the job leaves beads open.
         """
         if self.gcode is None or self.bead.model_fields_set == Bead.model_fields.keys():
             return self.bead, ()
-        beads = self.beads(self.toolpath())
+        beads = self.beads(toolpath or self.toolpath())
         return beads.typical, beads.differing
 
     def samples(

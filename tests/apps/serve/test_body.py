@@ -64,7 +64,7 @@ def test_a_body_is_moved_by_its_nozzle_at_the_rotation_that_it_has(server: Serve
             page.during(0.2)
         page.during(1.0)
         found = page.state["platform"]
-        assert np.allclose(found["nozzle"], goal, atol=8e-3)
+        assert np.allclose(found["nozzle"], goal, atol=5e-4)  # the estimate goes on
         assert np.abs(np.subtract(found["rotation"], begin["rotation"])).max() < 3e-3
         over = page.order("go to", position=[0.0, 0.2, 7.0])
         assert "z = 7 m is outside 0 to 5.5 m" in over

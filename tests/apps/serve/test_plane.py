@@ -96,7 +96,7 @@ def home(page: Page, measured: str) -> None:
     page.until("document.getElementById('ask').open")
     page.run(f"document.getElementById('place').value = {measured!r}")
     page.run("document.getElementById('ask-yes').click()")
-    page.until("operate.orders.control.known")
+    page.until("operate.orders.control.known", 180.0)
     page.until(f"{STATE} === 'idle'")
 
 

@@ -189,6 +189,9 @@ def test_before_the_first_counts_nothing_is_learnt() -> None:
 def test_options_that_do_not_fit(options: dict, message: str) -> None:
     with pytest.raises(InputError, match=message):
         twin_of(ROBOT, HOUSE, None, PrintOptions(**options))
+
+
+def test_machines_that_places_do_not_teach() -> None:
     merlet, ring = load("merlet2023"), load_job(EXAMPLES / "blind-machines.toml")
     with pytest.raises(InputError, match="place learn: machine 'merlet2023': cable that lies so irregularly"):
         twin_of(merlet, ring, None, PrintOptions("encoders", place_every=60.0, place_learn=True))

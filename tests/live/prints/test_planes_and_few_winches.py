@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import boards
 import cablewright as cw
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import PrintState
@@ -15,6 +16,7 @@ from cablewright.live.prints.run import run_print
 from cablewright.machine.log.log import read_log
 from cablewright.machine.simulated.machine_file import machine_file
 from cablewright.printing.job import load_job
+from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.checks.check import check
 
@@ -27,24 +29,40 @@ origin = {origin}
 width = "6 mm"
 height = "2 mm"
 [motion]
-print_speed = "100 mm/s"
-travel_speed = "100 mm/s"
-acceleration = "0.1 m/s^2"
+print_speed = {speed}
+travel_speed = {speed}
+acceleration = {speed}
 corner_deviation = "2 mm"
 """
 
 
+def described(name: str) -> Robot:
+    """A robot of the library, or a body in a vertical plane on the upper two lines, which leave its rotation free."""
+    if name != "board":
+        return cw.load(name)
+    values = boards.board(body=True).model_dump(by_alias=True)
+    values["lines"] = values["lines"][-2:]
+    for line in values["lines"]:
+        line["cable"]["diameter"], line["winch"] = 0.003, {"drum_radius": 0.05}
+    return Robot.model_validate(values)
+
+
 @pytest.mark.parametrize(
-    ("name", "origin"), [("maslow4", (0.0, 0.258819, 0.965926)), ("grab-four-lines", (1.1, 0.0, -0.3))]
+    ("name", "origin", "speed"),
+    [
+        ("maslow4", (0.0, 0.258819, 0.965926), 0.1),
+        ("grab-four-lines", (1.1, 0.0, -0.3), 0.1),
+        ("board", (0.0, 0.02, -0.3), 0.05),  # a pendulum, which swings
+    ],
 )
 def test_print_follows_its_path_within_the_limits_of_tension(
-    name: str, origin: tuple[float, ...], tmp_path: Path
+    name: str, origin: tuple[float, ...], speed: float, tmp_path: Path
 ) -> None:
     (tmp_path / "line.gcode").write_text(
         "G21\nG90\nM83\n;LAYER:0\nG0 X0 Y0 Z0 F6000\nG1 X60 Y0 Z0 E5\n;LAYER:1\nG1 X0 Y0 Z0 E5\n"
     )
-    (tmp_path / "job.toml").write_text(JOB.format(origin=list(origin)))
-    robot = cw.load(name)
+    (tmp_path / "job.toml").write_text(JOB.format(origin=list(origin), speed=speed))
+    robot = described(name)
     (tmp_path / "machine.toml").write_text(machine_file(robot))
     options = PrintOptions(seed=3, severity="typical")
     twin = twin_of(robot, load_job(tmp_path / "job.toml"), tmp_path / "machine.toml", options)
@@ -69,7 +87,7 @@ def test_check_judges_the_tensions_that_print_chooses(name: str, origin: tuple[f
     (tmp_path / "line.gcode").write_text(
         "G21\nG90\nM83\n;LAYER:0\nG0 X0 Y0 Z0 F6000\nG1 X60 Y0 Z0 E5\n;LAYER:1\nG1 X0 Y0 Z0 E5\n"
     )
-    (tmp_path / "job.toml").write_text(JOB.format(origin=list(origin)))
+    (tmp_path / "job.toml").write_text(JOB.format(origin=list(origin), speed=0.1))
     robot, job = cw.load(name), load_job(tmp_path / "job.toml")
     found = check(robot, job, skip=("interference", "expected-error"))
     assert found.feasible, found.verdict

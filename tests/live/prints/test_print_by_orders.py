@@ -64,19 +64,22 @@ def test_a_ring_is_printed_by_orders_and_its_log_is_that_of_a_real_machine(tmp_p
 
 def test_a_print_pours_where_the_file_names_a_valve_and_says_where_it_cannot(tmp_path: Path) -> None:
     valve = {"line": "north-east", "bit": 17, "closes_alone": False}
-    poured = []
+    poured, radius = [], 0.5 * RING.helix.radius
+    small = RING.model_copy(
+        update={"helix": RING.helix.model_copy(update={"radius": radius}), "origin": (0.5, -0.5, 0)}
+    )
     for k, named in enumerate((None, valve)):
         folder = tmp_path / str(k)
         folder.mkdir()
         found = homed(folder, valve=named)
         typist = Typist({state: list(words) for state, words in WORDS.items()})
         before = found.rig.plant.truth.powder
-        assert printed(found, folder, typist).finished, typist.said
+        assert printed(found, folder, typist, job=small).finished, typist.said
         poured.append(before - found.rig.plant.truth.powder)
         assert not found.rig.valve_open
         says = ("no valve opens: nothing is laid", "closes_alone = false: its drive leaves it open in a fault")[k]
         assert any(says in line for line in typist.said)
-    duration = 2.0 * np.pi * RING.helix.radius / RING.motion.print_speed
+    duration = 2.0 * np.pi * radius / RING.motion.print_speed
     flow = found.twin.owner.point_drum.flow
     assert poured[0] == 0.0
     assert poured[1] == pytest.approx(flow * duration, rel=0.05)  # on while it prints, with ramps laid to half

@@ -47,6 +47,10 @@ def import_command(
     cable_set: Annotated[
         str | None, typer.Option("--cable-set", metavar="ID", help="Set of cables of a CASPR model; else its default.")
     ] = None,
+    nozzle_below: Annotated[
+        str | None,
+        typer.Option("--nozzle-below", metavar="L", help="Of a Hangprinter: its nozzle below where its lines meet."),
+    ] = None,
     as_json: AsJson = False,
 ) -> int:
     """Reads WireX, CASPR, and settings of Hangprinters (RepRapFirmware, Klipper), Maslows and wall plotters.
@@ -63,7 +67,8 @@ def import_command(
         raise cw.InputError(f"--out = {str(out)!r}: must end in .toml")
     if out.exists() or out.is_symlink():
         raise cw.InputError(f"{out}: is there already; nothing is overwritten")
-    found = read_robot(files, form, ImportOptions(cable, cable_set))
+    below = 0.0 if nozzle_below is None else quantity(nozzle_below, "--nozzle-below", LENGTH)
+    found = read_robot(files, form, ImportOptions(cable, cable_set, below))
     text = robot_toml(found, "cablewright import")
     cw.loads(text, str(out))
     write_whole(out, text.encode(), parents=True)

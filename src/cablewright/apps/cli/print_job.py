@@ -69,7 +69,7 @@ class SimulatedOptions:
         bool, typer.Option("--place-tensions", help="Correct what a place leaves open of lengths by measured tensions.")
     ] = False
     damping: Annotated[
-        bool, typer.Option("--damping/--no-damping", help="Damp the swing of a drum whose tilt is measured.")
+        bool, typer.Option("--damping/--no-damping", help="Damp swings by measured tilt and tensions.")
     ] = True
     real_time: Annotated[bool, typer.Option("--real-time", help="Wait in each step until its time has come.")] = False
 

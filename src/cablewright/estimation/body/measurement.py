@@ -44,7 +44,7 @@ def slopes_of(state: BodyState) -> Slopes | None:
         return None
     changes = tension_changes(solved)
     pose, by_pose = found.per_length[0], changes.by_pose[0]
-    wrench = np.linalg.inv(found.stiffness[0])
+    wrench = found.per_wrench[0]
     tensions = np.diag(changes.per_length[0]) + by_pose @ pose
     if not (np.isfinite(pose).all() and np.isfinite(tensions).all() and np.isfinite(wrench).all()):
         return None

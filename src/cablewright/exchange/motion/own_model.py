@@ -13,6 +13,7 @@ from typing import Final
 
 import numpy as np
 
+from cablewright.exchange.anchors import as_points
 from cablewright.exchange.rrf_spool import SpoolLaw, in_firmware
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import AnswerError, InputError
@@ -40,23 +41,10 @@ Turns = Callable[[Array], Array]
 
 
 def as_anchors(robot: Robot, job: Job) -> Robot:
-    """Return the robot as points see it: each exit point is shifted by its platform point, from the nozzle.
-
-    Of a body that does not rotate a line is as long as to that point. Raises `InputError` for a job that rotates it.
-    """
+    """Return the robot of `as_points`. Raises `InputError` for a job that rotates its platform."""
     if any(step.rotation is not None and any(step.rotation) for step in job.schedule):
         raise InputError(f"job {job.name}: schedule rotates the platform; a firmware's X Y Z has no rotation")
-    nozzle = np.array(robot.platform.nozzle)
-    lines = tuple(
-        line.model_copy(
-            update={
-                "exit_point": tuple(map(float, np.array(line.exit_point) - np.array(line.platform_point) + nozzle)),
-                "platform_point": (0.0, 0.0, 0.0),
-            }
-        )
-        for line in robot.lines
-    )
-    return robot.model_copy(update={"lines": lines})
+    return as_points(robot)
 
 
 def rrf_turns(anchored: Robot, law: SpoolLaw) -> Turns:

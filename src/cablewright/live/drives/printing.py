@@ -149,8 +149,9 @@ def print_on_drives(
     """
     if job.robot not in (None, robot.name):
         raise InputError(f"job {job.name!r}: robot = {job.robot!r}, but the robot is {robot.name!r}")
-    job, samples = driven_job(robot, job)
-    bead, differing = job.typical_bead()
+    toolpath = job.toolpath()
+    job, samples = driven_job(robot, job, toolpath=toolpath)
+    bead, differing = job.typical_bead(toolpath)
     owner = extruding(settings, bead, job.motion.print_speed)
     machine = RealMachine.of(robot, owner, state, port)
     path = path_of(robot, job, samples, owner, machine.estimator, law, layers)

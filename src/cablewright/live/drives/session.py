@@ -98,7 +98,7 @@ class RealMachine:
 
         Both in m and rad.
         """
-        keeper = self.keeper
+        keeper, counted = self.keeper, self.machine  # which a sitting may pace
         near = guess if keeper.pose is None else keeper.pose
         scene = self.robot.scene
         frame = np.array(scene.frame_min), np.array(scene.frame_max)
@@ -114,7 +114,7 @@ class RealMachine:
                 place,
                 keeper.tensions,
                 self.settings.drives.tension_error,
-                lambda: self.machine.power_lost,
+                lambda: counted.power_lost,
                 lambda: keeper.laid(),
             )
         )

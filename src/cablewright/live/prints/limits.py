@@ -15,6 +15,7 @@ from cablewright.control.guide import TimedPath
 from cablewright.control.height import HeightControl
 from cablewright.control.manual import ManualSettings
 from cablewright.control.stop import StopSettings
+from cablewright.control.stretch_damping import DampingLoop, StretchDamping, swings_at
 from cablewright.control.supervisor import SupervisorSettings
 from cablewright.control.swing_damping import SwingDamping
 from cablewright.control.velocity import VelocitySettings
@@ -32,6 +33,7 @@ from cablewright.machine.sensors.inertial import INERTIAL
 from cablewright.machine.sensors.line_angles import LINE_ANGLES
 from cablewright.machine.sensors.tensions import LOAD_CELLS, MOTOR_TORQUES
 from cablewright.machine.settings import MachineSettings
+from cablewright.models.inertia import compensates
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.support import Capability, require
 from cablewright.printing.job import Job
@@ -84,8 +86,8 @@ def planned(
     """Return the plan of a print along *path* in steps of *period*, s, with that *estimator* and control *law*.
 
     *rule*: of the height; None chooses by the machine's sensors. *damps*: the swing of a drum, where the estimator
-    knows its tilt. Raises `AnswerError` where the path leaves the frame
-    or lines cannot hold the platform, `InputError` for a height that the machine cannot keep.
+    knows its tilt, and swings in which lines stretch, where tensions are measured. Raises `AnswerError` where the path
+    leaves the frame or lines cannot hold the platform, `InputError` for a height that the machine cannot keep.
     """
     require(robot, Capability.PRINT)
     model = Model(with_drum_mass(robot, settings))
@@ -114,9 +116,12 @@ def planned(
     )
     if path.attitude is not None:
         velocity = replace(velocity, gain=_BODY_GAIN)
-    elif damps and estimator != "encoders" and settings.sensor(INERTIAL) is not None:
+    elif damps and settings.body is None and estimator != "encoders" and settings.sensor(INERTIAL) is not None:
         velocity = replace(velocity, swing=_swing(settings.point_drum, scene.gravity))
         notes += ("the swing of the drum is damped: the platform follows it",)
+    if damps:
+        velocity, how = _stretch_damped(path, settings, velocity)
+        notes += how
     yaw = _held_yaw(settings, estimator)
     if yaw is not None:
         notes += (f"the yaw of the drum is held at {math.degrees(yaw.held):.3g} deg by its drive",)
@@ -183,6 +188,31 @@ def _swing(drum: Drum, gravity: float) -> SwingDamping:
     centre = (drum.empty_mass * drum.empty_centre + powder * depth) / mass
     square = drum.empty_mass * (drum.empty_centre**2 + drum.empty_gyration[0] ** 2) + powder * depth**2
     return SwingDamping.of(gravity, centre, math.sqrt(square / mass - centre**2))
+
+
+def _stretch_damped(
+    path: TimedPath, settings: MachineSettings, velocity: VelocitySettings
+) -> tuple[VelocitySettings, tuple[str, ...]]:
+    """Return the *velocity* that damps swings in which lines stretch, as far as it can, and notes of how far.
+
+    It takes measured tensions, of lines that are all taut. Lengths of fewer winches than freedoms, or with
+    counterweights, do not hold the platform against its inertia; a drum with several lines cannot follow each.
+    """
+    model = velocity.model
+    sensor = settings.tension_sensor
+    sheet = None if sensor is None else settings.sensor(sensor)
+    follows = velocity.law == "model" and not (model.n == 3 and velocity.manage_slack)
+    if sensor is None or sheet is None or not follows or not compensates(model.robot) or model.robot.sharing:
+        return velocity, ()
+    late = 1.5 * settings.period + 0.5 / sheet.rate
+    found = StretchDamping(sensor.source, DampingLoop(late, settings.winch.lag, velocity.gain))
+    poses, retraction = body_limits.poses_at(model, path, body_limits.chosen_places(path))
+    held = solve_inverse(model, poses, path=True, retraction=retraction)
+    rates = np.concatenate([np.zeros(0), *(each.rates for each in map(swings_at, held) if each is not None)])
+    if not (rates > 0.0).any():
+        return velocity, ()
+    damped, told = found.note(rates[rates > 0.0])
+    return (replace(velocity, stretch=found) if damped else velocity), (told,)
 
 
 def _held_yaw(settings: MachineSettings, estimator: str) -> YawSettings | None:

@@ -14,12 +14,12 @@ from typing import ClassVar, Final, Protocol, runtime_checkable
 
 import numpy as np
 
-from cablewright.control import beam, drum_yaw, guard, guide, height, manual, supervisor, velocity
+from cablewright.control import beam, drum_yaw, guard, guide, height, manual, stretch_damping, supervisor, velocity
 from cablewright.control.beam import BeamMotion, BeamSettings, BeamState
 from cablewright.control.clock import FrameClock
 from cablewright.control.drum_yaw import YawSettings, YawState
 from cablewright.control.guard import GuardSettings, GuardState, StopCause
-from cablewright.control.guide import GuideState, Target, TimedPath
+from cablewright.control.guide import GuideMode, GuideState, Target, TimedPath
 from cablewright.control.height import HeightControl
 from cablewright.control.manual import ManualSettings, ManualState
 from cablewright.control.orders import BY_HAND, OrderState, examine
@@ -43,7 +43,7 @@ from cablewright.foundation.signals import (
     WinchMode,
     frozen,
 )
-from cablewright.live.estimators import DeadReckoning, Estimator, Weighing
+from cablewright.live.estimators import DeadReckoning, Estimator, Measuring, Weighing
 from cablewright.machine.interface import RESET, Machine, check_command, require_abilities
 from cablewright.machine.powder_load import PowderLoad
 
@@ -165,6 +165,12 @@ class Printer:
     def command(self) -> Command:
         """The command of the next step."""
         return self._command
+
+    @property
+    def damps(self) -> bool:
+        """Whether the last step damped a swing, if the winches move."""
+        stretch = self.velocity.stretch
+        return self.plan.velocity.swing is not None or (stretch.filtered is not None and stretch.time == self.time)
 
     def refilled(self) -> None:
         """Take the drum to be full."""
@@ -330,10 +336,14 @@ class Printer:
         tensions = None
         if self.plan.path.attitude is not None:
             tensions = self.estimator.tensions
-        elif isinstance(self.estimator, DeadReckoning):
+        elif isinstance(self.estimator, Measuring):
             tensions = self.estimator.measured
         moved = self._retract(target, dt)
-        speeds = velocity.step(self.plan.velocity, self.velocity, estimate, target, dt, tensions, moved)
+        own = self.plan.velocity
+        if own.stretch is not None:
+            stretch_damping.listen(own.stretch, self.velocity.stretch, frame)
+        calms = verdict.guide_mode is not GuideMode.HOLD and verdict.state is not PrintState.MANUAL  # its ramps stay
+        speeds = velocity.step(own, self.velocity, estimate, target, dt, tensions, moved, calms=calms)
         outputs = {} if moved is None else {RETRACTION: moved.speed}
         if self.plan.yaw is not None:
             outputs[YAW] = drum_yaw.step(self.plan.yaw, self.yaw, frame, estimate.yaw, dt)

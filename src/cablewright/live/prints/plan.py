@@ -64,7 +64,8 @@ class PrintOptions:
     it is too, first where the path begins; 0: never. ``place_stops``: at how many places each time, evenly along a
     layer. ``place_tensions``: measured tensions tell what a place leaves open of its lengths. ``place_learn``: all
     places together teach by how much lengths are off, creep and follow the mounts that give, see `learnt_lengths`.
-    ``damping``: of a swinging drum by the platform, where its tilt is measured, on a plant that swings.
+    ``damping``: of a swinging drum by the platform, where its tilt is measured, and of swings in which lines stretch,
+    where tensions are measured; on a plant that swings.
     """
 
     estimator: str | None = None
@@ -141,18 +142,19 @@ def twin_of(
     if choices.severity is not None:
         given = with_severity(given, choices.severity)
     require_robot(given.owner, robot.name)
-    asked, (job, samples) = job, driven_job(robot, job, samples)
-    bead, differing = job.typical_bead()
+    chosen = choices.estimator or best_estimator(given.owner)
+    _require_places(choices, chosen, robot, given.owner)
+    toolpath = job.toolpath()
+    asked, (job, samples) = job, driven_job(robot, job, samples, toolpath=toolpath)
+    bead, differing = job.typical_bead(toolpath)
     owner = extruding(given.owner, bead, job.motion.print_speed)
     settings = _fine(given.model_copy(update={"owner": owner}), robot)
     if choices.plant == "quasi-static":
         if not 1e-3 <= choices.period <= 60.0:
             raise InputError(f"period = {choices.period:g} s: must be from 1 ms to 60 s")
         settings = settings.with_simulation(quasi_static_period=choices.period)
-    chosen = choices.estimator or best_estimator(owner)
     path = path_of(robot, job, samples, owner, chosen, choices.law, choices.layers)
     settings = _intruded(settings, choices, path.duration)
-    _require_places(choices, chosen, robot, owner)
     return MachineTwin(
         robot,
         job,

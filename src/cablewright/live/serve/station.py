@@ -148,12 +148,11 @@ class DriveStation:
         """As `Station`."""
         if job is not None and job.robot not in (None, self.robot.name):
             raise InputError(f"job {job.name!r}: robot = {job.robot!r}, but the robot is {self.robot.name!r}")
-        samples = None
+        samples, owner = None, self.settings
         if job is not None:
-            job, samples = driven_job(self.robot, job)
-        owner = (
-            self.settings if job is None else extruding(self.settings, job.typical_bead()[0], job.motion.print_speed)
-        )
+            toolpath = job.toolpath()
+            job, samples = driven_job(self.robot, job, toolpath=toolpath)
+            owner = extruding(owner, job.typical_bead(toolpath)[0], job.motion.print_speed)
         machine = RealMachine.of(self.robot, owner, self.state, self.port)
         near = machine.keeper.pose
         if near is None:
