@@ -81,6 +81,12 @@ def _line_shapes() -> None:
     polylines(found.packed, found.pose[0], found.states[0], 1e-3)
 
 
+def _stiffness() -> None:
+    from cablewright.models.stiffness import stiffness
+
+    stiffness(_unsolved())
+
+
 TASKS: Final[dict[str, tuple[Callable[[], None], float]]] = {
     "inverse": (_inverse, 10.0),
     "forward": (_forward, 10.0),
@@ -90,6 +96,7 @@ TASKS: Final[dict[str, tuple[Callable[[], None], float]]] = {
     "certify": (_certify, 6.0),
     "distances": (_distances, 5.0),
     "line shapes": (_line_shapes, 3.0),
+    "stiffness": (_stiffness, 8.0),
 }
 """What compiles each kernel of a plain robot, and about how many seconds one process takes for it."""
 
