@@ -73,12 +73,12 @@ class WorkspaceArea(Pictured):
     @property
     def normal(self) -> str:
         """The axis across the plane, or the components of its unit normal."""
-        return self.criterion.sheet.name
+        return self.criterion.search_plane.name
 
     @property
     def fraction(self) -> float:
         """Area as a share of the box."""
-        return self.area / self.criterion.sheet.area_in(self.box)
+        return self.area / self.criterion.search_plane.area_in(self.box)
 
     @property
     def perimeter(self) -> float:
@@ -112,10 +112,10 @@ def workspace_area(
     """
     settings = RefinementSettings.of(tolerance, grid, seed)
     chosen = Criterion.of(robot, criterion, flat=True, **options)
-    box, sheet = chosen.box, chosen.sheet
-    if not (box.is_flat or sheet.is_tilted):
+    box, search_plane = chosen.box, chosen.search_plane
+    if not (box.is_flat or search_plane.is_tilted):
         raise InputError("workspace_area: a box with two equal ends is expected, as the robot is not planar")
-    axis = sheet.axis
+    axis = search_plane.axis
     thickness = THICKNESS * float(np.delete(box.high - box.low, axis).max())
     high, tried = box.high.copy(), 0
     high[axis] = box.low[axis] + thickness
@@ -125,10 +125,10 @@ def workspace_area(
         nonlocal tried
         first, second = np.delete(places, axis, axis=1).T
         _, one, all_of = np.unique(first + 1j * second, return_index=True, return_inverse=True)
-        flat = sheet.onto(places[one])
+        flat = search_plane.onto(places[one])
         tried += len(flat)
         margins = chosen.continuous_margin(flat, progress, stage)
-        inside = ((box.low <= flat) & (flat <= box.high)).all(axis=1) | (not sheet.is_tilted)
+        inside = ((box.low <= flat) & (flat <= box.high)).all(axis=1) | (not search_plane.is_tilted)
         return np.where(inside, margins, -np.inf)[all_of]
 
     found = refine(margin, SearchBox(box.low, high), replace(settings, continuous=chosen.continuous))
@@ -136,9 +136,9 @@ def workspace_area(
     for outline in found.mesh.section(axis, box.low[axis] + 0.5 * thickness):
         points = np.zeros((len(outline), 3))
         points[:, (axis + 1) % 3], points[:, (axis + 2) % 3] = outline.T
-        points = sheet.onto(points)
+        points = search_plane.onto(points)
         apart = np.linalg.norm(points - np.roll(points, 1, axis=0), axis=1) > SAME * thickness
         outlines.append(points[apart])  # edges across the plate all meet the surface at one place
-    size = thickness * abs(float(sheet.normal[axis]))
+    size = thickness * abs(float(search_plane.normal[axis]))
     area, error, unseen = (part / size for part in (found.mesh.volume, found.error, found.unseen))
     return WorkspaceArea(chosen, tuple(outlines), area, error, unseen, tried, found.converged)

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from cablewright.analyses.feasibility import broken_limits
 from cablewright.analyses.workspace.refinement import SearchBox
-from cablewright.analyses.workspace.sheet import Sheet
+from cablewright.analyses.workspace.search_plane import SearchPlane
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.choices import CriterionName, PointName
 from cablewright.foundation.errors import InputError, UnknownName
@@ -230,13 +230,13 @@ class Criterion:
         return axis if axis == self.box.flat_axis and plane.low[axis] == self.box.low[axis] else None
 
     @cached_property
-    def sheet(self) -> Sheet:
+    def search_plane(self) -> SearchPlane:
         """The plane that is searched: that in which the platform moves, or of a flat box its own."""
         plane = self.model.robot.platform.plane
         if plane is None:
             axis = self.box.flat_axis
-            return Sheet(np.eye(3)[axis], float(self.box.low[axis]))
-        return Sheet.of(self.model.robot, plane, self.point)
+            return SearchPlane(np.eye(3)[axis], float(self.box.low[axis]))
+        return SearchPlane.of(self.model.robot, plane, self.point)
 
     def _margins(self, poses: Array) -> Array:
         """Signed margins (N,) of *poses* (N, n)."""
@@ -277,8 +277,8 @@ class Criterion:
 
     def _check_box(self, flat: bool) -> None:
         """Refuse a box out of the plane that carries the platform. Raises `InputError`."""
-        if not flat or not self.sheet.crosses(self.box):
-            why = f"the {self.point} of {self.model.robot.name!r} moves in the plane {self.sheet}"
+        if not flat or not self.search_plane.crosses(self.box):
+            why = f"the {self.point} of {self.model.robot.name!r} moves in the plane {self.search_plane}"
             raise InputError(f"box: {why}: only an area in that plane can be searched")
 
     def _check_retraction(self) -> None:
@@ -331,9 +331,11 @@ def plane_of(robot: Robot, point: str = "origin") -> SearchBox | None:
     lines have one coordinate in common, along which nothing pulls.
     """
     if robot.platform.plane is not None:
-        sheet = Sheet.of(robot, robot.platform.plane, point)
+        search_plane = SearchPlane.of(robot, robot.platform.plane, point)
         low, high = np.array(robot.scene.frame_min), np.array(robot.scene.frame_max)
-        low[sheet.axis] = high[sheet.axis] = sheet.distance * sheet.normal[sheet.axis]
+        low[search_plane.axis] = high[search_plane.axis] = (
+            search_plane.distance * search_plane.normal[search_plane.axis]
+        )
         return SearchBox(low, high)
     exits = np.array([np.subtract(line.exit_point, line.platform_point) for line in robot.lines])
     pulls = robot.platform.force - np.array([0.0, 0.0, robot.platform.mass * robot.scene.gravity])

@@ -49,14 +49,14 @@ def volume_picture(found: Workspace) -> Figure:
 
 def area_picture(found: WorkspaceArea) -> Figure:
     """Draw the outlines in their plane, the box and the exit points."""
-    axis = (sheet := found.criterion.sheet).axis
+    axis = (search_plane := found.criterion.search_plane).axis
     across, up = [other for other in range(3) if other != axis]
     drawn, axes = style.axes(7.0, 6.0)
     _fill(axes, [outline[:, [across, up]] for outline in found.outlines])
     low, high = found.box.low, found.box.high
     style.rectangle(axes, low, high, (across, up), zorder=2)
     exits = np.array([line.exit_point for line in found.criterion.model.robot.lines])
-    beside = sheet.is_tilted or np.ptp([*exits[:, axis], found.box.low[axis]]) > 0.0
+    beside = search_plane.is_tilted or np.ptp([*exits[:, axis], found.box.low[axis]]) > 0.0
     seen = f"exit points, seen along {'xyz'[axis]}" if beside else "exit points"
     axes.plot(exits[:, across], exits[:, up], "o", color=style.INK, label=seen, zorder=4)
     corners = np.vstack([low, high, exits])
@@ -70,8 +70,10 @@ def area_picture(found: WorkspaceArea) -> Figure:
         ylabel=f"{'xyz'[up]} in m",
     )
     style.round_ticks(axes, 5)
-    tilted = f"with the normal {sheet.name}, seen along {'xyz'[axis]}"
-    axes.set_title(style.minus(f"plane {tilted if sheet.is_tilted else f'at {sheet.name} = {low[axis]:.3g} m'}"))
+    tilted = f"with the normal {search_plane.name}, seen along {'xyz'[axis]}"
+    axes.set_title(
+        style.minus(f"plane {tilted if search_plane.is_tilted else f'at {search_plane.name} = {low[axis]:.3g} m'}")
+    )
     drawn.legend(loc="outside lower center")
     style.headline(drawn, _title(found.criterion, f"{found.area:.4g} m²", found.fraction))
     return drawn

@@ -13,14 +13,14 @@ from cablewright.robot.plane import OFF_PLANE
 
 
 @dataclass(frozen=True, eq=False)
-class Sheet:
+class SearchPlane:
     """The plane normal . x = distance, m."""
 
     normal: Array  # (3,) unit vector
     distance: float
 
     @classmethod
-    def of(cls, robot: Robot, plane: Plane, point: str) -> Sheet:
+    def of(cls, robot: Robot, plane: Plane, point: str) -> SearchPlane:
         """Return the plane of a *point* of the platform, ``nozzle`` or ``origin``, whose origin moves in *plane*."""
         normal = np.array(plane.across)
         aside = float(normal @ robot.platform.nozzle) if point == "nozzle" else 0.0
