@@ -3,6 +3,8 @@
 #   make check   lint, types, import ranks, sizes, advisories             make test    the tests (make slow: the slow ones too)
 #   make bench   timings and comparisons                                  make docs    the documentation site
 #   make wheel   a wheel with compiled kernels, in dist/, for this Python and Numba, Linux and processors with AVX2
+#   make release what a release consists of, in dist/release: archive of sources, wheels, notes, citation, checksums; and
+#                the wheel in an empty environment, timed
 #   make fuzz    mutated files for all readers, an hour (SECONDS=60: a minute); what fails is kept in tests/fuzz_cases
 #   make fuzz-server  a hundred thousand foul requests and messages to a server of its own, two minutes
 #   make kills   72 commands that are killed, interrupted, without room or in company, ten minutes
@@ -15,7 +17,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 CHECKED := $(wildcard src tests tools examples benchmarks)
 
-.PHONY: demo setup check test slow fuzz fuzz-server kills bench docs wheel lock clean
+.PHONY: demo setup check test slow fuzz fuzz-server kills bench docs wheel release lock clean
 
 demo: $(VENV)/.run
 	$(BIN)/cablewright check house-printer examples/house.toml
@@ -58,6 +60,10 @@ docs: $(VENV)/.docs
 
 wheel: $(VENV)/.dev
 	$(BIN)/python tools/wheel.py
+
+release: $(VENV)/.dev
+	$(BIN)/python tools/release/build.py dist/release
+	$(BIN)/python tools/release/try_wheel.py $$(ls dist/release/*-linux_x86_64.whl dist/release/*-any.whl 2>/dev/null | head -1)
 
 # A lock is installed once, and again when it changes; the package itself is linked, so its sources need no installing.
 $(VENV)/.%: requirements/%.txt pyproject.toml | $(BIN)/python

@@ -1,6 +1,6 @@
 """A ring of virtual EtherCAT drives in a network namespace of its own, for tests.
 
-As a program: `python ring_of_drives.py INTERFACE` is the drives, obeys a line of JSON each and answers with one.
+As a program: `python ring_of_drives.py INTERFACE ROBOT` is the drives, obeys a line of JSON each and answers with one.
 """
 
 from __future__ import annotations
@@ -60,8 +60,8 @@ def in_time() -> Iterator[None]:
 class Drives:
     """The drives in the other process."""
 
-    def __init__(self, namespace: str) -> None:
-        command = ["ip", "netns", "exec", namespace, sys.executable, str(Path(__file__)), FAR]
+    def __init__(self, namespace: str, robot: str) -> None:
+        command = ["ip", "netns", "exec", namespace, sys.executable, str(Path(__file__)), FAR, robot]
         path = os.pathsep.join(each for each in (str(Path(__file__).parent), *sys.path) if each)
         environment = {**os.environ, "PYTHONPATH": path}
         self.namespace = namespace
@@ -91,8 +91,8 @@ class Drives:
 
 
 @contextmanager
-def ring_of_drives() -> Iterator[Drives]:
-    """Drives on a cable, in whose namespace this thread is meanwhile."""
+def ring_of_drives(robot: str = "merlet2023") -> Iterator[Drives]:
+    """Drives of a *robot* on a cable, in whose namespace this thread is meanwhile."""
     name = f"cw{os.getpid()}"
     libc = ctypes.CDLL(None, use_errno=True)
     with open("/proc/thread-self/ns/net") as home:
@@ -108,7 +108,7 @@ def ring_of_drives() -> Iterator[Drives]:
                     pytest.skip(f"an emulated EtherCAT ring: ip {' '.join(words)}: {done.stderr.decode()}")
             with open(f"/run/netns/{name}") as there:
                 assert libc.setns(there.fileno(), _CLONE_NEWNET) == 0, os.strerror(ctypes.get_errno())
-            drives = Drives(name)
+            drives = Drives(name, robot)
             try:
                 with in_time():
                     yield drives
@@ -119,12 +119,12 @@ def ring_of_drives() -> Iterator[Drives]:
             _ip("netns", "del", name)
 
 
-def twin(**changes: Any) -> Any:
-    """The machine of `virtual_twin`, in the ring."""
+def twin(robot: str = "merlet2023", **changes: Any) -> Any:
+    """The machine of `virtual_twin` for a *robot*, in the ring."""
     from virtual_drives import virtual_twin
 
     table = {"interface": HERE, "channel": FAR, "acknowledged": "tested on virtual drives only", **SLOW}
-    return virtual_twin(**table, **changes).with_owner(kind="ethercat")
+    return virtual_twin(robot, **table, **changes).with_owner(kind="ethercat")
 
 
 def main() -> None:
@@ -134,8 +134,10 @@ def main() -> None:
     from cablewright.robot import load
     from virtual_drives import RING_BEGIN
 
-    valve = {"line": "south-east", "bit": 19, "closes_alone": True}
-    rig = VirtualRig(load("merlet2023"), twin(valve=valve), RING_BEGIN["merlet2023"])
+    name = sys.argv[2]
+    robot = load(name)
+    valve = {"line": robot.lines[0].name, "bit": 19, "closes_alone": True}
+    rig = VirtualRig(robot, twin(name, valve=valve), RING_BEGIN[name])
     rig.warm()
     ring = VirtualRing(rig)
     over = False
@@ -171,6 +173,7 @@ def _done(ring: Any, what: str, *arguments: Any) -> Any:
             ring.slaves[arguments[0]].drive.dictionary.stubborn.add(tuple(arguments[1]))
     return {
         "position": list(rig.plant.truth.position),
+        "rotation": list(rig.plant.truth.rotation),
         "angles": list(rig.plant.rig.winches.angles),
         "powder": rig.plant.truth.powder,
         "brakes": [slave.drive.brake_closed for slave in ring.slaves],

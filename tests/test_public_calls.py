@@ -118,7 +118,7 @@ def test_what_is_missing_is_said_by_python() -> None:
     ("call", "text"),
     [
         (lambda: cw.inverse("cogiro", POSES), r"inverse: robot = 'cogiro': a Robot or a Model is expected"),
-        (lambda: cw.accuracy(ROBOT, POSES[0], Junk()), "ranges = junk: a list or None is expected"),
+        (lambda: cw.accuracy(ROBOT, POSES[0], Junk()), "ranges = junk: a list or an Uncertainty or None is expected"),
         (lambda: cw.capacity(ROBOT, POSES, length="1 m"), "length = '1 m': a number in SI units is expected"),
         (lambda: cw.count_nodes(ROBOT, "closed-form", grid=5.5), "grid = 5.5: a whole number or None is expected"),
         (lambda: cw.load(3), "name_or_path = 3: a text or a path is expected"),
@@ -129,6 +129,14 @@ def test_what_is_missing_is_said_by_python() -> None:
 def test_the_line_names_what_is_expected(call: Callable[[], object], text: str) -> None:
     with pytest.raises(cw.InputError, match=text):
         call()
+
+
+def test_an_uncertainty_is_as_good_as_its_ranges() -> None:
+    robot, uncertain = cw.load("house-printer"), cw.load_uncertainty("examples/uncertain.toml")
+    found = [
+        cw.accuracy(robot, [[0.0, 0.0, 5.0]], each, method="first-order") for each in (uncertain, uncertain.of(robot))
+    ]
+    assert found[0].spread.max_error == pytest.approx(found[1].spread.max_error)
 
 
 def test_every_member_is_found_without_extras() -> None:

@@ -140,9 +140,11 @@ def first_exit(starts: int) -> None:
 
 
 def picture(file: Path, means: list[float], singles: list[float], starts: int) -> None:
-    """Both errors by the number of poses."""
+    """Both errors by the number of poses, as .png, .svg or .pdf, with the data beside it."""
     from cablewright.apps import style
+    from cablewright.apps.pictures.gallery import save
 
+    path = style.picture_file(file)
     with style.drawing():
         drawn = style.figure(6.4, 3.6)
         axes = drawn.add_subplot()
@@ -156,7 +158,7 @@ def picture(file: Path, means: list[float], singles: list[float], starts: int) -
         axes.yaxis.set_major_formatter("{x:g}")
         axes.set_title("no noise, not aligned: what is averaged is the start")
         drawn.legend(loc="outside lower center", ncols=3)
-        file.write_bytes(style.png(drawn))
+        save(drawn, path)
 
 
 def main() -> None:

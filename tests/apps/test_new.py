@@ -13,6 +13,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 PATIENCE = 60  # s
 INTERRUPT = "\x03"
 PROGRAM = "import sys; sys.argv[0] = 'cablewright'; from cablewright.apps.cli.main import main; main()"

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from cablewright.apps import style
 from cablewright.foundation.saving import LAYOUT, Snapshot, read_snapshots, write_snapshots
 from cablewright.live.prints import run as prints
 from cablewright.live.prints.run import CHECKPOINT, LOCK
@@ -17,13 +15,7 @@ from cablewright.running.store import MANIFEST
 from cablewright.running.user_key import DIRECTORY, is_signed, signature
 from printed import RING
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _undrawn() -> Iterator[None]:
-    """Pictures take most of the time of a short print, and are not looked at here."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(style, "png", lambda _drawn: b"")
-        yield
+pytestmark = pytest.mark.usefixtures("undrawn")
 
 
 @pytest.fixture(scope="module")

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "verdicts.md").read_text("utf-8")
 ROWS = re.findall(r"^\| `cablewright (.*?)` \| (.*) \|$", PAGE, re.MULTILINE)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -311,6 +312,41 @@ def test_arms_that_stay_level_are_measured(tmp_path: Path) -> None:
     assert f"up to {longer:.2g} mm longer (top left)" in " ".join(found.lost)
 
 
+def belts(text: str, x: float, y: float) -> np.ndarray:
+    """Lengths, mm, of the belts with the router at x, y of its own zero, as the firmware computes them in float32."""
+    f = np.float32
+    given = {key: f(value) for key, value in re.findall(r"(\w+): (-?[0-9.]+)", text)}
+    a = (given["trY"] - given["blY"]) / (given["trX"] - given["blX"])
+    b = (given["brY"] - given["tlY"]) / (given["brX"] - given["tlX"])
+    middle = (given["brY"] - b * given["brX"] + a * given["trX"] - given["trY"]) / (a - b)
+    at = np.array([f(x) + middle, f(y) + a * (middle - given["trX"]) + given["trY"]], f)
+    arm = given.get("beltEndExtension", f(0)) + given.get("armLength", f(0))
+    found = []
+    for corner in ("tl", "tr", "bl", "br"):
+        flat = np.sqrt((given[f"{corner}X"] - at[0]) ** 2 + (given[f"{corner}Y"] - at[1]) ** 2) - arm
+        fall = given[f"{corner}Z"] + given.get("workThickness", f(0))
+        found.append(np.sqrt(flat * flat + fall * fall) + arm)
+    return np.array(found, float)
+
+
+@pytest.mark.parametrize("arms", [False, True])
+def test_belts_in_the_firmware(arms: bool, tmp_path: Path) -> None:
+    """In float32 belts are those of the robot to 0.01 mm; with arms that stay level, as told, longer than here."""
+    text = MASLOW_NEW if arms else MASLOW_NEW.replace("armLength: 123.4", "").replace("beltEndExtension: 30", "")
+    found = read(tmp_path, "maslow.yaml", text)
+    off = []
+    for x, y in ((0.0, 0.0), (400.0, 250.0), (-700.0, 300.0), (600.0, -400.0)):
+        at = (1.5 + 1e-3 * x, 1.0 + 1e-3 * y, 0.0)
+        ours = 1e3 * cw.inverse(found.robot, at, cable="rigid").lengths
+        off.append(belts(text, x, y) - ours)
+    if arms:
+        told = float(re.search(r"up to ([0-9.]+) mm longer", " ".join(found.lost))[1])  # type: ignore[index]
+        assert off[0].max() == pytest.approx(told, abs=0.01)
+        assert np.min(off) > 0.0
+    else:
+        assert np.abs(off).max() < 0.01
+
+
 def test_a_plotter_hangs_as_by_hand(tmp_path: Path) -> None:
     """Two belts at 45 degrees each pull with weight over the root of 2."""
     text = WALL.replace("right_anchor_y: 255", "right_anchor_y: 250")
@@ -318,6 +354,17 @@ def test_a_plotter_hangs_as_by_hand(tmp_path: Path) -> None:
     found = cw.inverse(robot, (0.0, 0.0, 0.25 - 0.2675), cable="rigid")
     assert found.tensions == pytest.approx([0.3 * 9.81 / math.sqrt(2.0)] * 2, rel=1e-9)
     assert found.lengths == pytest.approx([0.2675 * math.sqrt(2.0)] * 2, rel=1e-9)
+
+
+def test_spellings_that_firmware_reads(tmp_path: Path) -> None:
+    """Codes without a space, in small letters, with numbers and Windows' line ends; macros with repeated lines."""
+    plain = read(tmp_path, "config.g", RRF_33).robot
+    odd = RRF_33.replace("M669 K6", "n10 m669k6").replace("M666 Q", "M666Q").replace("\n", "\r\n")
+    odd += 'if {global.a}\n  M98 P"b.g"\nG28\n'
+    assert read(tmp_path, "config.g", odd).robot == plain
+    macro = "[gcode_macro GO]\ngcode:\n  {% set a = 1 %}\n  x = 1\n  x = 1\n  [stepper_z]\n"
+    spaced = KLIPPER_2018.replace("kinematics: winch", "  kinematics: winch")
+    assert read(tmp_path, "printer.cfg", spaced + macro).robot == read(tmp_path, "printer.cfg", KLIPPER_2018).robot
 
 
 BAD = {

@@ -154,6 +154,21 @@ def test_the_nozzle_is_on_the_path_by_the_firmware_alone(dialect: str, version: 
     assert found.difference < 1e-2
 
 
+@pytest.mark.parametrize("dialect", ["rrf", "klipper"])
+def test_the_nozzle_is_on_the_path_over_most_of_the_reach(dialect: str, tmp_path: Path) -> None:
+    """Within 0.2 mm from the bed to 0.4 m over it, 0.6 m wide, where X Y Z as they are would be twice that off."""
+    text, s = "G21\nG90\nM83\n;LAYER:0\n", 300.0
+    for z in (5.0, 200.0, 400.0):
+        text += f"G0 X{-s} Y{-0.8 * s} Z{z} F6000\n"
+        for x, y in ((s, -0.3 * s), (s, 0.8 * s), (-s, 0.8 * s), (-s, -0.3 * s)):
+            text += f"G1 X{x} Y{y} E9 F3000\n"
+    (tmp_path / "wide.gcode").write_text(text)
+    made, found = plain_gcode(dialect, load("hangprinter-v4"), load_job(tmp_path / "wide.gcode"))  # type: ignore[arg-type]
+    assert found.error < 2e-4
+    assert found.without > 4e-4
+    assert made.files
+
+
 def test_a_body_keeps_its_lines(tmp_path: Path) -> None:
     """Of a body that does not rotate a line is as long as from a point to its exit point less its platform point."""
     robot = load("cogiro")

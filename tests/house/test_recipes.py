@@ -102,7 +102,8 @@ def read_points(path: Path, cable: str | None = None) -> ImportedRobot:
 ''',
     )
     copy.edit(
-        "foundation/choices.py", ('ReadFormatName = Literal["wirex", ', 'ReadFormatName = Literal["points", "wirex", ')
+        "foundation/choices.py",
+        ('ReadFormatName = Literal[\n    "wirex",', 'ReadFormatName = Literal[\n    "points",\n    "wirex",'),
     )
     copy.edit(
         "exchange/formats.py",
@@ -145,7 +146,7 @@ def exit_list(robot: Robot) -> ExportedFile:
     )
     copy.edit(
         "foundation/choices.py",
-        ('WrittenFormatName = Literal["wirex", ', 'WrittenFormatName = Literal["exit-list", "wirex", '),
+        ('WrittenFormatName = Literal[\n    "wirex", ', 'WrittenFormatName = Literal[\n    "exit-list", "wirex", '),
     )
     copy.edit(
         "apps/cli/exchange.py",

@@ -1,7 +1,8 @@
-"""A rigid platform on virtual CANopen drives: homed, printed and moved by hand, beside the plant itself."""
+"""A rigid platform on virtual CANopen and EtherCAT drives: homed, printed, moved by hand, beside the plant itself."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -17,12 +18,16 @@ from cablewright.live.prints.attendant import Attendant
 from cablewright.live.prints.limits import planned
 from cablewright.live.prints.loop import Printer, Step
 from cablewright.live.serve.station import DriveStation
+from cablewright.machine.drives.drive_machine import DriveMachine
+from cablewright.machine.drives.ethercat.ethercat_drives import EthercatDrives
 from cablewright.machine.interface import Machine
 from cablewright.machine.simulated.settings import Link
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.models.rotation import angle_between
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.numeric_path import Helix
+from cablewright.robot import load
+from ring_of_drives import missing, ring_of_drives, twin
 from typing_person import WORDS, Typist
 from virtual_drives import RING_BEGIN, Bench, bench
 
@@ -90,6 +95,45 @@ def test_a_print_on_drives_is_that_of_the_plant_itself_to_the_encoders_resolutio
     resolution = radius * 2.0 * np.pi / (winch.counts * winch.ratio)  # m of cable, 7.7 um
     assert len(here) == len(there)
     assert np.abs(here - there)[:, :3].max() < resolution
+
+
+@pytest.mark.skipif(bool(missing()), reason=missing())
+def test_a_print_on_an_ethercat_ring_of_eight_goes_where_it_goes_on_the_plant_itself() -> None:
+    settings = twin(ROBOT)
+    robot, begin = load(ROBOT), RING_BEGIN[ROBOT]
+    path = TimedPath.of(JOB, None, 0.0, robot.platform.nozzle)
+    plan = planned(robot, settings.owner, path, settings.owner.period, "encoders", "model", None)
+
+    def poses(machine: Machine, pose: Callable[[], np.ndarray], each: int) -> np.ndarray:
+        printer = Printer(plan, machine, lambda there, _radii: estimator("encoders", robot, settings.owner, there))
+        found = []
+
+        class Kept:
+            count = 0
+
+            def add(self, _printer: Printer, step: Step, *, last: bool) -> None:
+                self.count += 1
+                if step.progress.state is PrintState.PRINTING and self.count % each == 0:
+                    found.append(pose())
+
+        loop.run(printer, Attendant(lambda: None), Kept())
+        assert printer.finished, printer.supervisor.reason
+        return np.array(found)
+
+    plant = SimulatedMachine(robot, settings.with_simulation(wire=Link()), begin, seed=0)
+    here = poses(plant, lambda: np.concatenate([plant.truth.position, plant.truth.rotation]), 1)
+    with ring_of_drives(ROBOT) as drives:
+
+        def shown() -> np.ndarray:
+            told = drives.do("tell")
+            return np.array([*told["position"], *told["rotation"]])
+
+        machine = DriveMachine(EthercatDrives(robot, settings.owner), settings.owner)
+        there = poses(machine, shown, 10)
+        assert all(drives.do("tell")["brakes"])
+    apart = np.array([np.abs(here - each).max(axis=1).min() for each in there])  # from the path, at any time
+    assert len(there) > 10
+    assert apart.max() < 2e-3  # m and rad: 20 ms of a computer that is shared, at 0.1 m/s
 
 
 def test_a_homed_body_prints_by_typed_orders_and_moves_by_hand_at_the_rotation_it_had(tmp_path: Path) -> None:

@@ -25,6 +25,7 @@ from models import support_examples as examples
 
 BY_NUMBERS = {
     (Capability.WORKSPACE, "few-winches"): "two lines are searched, in their vertical plane",
+    (Capability.WORKSPACE, "free-position"): "two lines are searched, in their vertical plane",
     (Capability.WORKSPACE, "few-lines-in-plane"): "two lines are searched, in their vertical plane",
     (Capability.STRAIGHT_WORKSPACE, "few-winches"): "there is no place at which any rotation is balanced",
     (Capability.STRAIGHT_WORKSPACE, "few-lines-in-plane"): "there is no place at which any rotation is balanced",

@@ -84,7 +84,11 @@ def check(
         centre = _centre(line, beta)
 
         B, towards = _in_plane(line, platform_point)
-        leaves = (centre[0] - side * radius * mp.sin(phi), centre[1] + side * radius * mp.cos(phi))
+        given = _given(line, T, phi, psi) if model != "rigid" else (mpf(0), mpf(0))
+        leaves = (
+            centre[0] - side * radius * mp.sin(phi) + given[0],
+            centre[1] + side * radius * mp.cos(phi) + given[1],
+        )
         H, V0 = T * mp.cos(phi), T * mp.sin(phi)
         free = span(H, V0, state.free_length, w, EA)
         free_end = (leaves[0] + free[0] - B[0], leaves[1] + free[1] - B[1])
@@ -93,7 +97,7 @@ def check(
             dead_end, dead_length = (), mpf(line.dead_length)
         else:
             C = _winch_exit(line, line.winch_exit, towards)
-            enters = (centre[0] + side * radius * mp.sin(psi), centre[1] - side * radius * mp.cos(psi))
+            enters = (centre[0] + side * radius * mp.sin(psi), centre[1] - side * radius * mp.cos(psi) + given[1])
             dead_length = mpf(state.dead_length)
             dead = span(T * mp.cos(psi), T * mp.sin(psi), dead_length, w, EA if line.dead_elastic else mp.inf)
             dead_end = (enters[0] + dead[0] - C[0], enters[1] + dead[1] - C[1])
@@ -101,6 +105,8 @@ def check(
         wound = side * (psi - phi) + mp.pi
         arc = radius * wound / (1 + T / EA) if line.arc_elastic else radius * wound
         miss = mpf(state.free_length) + dead_length + arc - mpf(length)
+        if line.spring is not None and model != "rigid":
+            miss -= T * line.cables / mpf(line.spring)
         along = (-H * towards[0], -H * towards[1], -(V0 + w * mpf(state.free_length)))
         return LineCheck(free_end, dead_end, _moment(line, T, phi, psi, beta), miss, along, wound)
 
@@ -131,6 +137,18 @@ def _in_plane(line: Line, platform_point: Sequence[Real]) -> tuple[Pair, Pair]:
     if reach == 0:
         raise ValueError(f"line {line.name!r} has no plane: its platform point is straight below its exit point")
     return (reach, z), (x / reach, y / reach)
+
+
+def _given(line: Line, T: mpf, phi: mpf, psi: mpf) -> Pair:
+    """Return by how much the mount of the exit point gives, m: under both spans in height, sideways under the free one.
+
+    The winch of a modelled dead span stands on its own; any other is on the mount.
+    """
+    if line.exit_compliance is None:
+        return mpf(0), mpf(0)
+    assert isinstance(line.exit_compliance, float)
+    soft, dead = mpf(line.exit_compliance) * line.cables, mpf(0) if line.winch_exit is None else mp.sin(psi)
+    return soft * T * mp.cos(phi), soft * T * (mp.sin(phi) + dead)
 
 
 def _winch_exit(line: Line, winch_exit: Sequence[Real], towards: Pair) -> Pair:

@@ -17,7 +17,7 @@ from cablewright.foundation.errors import AnswerError, InputError, Status
 from cablewright.models.inertia import mass_matrix
 from cablewright.models.stiffness import stiffness
 from cablewright.robot import Robot
-from cablewright.solvers.continuation import Tracker, TrackerSettings
+from cablewright.solvers.continuation import Tracker
 from cablewright.solvers.line_cover import refuse_unfit
 from cablewright.solvers.linearise import tension_changes
 from cablewright.solvers.tension import self_stresses, structures
@@ -250,20 +250,13 @@ def test_a_sled_on_two_belts_finds_its_turn(cable: str) -> None:
         cw.inverse(tilted, [0.1, boards.DISTANCE, -0.2, 0.0, np.nan, 0.0])
 
 
-@pytest.mark.slow
-def test_a_tracker_follows_in_the_plane_and_proves_nothing() -> None:
-    robot, held = solved("tilted", False, "catenary", 1)
-    model = cw.Model.of(robot)
-    tracker = Tracker(model, held.lengths[0], TrackerSettings(certify=False))
+@pytest.mark.parametrize("body", [False, True])
+def test_a_tracker_follows_in_the_plane_and_proves_each_step(body: bool) -> None:
+    robot, held = solved("tilted", body, "catenary", 1)
+    tracker = Tracker(cw.Model.of(robot), held.lengths[0])
     aim = held.lengths[0] + np.array([1e-3, -2e-4, -1e-3, 5e-4])
     assert tracker.step(aim) is Status.OK
-    np.testing.assert_allclose(tracker.pose, cw.forward(robot, aim).pose, atol=1e-9)
-    with pytest.raises(InputError, match=r"certificates of a Tracker: robot 'board' has platform\.plane"):
-        Tracker(model, held.lengths[0])
-    proof = cw.certify(held)
-    assert not proof.certified.any()
-    assert proof[0].reason() == "not certified: the platform moves in a plane, which the proof does not cover"
-    assert np.isnan(proof.bound).all()
+    np.testing.assert_allclose(tracker.pose, cw.forward(robot, aim, guess=tracker.pose).pose, atol=1e-9)
 
 
 def test_the_area_is_that_of_belts_in_the_plane() -> None:

@@ -82,9 +82,8 @@ _SIZE: Final = 9.0  # of texts of a picture of its own, points
 _PRINTED: Final = 7.0  # of texts in a paper
 _TALLEST: Final = 1.6  # by which a picture in a paper is taller than in proportion, so that texts have room
 _METADATA: Final[Any] = {
-    ".png": {"metadata": {"Software": None}, "pil_kwargs": {"compress_level": 6}},
-    ".svg": {"metadata": {"Date": None, "Creator": None}},
-    ".pdf": {"metadata": {"CreationDate": None, "Creator": None, "Producer": None}},
+    ".svg": {"Date": None, "Creator": None},
+    ".pdf": {"CreationDate": None, "Creator": None, "Producer": None},
 }
 
 
@@ -228,10 +227,10 @@ def png(drawn: Figure) -> bytes:
 def written(drawn: Figure, ending: str) -> bytes:
     """Return the figure in a format of `FORMATS`, its fonts embedded: the same bytes for the same picture."""
     out = io.BytesIO()
-    if ending == ".png":  # which savefig would draw twice
-        FigureCanvasAgg(drawn).print_png(out, **_METADATA[ending])  # type: ignore[no-untyped-call]
+    if ending == ".png":
+        FigureCanvasAgg(drawn).print_png(out, metadata={"Software": None}, pil_kwargs={"compress_level": 6})  # type: ignore[no-untyped-call]
     else:
-        drawn.savefig(out, format=ending[1:], **_METADATA[ending])
+        drawn.savefig(out, format=ending[1:], metadata=_METADATA[ending])
     return out.getvalue()
 
 

@@ -79,7 +79,7 @@ READ: Final[Mapping[str, ReadFormat]] = MappingProxyType({
         lambda paths, o: klipper_config.read_klipper(paths[0], o.cable, o.nozzle_below),
     ),
     "reprapfirmware": ReadFormat(
-        "RepRapFirmware", (".g",), 1, rrf_config.CARRIED, r"m669\b",
+        "RepRapFirmware", (".g",), 1, rrf_config.CARRIED, r"(?:n\d+ +)?m669(?!\d)",
         lambda paths, o: rrf_config.read_rrf(paths[0], o.cable, o.nozzle_below),
     ),
 })  # fmt: skip

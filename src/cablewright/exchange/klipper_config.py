@@ -192,8 +192,11 @@ def _sections(path: Path) -> tuple[dict[str, dict[str, str]], dict[Any, str]]:
     sections: dict[str, dict[str, str]] = {}
     places: dict[Any, str] = {}
     section = ""
-    for number, text in text_lines(path, MAX_BYTES, "printer.cfg"):
+    for number, text in text_lines(path, MAX_BYTES, "printer.cfg", indented=True):
         place = f"{path}, line {number}"
+        if text[0] in " \t" and sections.get(section):
+            continue  # of the option before, as in a macro
+        text = text.strip()
         if text.startswith(";"):
             continue
         if match := _SECTION.fullmatch(text):

@@ -58,6 +58,7 @@ _ELSEWHERE: Final = {
     "M98": "commands of other files are not read",
     "M501": "config-override.g is not read; what it has of M666 and M669 replaces this file's",
 }
+_HEAD = re.compile(r"(?:N[0-9]+\s+)?([GM][0-9]+(?:\.[0-9]+)?|[a-z]+)\s*(.*)", re.IGNORECASE | re.ASCII)
 _WORD = re.compile(r"([A-Z])\s*([^\sA-Z]*)", re.IGNORECASE | re.ASCII)
 _MOVED = "RQUOLHJ"  # letters of M666 that were of M669 before 2020, where M666 had others
 _Words = dict[str, tuple[str, str]]
@@ -365,7 +366,8 @@ def _commands(path: Path, lost: Notes) -> dict[str, _Words]:
     for number, text in text_lines(path, MAX_BYTES, "config.g", indented=True):
         bare = text.expandtabs(4)
         depth, bare = len(bare) - len(bare.lstrip()), bare.split(";", 1)[0].strip()
-        code, _, rest = bare.partition(" ")
+        head = _HEAD.match(bare)
+        code, rest = (head[1], head[2]) if head else ("", "")
         if block is not None and depth <= block[0] and bare:
             block = None
         if code.lower() in _BLOCKS:

@@ -47,7 +47,7 @@ def wirex(robot: Robot, version: str = VERSIONS[-1]) -> ExportedFile:
         f'<models version="{version}">\n',
         _start("robot", 4, {
             "name": robot.name, "id": "", "author": robot.source, "generator": "cablewright",
-            "description": robot.description, "motionpattern": "3R3T" if robot.n == 6 else "3T",
+            "description": robot.description, "motionpattern": robot.platform.motion_pattern,
         }),
         f"        <geometry>\n{body}        </geometry>\n",
         _platform(robot, version),

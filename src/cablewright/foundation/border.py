@@ -43,12 +43,16 @@ def checked(function: Callable[..., Any], name: str) -> Callable[..., Any]:
             return function(*arguments, **options)  # which says what is missing, or too many
         for key, classes in rules.items():
             if key in given and not isinstance(given[key], classes):
-                asked = " or ".join(_WORDS.get(each, f"a {each.__name__}") for each in classes)
+                asked = " or ".join(_WORDS.get(each, _article(each.__name__)) for each in classes)
                 raise InputError(f"{name}: {key} = {given[key]!r:.60}: {asked} is expected")
         return function(*arguments, **options)
 
     call.__module__, call.__qualname__ = "cablewright", name
     return call
+
+
+def _article(name: str) -> str:
+    return f"{'an' if name[0] in 'AEIOU' else 'a'} {name}"
 
 
 @cache

@@ -58,6 +58,15 @@ class Weighing(Protocol):
         """Take the drum with its powder to be of *mass*, kg, in the next step."""
 
 
+@runtime_checkable
+class Measuring(Protocol):
+    """An estimator of a point platform that reads tensions, by which the control holds those it chooses."""
+
+    @property
+    def measured(self) -> Array | None:
+        """Tensions (m,), N, as measured, smoothed; NaN: not read; None: nothing measures them."""
+
+
 def best_estimator(settings: MachineSettings) -> str:
     """The best estimator for a machine's sensors: the filter, or encoders alone."""
     if settings.body is not None:
@@ -213,7 +222,7 @@ class DeadReckoning(_SteppedEstimator):
 
     @property
     def measured(self) -> Array | None:
-        """Tensions (m,), N, as measured, smoothed; NaN: not read; None: nothing measures them."""
+        """As `Measuring`."""
         found: Array | None = self._state.measured
         return found
 

@@ -335,20 +335,23 @@ def _homed(estimator: str, head: LogHead, log: str | Path) -> Observer:
     if estimator == "paper":
         raise InputError(f"estimator = {estimator}: is one of a point platform; that of {head.robot.name!r} is rigid")
     home = head.home
-    if home is None:
-        needs = "a rigid platform needs" if head.robot.n == 6 else "the encoders alone need"
-        raise InputError(f"{log}: does not say at which pose the machine was homed, which {needs}")
     if head.robot.n == 3:
-        return Observer(
+        needs = "the encoders alone need"
+        found = Observer(
             lambda robot, settings, _lasers: reckoning_of(robot, settings),
             lambda settings: dead_reckoning.start(settings, np.array(home)),
             dead_reckoning.step,
         )
-    return Observer(
-        lambda robot, settings, _lasers: body_settings(robot, settings, sensors=estimator == "filter"),
-        lambda settings: of_body_start(settings, np.array(home)),
-        of_body.step,
-    )
+    else:
+        needs = "a rigid platform needs"
+        found = Observer(
+            lambda robot, settings, _lasers: body_settings(robot, settings, sensors=estimator == "filter"),
+            lambda settings: of_body_start(settings, np.array(home)),
+            of_body.step,
+        )
+    if home is None:
+        raise InputError(f"{log}: does not say at which pose the machine was homed, which {needs}")
+    return found
 
 
 class _Collector:

@@ -10,9 +10,16 @@ from cablewright.models.coil import Coil, wind
 from cablewright.robot import Line, Robot
 
 
-def coils_of(robot: Robot, settings: WinchSettings) -> tuple[Coil | None, ...]:
-    """Return the regularly wound cable of each line, None where a counterweight hangs; raises as `coil_of`."""
-    return tuple(None if line.counterweight is not None else coil_of(line, settings) for line in robot.lines)
+def coils_of(robot: Robot, settings: WinchSettings, seed: int | None = None, **walk: float) -> tuple[Coil | None, ...]:
+    """Return the cable of each line on its drum, None where a counterweight hangs; raises as `coil_of`.
+
+    Regularly wound, or by *seed* with the deviations *walk* of `coil_of`.
+    """
+    randoms = (None if seed is None else np.random.default_rng([seed, 1, i]) for i in range(robot.m))
+    return tuple(
+        None if line.counterweight is not None else coil_of(line, settings, random=random, **walk)
+        for line, random in zip(robot.lines, randoms, strict=True)
+    )
 
 
 def coil_of(

@@ -8,7 +8,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cablewright.foundation.arrays import Array, Indices
+from cablewright.foundation.arrays import Array, Indices, Mask
 from cablewright.robot import Robot
 
 
@@ -41,6 +41,11 @@ class WinchLines:
     def plain(self) -> bool:
         """Whether each line has a winch of its own."""
         return len(self.hosts) == len(self.host)
+
+    @property
+    def alone(self) -> Mask:
+        """Which lines have a winch for themselves, (m,): the torque of its motor is theirs."""
+        return np.array([host >= 0 and np.count_nonzero(self.host == host) == 1 for host in self.host])
 
     def of_lines(self, turned: ArrayLike) -> Array:
         """Return by how much each line's drum turns, (m,), paying out, as winches have *turned*, (w,)."""

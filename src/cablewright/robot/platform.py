@@ -58,6 +58,7 @@ class _PlatformWithLoads(Description):
     noun: ClassVar[str]  # what it is
     pose_sizes: ClassVar[str]  # how many numbers a place or pose may have
     pose_units: ClassVar[str]
+    motion_pattern: ClassVar[str]  # its translations and rotations
 
     mass: Positive[Mass]
     force: Force3 = _ZERO
@@ -82,6 +83,13 @@ class _PlatformWithLoads(Description):
     def in_tilted_plane(self) -> bool:
         """Whether it has a plane that is not across an axis of the world."""
         return self.plane is not None and self.plane.axis is None
+
+    @property
+    def fixed(self) -> dict[int, float]:
+        """The coordinate, m, that its plane fixes, by its axis; empty without a plane across an axis of the world."""
+        if self.plane is None or self.plane.axis is None:
+            return {}
+        return {self.plane.axis: self.plane.distance * self.plane.across[self.plane.axis]}
 
     @property
     def may_lift(self) -> bool:
@@ -112,6 +120,7 @@ class PointPlatform(_PlatformWithLoads):
     noun: ClassVar[str] = "point mass"
     pose_sizes: ClassVar[str] = "3"
     pose_units: ClassVar[str] = "m"
+    motion_pattern: ClassVar[str] = "3T"
     drawing: ClassVar[str] = "The platform is a point mass: the ball has no size of its own."
     own_nozzle: ClassVar[None] = None  # it prints where it is
 
@@ -190,6 +199,7 @@ class RigidPlatform(_PlatformWithLoads):
     noun: ClassVar[str] = "rigid body"
     pose_sizes: ClassVar[str] = "3 or 6"
     pose_units: ClassVar[str] = "m and rad"
+    motion_pattern: ClassVar[str] = "3R3T"
 
     kind: Literal["rigid"] = "rigid"
     centre_of_mass: Vec3 = _ZERO

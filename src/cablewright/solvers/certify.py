@@ -21,18 +21,16 @@ from cablewright.solvers.batches import run
 
 TOLERANCE = 1e-9  # default tolerance of a certificate, m and rad
 
-STRAIGHT_DOWN, IN_PLANE = 100, 101  # codes beside the kernel's
+STRAIGHT_DOWN = 100  # a code beside the kernel's
 REASONS = {
     kernel.CERTIFIED: "exactly one equilibrium lies in the box",
     kernel.NOT_CONTRACTING: "not certified: no box around the solution contracts; it is singular there, or nearly",
     kernel.UNBOUNDED: "not certified: the equations are not bounded in any box around the solution",
     STRAIGHT_DOWN: "not certified: a line hangs straight down, where it has no plane; the proof is by lines in planes",
-    IN_PLANE: "not certified: the platform moves in a plane, which the proof does not cover",
     kernel.NO_INVERSE: "not certified: the Jacobian is singular",
     enclosure.SLACK: "not certified: a massless line hangs slack and has no shape",
     enclosure.OUT_OF_PLANE: "not certified: a line has a counterweight or is in no vertical plane; "
     "proofs are of others",
-    enclosure.SOFT: "not certified: a spring or the mount of an exit point gives, and the proof is without them",
     kernel.IMPRECISE: "not certified: exactly one equilibrium is near, but not within the tolerance",
 }
 
@@ -108,9 +106,6 @@ def certify(equilibrium: Equilibrium, tolerance: float = TOLERANCE) -> Certifica
     codes, signs = np.full(rows, kernel.UNBOUNDED), np.zeros(rows, dtype=np.int64)
     bounds, boxes = np.full((rows, model.n), np.nan), np.full((rows, model.n), np.nan)
     arrays = (lengths, poses, states, float(tolerance), codes, bounds, boxes, signs)
-    if model.robot.platform.plane is not None:
-        found = Certificate(np.full(rows, IN_PLANE), bounds, boxes, signs)
-        return found[0] if equilibrium.single else found
     run(batches.certify_rows, rows, equilibrium.packed, *arrays)
     unproved = np.isin(codes, (kernel.UNBOUNDED, kernel.NOT_CONTRACTING))
     codes[unproved & _straight_down(equilibrium)] = STRAIGHT_DOWN

@@ -62,8 +62,8 @@ class Tracker:
     ) -> None:
         """Start at the equilibrium of *lengths* (m,), m, or *begin*, one of them that is known.
 
-        Raises `AnswerError` if none is found without a guess, `InputError` where steps are to be certified and the
-        platform moves in a plane, or a line is not in one, or has a spring or a mount that gives.
+        Raises `AnswerError` if none is found without a guess, `InputError` where steps are to be certified and a line
+        is not in a vertical plane.
         """
         self.settings = settings or TrackerSettings()
         if self.settings.certify:

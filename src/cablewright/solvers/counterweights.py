@@ -29,10 +29,11 @@ class WinchedLines:
     @classmethod
     def at(cls, model: Model, packed: Packed, poses: Array) -> WinchedLines:
         """Return the lines of *model*, whose arrays for *poses* (N, n) are *packed*."""
-        given, limits = model.lines.counterweight, model.lines.tension_limits
+        given = model.lines.counterweight
         winched, codes = given == 0.0, np.zeros(len(poses), np.int64)
         if winched.all():
             return cls(packed, winched, given, np.inf, codes)
+        limits = model.lines.tension_limits
         structures, _ = structures_at(packed, poses, codes)
         rows = np.repeat(packed.platform, len(poses), axis=0) if len(packed.platform) == 1 else packed.platform.copy()
         PlatformNumbers(rows).wrench[:, : model.n] += np.nan_to_num(structures) @ given

@@ -26,7 +26,7 @@ from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
 from cablewright.printing.job import Job, load_job
 from cablewright.robot import Robot
-from cablewright.robot.uncertainty import Range
+from cablewright.robot.uncertainty import Range, Uncertainty
 from cablewright.running.executors.executor import Executor, Serial
 from cablewright.running.executors.kept import kept_in
 from cablewright.running.executors.shared_spread import SharedMethod
@@ -35,7 +35,7 @@ from cablewright.solvers.arguments import as_poses
 from cablewright.solvers.hanging_path import hung, nozzle_on_path
 from cablewright.studies.accuracy_at_pose import AccuracyAtPose, at_pose
 
-Ranges = Sequence[Range] | None
+Ranges = Sequence[Range] | Uncertainty | None
 
 IN_ROOM: Final = 130.0
 """Memory for each sample of a job whose arrays are in files, bytes."""
@@ -188,10 +188,10 @@ def accuracy(
     *where* is one pose (n,), m and rad (returns `AccuracyAtPose`, the most detailed result); poses (N, n) (`Accuracy`);
     `Places`, with the platform unrotated, or a `Job` or its file, with the rotations of its schedule (`AccuracyStudy`).
 
-    *ranges*: by default those of the robot file's uncertainty, or else each line's modulus between 0.7 and 1.3 of its
-    nominal value. *compensation*: the model that
-    the commanded lengths are from: ``none``, ``elastic``, ``eyelets`` or ``full``. *method*: how the spread of errors
-    is found, ``vertices``, ``first-order``, ``monte-carlo``, or a `Method` such as ``MonteCarlo(samples, seed)``.
+    *ranges*: of the parameters, or an `Uncertainty` that has them; by default those of the robot file's uncertainty, or
+    else each line's modulus between 0.7 and 1.3 of its nominal value. *compensation*: the model that the commanded
+    lengths are from: ``none``, ``elastic``, ``eyelets`` or ``full``. *method*: how the spread of errors is found,
+    ``vertices``, ``first-order``, ``monte-carlo``, or a `Method` such as ``MonteCarlo(samples, seed)``.
     *tension_limits* (N) replace those of every line. *home*: a pose at which the machine was zeroed; there the
     commanded lengths are exact. *retraction* (N,), m, is for poses. *seed*: of the random points inside the ranges that
     are compared with their corners at one pose. *executor*: who computes the spread of many poses, by default this
@@ -209,6 +209,8 @@ def accuracy(
     >>> found.nominal_error.round(4)
     array([0.019 , 0.0238])
     """
+    if isinstance(ranges, Uncertainty):
+        ranges = ranges.of(robot.robot if isinstance(robot, Model) else robot)
     question = AccuracyQuestion.of(robot, ranges, compensation, method, tension_limits, home, progress)
     if seed < 0:
         raise InputError(f"seed = {seed}: must be at least 0")

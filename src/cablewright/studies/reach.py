@@ -72,17 +72,13 @@ def reach(robot: Robot, *, max_error: float | None = None, nodes: int = NODES, p
     *max_error*: m, that the expected error of the nozzle may have, by first order of the file's uncertainty; None: any.
     Raises `InputError` for a tilted plane, whose frame a grid along the axes misses.
     """
-    plane = robot.platform.plane
-    if plane is not None and plane.axis is None:
+    if robot.platform.in_tilted_plane:
         raise InputError(f"robot {robot.name!r}: the plane is tilted; where it reaches is found at poses: use inverse")
     low, high = np.array(robot.scene.frame_min), np.array(robot.scene.frame_max)
     step = float((high - low).max()) / (nodes - 1)
-    axes = []
-    for k in range(3):
-        if plane is not None and plane.axis == k:
-            axes.append(np.array([plane.distance * plane.across[k]]))
-        else:
-            axes.append(np.linspace(low[k], high[k], max(FEWEST, round((high[k] - low[k]) / step) + 1)))
+    axes = [np.linspace(a, b, max(FEWEST, round((b - a) / step) + 1)) for a, b in zip(low, high, strict=True)]
+    for axis, coordinate in robot.platform.fixed.items():
+        axes[axis] = np.array([coordinate])
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     holds = np.zeros(len(points), np.bool_)
     model = Model.full(robot)

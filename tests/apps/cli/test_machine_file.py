@@ -14,6 +14,8 @@ from cablewright.machine.simulated.machine_file import machine_file
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.robot import Robot, load, loads
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 OWN = """
 schema = 1
 name = "attic"

@@ -16,6 +16,8 @@ from cablewright.printing.job import load_job
 from cablewright.robot import load
 from printed import RING
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 JOB = RING.format(radius=0.2)
 KEYS = (
     "layers", "distance", "mean_speed", "speed_variance", "mean_path_error", "path_error_variance", "max_path_error",

@@ -46,6 +46,7 @@ def left(damping: bool) -> float:
     while len(heights) * simulated.period < 4.0 * WINDOW:
         printer.step()
         heights.append(float(simulated.truth.position[2]))
+        assert printer.damps is damping or len(heights) < 5
     simulated.close()
     first, *_, last = (np.ptp(each) for each in np.array_split(heights, 4))
     return float(last / first)

@@ -79,6 +79,11 @@ def draw(
         if path is None:
             drawn.draw_without_rendering()  # ticks, which are made late, have this style too
         else:
-            write_whole(path, look.written(drawn, path.suffix.lower()))
-            write_whole(path.with_name(f"{path.name}.csv"), table_of(drawn))
+            save(drawn, path)
     return drawn
+
+
+def save(drawn: Figure, path: Path) -> None:
+    """Write a picture in the format of its ending, and its data beside it. Raises `EnvironmentFault`."""
+    write_whole(path, look.written(drawn, path.suffix.lower()))
+    write_whole(path.with_name(f"{path.name}.csv"), table_of(drawn))

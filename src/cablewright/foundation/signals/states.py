@@ -24,7 +24,7 @@ class Truth:
     lengths: Annotated[Array, PerLine("m")]  # (m,) unstrained, winch exit to platform point
     tensions: Annotated[Array, PerLine("N")]  # (m,) at the sheaves
     excess: Annotated[Array, PerLine("m")]  # (m,) over the taut length; positive is slack
-    radii: Annotated[Array, PerLine("m")]  # (m,) of the winch drums, where cable leaves
+    radii: Annotated[Array, PerLine("m")]  # (m,) of the winch drums, where cable leaves; 0 of a line without a winch
     powder: float  # kg: left in the drum
     retraction: float = float("nan")  # m: length of a platform that retracts; NaN: of any other
 

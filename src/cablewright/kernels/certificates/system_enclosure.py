@@ -1,6 +1,7 @@
 """Enclosures of all equations of the machine and of their Jacobian: the lines' blocks and the platform's rows.
 
-The equations are those of `equilibrium.evaluate`. Rotations are increments in world axes from the solution's rotation.
+The equations are those of `equilibrium.evaluate`, and in a plane those of `held_rows`. Rotations are increments in
+world axes from the solution's rotation.
 """
 
 from typing import NamedTuple
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels import jit
+from cablewright.kernels.certificates.held_rows import hold_jacobian, hold_residual
 from cablewright.kernels.certificates.interval import ROUNDING, add, div, inflate, mul, neg, point, root, sqr, sub
 from cablewright.kernels.layout import (
     EXIT_X,
@@ -21,10 +23,9 @@ from cablewright.kernels.layout import (
     WEIGHT,
     WRENCH,
 )
-from cablewright.kernels.statics.line.enclosure import ZERO, enclose_jacobian, enclose_residual
+from cablewright.kernels.statics.line.enclosure import ZERO, add_entry, enclose_jacobian, enclose_residual
 from cablewright.kernels.statics.platform_enclosure import (
     add_balance,
-    add_to,
     add_wrench,
     along,
     component,
@@ -151,6 +152,7 @@ def residual_of_all(packed, lengths, pose, states, work):
         h, v = mul(pulls, h), mul(pulls, v)
         set_vector(work.force, neg(mul(h, ex)), neg(mul(h, ey)), neg(v))
         add_balance(work.residual, first, n, work.arm, work.force)
+    hold_residual(packed.general, packed.platform, pose, work.residual[first:], work)
 
 
 @jit
@@ -168,7 +170,7 @@ def jacobian_of_all(packed, pose, states, work):
     for k in range(3, n):
         along(k, omega, work.arm, work.moved)
         for j in range(3):
-            add_to(low, high, first + 3 + j, first + k, cross_component(work.moved, work.force, j))
+            add_entry(low, high, first + 3 + j, first + k, cross_component(work.moved, work.force, j))
     for i in range(m):
         row, start = packed.lines[i], work.offsets[i]
         ex, ey, reach, _ = place_line(row, pose, omega, n, work.radius[first:], work)
@@ -185,6 +187,7 @@ def jacobian_of_all(packed, pose, states, work):
         turn = div(h, reach)
         for k in range(n):
             _add_coordinate(first, start, k, n, omega, work, turn, ex, ey)
+    hold_jacobian(packed.general, packed.platform, omega, n, low[first:], high[first:], work)
 
 
 @jit
@@ -227,4 +230,4 @@ def _add_coordinate(first, start, k, n, omega, work, turn, ex, ey):
     add_wrench(work.low, work.high, first, column, n, work.arm, work.change)
     if k > 2:
         for j in range(3):
-            add_to(work.low, work.high, first + 3 + j, column, cross_component(work.moved, work.force, j))
+            add_entry(work.low, work.high, first + 3 + j, column, cross_component(work.moved, work.force, j))

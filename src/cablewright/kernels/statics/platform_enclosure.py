@@ -21,7 +21,7 @@ from cablewright.kernels.certificates.interval import (
     sub,
 )
 from cablewright.kernels.layout import MASS_X, PLATFORM_WEIGHT, POINT_X
-from cablewright.kernels.statics.line.enclosure import ONE, ZERO
+from cablewright.kernels.statics.line.enclosure import ONE, ZERO, add_entry
 
 
 @jit
@@ -43,12 +43,6 @@ def cross_component(a, b, k):
     """Component *k* of a cross product."""
     i, j = (k + 1) % 3, (k + 2) % 3
     return sub(mul(component(a, i), component(b, j)), mul(component(a, j), component(b, i)))
-
-
-@jit
-def add_to(low, high, i, j, value):
-    """Add *value* to an entry of a matrix with the lower ends *low* and the upper ends *high*."""
-    low[i, j], high[i, j] = add((low[i, j], high[i, j]), value)
 
 
 @jit
@@ -133,9 +127,9 @@ def enclose_weight(packed, omega, rotation, force, arm):
 def add_wrench(low, high, first, column, n, arm, force):
     """Add a force at *arm* to the platform's rows of a column."""
     for k in range(3):
-        add_to(low, high, first + k, column, component(force, k))
+        add_entry(low, high, first + k, column, component(force, k))
         if n == 6:
-            add_to(low, high, first + 3 + k, column, cross_component(arm, force, k))
+            add_entry(low, high, first + 3 + k, column, cross_component(arm, force, k))
 
 
 @jit

@@ -168,7 +168,7 @@ class KeptEstimator:
     def _at_radii(self, frame: SensorFrame) -> SensorFrame:
         """A frame with tensions at the radii at which cable leaves: drives show those at the smallest."""
         keeper, out = self._keeper, self._lengths
-        if keeper.robot.n == 3 or out is None or not frame.of(Tensions) or not np.isfinite(out).all():
+        if out is None or not frame.of(Tensions) or not np.isfinite(out).all():
             return frame
         readings = [
             replace(each, tensions=frozen(keeper.tensions(each.tensions, out)))
@@ -203,6 +203,12 @@ class KeptEstimator:
         """As `Estimator`."""
         found = self._keeper.found
         return None if found is None else found.tensions
+
+    @property
+    def measured(self) -> Array | None:
+        """As `Measuring`: by the torques of the drives."""
+        found = self._keeper.found
+        return found.measured if isinstance(found, DeadReckoning) else None
 
     @property
     def danger(self) -> str:

@@ -43,7 +43,7 @@ from cablewright.foundation.signals import (
     WinchMode,
     frozen,
 )
-from cablewright.live.estimators import DeadReckoning, Estimator, Weighing
+from cablewright.live.estimators import DeadReckoning, Estimator, Measuring, Weighing
 from cablewright.machine.interface import RESET, Machine, check_command, require_abilities
 from cablewright.machine.powder_load import PowderLoad
 
@@ -165,6 +165,12 @@ class Printer:
     def command(self) -> Command:
         """The command of the next step."""
         return self._command
+
+    @property
+    def damps(self) -> bool:
+        """Whether the last step damped a swing, if the winches move."""
+        stretch = self.velocity.stretch
+        return self.plan.velocity.swing is not None or (stretch.filtered is not None and stretch.time == self.time)
 
     def refilled(self) -> None:
         """Take the drum to be full."""
@@ -330,7 +336,7 @@ class Printer:
         tensions = None
         if self.plan.path.attitude is not None:
             tensions = self.estimator.tensions
-        elif isinstance(self.estimator, DeadReckoning):
+        elif isinstance(self.estimator, Measuring):
             tensions = self.estimator.measured
         moved = self._retract(target, dt)
         own = self.plan.velocity

@@ -46,8 +46,8 @@ class SpoolStatistics:
         self._sums = np.zeros((2, 3, robot.m, _MAX_BINS))  # estimated and true; count, lengths, radii
 
     def add(self, lengths: Array, radii: Array, *, true: bool = False) -> None:
-        """Add *radii* at *lengths*, both (k, m), m; NaN is ignored."""
-        known = np.isfinite(lengths) & np.isfinite(radii)
+        """Add *radii* at *lengths*, both (k, m), m; NaN, and the 0 of a line without a winch, is ignored."""
+        known = np.isfinite(lengths) & (radii > 0.0)
         at = np.where(known, lengths / BIN, -1.0).astype(np.int64)
         known &= (at >= 0) & (at < _MAX_BINS)
         for i in range(lengths.shape[1]):

@@ -196,7 +196,7 @@ class Telling:
             "modes": [mode.value for mode in step.command.modes],
             "speeds": step.command.winch_speeds.tolist(),
             "valve": step.command.valve,
-            "damping": printer.plan.velocity.damps and bool(step.command.winch_speeds.any()),
+            "damping": printer.damps and bool(step.command.winch_speeds.any()),
             "lines": _lines(estimate, printer.estimator.tensions),
             "platform": _platform(path, estimate),
             "faults": [f"{each.source}: {each.sentence}" for each in estimate.faults],

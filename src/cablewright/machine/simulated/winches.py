@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
 from cablewright.kernels.plant import winding
-from cablewright.machine.coils import coil_of
+from cablewright.machine.coils import coils_of
 from cablewright.machine.settings import WinchSettings
 from cablewright.machine.simulated.as_built_parts import CROSSINGS, drawn
 from cablewright.machine.simulated.settings import Winding
@@ -36,22 +36,11 @@ class Winches:
         Raises `InputError` for a line without drum radius or cable diameter, or more cable out than a winch holds.
         """
         self.settings, self.lines = settings, WinchLines.of(robot)
-        self.coils = tuple(
-            None
-            if line.counterweight is not None
-            else coil_of(
-                line,
-                settings,
-                random=np.random.default_rng([seed, 1, i]),
-                radius_walk=walk.radius_walk,
-                sideways_walk=walk.sideways_walk,
-                memory=walk.walk_turns,
-            )
-            for i, line in enumerate(robot.lines)
-        )
+        walks = {"radius_walk": walk.radius_walk, "sideways_walk": walk.sideways_walk, "memory": walk.walk_turns}
+        self.coils = coils_of(robot, settings, seed, **walks)
         turns = min(len(coil.radii) for coil in self.coils if coil is not None)
         self.radii, self.wound, self.sideways = (
-            np.array([np.full(turns, np.nan) if coil is None else getattr(coil, column)[:turns] for coil in self.coils])
+            np.array([np.zeros(turns) if coil is None else getattr(coil, column)[:turns] for coil in self.coils])
             for column in ("radii", "wound", "sideways")
         )
         self.motor = np.array([settings.max_speed, settings.lag, settings.max_torque])
@@ -116,7 +105,7 @@ class Winches:
 
     @property
     def leaving_radii(self) -> Array:
-        """Radius at which each line leaves its drum, (m,) m; NaN without one."""
+        """Radius at which each line leaves its drum, (m,) m; 0 without one."""
         return np.array([winding.radius_at(own, radii) for radii, own in zip(self.radii, self.state, strict=True)])
 
     @property

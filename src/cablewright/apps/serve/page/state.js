@@ -61,7 +61,7 @@ export class State {
     this.fact("nozzle", Boolean(nozzle), valid && nozzle ? `(${nozzle.map((v) => fixed(v, 3)).join(", ")}) m` : "not known");
     put(at("speed"), valid ? `${fixed(1e3 * Math.hypot(...velocity), 0)} mm/s` : "not known");
     put(at("time"), span(control.time));
-    this.fact("damping", this.sitting?.damped === true, control.damping ? "is damped" : "is not damped while winches stand");
+    this.fact("damping", this.sitting?.damped === true, control.damping ? "is damped" : "is not damped now");
     this.fact("powder", this.sitting?.powder != null, `${fixed(control.powder, 1)} kg`);
     this.fact("chain", Boolean(control.inputs), control.inputs?.torque_off ? "safe torque off" : control.inputs?.chain ? "closed" : "open");
     this.fact("barrier", "barrier" in control, control.barrier ? "somebody is in it" : "clear");

@@ -1,7 +1,7 @@
 """Enclosures of a line's equations and their Jacobian, as `line.system` computes them.
 
-The formulas are the same, with every operation rounded outward. The packed doubles are taken as exact model data; pi
-and the direction of an upright dead span are enclosed.
+The formulas are the same, of springs and of mounts that give too, with every operation rounded outward. The packed
+doubles are taken as exact model data; pi and the direction of an upright dead span are enclosed.
 """
 
 from cablewright.kernels import jit
@@ -35,6 +35,7 @@ from cablewright.kernels.layout import (
     MOUNT,
     PHI,
     PSI,
+    PULLS,
     RADIUS,
     SIDE,
     SPANS,
@@ -50,7 +51,7 @@ PI = (3.141592653589793, 3.1415926535897936)
 HALF_PI = (1.5707963267948966, 1.5707963267948968)
 ZERO = (0.0, 0.0)
 ONE = (1.0, 1.0)
-ENCLOSABLE, SLACK, OUT_OF_PLANE, SOFT = 0, 4, 6, 7  # codes of a line, which are those of a certificate
+ENCLOSABLE, SLACK, OUT_OF_PLANE = 0, 4, 6  # codes of a line, which are those of a certificate
 
 
 @jit
@@ -58,8 +59,6 @@ def enclosable(row, y):
     """Return ENCLOSABLE, or the code of why the equations here are not those of the line with the unknowns *y*."""
     if row[GUIDE] > 0.0:
         return OUT_OF_PLANE
-    if row[MOUNT] > 0.0 or row[END_SPRING] > 0.0:
-        return SOFT
     return SLACK if is_slack(row, y) else ENCLOSABLE
 
 
@@ -125,16 +124,21 @@ def enclose_residual(row, y, x, z, length, out):
     if unknowns == 6:
         cb, sb = cos(point(y[BETA])), sin(point(y[BETA]))
     hx, hz = mul(lever, cb), mul(lever, sb)
-    h, v = mul(t, cf), mul(t, sf)
-    sx, sz = enclose_end(h, v, free, row[WEIGHT], row[FREE_COMPLIANCE])
-    out[0, 0], out[0, 1] = sub(add(sub(hx, mul(turn, sf)), sx), x)
-    out[1, 0], out[1, 1] = sub(add(add(hz, mul(turn, cf)), sz), z)
     psi = point(y[PSI]) if unknowns > 4 else upright(row[SIDE])
+    h, v = mul(t, cf), mul(t, sf)
+    gx, gz = given_way(row, psi, t, h, v)
+    hz = add(hz, gz)
+    sx, sz = enclose_end(h, v, free, row[WEIGHT], row[FREE_COMPLIANCE])
+    out[0, 0], out[0, 1] = sub(add(sub(add(hx, gx), mul(turn, sf)), sx), x)
+    out[1, 0], out[1, 1] = sub(add(add(hz, mul(turn, cf)), sz), z)
     taken, _ = taken_up(row, t)
     rest = point(y[DEAD]) if unknowns > 3 else point(row[DEAD_LENGTH])
+    if row[END_SPRING] > 0.0:
+        rest = sub(rest, mul(t, point(row[END_SPRING])))
     out[2, 0], out[2, 1] = sub(add(add(mul(point(row[SPANS]), free), arc_length(row, psi, phi, taken)), rest), length)
     if unknowns > 3:
         cp, sp = dead_direction(row, psi)
+        rest = point(y[DEAD])
         dx, dz = enclose_end(mul(t, cp), mul(t, sp), rest, row[WEIGHT], row[DEAD_COMPLIANCE])
         out[3, 0], out[3, 1] = sub(add(sub(hz, mul(turn, cp)), dz), point(row[WINCH_Z]))
         if unknowns > 4:
@@ -179,7 +183,49 @@ def enclose_jacobian(row, y, radius, low, high):
         if unknowns > 5:
             beta = _unknown(y, radius, BETA)
             _enclose_moment(row, t, cf, sf, cp, sp, cos(beta), sin(beta), low, high)
+    if row[END_SPRING] > 0.0:
+        add_entry(low, high, 2, TAU, neg(mul(t, point(row[END_SPRING]))))
+    if row[MOUNT] > 0.0:
+        _enclose_mount(row, psi, t, h, v, low, high)
     return h, v
+
+
+@jit
+def add_entry(low, high, i, j, value):
+    """Add *value* to an entry of a matrix with the lower ends *low* and the upper ends *high*."""
+    low[i, j], high[i, j] = add((low[i, j], high[i, j]), value)
+
+
+@jit
+def given_way(row, psi, t, h, v):
+    """Enclose how far the mount of the exit point gives, as `upright.given_way`."""
+    if row[MOUNT] == 0.0:
+        return ZERO, ZERO
+    soft, up = mul(point(row[MOUNT]), point(row[PULLS])), v
+    if row[UNKNOWNS] > 3.0:
+        _, sp = dead_direction(row, psi)
+        up = add(up, div(mul(t, sp), point(row[SPANS])))
+    return mul(soft, h), mul(soft, up)
+
+
+@jit
+def _enclose_mount(row, psi, t, h, v, low, high):
+    """Add the entries of the mount that gives, as `upright._add_mount`."""
+    gx, gz = given_way(row, psi, t, h, v)
+    soft = mul(point(row[MOUNT]), point(row[PULLS]))
+    rise = mul(soft, h)
+    add_entry(low, high, 0, PHI, neg(mul(soft, v)))
+    add_entry(low, high, 1, PHI, rise)
+    add_entry(low, high, 0, TAU, gx)
+    add_entry(low, high, 1, TAU, gz)
+    if row[UNKNOWNS] > 3.0:
+        add_entry(low, high, 3, PHI, rise)
+        add_entry(low, high, 3, TAU, gz)
+    if row[UNKNOWNS] > 4.0:
+        cp, _ = dead_direction(row, psi)
+        turned = div(mul(soft, mul(t, cp)), point(row[SPANS]))
+        add_entry(low, high, 1, PSI, turned)
+        add_entry(low, high, 3, PSI, turned)
 
 
 @jit

@@ -33,9 +33,12 @@ from cablewright.kernels.layout import (
     FREE_COMPLIANCE,
     LEVER,
     LEVER_MOMENT,
+    MOUNT,
     PHI,
     PSI,
+    PULLS,
     RADIUS,
+    SPANS,
     TAU,
     UNKNOWNS,
     WEIGHT,
@@ -189,6 +192,8 @@ def bend_line(row, y, box, reach, frame, eta, omega, arm, span, bends):
         _bend_dead(row, y, box, frame, t, shrink, span, bends)
         if unknowns > 5:
             _bend_lever(row, y, box, phi, frame, t, shrink, bends)
+    if row[MOUNT] > 0.0:
+        _bend_mount(row, y, box, mag(cf), mag(sf), along, across, frame, mag(t), middle[1], bends)
     if arm > 0.0:
         _bend_turn(row[WEIGHT], mag(cf), mag(t), middle[1], free[1], reach[0], eta, omega, arm, bends)
     for i in range(ROWS):
@@ -249,6 +254,35 @@ def _bend_dead(row, y, box, frame, t, shrink, span, bends):
     if turning:
         bends[DEAD_ALONG, PSI_PSI] += row[RADIUS] * mag(sub(scale(sp, dt), scale(cp, ds)))
         bends[DEAD_ACROSS, PSI_PSI] += row[RADIUS] * mag(add(scale(cp, dt), scale(sp, ds)))
+
+
+@jit
+def _bend_mount(row, y, box, cf, sf, along, across, frame, t, middle, bends):
+    """Add the bounds for a mount that gives under T e of the free span, and in height under a dead span.
+
+    A spring gives in proportion to the tension, and bends nothing.
+    """
+    soft = row[MOUNT] * row[PULLS]
+    bends[ALONG, PHI_PHI] += soft * t * along
+    bends[ACROSS, PHI_PHI] += soft * t * across
+    bends[ALONG, PHI_TAU] += soft * middle * across
+    bends[ACROSS, PHI_TAU] += soft * middle * along
+    if row[UNKNOWNS] == 3.0:
+        return
+    bends[DEAD_ALONG, PHI_PHI] += soft * t * sf * abs(frame[3])
+    bends[DEAD_ACROSS, PHI_PHI] += soft * t * sf * abs(frame[2])
+    bends[DEAD_ALONG, PHI_TAU] += soft * middle * cf * abs(frame[3])
+    bends[DEAD_ACROSS, PHI_TAU] += soft * middle * cf * abs(frame[2])
+    if row[UNKNOWNS] > 4.0:
+        psi = inflate(point(y[PSI]), box[PSI])
+        turned, grown = soft / row[SPANS] * t * mag(sin(psi)), soft / row[SPANS] * middle * mag(cos(psi))
+        for first in range(2):
+            c, s = abs(frame[2 * first]), abs(frame[2 * first + 1])
+            at = DEAD_ALONG if first else ALONG
+            bends[at, PSI_PSI] += turned * s
+            bends[at + 1, PSI_PSI] += turned * c
+            bends[at, PSI_TAU] += grown * s
+            bends[at + 1, PSI_TAU] += grown * c
 
 
 @jit

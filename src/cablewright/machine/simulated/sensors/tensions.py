@@ -42,9 +42,7 @@ class TensionSensors(TimedSensor[TensionSensor, TensionFlaws]):
     def _mount(self, machine: Mounted) -> None:
         spread = self.settings.bias if self.flaws.bias is None else self.flaws.bias
         self._zeros = spread * self._random.standard_normal(machine.robot.m)  # N
-        shared = WinchLines.of(machine.robot)
-        alone = np.bincount(shared.winch[shared.winch >= 0])[shared.winch] == 1  # a motor has the torque of its drum
-        self._unseen = (self.source == "motor_torques") & ~(alone & (shared.winch >= 0))
+        self._unseen = (self.source == "motor_torques") & ~WinchLines.of(machine.robot).alone
         self._factors = 1.0 + machine.tension_gains(self.source)
         self._drift = math.hypot(self.flaws.drift, machine.tolerances.tension_drift * self.settings.most)
 

@@ -61,7 +61,7 @@ class Brakes:
 
     def notices(self, winches: Winches) -> list[Notice]:
         """Tell which winch has slipped too far since the last reset, as a machine with drives does."""
-        lengths = np.nan_to_num(winches.slipped * winches.leaving_radii)
+        lengths = winches.slipped * winches.leaving_radii
         worst = int(np.argmax(lengths))
         if lengths[worst] <= self._limit:
             return []

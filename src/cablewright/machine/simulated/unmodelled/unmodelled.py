@@ -129,7 +129,7 @@ class Unmodelled:
         """Turn gears and drums as far as the motors have turned, and set what that does to the lengths that are out."""
         pulls, radii, lines = (
             self._loads * self.ratio * self._cables,
-            np.nan_to_num(winches.leaving_radii),
+            winches.leaving_radii,
             winches.lines,
         )
         if not lines.plain:  # a gear has the torque of all cables on its drum
