@@ -37,6 +37,10 @@ BY_NUMBERS = {
     (Capability.SHAPE, "no-gravity"): "a line without weight has no shape",
     (Capability.ELASTIC_CALIBRATION, "few-winches"): "a point on two lines has hardly any feasible pose",
     (Capability.ELASTIC_CALIBRATION, "free-position"): "a point on two lines has hardly any feasible pose",
+    **{
+        (each, "shared-winch"): "a point with two of four lines on one drum follows no square: see `driven.pairs`"
+        for each in (Capability.PRINT, Capability.KLIPPER, Capability.LINUXCNC)
+    },
 }
 """Cells of which the numbers of a robot decide more than the feature: they are not run."""
 
