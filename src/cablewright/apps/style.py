@@ -64,7 +64,7 @@ _BELOW: Final[Any] = {side: f"outside lower {side}" for side in ("left", "center
 _LONGEST_LABEL: Final = 28
 _MISSING: Final = "\N{WHITE SQUARE}"
 
-STYLE_SHEET: Final = files("cablewright.apps") / "cablewright.mplstyle"
+STYLE_SHEET: Final = files("cablewright.apps") / "pictures.mplstyle"
 """The style sheet of all pictures, which comes with the package: copy and change it for one's own."""
 
 FORMATS: Final = (".png", ".svg", ".pdf")

@@ -42,7 +42,7 @@ Plot = Annotated[
 ]
 PlotWidth = Annotated[
     str | None,
-    typer.Option("--plot-width", metavar="W", help="one-column or two-column of a paper, or a width such as 120 mm."),
+    typer.Option("--plot-width", metavar="W", help="Width: one-column or two-column of a paper, or as 120 mm."),
 ]
 PlotStyle = Annotated[
     Path | None,
