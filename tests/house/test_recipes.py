@@ -269,7 +269,7 @@ def test_a_control_law(copy: Copy) -> None:
     copy.edit("foundation/choices.py", ('LawName = Literal["paper", ', 'LawName = Literal["plain", "paper", '))
     copy.edit(
         "control/velocity.py",
-        ("    else:\n        rates += _int", '    elif settings.law != "plain":\n        rates += _int'),
+        ("    else:\n        held = solve", '    elif settings.law != "plain":\n        held = solve'),
     )
     told = copy.run(
         "-c",

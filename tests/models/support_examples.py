@@ -27,6 +27,7 @@ from cablewright.exchange.klipper_config import klipper_anchors
 from cablewright.exchange.mjcf import mjcf
 from cablewright.exchange.urdf import urdf
 from cablewright.exchange.wirex_output import wirex
+from cablewright.live.estimator_settings import observer_settings
 from cablewright.live.estimators import estimator
 from cablewright.live.prints.limits import planned
 from cablewright.machine.drives.scale import scales_of
@@ -369,6 +370,7 @@ PROBES: dict[Capability, Callable[[Robot], Any]] = {
     Capability.MACHINE_FILE: machine_file,
     Capability.PRINT: _planned,
     Capability.ESTIMATION: lambda robot: estimator("encoders", robot, twin(robot).owner, held(robot).pose) is not None,
+    Capability.ROOM_ESTIMATION: lambda robot: observer_settings(robot, cw.load_machine("merlet2023")).walls is not None,
     Capability.CONTROL: lambda robot: VelocitySettings(cw.Model.of(robot), 1.0, law="model").gain > 0.0,
     Capability.HOMING: _homed,
     Capability.DRIVES: _drives,

@@ -151,7 +151,8 @@ def test_a_message_names_what_has_the_feature_and_the_way_out() -> None:
     assert str(refused.value) == said
 
 
-def test_a_rigid_platform_is_served_unless_it_has_too_few_winches() -> None:
+def test_rigid_platforms_are_served_on_fewer_winches_than_freedoms_too() -> None:
     assert support(load("ipanema"), Capability.SERVE).verdict is Coverage.WORKS
-    with pytest.raises(InputError, match="serve: robot 'grab-four-lines' has fewer winches than degrees of freedom"):
-        require(load("grab-four-lines"), Capability.SERVE)
+    assert support(load("grab-four-lines"), Capability.SERVE).verdict is Coverage.WORKS
+    with pytest.raises(InputError, match="has fewer winches than hold its position"):
+        require(examples.example("free-position", False), Capability.SERVE)
