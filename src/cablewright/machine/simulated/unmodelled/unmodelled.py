@@ -127,11 +127,9 @@ class Unmodelled:
 
     def _turn(self, packed: Packed, states: Array, winches: Winches) -> None:
         """Turn gears and drums as far as the motors have turned, and set what that does to the lengths that are out."""
-        pulls, radii, lines = (
-            self._loads * self.ratio * self._cables,
-            winches.leaving_radii,
-            winches.lines,
-        )
+        if self.gears is None and self.drive is None and self.sheaves is None:
+            return
+        pulls, radii, lines = self._loads * self.ratio * self._cables, winches.leaving_radii, winches.lines
         if not lines.plain:  # a gear has the torque of all cables on its drum
             np.add.at(torques := np.zeros(len(pulls)), lines.host, lines.sense * pulls * radii)
             pulls[lines.hosts] = (torques / np.maximum(radii, 1e-9))[lines.hosts]
