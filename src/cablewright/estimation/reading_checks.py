@@ -32,6 +32,7 @@ from cablewright.foundation.signals import (
     Scan,
     SensorFrame,
     miscounted,
+    per_line,
 )
 from cablewright.robot import Line
 from cablewright.solvers.taut import Taut
@@ -76,7 +77,7 @@ class ReadingChecks:
 
     def _fits(self, reading: Reading) -> bool:
         """Whether a reading has a number for each line; another one is reported."""
-        wrong = miscounted(reading, self.lines, self.lines)
+        wrong = miscounted(reading, self.lines, self.lines) if per_line(type(reading)) else None
         if wrong is not None:
             why = f"a reading of {wrong[1]} lines, where there are {wrong[2]}: not used"
             self.monitor.report(reading.source, "lines", why)

@@ -106,7 +106,7 @@ class BodyEstimator:
     @property
     def tensions(self) -> Array | None:
         """As `Estimator`; measured ones, where there are cells, beside a pose by encoders alone."""
-        measured, inferred = self._state.measured, self._state.tensions
+        measured, inferred = self._state.latest.tensions, self._state.tensions
         return np.asarray(inferred if measured is None else np.where(np.isnan(measured), inferred, measured))
 
     @property

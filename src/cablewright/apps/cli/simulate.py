@@ -223,7 +223,7 @@ def replay_command(
         typer.Option(
             "--estimator",
             help="Chain of Merlet and Papegay 2023, Kalman filter of all sensors, both beside each other, or encoders "
-            "alone.  [default: the first one for which the machine has the sensors]",
+            "alone; by default the first one for which the machine has the sensors.",
         ),
     ] = None,
     laser: Annotated[

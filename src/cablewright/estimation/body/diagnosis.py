@@ -75,7 +75,7 @@ def fits(settings: BodySettings, state: BodyState, measured: Measurement, accele
             state.judged.danger = (
                 f"tensions contradict the statics by {size:.0f} sigma: a line slipped, left its sheave or broke"
             )
-            state.judged.search = Contradiction(state.time)
+            state.judged.search = Contradiction(state.latest.time)
         else:
             _name(settings, state, measured, causes, contradiction)
     return False
@@ -88,7 +88,7 @@ def give_up(state: BodyState) -> None:
         return
     search.frames += 1
     time, frames = _PATIENCE
-    if state.time - search.begin > time and search.frames > frames:
+    if state.latest.time - search.begin > time and search.frames > frames:
         state.judged.search, state.judged.danger = (
             None,
             f"{state.judged.danger}; there are too few readings to say which",

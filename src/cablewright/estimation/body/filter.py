@@ -41,13 +41,13 @@ _CALM: Final = 0.02  # m/s^2: of the platform's acceleration that the lengths do
 
 def step(settings: BodySettings, state: BodyState, frame: SensorFrame) -> Estimate:
     """Return the estimate after one frame; *state* changes in place. No frame raises an error."""
-    dt = frame.time - state.time
+    dt = frame.time - state.latest.time
     if not dt > 0.0:
-        state.monitor.restart(frame.time, f"the clock jumped from {state.time:g} to {frame.time:g} s")
+        state.monitor.restart(frame.time, f"the clock jumped from {state.latest.time:g} to {frame.time:g} s")
         state.window.begin, dt = math.nan, math.inf
-    state.time, before = frame.time, state.pose
-    if state.clock is not None:
-        frame = replace(frame, readings=by_machine_clock(state.clock, frame.readings, frame.time))
+    state.latest.time, before = frame.time, state.pose
+    if state.latest.clock is not None:
+        frame = replace(frame, readings=by_machine_clock(state.latest.clock, frame.readings, frame.time))
     for beam in accepted(state.monitor, frame.of(BeamLength), frame.time):
         _read_beam(settings, state, beam.length)
     for encoders in accepted(state.monitor, frame.of(Encoders), frame.time):
@@ -62,7 +62,7 @@ def step(settings: BodySettings, state: BodyState, frame: SensorFrame) -> Estima
     _read_sensors(settings, state, frame)
     if settings.cells is not None:
         readings = accepted(state.monitor, frame.of(Tensions), frame.time)
-        state.measured = smoothed(state.measured, readings, settings.cells, min(1.0, dt / settings.smoothing_time))
+        state.latest.tensions = smoothed(state.latest.tensions, readings, settings.cells, min(1.0, dt / settings.smoothing_time))
     slopes = None
     if frame.time - state.window.begin >= settings.interval - 1e-9 and found:
         slopes = _measure(settings, state)
@@ -112,11 +112,11 @@ def _read_sensors(settings: BodySettings, state: BodyState, frame: SensorFrame) 
 
 def _measure(settings: BodySettings, state: BodyState) -> Slopes | None:
     """Close the window: correct the unknowns by its readings."""
-    window, passed = state.window, state.time - state.window.begin
+    window, passed = state.window, state.latest.time - state.window.begin
     begun = state.motion.velocity if window.velocity is None else window.velocity
     change = (state.motion.velocity - begun)[:3] / max(passed, 1e-9)
     slopes = correct(settings, state, math.sqrt(float(change @ change) + state.motion.shaking) + _CALM)
-    window.begin, window.velocity = state.time, state.motion.velocity.copy()
+    window.begin, window.velocity = state.latest.time, state.motion.velocity.copy()
     window.readings.clear()
     return slopes
 
@@ -130,7 +130,7 @@ def _estimate(settings: BodySettings, state: BodyState, slopes: Slopes | None, f
     covariance[range(3, 6), range(3, 6)] = _SPEED_SIGMA**2
     excess = state.lengths - state.taut.lengths
     return Estimate(
-        state.time,
+        state.latest.time,
         frozen(pose[:3]),
         frozen(state.motion.velocity[:3]),
         frozen(pose[3:]),

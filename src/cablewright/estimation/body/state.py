@@ -122,6 +122,15 @@ class Doubts:
 
 
 @dataclass(eq=False)
+class Latest:
+    """Time and readings of the last frame, as far as the next one needs them."""
+
+    time: float = -math.inf  # s
+    clock: ClockLead | None = None  # by how much the platform's is ahead; None: it is the machine's
+    tensions: Array | None = None  # (m,) N, smoothed, of cells that correct nothing; NaN: not read
+
+
+@dataclass(eq=False)
 class BodyState:
     """Changed in place by `step`. Windows and doubts begin anew where state is loaded."""
 
@@ -151,10 +160,8 @@ class BodyState:
     judged: Doubts
     retraction: float = math.nan  # m
     motion: BodySwing = field(default_factory=BodySwing)
-    time: float = -math.inf  # s
     window: Window = field(default_factory=Window)
-    clock: ClockLead | None = None
-    measured: Array | None = None  # (m,) tensions, N, smoothed, of cells that correct nothing; NaN: not read
+    latest: Latest = field(default_factory=Latest)
 
     @property
     def pose(self) -> Array:
@@ -207,7 +214,7 @@ def start(
         Wound(still, wound.copy(), still.copy(), still.copy()),
         Doubts(np.ones(m, dtype=bool)),
         retraction=retraction if not math.isnan(retraction) else _own_retraction(model),
-        clock=None if settings.clock is None else ClockLead(settings.clock),
+        latest=Latest(clock=None if settings.clock is None else ClockLead(settings.clock)),
     )
 
 
