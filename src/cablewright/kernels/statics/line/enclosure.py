@@ -184,7 +184,7 @@ def enclose_jacobian(row, y, radius, low, high):
             beta = _unknown(y, radius, BETA)
             _enclose_moment(row, t, cf, sf, cp, sp, cos(beta), sin(beta), low, high)
     if row[END_SPRING] > 0.0:
-        add_entry(low, high, 2, TAU, neg(mul(t, point(row[END_SPRING]))))
+        _add_to_block(low, high, 2, TAU, neg(mul(t, point(row[END_SPRING]))))
     if row[MOUNT] > 0.0:
         _enclose_mount(row, psi, t, h, v, low, high)
     return h, v
@@ -193,6 +193,12 @@ def enclose_jacobian(row, y, radius, low, high):
 @jit
 def add_entry(low, high, i, j, value):
     """Add *value* to an entry of a matrix with the lower ends *low* and the upper ends *high*."""
+    low[i, j], high[i, j] = add((low[i, j], high[i, j]), value)
+
+
+@jit
+def _add_to_block(low, high, i, j, value):
+    """As `add_entry`, of a line's own block, whose rows are not contiguous: so each has one compiled signature."""
     low[i, j], high[i, j] = add((low[i, j], high[i, j]), value)
 
 
@@ -214,18 +220,18 @@ def _enclose_mount(row, psi, t, h, v, low, high):
     gx, gz = given_way(row, psi, t, h, v)
     soft = mul(point(row[MOUNT]), point(row[PULLS]))
     rise = mul(soft, h)
-    add_entry(low, high, 0, PHI, neg(mul(soft, v)))
-    add_entry(low, high, 1, PHI, rise)
-    add_entry(low, high, 0, TAU, gx)
-    add_entry(low, high, 1, TAU, gz)
+    _add_to_block(low, high, 0, PHI, neg(mul(soft, v)))
+    _add_to_block(low, high, 1, PHI, rise)
+    _add_to_block(low, high, 0, TAU, gx)
+    _add_to_block(low, high, 1, TAU, gz)
     if row[UNKNOWNS] > 3.0:
-        add_entry(low, high, 3, PHI, rise)
-        add_entry(low, high, 3, TAU, gz)
+        _add_to_block(low, high, 3, PHI, rise)
+        _add_to_block(low, high, 3, TAU, gz)
     if row[UNKNOWNS] > 4.0:
         cp, _ = dead_direction(row, psi)
         turned = div(mul(soft, mul(t, cp)), point(row[SPANS]))
-        add_entry(low, high, 1, PSI, turned)
-        add_entry(low, high, 3, PSI, turned)
+        _add_to_block(low, high, 1, PSI, turned)
+        _add_to_block(low, high, 3, PSI, turned)
 
 
 @jit
