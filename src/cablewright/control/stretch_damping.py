@@ -191,9 +191,11 @@ class StretchState:
 def listen(settings: StretchDamping, state: StretchState, frame: SensorFrame) -> None:
     """Take the tensions of a *frame*; those of a reading that was repeated, or without all lines, are not taken."""
     for reading in frame.of(Tensions):
-        if reading.source != settings.source or not state.times.is_new(reading.source, reading.time, frame.time):
-            continue
-        if np.isfinite(reading.tensions).all():
+        if (
+            reading.source == settings.source
+            and state.times.is_new(reading.source, reading.time, frame.time)
+            and np.isfinite(reading.tensions).all()
+        ):
             state.tensions, state.read = reading.tensions, frame.time
 
 

@@ -273,11 +273,10 @@ def _read_tensions(settings: ReckoningSettings, state: ReckoningState, frame: Se
 
 
 def _update_lengths(settings: ReckoningSettings, state: ReckoningState, reading: Encoders) -> None:
-    given, right = len(reading.counts), len(settings.winches.hosts)
-    if given != right:
-        state.monitor.report("encoders", "lines", f"a reading of {given} winches, where there are {right}: not used")
+    wrong = len(reading.counts) != len(settings.winches.hosts)
+    state.monitor.set("encoders", "lines", f"a reading of {len(reading.counts)} winches: not used", active=wrong)
+    if wrong:
         return
-    state.monitor.clear("encoders", "lines")
     if state.start_counts is None:
         state.start_counts = reading.counts
     rotation = settings.winches.of_lines(reading.counts - state.start_counts) / settings.counts_per_radian

@@ -62,8 +62,9 @@ def step(settings: BodySettings, state: BodyState, frame: SensorFrame) -> Estima
     _read_sensors(settings, state, frame)
     if settings.cells is not None:
         readings = accepted(state.monitor, frame.of(Tensions), frame.time)
-        share = min(1.0, dt / settings.smoothing_time)
-        state.measured = smoothed(state.measured, readings, settings.cells, share, state.layout.m)
+        state.measured = smoothed(
+            state.measured, readings, settings.cells, min(1.0, dt / settings.smoothing_time), state.layout.m
+        )
     slopes = None
     if frame.time - state.window.begin >= settings.interval - 1e-9 and found:
         slopes = _measure(settings, state)
