@@ -132,7 +132,7 @@ class Printer:
         self.load = PowderLoad(plan.flow, plan.powder)  # estimated
         self.target: Target | None = None
         self.last_pose = plan.path.start_pose.copy()  # (n,) m and rad, last valid one of the platform
-        self.radii = np.zeros(robot.m)  # (m,) m, last estimated, of the winch drums; 0: unknown
+        self.radii = np.zeros(robot.m)  # (m,) m, last estimated, of the winch drums; 0: unknown, or none
         self.frame_times = (0.0, 0.0)  # s, arrival of the last frame: wall clock and processor time
         self.speed_share = 1.0  # of the planned speed
         self._clock, self._orders = FrameClock(machine.period, now), OrderState()
@@ -225,7 +225,7 @@ class Printer:
             ),
         )
         if estimate.valid:
-            self.last_pose[:3], self.radii[:] = estimate.position, estimate.radii
+            self.last_pose[:3], self.radii[:] = estimate.position, np.nan_to_num(estimate.radii)
             self.last_pose[3:] = estimate.rotation[: len(self.last_pose) - 3]
         self._on_transition(state, verdict)
         self._begin_stop(state, verdict, command)
