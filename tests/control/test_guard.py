@@ -332,7 +332,8 @@ def test_the_minimum_is_judged_by_the_best_known_tensions_and_the_maximum_by_the
         (np.array([100.0, 400.0, 100.0]), np.full(3, 100.0), "line 2 pulls 400 N; at most 300 is allowed, by the"),
         (np.full(3, 20.0), None, "line 1 pulls 20 N; at least 50 is needed"),
     ):
-        watched, found = Watched(limits), None
+        watched = Watched(limits)
+        found: StopCause | None = None
         for _ in range(int((guard.LOST_TIME + 0.1) / DT)):
             found = watched.sees(inferred=inferred, best=best, lowest=True)
         assert ("" if found is None else found.reason).startswith(reason)

@@ -116,11 +116,13 @@ def test_tensions_by_the_lengths_are_known_beside_those_that_cells_read() -> Non
     robot, owner = load("cogiro"), whole_machine("cogiro").with_owner(load_cells=CELLS).owner
     found = estimator("encoders", robot, owner, np.array(rest_pose(robot).equilibrium.pose))
     assert isinstance(found, Measuring)
-    assert found.measured is None
+    before = found.measured
+    assert before is None
     assert found.tensions is not None
     pulls = found.tensions.copy()
     stuck = np.where(np.arange(robot.m) == 2, np.nan, 50.0)
     readings = Encoders(1.0, np.zeros(robot.winches, np.int64)), Tensions("load_cells", 1.0, stuck)
     found.step(SensorFrame(1.0, readings))
     np.testing.assert_allclose(found.tensions, pulls, rtol=1e-6)
+    assert found.measured is not None
     np.testing.assert_allclose(found.measured, np.where(np.isnan(stuck), pulls, stuck), rtol=1e-6)
