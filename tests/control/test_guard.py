@@ -52,7 +52,7 @@ class Watched:
         self.now += DT
         shown = (Encoders(self.now, self.counts.copy()),) if more.pop("encoders", True) else ()
         frame = SensorFrame(self.now, (*shown, *readings), tuple(map(Notice, more.pop("conditions", ()))))
-        return guard.judge(self.settings, self.state, frame, more.pop("inferred", None))
+        return guard.judge(self.settings, self.state, frame, more.pop("inferred", None), **more)
 
 
 def pulls(*tensions: float, at: float = math.inf) -> Tensions:
@@ -322,3 +322,19 @@ def test_a_motor_that_says_it_cannot_turn_is_not_a_stuck_encoder() -> None:
     for _ in range(200):
         guard.take_note(watched.state, watched.now, Command(watched.now, np.full(3, 1.0)))
         assert watched.sees(conditions=(Condition.STALLED,)) is None
+
+
+def test_the_minimum_is_judged_by_the_best_known_tensions_and_the_maximum_by_the_lengths_too() -> None:
+    limits = dataclasses.replace(LIMITS, min_tensions=np.full(3, 50.0))
+    for inferred, best, reason in (
+        (np.full(3, 20.0), np.full(3, 100.0), ""),
+        (np.full(3, 100.0), np.array([100.0, 20.0, 100.0]), "line 2 pulls 20 N; at least 50 is needed"),
+        (np.array([100.0, 400.0, 100.0]), np.full(3, 100.0), "line 2 pulls 400 N; at most 300 is allowed, by the"),
+        (np.full(3, 20.0), None, "line 1 pulls 20 N; at least 50 is needed"),
+    ):
+        watched = Watched(limits)
+        found: StopCause | None = None
+        for _ in range(int((guard.LOST_TIME + 0.1) / DT)):
+            found = watched.sees(inferred=inferred, best=best, lowest=True)
+        assert ("" if found is None else found.reason).startswith(reason)
+        assert (found is None) == (not reason)

@@ -186,3 +186,19 @@ def test_a_platform_that_lags_its_target_settles_at_the_place_it_was_sent_to() -
     while not (found := manual.step(LIMITS, state, now, DT, 4.2e-4)).done:
         now += DT
     assert found.failure == "the platform stands 0.42 mm off its goal: it has not come nearer in 10 s"
+
+
+def test_a_goal_ordered_anew_is_waited_for_anew() -> None:
+    settings, state, now = ManualSettings((-1.0, -1.0, 0.0), (1.0, 1.0, 2.0), 0.5, 0.2), ManualState(), 0.0
+    place, order = np.array([0.1, 0.0, 1.0]), Order(OrderKind.GO_TO, "anna", 0.0, {"position": (0.1, 0.0, 1.0)})
+    waited = []
+    for _ in range(2):
+        manual.begin(settings, state, order, now, (place, np.zeros(3)))
+        begin, motion = now, manual.step(settings, state, now, 0.02, off=0.01)
+        while not motion.done:
+            now += 0.02
+            motion = manual.step(settings, state, now, 0.02, off=0.01)
+        assert "off its goal" in motion.failure
+        waited.append(now - begin)
+        now += 1.0
+    assert waited[1] == pytest.approx(waited[0], abs=0.03)

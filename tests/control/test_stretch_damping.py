@@ -194,6 +194,19 @@ def test_without_readings_the_swing_is_not_known() -> None:
     assert state.filtered is None
 
 
+def test_a_reading_that_is_repeated_or_of_another_number_of_lines_is_not_the_swing_of_now() -> None:
+    held, frozen, short = held_at(0.0, 0.0, 1.5), StretchState(), StretchState()
+    pulled = held.tensions + np.array([20.0, 0.0, -20.0, 0.0])
+    for k in range(60):
+        (reading,) = frame_of(pulled, 0.0).readings
+        listen(CELLS, frozen, SensorFrame(k * PERIOD, (reading,)))
+        listen(CELLS, short, frame_of(pulled[:3], k * PERIOD))
+        rates = [follow(CELLS, state, held, STILL, k * PERIOD, PERIOD) for state in (frozen, short)]
+        assert not rates[1].any()
+    assert not rates[0].any()
+    assert frozen.filtered is None
+
+
 def test_ramps_that_are_to_stay_are_those_without_damping_to_the_bit() -> None:
     still = VelocitySettings(HOUSE, 10.0, "model", manage_slack=False)
     damped = replace(still, stretch=CELLS)

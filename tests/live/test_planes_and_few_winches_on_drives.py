@@ -8,13 +8,17 @@ import numpy as np
 import pytest
 
 from cablewright.control.guide import TimedPath
+from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import Order, OrderKind, PrintState
 from cablewright.live.drives import actions
 from cablewright.live.drives.session import RealMachine
 from cablewright.live.prints.loop import Printer
 from cablewright.live.still_path import still_path
+from cablewright.models.statics import Model
 from cablewright.printing.job import Motion
-from virtual_drives import Bench, bench
+from cablewright.solvers.held_tensions import with_margin
+from cablewright.solvers.inverse import solve_inverse
+from virtual_drives import RING_BEGIN, Bench, bench
 
 
 def made(name: str) -> Bench:
@@ -103,3 +107,19 @@ def test_it_is_homed_jogged_and_sent_to_a_place(
     assert printer.supervisor.reason == ""
     assert np.linalg.norm(printer.last_pose[:3] - goal) < 1.1e-4  # of what the estimator believes
     assert np.linalg.norm(place_of(found) - goal) < 3e-3
+
+
+def test_drives_too_weak_for_the_tensions_that_are_chosen_in_a_plane_are_refused(tmp_path: Path) -> None:
+    found, place = made("maslow4"), np.array(RING_BEGIN["maslow4"])
+    model = Model(found.robot)
+    chosen, _ = with_margin(model, place[None], None)
+    least, held = (solve_inverse(each, place).tensions.max() for each in (model, chosen))
+    assert held > 1.2 * least
+    job, samples = still_path(found.robot, place, Motion(print_speed=0.1, travel_speed=0.1, acceleration=0.2))
+    path = TimedPath.of(job, nozzle=None, samples=samples, robot=found.robot)
+    torque = 0.5 * (least + held) * found.machine.drives.axes[0].scale.radii[1]
+    owner = found.twin.owner
+    weak = owner.model_copy(update={"winch": owner.winch.model_copy(update={"max_torque": torque})})
+    machine = RealMachine.of(found.robot, weak, tmp_path / "machine", lambda: found.port)
+    with pytest.raises(InputError, match="too heavy for the drives"):
+        machine.printer(path, "model", {})

@@ -7,10 +7,12 @@ import pytest
 from scipy.optimize import lsq_linear
 
 import cases
+import driven
 from cablewright.foundation.errors import InputError
 from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot, load
+from cablewright.solvers import held_tensions
 from cablewright.solvers.inverse import inverse, solve_inverse
 from cablewright.solvers.preferred import preferred_tensions
 from cablewright.solvers.tension import tension_distribution
@@ -208,3 +210,25 @@ def test_lengths_do_not_jump_along_a_path_where_the_least_tension_is_zero() -> N
     lengths = inverse(robot, path).lengths
     step = np.linalg.norm(path[1] - path[0])
     assert (np.abs(np.diff(lengths, axis=0)) <= 1.1 * step * Model(robot).lines.spans).all()
+
+
+def hoist(weight: float) -> Robot:
+    """A point on four winches, and on a counterweight of *weight*, kg, above."""
+    exits = {"a": (-1.0, -1.0, 3.0), "b": (1.0, -1.0, 3.0), "c": (1.0, 1.0, 3.0), "d": (-1.0, 1.0, 3.0)}
+    every = {"sheave": {"kind": "eyelet"}, "cable": driven.CABLE, "tension_limits": (2.0, 400.0)}
+    lines = [every | {"name": name, "exit_point": place, "winch": driven.WINCH} for name, place in exits.items()]
+    return Robot.model_validate({
+        "name": "hoist",
+        "scene": {"frame_min": (-0.5, -0.5, 0.0), "frame_max": (0.5, 0.5, 1.0)},
+        "platform": {"kind": "point", "mass": 5.0},
+        "lines": [*lines, every | {"name": "up", "exit_point": (0.0, 0.0, 3.5), "counterweight": weight}],
+    })  # fmt: skip
+
+
+@pytest.mark.parametrize("weight", [0.25, 2.0])
+def test_a_counterweight_near_its_limit_takes_no_margin_from_the_lines_with_winches(weight: float) -> None:
+    model, poses = Model(hoist(weight)), np.array([[0.0, 0.0, 0.5], [0.2, 0.1, 0.6]])
+    narrow, share = held_tensions.with_margin(model, poses, None)
+    assert share == 1.0
+    assert [line.tension_limits[0] for line in narrow.robot.lines] == [4.0, 4.0, 4.0, 4.0, 2.0]
+    assert (solve_inverse(narrow, poses).tensions[:, :4] >= 4.0).all()

@@ -154,11 +154,12 @@ def judge(
     inferred: Array | None = None,
     *,
     lowest: bool = False,
+    best: Array | None = None,
 ) -> StopCause | None:
     """Return the cause to stop now, the most urgent one; None: nothing is wrong. *state* changes in place.
 
     *inferred* (m,): tensions by the lengths, N; None, or NaN: not known. *lowest*: whether tensions are to be over
-    their minimum now.
+    their minimum now, by the *best* (m,), N, that is known of them; None: by the lengths.
     """
     state.start_time = min(state.start_time, frame.time)
     if state.ordered is not None:  # the command until now is in the counts of now
@@ -176,7 +177,7 @@ def judge(
     if inferred is not None:
         found += _inferred_tensions(settings, inferred)
         if lowest and settings.min_tensions is not None:
-            found += _lost_tensions(settings.min_tensions, inferred, state, frame.time)
+            found += _lost_tensions(settings.min_tensions, inferred if best is None else best, state, frame.time)
     return max(found, key=lambda cause: cause.kind) if found else None
 
 

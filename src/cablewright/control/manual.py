@@ -140,7 +140,7 @@ def begin(
     else:
         if state.goal is None:  # it comes to rest first as a jog does, within its limits
             state.mean.rest()
-        state.goal = within(settings.plane, _goal(settings, order))
+        state.goal, state.arrival = within(settings.plane, _goal(settings, order)), math.inf
 
 
 def step(settings: ManualSettings, state: ManualState, now: float, dt: float, off: float = 0.0) -> TargetMotion:

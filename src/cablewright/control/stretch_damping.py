@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.foundation.arrays import Array
+from cablewright.foundation.reading_times import ReadingTimes
 from cablewright.foundation.signals import SensorFrame, Tensions
 from cablewright.models.inertia import mass_matrix, with_inertia
 from cablewright.models.statics import Equilibrium
@@ -182,14 +183,19 @@ class StretchState:
     tensions: Array | None = None
     read: float = -math.inf
     time: float = -math.inf
+    times: ReadingTimes = field(default_factory=ReadingTimes)
     planned: Array = field(default_factory=lambda: np.zeros(0))
     filtered: Array | None = None
 
 
 def listen(settings: StretchDamping, state: StretchState, frame: SensorFrame) -> None:
-    """Take the tensions of a *frame*; those of a reading without all lines are not taken."""
+    """Take the tensions of a *frame*; those of a reading that was repeated, or without all lines, are not taken."""
     for reading in frame.of(Tensions):
-        if reading.source == settings.source and np.isfinite(reading.tensions).all():
+        if (
+            reading.source == settings.source
+            and state.times.is_new(reading.source, reading.time, frame.time)
+            and np.isfinite(reading.tensions).all()
+        ):
             state.tensions, state.read = reading.tensions, frame.time
 
 
@@ -202,7 +208,7 @@ def follow(
     Zeros where tensions are not known or it is not held: then the swing begins anew.
     """
     swings = swings_at(held) if now - state.read <= _PATIENCE * settings.loop.late else None
-    if swings is None or state.tensions is None:
+    if swings is None or state.tensions is None or len(state.tensions) != held.model.m:
         state.filtered = None
         return np.zeros(held.model.m)
     lines, loop = held.lines, settings.loop

@@ -269,10 +269,14 @@ def _read_tensions(settings: ReckoningSettings, state: ReckoningState, frame: Se
     if settings.cells is not None:
         readings = accepted(state.monitor, frame.of(Tensions), frame.time)
         share = min(1.0, dt / settings.smoothing_time)
-        state.measured = smoothed(state.measured, readings, settings.cells.source, share)
+        state.measured = smoothed(state.measured, readings, settings.cells.source, share, settings.model.m)
 
 
 def _update_lengths(settings: ReckoningSettings, state: ReckoningState, reading: Encoders) -> None:
+    wrong = len(reading.counts) != len(settings.winches.hosts)
+    state.monitor.set("encoders", "lines", f"a reading of {len(reading.counts)} winches: not used", active=wrong)
+    if wrong:
+        return
     if state.start_counts is None:
         state.start_counts = reading.counts
     rotation = settings.winches.of_lines(reading.counts - state.start_counts) / settings.counts_per_radian

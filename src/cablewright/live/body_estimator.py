@@ -105,9 +105,14 @@ class BodyEstimator:
 
     @property
     def tensions(self) -> Array | None:
-        """As `Estimator`; measured ones, where there are cells, beside a pose by encoders alone."""
-        measured, inferred = self._state.latest.tensions, self._state.tensions
-        return np.asarray(inferred if measured is None else np.where(np.isnan(measured), inferred, measured))
+        """As `Estimator`."""
+        return np.asarray(self._state.tensions)
+
+    @property
+    def measured(self) -> Array | None:
+        """As `Measuring`, of cells beside a pose by encoders alone; of those that are not read by the lengths."""
+        measured = self._state.latest.tensions
+        return None if measured is None else np.where(np.isnan(measured), self._state.tensions, measured)
 
     @property
     def danger(self) -> str:

@@ -22,6 +22,7 @@ from cablewright.foundation.signals import Command, Order, OrderKind, SensorFram
 from cablewright.live.error_statistics import SLACK
 from cablewright.machine.log.log import LogWriter
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
+from cablewright.models.free_coordinates import with_free
 from cablewright.models.statics import Model
 from cablewright.printing.curve import CurveRequirements, draw
 from cablewright.robot import Robot
@@ -87,7 +88,7 @@ class Pilot:
         level = np.array([start[:2], start[:2]]) if path is None else path
         self._length = 0.0 if path is None else path_length(path)
         poses = np.column_stack([level, np.tile([start[2], *turned], (len(level), 1))])
-        held = solve_inverse(Model(machine.robot), poses)
+        held = solve_inverse(Model(machine.robot), with_free(machine.robot, poses))
         if not held.ok.all():
             bad = int(np.flatnonzero(~held.ok)[0])
             place = ", ".join(f"{x:.2f}" for x in poses[bad])

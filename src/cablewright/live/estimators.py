@@ -60,7 +60,7 @@ class Weighing(Protocol):
 
 @runtime_checkable
 class Measuring(Protocol):
-    """An estimator of a point platform that reads tensions, by which the control holds those it chooses."""
+    """An estimator by encoders alone that reads tensions, by which the control holds those it chooses."""
 
     @property
     def measured(self) -> Array | None:

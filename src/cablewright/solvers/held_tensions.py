@@ -38,17 +38,18 @@ def with_margin(
     Inverse solutions of it are the tensions that control holds: the least ones within those limits, of a rigid platform
     those nearest to `PREFERRED` times the least. *above* the least and *below* the largest tension, (m,) N, is what
     they have to spare; the share of it that they get is returned, too. *retraction* (k,), m. As it is where lines are
-    not redundant.
+    not redundant; the limits of a line with a counterweight, whose tension is given, stay as they are.
     """
     robot = model.robot
     if robot.winches <= model.freedoms:
         return model, 0.0
     taut = 0.0 if robot.platform.plane is None else _TAUT
     low, high = np.array([line.tension_limits for line in robot.lines]).T
-    wide = high - low
+    wide, hung = high - low, np.isin(np.arange(robot.m), robot.hung)
     for share in _MARGINS:
         least = low + share * np.maximum(np.maximum(low, taut * wide), above)
         most = high - np.maximum(_BELOW * wide, share * np.asarray(below))
+        least, most = np.where(hung, low, least), np.where(hung, high, most)
         if (least >= most).any():
             continue
         lines = [

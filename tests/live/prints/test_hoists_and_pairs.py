@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import pytest
 from tools.pages.line_prints import printed, ring
@@ -10,10 +12,15 @@ import driven
 from cablewright.control import guard
 from cablewright.control.guard import GuardSettings, GuardState
 from cablewright.foundation.errors import InputError
-from cablewright.foundation.signals import Drives, DriveState, Encoders, SensorFrame
+from cablewright.foundation.saving import Snapshot, save
+from cablewright.foundation.saving import load as restore
+from cablewright.foundation.signals import Command, Drives, DriveState, Encoders, SensorFrame
 from cablewright.live.estimator_settings import started_settings
-from cablewright.live.prints.plan import PrintOptions
+from cablewright.live.estimators import estimator
+from cablewright.live.prints.loop import Printer
+from cablewright.live.prints.plan import PrintOptions, plan_print, twin_of
 from cablewright.machine.simulated.settings import load_twin
+from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
 
@@ -32,6 +39,33 @@ def test_an_ideal_machine_prints_on_its_path_with_tensions_within_limits(robot: 
     limits = np.array([line.tension_limits for line in robot.lines])
     assert (found.tensions >= limits[:, 0]).all()
     assert (found.tensions <= limits[:, 1]).all()
+
+
+def test_a_print_with_a_counterweight_goes_on_from_what_was_saved() -> None:
+    robot = driven.hoist()
+    twin = twin_of(robot, small(0.5), None, PrintOptions("encoders", layers=1, seed=0))
+    plan = plan_print(twin)
+
+    owner = twin.settings.owner
+
+    def begun(saved: Mapping[str, Snapshot] | None = None, now: float = 0.0) -> tuple[SimulatedMachine, Printer]:
+        machine = SimulatedMachine(robot, twin.settings, twin.path.start_pose, seed=0)
+        if saved is not None:
+            restore(machine, saved["machine"])
+        known = Printer(plan, machine, lambda pose, _: estimator("encoders", robot, owner, pose), now=now, saved=saved)
+        return machine, known
+
+    machine, first = begun()
+    for _ in range(100):
+        first.step()
+    saved = {"print": save(first), "estimator": save(first.learning), "machine": save(machine)}
+    other, again = begun(saved, first.time)
+    assert again.radii.tolist() == first.radii.tolist() == [0.04, 0.04, 0.04, 0.0]
+    for _ in range(50):
+        for each in (machine, other):
+            each.step(Command(each.time, np.full(3, 0.2)))
+    np.testing.assert_array_equal(other.truth.position, machine.truth.position)
+    np.testing.assert_array_equal(other.truth.lengths, machine.truth.lengths)
 
 
 def frame(counts: list[int]) -> SensorFrame:

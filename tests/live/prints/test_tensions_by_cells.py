@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from cablewright.analyses.accuracy.tension_spread import tension_spread
-from cablewright.foundation.signals import PrintState
+from cablewright.foundation.signals import Encoders, PrintState, SensorFrame, Tensions
+from cablewright.live.estimators import Measuring, estimator
 from cablewright.live.prints.plan import PrintOptions, plan_print, twin_of
 from cablewright.live.prints.print_job import print_job
 from cablewright.live.prints.whole_errors import WholeErrors
+from cablewright.live.rest_pose import rest_pose
 from cablewright.machine.log.log import read_log
 from cablewright.machine.sensors.tensions import TensionSensor
 from cablewright.machine.simulated.settings import whole_machine
@@ -94,3 +96,33 @@ def test_the_spread_of_tensions_is_that_of_solved_machines() -> None:
     points = tension_spread(held, 1e-12, 0.0, 1e-3, 1e-6).deviation
     assert points[0] == pytest.approx(np.zeros(4), abs=1e-6)  # where it was homed
     assert (points[1] > 0.1).all()
+
+
+@pytest.mark.parametrize("name", ["house-printer", "cogiro"])
+def test_a_reading_of_another_number_of_lines_raises_nothing_and_changes_nothing(name: str) -> None:
+    robot, owner = load(name), whole_machine(name).with_owner(load_cells=CELLS).owner
+    found = estimator("encoders", robot, owner, np.array(rest_pose(robot).equilibrium.pose))
+    pulls, counts = np.full(robot.m, 50.0), np.zeros(robot.winches, np.int64)
+    first = found.step(SensorFrame(1.0, (Encoders(1.0, counts), Tensions("load_cells", 1.0, pulls))))
+    wrong = Encoders(1.1, counts[:3] + 900), Tensions("load_cells", 1.1, pulls[:3])
+    then = found.step(SensorFrame(1.1, wrong))
+    np.testing.assert_allclose(then.position, first.position, atol=1e-9)
+    assert any("a reading of 3 winches" in fault.sentence for fault in then.faults)
+    assert found.tensions is not None
+    assert len(found.tensions) == robot.m
+
+
+def test_tensions_by_the_lengths_are_known_beside_those_that_cells_read() -> None:
+    robot, owner = load("cogiro"), whole_machine("cogiro").with_owner(load_cells=CELLS).owner
+    found = estimator("encoders", robot, owner, np.array(rest_pose(robot).equilibrium.pose))
+    assert isinstance(found, Measuring)
+    before = found.measured
+    assert before is None
+    assert found.tensions is not None
+    pulls = found.tensions.copy()
+    stuck = np.where(np.arange(robot.m) == 2, np.nan, 50.0)
+    readings = Encoders(1.0, np.zeros(robot.winches, np.int64)), Tensions("load_cells", 1.0, stuck)
+    found.step(SensorFrame(1.0, readings))
+    np.testing.assert_allclose(found.tensions, pulls, rtol=1e-6)
+    assert found.measured is not None
+    np.testing.assert_allclose(found.measured, np.where(np.isnan(stuck), pulls, stuck), rtol=1e-6)

@@ -63,7 +63,7 @@ def step(settings: BodySettings, state: BodyState, frame: SensorFrame) -> Estima
     if settings.cells is not None:
         readings = accepted(state.monitor, frame.of(Tensions), frame.time)
         share = min(1.0, dt / settings.smoothing_time)
-        state.latest.tensions = smoothed(state.latest.tensions, readings, settings.cells, share)
+        state.latest.tensions = smoothed(state.latest.tensions, readings, settings.cells, share, state.layout.m)
     slopes = None
     if frame.time - state.window.begin >= settings.interval - 1e-9 and found:
         slopes = _measure(settings, state)

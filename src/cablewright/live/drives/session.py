@@ -190,11 +190,11 @@ class RealMachine:
             self.keeper.laid = lambda: printer.load.poured
 
     def _require_torque(self, plan: PrintPlan) -> None:
-        """Raise `InputError` where the drives cannot hold the platform on a path."""
+        """Raise `InputError` where the drives cannot hold the tensions that the control chooses on a path."""
         path, places = plan.path, plan.path.track.positions
         if path.attitude is None:
             chosen = places[np.linspace(0, len(places) - 1, min(len(places), _SAMPLES)).astype(np.int64)]
-            pulls = solve_inverse(self.keeper.reckoning.model, chosen, path=True).tensions
+            pulls = solve_inverse(plan.velocity.model, chosen, path=True).tensions
         else:
             held = held_at(plan.velocity.model, *poses_at(plan.velocity.model, path, chosen_places(path)))
             assert held is not None  # as the plan has found

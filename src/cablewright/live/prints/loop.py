@@ -132,7 +132,7 @@ class Printer:
         self.load = PowderLoad(plan.flow, plan.powder)  # estimated
         self.target: Target | None = None
         self.last_pose = plan.path.start_pose.copy()  # (n,) m and rad, last valid one of the platform
-        self.radii = np.zeros(robot.m)  # (m,) m, last estimated, of the winch drums; 0: unknown
+        self.radii = np.zeros(robot.m)  # (m,) m, last estimated, of the winch drums; 0: unknown, or none
         self.frame_times = (0.0, 0.0)  # s, arrival of the last frame: wall clock and processor time
         self.speed_share = 1.0  # of the planned speed
         self._clock, self._orders = FrameClock(machine.period, now), OrderState()
@@ -171,6 +171,12 @@ class Printer:
         """Whether the last step damped a swing, if the winches move."""
         stretch = self.velocity.stretch
         return self.plan.velocity.swing is not None or (stretch.filtered is not None and stretch.time == self.time)
+
+    @property
+    def tensions(self) -> Array | None:
+        """Tensions (m,), N, by which the control holds lines: as measured, or of a rigid platform by the lengths."""
+        measured = self.estimator.measured if isinstance(self.estimator, Measuring) else None
+        return measured if measured is not None or self.plan.path.attitude is None else self.estimator.tensions
 
     def refilled(self) -> None:
         """Take the drum to be full."""
@@ -219,7 +225,7 @@ class Printer:
             ),
         )
         if estimate.valid:
-            self.last_pose[:3], self.radii[:] = estimate.position, estimate.radii
+            self.last_pose[:3], self.radii[:] = estimate.position, np.nan_to_num(estimate.radii)
             self.last_pose[3:] = estimate.rotation[: len(self.last_pose) - 3]
         self._on_transition(state, verdict)
         self._begin_stop(state, verdict, command)
@@ -243,7 +249,8 @@ class Printer:
     def _cause(self, frame: SensorFrame, state: PrintState) -> StopCause | None:
         """Why the machine is to stop: by what is measured, and by what the estimator makes of it."""
         lowest = state is PrintState.PRINTING
-        found = guard.judge(self.plan.guard, self._guard, frame, self.estimator.tensions, lowest=lowest)
+        inferred, best = self.estimator.tensions, self.tensions
+        found = guard.judge(self.plan.guard, self._guard, frame, inferred, lowest=lowest, best=best)
         danger = "" if self.learning is None else self.learning.danger
         if danger != self._danger:
             supervisor.explain(self.supervisor, self._danger, danger)
@@ -333,13 +340,8 @@ class Printer:
             return self._proceed(now, verdict, frame, estimate, dt)
         if verdict.hold_winches or not estimate.valid:
             return Command(now, frozen(np.zeros(self.machine.abilities.winches)))
-        tensions = None
-        if self.plan.path.attitude is not None:
-            tensions = self.estimator.tensions
-        elif isinstance(self.estimator, Measuring):
-            tensions = self.estimator.measured
         moved = self._retract(target, dt)
-        own = self.plan.velocity
+        own, tensions = self.plan.velocity, self.tensions
         if own.stretch is not None:
             stretch_damping.listen(own.stretch, self.velocity.stretch, frame)
         calms = verdict.guide_mode is not GuideMode.HOLD and verdict.state is not PrintState.MANUAL  # its ramps stay

@@ -197,7 +197,7 @@ class Telling:
             "speeds": step.command.winch_speeds.tolist(),
             "valve": step.command.valve,
             "damping": printer.damps and bool(step.command.winch_speeds.any()),
-            "lines": _lines(estimate, printer.estimator.tensions),
+            "lines": _lines(estimate, printer.estimator.tensions if path.attitude is None else printer.tensions),
             "platform": _platform(path, estimate),
             "faults": [f"{each.source}: {each.sentence}" for each in estimate.faults],
             "notices": sorted(self._shown.get("notices", ())),

@@ -50,7 +50,7 @@ class LogHead:
 
     ``epoch``: UTC of time 0; None where nobody needs it, as of a simulation, of which one input gives the same bytes.
     ``versions``: of software and firmware, by name. ``simulation``, ``plant`` and ``seed`` are of simulated machines
-    alone; a log may lack them. ``home``: pose, m and rad, at which a rigid platform was homed; its retraction then is
+    alone; a log may lack them. ``home``: pose, m and rad, at which the platform was homed; its retraction then is
     that of ``robot``.
     """
 
