@@ -405,6 +405,13 @@ BAD = {
     "marlin, no number": (
         "Configuration.h", MARLIN_H.replace("Y_BED_SIZE 1000", "Y_BED_SIZE [1]"), "must be a number, mm, or a sum"
     ),
+    "marlin, 400 digits": ("Configuration.h", MARLIN_H.replace("_SIZE 650", "_SIZE " + "9" * 400), "must be a"),
+    "marlin, 100000 signs": ("Configuration.h", MARLIN_H.replace("_SIZE 650", "_SIZE " + "-" * 100_000), "must be a"),
+    "marlin, blanks": ("Configuration.h", MARLIN_H.replace("_SIZE 650", f"_SIZE x{' ' * 200_000}y"), "must be a"),
+    "blanks of no format": ("config.g", " " * 200_000 + "x\nM669 K6\n", "longer than 4096 bytes"),
+    "maslow, one place": (
+        "maslow.yaml", re.sub(r"(?m)^( *(?:tl|tr|bl|br)[XY]:).*", r"\1 0", MASLOW_NEW), "not to the right of the left"
+    ),
     "marlin, itself": ("Configuration.h", MARLIN_H.replace("X_BED_SIZE 650", "X_BED_SIZE X_BED_SIZE"), "must be a"),
     "m665 without a side": ("settings.gcode", M503.replace(" R310.00", ""), "M665 has no R, mm"),
     "makelangelo, half": ("limits.gcode", MAKELANGELO.replace("M101 A1 T464 B-464", ""), "has no M101 A1"),

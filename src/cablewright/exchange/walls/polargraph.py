@@ -36,7 +36,8 @@ OF_MAKELANGELO: Final = (
 )
 
 _WORD = re.compile(r"([A-Z])\s*([-+.0-9]+)")
-_DEFINE = re.compile(r"\s*#\s*define\s+(\w+)[ \t]+(.+?)\s*(?://.*|/\*.*)?")
+_DEFINE = re.compile(r"\s*#\s*define\s+(\w+)[ \t]+(.+)")
+_COMMENT = re.compile(r"//|/\*")
 _OPERATORS: Final[Mapping[type, Callable[..., float]]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
     ast.USub: operator.neg, ast.UAdd: operator.pos,
@@ -124,7 +125,7 @@ class _Defines:
             read_bytes(path, MAX_BYTES, "Configuration.h").decode("utf-8", "replace").splitlines(), 1
         ):
             if match := _DEFINE.fullmatch(text):
-                self.texts[match[1]] = match[2]
+                self.texts[match[1]] = _COMMENT.split(match[2], maxsplit=1)[0].strip()
                 self.places[match[1]] = f"{path}, line {number}: {match[1]}"
         if not re.search(r"^\s*#\s*define\s+POLARGRAPH\b(?!_)", path.read_text("utf-8", "replace"), re.MULTILINE):
             raise InputError(f"{path}: POLARGRAPH is not defined: another kinematics of Marlin")
@@ -143,7 +144,7 @@ class _Defines:
             raise InputError(f"{self.path}: has no #define {name}, mm")
         try:
             value = self._of(ast.parse(self.texts[name], mode="eval").body, depth)
-        except (SyntaxError, ZeroDivisionError, KeyError, ValueError, RecursionError):
+        except (SyntaxError, ArithmeticError, KeyError, ValueError, RecursionError, MemoryError):
             value = math.nan
         if not math.isfinite(value):
             raise InputError(f"{self.places[name]} = {shown(self.texts[name])}: must be a number, mm, or a sum of such")
