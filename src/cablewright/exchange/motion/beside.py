@@ -30,7 +30,7 @@ _PRINTERS: Final = frozenset({
 })  # fmt: skip
 UNDERSTOOD: Final[Mapping[str, frozenset[str]]] = MappingProxyType({
     "reprapfirmware": _PRINTERS | {
-        "M42", "M73", "M116", "M141", "M150", "M191", "M207", "M280", "M291", "M300", "M486", "M568", "M572", "T",
+        "M42", "M73", "M116", "M141", "M150", "M191", "M200", "M207", "M280", "M291", "M300", "M486", "M568", "M572", "T",
     },
     "klipper": _PRINTERS | {"M73"},
     "linuxcnc": frozenset({"M3", "M4", "M5", "M7", "M8", "M9", "M64", "M65"}),
@@ -100,7 +100,7 @@ class Beside:
         alone = iter((*self.alone, (1 << 62, 0.0, 0.0)))
         number, fed, speed = next(alone)
         if self.source is not None:
-            with self.source.open(encoding="utf-8", errors="replace") as stream:
+            with self.source.open(encoding="utf-8-sig", errors="replace", newline="\n") as stream:
                 for at, raw in enumerate(stream, 1):
                     while number < at or (number == at and self.feeds is not None):
                         yield number, _feed(fed, speed)
