@@ -356,6 +356,13 @@ def test_a_plotter_hangs_as_by_hand(tmp_path: Path) -> None:
     assert found.lengths == pytest.approx([0.2675 * math.sqrt(2.0)] * 2, rel=1e-9)
 
 
+def test_the_speed_of_a_belt_by_name(tmp_path: Path) -> None:
+    """A name in the list of speeds is that of its own belt, not left out with the next in its place."""
+    text = MARLIN_H.replace("{ 40, 50, 100 }", "{ FAST, 50, 100 } // mm/s\n#define FAST (2 * 20.0)")
+    robot = read(tmp_path, "Configuration.h", text).robot
+    assert [line.winch.max_speed for line in robot.lines] == pytest.approx([0.04, 0.05])
+
+
 def test_spellings_that_firmware_reads(tmp_path: Path) -> None:
     """Codes without a space, in small letters, with numbers and Windows' line ends; macros with repeated lines."""
     plain = read(tmp_path, "config.g", RRF_33).robot

@@ -30,7 +30,8 @@ _PRINTERS: Final = frozenset({
 })  # fmt: skip
 UNDERSTOOD: Final[Mapping[str, frozenset[str]]] = MappingProxyType({
     "reprapfirmware": _PRINTERS | {
-        "M42", "M73", "M116", "M141", "M150", "M191", "M200", "M207", "M280", "M291", "M300", "M486", "M568", "M572", "T",
+        "M42", "M73", "M116", "M141", "M150", "M191", "M200", "M207", "M280", "M291", "M300", "M486", "M568", "M572",
+        "T",
     },
     "klipper": _PRINTERS | {"M73"},
     "linuxcnc": frozenset({"M3", "M4", "M5", "M7", "M8", "M9", "M64", "M65"}),
