@@ -103,7 +103,7 @@ def test_arguments_of_wrong_types_are_refused_in_one_line(name: str, wrong: obje
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_the_types_of_all_parameters_are_known_and_a_name_is_found_again(name: str) -> None:
     function = FUNCTIONS[name]
-    shape, _ = border._rules(inspect.unwrap(function))
+    shape, *_ = border._rules(inspect.unwrap(function))
     assert shape == inspect.signature(function)
     assert getattr(sys.modules[function.__module__], function.__qualname__) is function
     assert function.__doc__
@@ -137,6 +137,12 @@ def test_an_uncertainty_is_as_good_as_its_ranges() -> None:
         cw.accuracy(robot, [[0.0, 0.0, 5.0]], each, method="first-order") for each in (uncertain, uncertain.of(robot))
     ]
     assert found[0].spread.max_error == pytest.approx(found[1].spread.max_error)
+
+
+@pytest.mark.parametrize("name", ["jacobian", "structure_matrix", "stiffness", "dexterity", "compare_tensions"])
+def test_an_unknown_keyword_is_named(name: str) -> None:
+    with pytest.raises(cw.InputError, match=f"{name}: unknown argument 'sheeve'; did you mean 'sheave'"):
+        FUNCTIONS[name](ROBOT, POSES[0], sheeve="eyelet")
 
 
 def test_every_member_is_found_without_extras() -> None:

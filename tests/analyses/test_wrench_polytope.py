@@ -44,6 +44,30 @@ def test_the_margin_is_that_of_the_kernel(name: str) -> None:
     assert found.contains(found.required[0])[0]
 
 
+def test_a_counterweight_has_one_tension() -> None:
+    """The margin is that of `capacity`; of one that exceeds the limit nothing can be applied."""
+    robot, pose = cw.load("skycam"), [5.0, 3.0, 15.0]
+    line = robot.lines[3].model_dump(exclude={"winch"}) | {"counterweight": 20.0}
+    robot = robot.with_(lines=[*(each.model_dump() for each in robot.lines[:3]), line])
+    found = cw.available_wrenches(robot, pose)
+    assert float(found.margin) == pytest.approx(cw.capacity(robot, pose).margin, rel=1e-9)
+    assert found.limits[3] == pytest.approx([20.0 * 9.81] * 2)
+    assert (float(found.volume), int(found.facets)) == (pytest.approx(ConvexHull(corners(found)).volume, rel=1e-9), 6)
+    beyond = cw.available_wrenches(robot, pose, tension_limits=(1.0, 100.0))
+    assert (int(beyond.facets), cw.capacity(robot, pose, tension_limits=(1.0, 100.0)).margin) == (0, -np.inf)
+    assert not beyond.contains(beyond.required)
+
+
+def test_many_lines_and_no_poses() -> None:
+    """18 lines have 8568 pairs of possible facets; no more than a few of them are compared at a time."""
+    rng = np.random.default_rng(1)
+    given = {"mass": 5.0, "cable": "dyneema-2mm", "tension_limits": (1.0, 500.0), "frame": [[-3.0] * 3, [3.0] * 3]}
+    robot = cw.Robot.from_points(3.0 * rng.normal(size=(18, 3)), 0.3 * rng.normal(size=(18, 3)), **given)
+    found = cw.available_wrenches(robot, np.zeros(6))
+    assert (int(found.facets), float(found.margin)) == (17136, pytest.approx(cw.capacity(robot, np.zeros(6)).margin))
+    assert cw.available_wrenches(robot, np.zeros((0, 6))).margin.shape == (0,)
+
+
 @pytest.mark.parametrize("name", ["cogiro", "house-printer", "jung2020"])
 def test_a_linear_program_agrees_on_what_is_inside(name: str) -> None:
     found = cw.available_wrenches(cw.load(name), CASES[name])

@@ -116,6 +116,7 @@ def test_data_of_maps_markers_and_pieces_in_space(tmp_path: Path) -> None:
         ("x.pdf", {"width": float("nan")}, "unknown width", cw.InputError),
         ("x.pdf", {"style": {"font.sise": 3}}, "did you mean 'font.size'", cw.InputError),
         ("x.pdf", {"style": {"font.size": "huge"}}, "style: ", cw.InputError),
+        ("x.pdf", {"style": {"font.size": "huge"}, "width": "two-column"}, "style: ", cw.InputError),
         ("x.pdf", {"style": "absent.mplstyle"}, "cannot be read", cw.InputError),
     ],
 )
@@ -132,6 +133,9 @@ def test_a_wrong_line_of_a_style_sheet_is_named(tmp_path: Path) -> None:
     sheet = tmp_path / "wrong.mplstyle"
     sheet.write_text("axes.grid: True\naxes.grit: True\n")
     with pytest.raises(cw.InputError, match=r"line 2: unknown setting 'axes.grit'; did you mean 'axes.grid'"):
+        TENSIONS.plot(style=sheet)
+    sheet.write_text("axes.grid: True\nfont.size: huge\n")
+    with pytest.raises(cw.InputError, match=r"line 2: font.size: the value is not one"):
         TENSIONS.plot(style=sheet)
 
 

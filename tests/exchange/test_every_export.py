@@ -95,6 +95,46 @@ def test_every_format(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[s
                 assert f"lost: {each.replace('--', '- -') if kind not in FIRMWARE else each}" in text, (kind, each)
 
 
+BESIDE = """M8 ; its first line
+;py, import os; a line end of old\rM104 S9
+;TYPE:wall
+(LOGOPEN, /tmp/log)
+M83
+G1 X0 Y0 Z200 F3000
+M104 S200 T0
+M3 S100 X60
+M8 G1 X20 E5 F1200
+M106 S255 G1 X20 Y20 E2
+G10 L2 P1 X50
+G10 L20 P1 X0
+G10 P0 S200
+T1 M107
+M117 go G1 X5
+M207 S1 Z2
+G10
+G1 X0 Y0 E3
+"""
+KEPT = {
+    "klipper": "M104 S200 T0|M106 S255|M107|M117 go G1 X5|G10",
+    "reprapfirmware": "M104 S200 T0|M106 S255|G10 P0 S200|T1|M107|M117 go G1 X5|G10",
+    "linuxcnc": "M8|M8",
+}
+"""Of `BESIDE`, what moves neither axes nor their zero."""
+
+
+@pytest.mark.parametrize("kind", FIRMWARE)
+def test_what_is_beside_motion_moves_nothing(kind: str, tmp_path: Path) -> None:
+    """Of several commands in a line, and of a command with axes, none moves the platform beside the checked path."""
+    (tmp_path / "own.gcode").write_bytes(BESIDE.encode("utf-8-sig"))
+    made = firmware(kind, load("hangprinter-five"), load_job(tmp_path / "own.gcode"), tolerance=1e-4)
+    text = made.files["job.ngc" if kind == "linuxcnc" else "job.g" if kind == "reprapfirmware" else "job.gcode"]
+    body = text[text.index("M67 E0 Q0" if kind == "linuxcnc" else "M83") : text.rindex("; line")].splitlines()
+    own = [line for line in body if not re.match(r"G[01] X|G92 X|MANUAL|M83|M67|;", line)]
+    assert own == KEPT[kind].split("|")
+    assert (";py, import os" in text) is (kind != "linuxcnc")  # which executes such comments
+    assert "G10 (" in "".join(made.lost)
+
+
 @pytest.mark.parametrize("layout", LAYOUTS)
 @pytest.mark.parametrize("kind", FIRMWARE)
 def test_starters_print_their_own_part(layout: str, kind: str, tmp_path: Path) -> None:

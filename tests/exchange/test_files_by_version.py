@@ -356,6 +356,13 @@ def test_a_plotter_hangs_as_by_hand(tmp_path: Path) -> None:
     assert found.lengths == pytest.approx([0.2675 * math.sqrt(2.0)] * 2, rel=1e-9)
 
 
+def test_the_speed_of_a_belt_by_name(tmp_path: Path) -> None:
+    """A name in the list of speeds is that of its own belt, not left out with the next in its place."""
+    text = MARLIN_H.replace("{ 40, 50, 100 }", "{ FAST, 50, 100 } // mm/s\n#define FAST (2 * 20.0)")
+    robot = read(tmp_path, "Configuration.h", text).robot
+    assert [line.winch.max_speed for line in robot.lines] == pytest.approx([0.04, 0.05])
+
+
 def test_spellings_that_firmware_reads(tmp_path: Path) -> None:
     """Codes without a space, in small letters, with numbers and Windows' line ends; macros with repeated lines."""
     plain = read(tmp_path, "config.g", RRF_33).robot
@@ -404,6 +411,13 @@ BAD = {
     "marlin, a sum": ("Configuration.h", MARLIN_H.replace("Y_BED_SIZE 1000", "Y_BED_SIZE tall"), "has no #define tall"),
     "marlin, no number": (
         "Configuration.h", MARLIN_H.replace("Y_BED_SIZE 1000", "Y_BED_SIZE [1]"), "must be a number, mm, or a sum"
+    ),
+    "marlin, 400 digits": ("Configuration.h", MARLIN_H.replace("_SIZE 650", "_SIZE " + "9" * 400), "must be a"),
+    "marlin, 100000 signs": ("Configuration.h", MARLIN_H.replace("_SIZE 650", "_SIZE " + "-" * 100_000), "must be a"),
+    "marlin, blanks": ("Configuration.h", MARLIN_H.replace("_SIZE 650", f"_SIZE x{' ' * 200_000}y"), "must be a"),
+    "blanks of no format": ("config.g", " " * 200_000 + "x\nM669 K6\n", "longer than 4096 bytes"),
+    "maslow, one place": (
+        "maslow.yaml", re.sub(r"(?m)^( *(?:tl|tr|bl|br)[XY]:).*", r"\1 0", MASLOW_NEW), "not to the right of the left"
     ),
     "marlin, itself": ("Configuration.h", MARLIN_H.replace("X_BED_SIZE 650", "X_BED_SIZE X_BED_SIZE"), "must be a"),
     "m665 without a side": ("settings.gcode", M503.replace(" R310.00", ""), "M665 has no R, mm"),

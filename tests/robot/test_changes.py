@@ -66,6 +66,9 @@ def test_what_is_changed_and_what_stays() -> None:
         ({"exit_points": np.zeros((3, 3))}, "got 3 rows"),
         ({"exit_points": "here"}, "rows of 3 numbers"),
         ({"schema_version": 1}, "unknown change"),
+        ({"lines": (), "exit_points": np.zeros((4, 3))}, "lines and exit_points, which is part of it"),
+        ({"scene": cw.load("house-printer").scene, "frame_max": (9, 9, 9)}, "scene and frame_max, which is part"),
+        ({"cable": cw.load("house-printer").lines[0].cable, "diameter": 0.01}, "cable and diameter, which is part"),
     ],
 )
 def test_a_wrong_change_is_named_in_one_line(changes: dict[str, object], text: str) -> None:

@@ -399,6 +399,8 @@ def test_a_pose_without_directions_says_why() -> None:
 def test_bad_input_is_one_clear_line() -> None:
     model = model_of("jung2020")
     pose = [0.0, 0.0, 1.0]
+    with pytest.raises(InputError, match="method = 3: one of closed-form"):
+        tension_distribution(load("jung2020"), [0.2, 0.1, 0.9], 3)
     with pytest.raises(UnknownName, match="did you mean 'closed-form'"):
         tension_distribution(model, pose, "close-form")
     with pytest.raises(InputError, match="lowest < highest"):

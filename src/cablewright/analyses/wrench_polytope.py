@@ -36,6 +36,8 @@ MAX_FACETS: Final = 100_000
 _PARALLEL: Final = 1e-9  # share of the largest singular value under which columns count as dependent
 _SAME: Final = 1e-7  # difference of unit normals under which two facets count as one
 _FAR: Final = 1e30
+_NUMBERS: Final = 4_000_000  # of matrices that are taken apart at a time
+_ROWS: Final = 128  # normals that are compared with all others at a time
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -45,7 +47,8 @@ class WrenchPolytope(Pictured, Rows):
     ``normals`` (k, n): 1 and 1/m, so that ``offsets`` (k,) and distances are in N, with moments divided by ``length``,
     m; rows that are no facet are NaN. ``structure`` (n, m): the structure matrix. ``limits`` (m, 2): tensions, N.
     ``required`` (n,): the wrench that balances weight and loads, N and N m, world. ``basis`` (n, f): the directions
-    that a plane leaves. The set is flat where lines do not reach all f freedoms: it has no facets.
+    that a plane leaves. A counterweight has one tension. The set is flat where lines with a winch do not reach all f
+    freedoms: it has no facets. Neither has it any where a counterweight exceeds a limit.
     """
 
     SINGLE: ClassVar = ("required", 1)
@@ -138,9 +141,11 @@ def available_wrenches(
     require_positive(length=length)
     model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits, default=CableLaw.RIGID)
     require(model, Capability.CAPACITY)
-    count = comb(model.m, model.freedoms - 1)
+    weights = model.lines.counterweight
+    winched = weights == 0.0
+    count = comb(int(winched.sum()), model.freedoms - 1)
     if count > MAX_FACETS:
-        asked = f"{model.freedoms - 1} of {model.m} lines"
+        asked = f"{model.freedoms - 1} of {winched.sum()} lines"
         raise InputError(f"{count} choices of {asked}: at most {MAX_FACETS}; capacity has their margin alone")
     given, single = as_poses(model, poses, "pose")
     found, loads = structures(model, given, retraction=retraction)
@@ -149,7 +154,10 @@ def available_wrenches(
     free = directions(model.robot.platform.plane, model.n)
     limits = np.array([line.tension_limits for line in model.robot.lines], dtype=np.float64)
     limits[:] = limits if model.tension_limits is None else model.tension_limits
-    normals, offsets = _facets(_scaled(found, free, length), limits)
+    allowed = ((limits[:, 0] <= weights) & (weights <= limits[:, 1]))[~winched].all()
+    limits[~winched] = weights[~winched, None]
+    normals, offsets = _facets_of_batch(_scaled(found, free, length), limits, winched)
+    offsets = offsets if allowed else np.full_like(offsets, np.nan)
     normals = normals @ free.T * _arms(model.n, length)
     every = [np.broadcast_to(each, (len(given), *each.shape)) for each in (free, limits)]
     arrays = (given, found, normals, offsets, -loads)
@@ -168,6 +176,16 @@ def _arms(n: int, length: float) -> Array:
     return np.array([1.0, 1.0, 1.0] + [1.0 / length] * 3)[:n]
 
 
+def _facets_of_batch(columns: Array, limits: Array, winched: Mask) -> tuple[Array, Array]:
+    """Return `_facets` of the lines with a winch, moved by what the others exert, in blocks of bounded memory."""
+    f, own = columns.shape[1], limits[winched]
+    block = max(1, _NUMBERS // (f * f * max(1, comb(len(own), f - 1))))
+    found = [_facets(columns[k : k + block][:, :, winched], own) for k in range(0, max(len(columns), 1), block)]
+    normals, offsets = (np.concatenate(each) for each in zip(*found, strict=True))
+    given = np.nan_to_num(columns[:, :, ~winched]) @ limits[~winched, 0]
+    return normals, offsets + np.einsum("nkf,nf->nk", normals, given)
+
+
 def _facets(columns: Array, limits: Array) -> tuple[Array, Array]:
     """Return unit normals (N, k, f) and offsets (N, k) of the facets of *columns* (N, f, m); NaN: no facet."""
     f, m = columns.shape[1:]
@@ -181,7 +199,8 @@ def _facets(columns: Array, limits: Array) -> tuple[Array, Array]:
     spread = np.abs(along).max(axis=-1)
     bad = (sizes[..., -1] <= _PARALLEL * sizes[..., 0]) | (spread <= _PARALLEL * sizes[..., 0])
     bad |= np.reshape(np.isnan(columns).any(axis=(1, 2)), (-1, 1))
-    bad |= np.array([_repeated(each) for each in np.where(bad[..., None], 0.0, normals)])
+    for row in range(len(bad)):
+        bad[row] |= _repeated(np.where(bad[row, :, None], 0.0, normals[row]))
     low, high = limits.T
     upper = np.where(along > 0.0, along * high, along * low).sum(axis=-1)
     lower = np.where(along > 0.0, along * low, along * high).sum(axis=-1)
@@ -195,8 +214,12 @@ def _facets(columns: Array, limits: Array) -> tuple[Array, Array]:
 
 def _repeated(normals: Array) -> Mask:
     """Return which unit *normals* (C, f) have been there before, in the same or the opposite direction."""
-    alike = np.abs(np.abs(normals @ normals.T) - 1.0) < _SAME**2 + 1e-13
-    return np.asarray(np.tril(alike, -1).any(axis=1))
+    found = np.zeros(len(normals), np.bool_)
+    for first in range(0, len(normals), _ROWS):
+        rows = normals[first : first + _ROWS]
+        alike = np.abs(np.abs(rows @ normals[: first + len(rows)].T) - 1.0) < _SAME**2 + 1e-13
+        found[first : first + len(rows)] = np.tril(alike, first - 1).any(axis=1)
+    return found
 
 
 def _slice(found: WrenchPolytope, fixed: Array) -> Array:

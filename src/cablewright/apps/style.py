@@ -107,10 +107,10 @@ def drawing(width: float | str | None = None, style: str | Path | Mapping[str, A
         mpl.rcdefaults()
         mpl.rcParams.update(mpl.rc_params_from_file(str(STYLE_SHEET), use_default_template=False))
         own: Any = {} if style is None else _settings(style)
-        size = _PRINTED if inches is None else float(own.pop("font.size", _PRINTED))
         try:
+            size = _PRINTED if inches is None else float(own.pop("font.size", _PRINTED))
             mpl.rcParams.update(own)
-        except ValueError as reason:
+        except (ValueError, TypeError) as reason:
             raise InputError(f"style: {reason}") from None
         _Page.width, _Page.shrink = inches, 1.0 if inches is None else size / _SIZE
         try:
@@ -150,6 +150,9 @@ def _settings(style: str | Path | Mapping[str, Any]) -> Any:
         if key and key not in mpl.rcParams:
             raise InputError(f"{file}: line {number}: unknown setting {key!r}; {suggestion(key, mpl.rcParams)}")
     found: Any = mpl.rc_params_from_file(str(file), use_default_template=False)
+    for number, key in enumerate(lines, 1):
+        if key and key not in found:
+            raise InputError(f"{file}: line {number}: {key}: the value is not one that matplotlib allows")
     return dict(found)
 
 

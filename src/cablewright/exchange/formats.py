@@ -62,12 +62,12 @@ READ: Final[Mapping[str, ReadFormat]] = MappingProxyType({
     ),
     "maslow-classic": ReadFormat(
         "classic Maslow", (".ini", ".txt"), 1, maslow_classic.CARRIED,
-        r"motorspacingx *[=:]|\$2 *=[^\n]*\(distance between",
+        r"motorspacingx *[=:]|\$2 *=[^\n]{0,99}\(distance between",
         lambda paths, o: maslow_classic.read_maslow_classic(paths[0], o.cable),
     ),
     "polargraph": ReadFormat(
         "Marlin's polargraph", (".h", ".gcode"), 1, polargraph.CARRIED,
-        r"# *define +polargraph\b(?!_)|(?:echo:)? *m665\b(?=[^\n;]* t)(?=[^\n;]* l)(?=[^\n;]* b)",
+        r"# *define +polargraph\b(?!_)|(?:echo: *)?m665\b(?=[^\n;]{0,200} t)(?=[^\n;]{0,200} l)(?=[^\n;]{0,200} b)",
         lambda paths, o: polargraph.read_polargraph(paths[0], o.cable),
     ),
     "makelangelo": ReadFormat(
@@ -108,7 +108,7 @@ def _format_of(path: Path) -> str:
     """Return the name of the format that a file has by its content, else by its ending."""
     content = read_bytes(path, xml_input.MAX_BYTES, "robot of another program").decode("utf-8", "replace")
     for name, each in READ.items():
-        if re.search(rf"(?:^|>)[ \t]*(?:{each.begins})", content, re.MULTILINE | re.IGNORECASE):
+        if re.search(rf"(?:^|>)[ \t]*+(?:{each.begins})", content, re.MULTILINE | re.IGNORECASE):
             return name
     known = ", ".join(f"{each.title} ({', '.join(each.endings)})" for each in READ.values())
     ending = path.suffix.lower()

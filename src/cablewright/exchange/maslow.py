@@ -66,6 +66,7 @@ def read_maslow(path: Path, cable: str | None = None) -> ImportedRobot:
     lost, assumed = Notes(), Notes()
     settings = _Settings(path, entries, any(key.startswith(SECTION) for key in entries))
     anchors = {corner: settings.anchor(corner, assumed) for corner in CORNERS}
+    _require_unmirrored(anchors, path)
     vertical = settings.vertical(assumed)
     arm = sum(settings.length(name) for name in _ARMS)
     if arm > 0.0:
@@ -77,7 +78,6 @@ def read_maslow(path: Path, cable: str | None = None) -> ImportedRobot:
             lost.add(f"{entry.name}: {_WHY.get(entry.name, why)}")
     lean = math.radians(TILT) if vertical else math.radians(90.0)
     along, out = (0.0, math.sin(lean), math.cos(lean)), (0.0, -math.cos(lean), math.sin(lean))
-    _require_unmirrored(anchors, path)
     exits = {corner: (x, *(_tidy(y * along[k] + z * out[k]) for k in (1, 2))) for corner, (x, y, z) in anchors.items()}
     feet = [(x, *(_tidy(y * along[k]) for k in (1, 2))) for x, y, _ in anchors.values()]  # in the plane of the board
     assumed.add(f"platform.mass: {SLED:g} kg, the sled with its router")
@@ -248,6 +248,12 @@ def _require_unmirrored(anchors: dict[str, tuple[float, float, float]], path: Pa
         raise InputError(f"{path}: the right anchors are not to the right of the left ones: axes of another handedness")
     if not (anchors["tl"][1] > anchors["bl"][1] and anchors["tr"][1] > anchors["br"][1]):
         raise InputError(f"{path}: the top anchors are not above the bottom ones: axes of another handedness")
+    one, other = (
+        [b - a for a, b in zip(anchors[low][:2], anchors[high][:2], strict=True)]
+        for low, high in (("bl", "tr"), ("br", "tl"))
+    )
+    if not one[0] * other[1] > one[1] * other[0]:
+        raise InputError(f"{path}: the anchors are not the corners of a frame: its diagonals do not cross")
 
 
 def _tidy(value: float) -> float:

@@ -9,9 +9,9 @@ from numbers import Integral, Real
 from os import PathLike
 from pathlib import Path
 from types import NoneType, UnionType
-from typing import Any, Union, get_args, get_origin, get_type_hints, is_typeddict
+from typing import Any, Union, Unpack, get_args, get_origin, get_type_hints, is_typeddict
 
-from cablewright.foundation.errors import InputError
+from cablewright.foundation.errors import InputError, suggestion
 
 _AS_GIVEN: Mapping[Any, tuple[Any, ...]] = {float: (Real,), int: (Integral,), Path: (PathLike,)}
 _WORDS: Mapping[Any, str] = {
@@ -36,11 +36,14 @@ def checked(function: Callable[..., Any], name: str) -> Callable[..., Any]:
 
     @wraps(function)
     def call(*arguments: Any, **options: Any) -> Any:
-        shape, rules = _rules(function)
+        shape, rules, known = _rules(function)
         try:
             given = shape.bind(*arguments, **options).arguments
         except TypeError:
             return function(*arguments, **options)  # which says what is missing, or too many
+        for key in options:
+            if known and key not in known:
+                raise InputError(f"{name}: unknown argument {key!r}; {suggestion(key, known)}")
         for key, classes in rules.items():
             if key in given and not isinstance(given[key], classes):
                 asked = " or ".join(_WORDS.get(each, _article(each.__name__)) for each in classes)
@@ -56,12 +59,18 @@ def _article(name: str) -> str:
 
 
 @cache
-def _rules(function: Callable[..., Any]) -> tuple[Signature, dict[str, tuple[Any, ...]]]:
-    """Return the signature of a function, and the classes of its parameters that can be checked, by name."""
+def _rules(function: Callable[..., Any]) -> tuple[Signature, dict[str, tuple[Any, ...]], tuple[str, ...]]:
+    """Return the signature of a function, and the classes of its parameters that can be checked, by name.
+
+    Last come the names of all keyword arguments, of a function that has some of them in a `TypedDict`; else none.
+    """
     shape, hints = signature(function), get_type_hints(function)
-    fixed = (key for key, each in shape.parameters.items() if each.kind not in _VARIED)
+    fixed = [key for key, each in shape.parameters.items() if each.kind not in _VARIED]
     found = {key: _classes(hints[key]) for key in fixed if key in hints}
-    return shape, {key: classes for key, classes in found.items() if classes}
+    rest = next((hints.get(key) for key, each in shape.parameters.items() if each.kind is Parameter.VAR_KEYWORD), None)
+    table = get_args(rest)[0] if get_origin(rest) is Unpack else None
+    known = () if table is None else (*fixed, *get_type_hints(table))
+    return shape, {key: classes for key, classes in found.items() if classes}, known
 
 
 def _classes(hint: Any) -> tuple[Any, ...]:

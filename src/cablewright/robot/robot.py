@@ -204,11 +204,15 @@ class Robot(FileDescription):
             (Line, every),
             (Cable, [line["cable"] for line in every]),
         )
-        for key in changes.keys() - {*_POINTS}:
-            owners = next((parts for kind, parts in places if key in kind.model_fields), None)
-            if owners is None or key == "schema_version":
+        within = {Line: ("lines",), Cable: ("lines", "cable"), Scene: ("scene",), type(self.platform): ("platform",)}
+        for key in sorted(changes):
+            kind, owners = next((each for each in places if key in each[0].model_fields), (Line, []))
+            if key not in _POINTS and (not owners or key == "schema_version"):
                 known = (name for kind, _ in places for name in kind.model_fields)
                 raise UnknownName("change", key, {*_POINTS, *known})
+            for whole in within.get(kind, ()):
+                if whole in changes:
+                    raise InputError(f"robot {self.name!r}: {whole} and {key}, which is part of it: give one of them")
             for part in owners:
                 part[key] = _listed(changes[key])
 

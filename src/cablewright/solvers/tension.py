@@ -216,6 +216,8 @@ def tension_distribution(
         bias = bias if preferred is None else preferred[0]
     else:
         name, chosen = "objective", distribution.LEAST
+        if not (hasattr(method, "value") and hasattr(method, "gradient")):
+            raise InputError(f"method = {method!r:.60}: one of {', '.join(METHODS)} or an Objective is expected")
         if isinstance(method, Quadratic):
             method = method.checked(model.m)
         if not isinstance(method, Quadratic) or method.hessian.ndim == 2:

@@ -92,6 +92,8 @@ def fit(
     *max_error*: m, as of `reach`; *turns*: rotations that are tried. Where it fits it is verified at its points, with
     all physics. Raises `InputError` as `reach`, and `AnswerError` where the robot reaches nothing.
     """
+    if turns < 1:
+        raise InputError(f"turns = {turns}: must be at least 1")
     points = _points(part)
     found = reach(robot, max_error=max_error, progress=progress)
     if not found.cells.any():
@@ -109,7 +111,7 @@ def fit(
     model = Model.full(robot)
     turned = _turned(points, angle)
     while scale > 0.0 and not held_at(model, _at(turned, scale, centre)).ok.all():
-        scale *= _SHRUNK
+        scale = scale * _SHRUNK if scale > _CLOSER else 0.0
     origin = _origin(turned, min(scale, 1.0) if scale else 1.0, centre)
     return Fit(robot, points, found, scale, angle, origin, _limit(robot, model, turned, scale, centre))
 

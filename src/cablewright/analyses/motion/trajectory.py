@@ -188,7 +188,10 @@ class Trajectory(Pictured):
 
 def _waypoints(values: ArrayLike) -> Array:
     """Return two or more waypoints (k, 3) or (k, 6), m and rad. Raises `InputError`."""
-    shape = np.shape(values) if not isinstance(values, str) else ()
+    try:
+        shape = np.shape(values) if not isinstance(values, str) else ()
+    except ValueError:
+        raise InputError("waypoints: rows of 3 or of 6 numbers, m and rad, are expected") from None
     points, single = as_rows(values, 6 if shape[-1:] == (6,) else 3, "waypoints", "m and rad")
     if single or len(points) < 2:
         raise InputError("waypoints: two rows or more are expected")
@@ -216,9 +219,12 @@ def _turned(start: Array, turn: Array) -> Array:
 
 def _times(duration: float, period: float) -> Array:
     """Return equal steps of about *period* from 0 to *duration*, s. Raises `InputError` for too many."""
-    steps = max(math.ceil(duration / period - 1e-9), 1)
-    if steps >= MAX_SAMPLES:
-        raise InputError(f"period = {period:g} s: {steps} samples; at most {MAX_SAMPLES}: take a longer period")
+    if not duration > 0.0:
+        raise InputError("waypoints: they are too close to each other for a motion")
+    samples = duration / period
+    if not samples < MAX_SAMPLES:
+        raise InputError(f"period = {period:g} s: {samples:g} samples; at most {MAX_SAMPLES}: take a longer period")
+    steps = max(math.ceil(samples - 1e-9), 1)
     return np.linspace(0.0, duration, steps + 1)
 
 

@@ -30,7 +30,8 @@ _PRINTERS: Final = frozenset({
 })  # fmt: skip
 UNDERSTOOD: Final[Mapping[str, frozenset[str]]] = MappingProxyType({
     "reprapfirmware": _PRINTERS | {
-        "M42", "M73", "M116", "M141", "M150", "M191", "M207", "M280", "M291", "M300", "M486", "M568", "M572", "T",
+        "M42", "M73", "M116", "M141", "M150", "M191", "M200", "M207", "M280", "M291", "M300", "M486", "M568", "M572",
+        "T",
     },
     "klipper": _PRINTERS | {"M73"},
     "linuxcnc": frozenset({"M3", "M4", "M5", "M7", "M8", "M9", "M64", "M65"}),
@@ -56,11 +57,27 @@ HARMFUL: Final[Mapping[str, str]] = MappingProxyType(
     }
 )
 
+_TEXTS: Final = ("M0", "M1", "M117", "M118", "M291", "M486")
+"""Commands whose words are text up to the end of the line."""
+
+_WORDS: Final[Mapping[str, Mapping[str, str]]] = MappingProxyType(
+    {
+        "reprapfirmware": {"G10": "PRS", "M207": "FPRST"},
+        "klipper": {"G10": "", "G11": ""},
+        "linuxcnc": {"": "PQS"},
+    }
+)
+"""Letters that a command may have: with others it moves axes, or their zero. ``""``: of each command."""
+
 _MOTION: Final = frozenset({
     "G0", "G1", "G2", "G3", "G4", "G17", "G20", "G21", "G28", "G40", "G43", "G49", "G54", "G61", "G64", "G80", "G90",
     "G91", "G92", "G94", "M82", "M83",
 })  # fmt: skip
 """What the path has, or what is written anew."""
+
+
+_ACTIVE: Final = re.compile(r"[;\s]*(?:py|msg|debug|print|log\w*|probe\w*|abort)\s*,", re.IGNORECASE | re.ASCII)
+"""Comments that LinuxCNC executes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +101,7 @@ class Beside:
         alone = iter((*self.alone, (1 << 62, 0.0, 0.0)))
         number, fed, speed = next(alone)
         if self.source is not None:
-            with self.source.open(encoding="utf-8", errors="replace") as stream:
+            with self.source.open(encoding="utf-8-sig", errors="replace", newline="\n") as stream:
                 for at, raw in enumerate(stream, 1):
                     while number < at or (number == at and self.feeds is not None):
                         yield number, _feed(fed, speed)
@@ -100,7 +117,7 @@ class Beside:
     def _kept(self, raw: str) -> str:
         """Return a line as the target has it; empty where it has none."""
         if raw.startswith(";"):
-            return printable(raw)[:LONGEST] + "\n"
+            return "" if self.target == "linuxcnc" and _ACTIVE.match(raw) else printable(raw)[:LONGEST] + "\n"
         try:
             text = bare_text(raw.encode())
         except WordError:  # of a checksum: the toolpath was read, so that this is no motion
@@ -111,13 +128,30 @@ class Beside:
             if self.target == "klipper" and macro[0].startswith(MACROS):
                 return printable(raw.partition(";")[0].strip()) + "\n"
             return self._drop(macro[0])
-        words = [(letter, digits) for letter, digits in split(text)[0] if letter in "GMT" and digits]
-        codes = [letter if letter == "T" else code_of(letter, digits) for letter, digits in words[:1]]
-        if not codes or codes[0] in _MOTION:
-            return ""
-        if codes[0] not in UNDERSTOOD[self.target]:
-            return self._drop("".join(words[0]) if codes[0] == "T" else codes[0])
-        return printable(_bare(raw))[:LONGEST] + "\n"
+        words = split(text)[0]
+        heads = [
+            k for k, (letter, digits) in enumerate(words) if digits and (letter in "GM" or (letter, k) == ("T", 0))
+        ]
+        if heads and code_of(*words[heads[0]]) in _TEXTS:
+            heads = heads[:1]
+        parts = [words[k:end] for k, end in zip(heads, [*heads[1:], len(words)], strict=True)]
+        kept = [part for part in parts if self._is_kept(part)]
+        if kept and heads == [0]:
+            return printable(_bare(raw))[:LONGEST] + "\n"
+        return "".join(f"{' '.join(letter + digits for letter, digits in part)}\n" for part in kept)
+
+    def _is_kept(self, part: list[tuple[str, str]]) -> bool:
+        """Return whether the target has a command, a code and its words, that does not move it; count it if not."""
+        code = code_of(*part[0])
+        known = "T" if code[0] == "T" else code
+        if known in _MOTION:
+            return False
+        letters = {letter for letter, _ in part[1:]}
+        allowed = _WORDS[self.target].get(known, _WORDS[self.target].get("", letters))
+        if known in UNDERSTOOD[self.target] and letters <= {*allowed}:
+            return True
+        self._drop(code)
+        return False
 
     def _drop(self, code: str) -> str:
         self.dropped[code] = self.dropped.get(code, 0) + 1

@@ -160,6 +160,8 @@ def _outline(robot: Robot, found: Reach, free: Mask, bed: float, tall: float) ->
         if not lost.any():
             break
         radii[lost] *= _SHRUNK
+    else:
+        raise AnswerError(f"robot {robot.name!r}: its reach at the height of a bed, {bed:g} m, has no outline")
     return centre, centre + radii[:, None] * directions
 
 
@@ -174,7 +176,10 @@ def _acceleration(robot: Robot, bead: Bead, centre: Array, bed: float, tall: flo
     model = Model.full(robot)
     places = np.array([[*centre, bed + share * tall] for share in (0.0, 0.5, 1.0)])
     held = held_at(model, places)
-    lowest = min(float(np.nanmin(modes(each).frequencies)) for each in (held[k] for k in range(3)) if each.ok)
+    balanced = [held[k] for k in range(3) if held[k].ok]
+    if not balanced:
+        raise AnswerError(f"robot {robot.name!r}: no tensions within the limits hold it over the middle of its bed")
+    lowest = min(float(np.nanmin(modes(each).frequencies)) for each in balanced)
     found = min(SWING * bead.width * (math.tau * lowest) ** 2, MOST)
     assumed.add(
         f"acceleration: {found:.3g} m/s^2, at which a platform of {lowest:.3g} Hz swings by at most {SWING:g} of a "

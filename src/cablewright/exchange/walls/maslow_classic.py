@@ -43,7 +43,7 @@ CARRIED: Final = (
     Mapped("chainElongationFactor", "lines.cable.axial_stiffness", "its inverse"),
 )
 
-_INI = re.compile(r"(\w+)\s*[=:]\s*([^#;]*?)\s*")
+_INI = re.compile(r"(\w+)\s*[=:]([^#;]*)")
 _REPORT = re.compile(r"\$([0-9]+)\s*=\s*([-+.0-9eE]+)\s*(?:\(.*)?")
 
 
@@ -103,5 +103,5 @@ def _settings(path: Path) -> tuple[Mapping[str, str], Mapping[str, str]]:
             name = _NUMBERS.get(report[1], f"${report[1]}")
             settings[name], places[name] = report[2], f"{place}, ${report[1]}"
         elif entry := _INI.fullmatch(text):
-            settings[entry[1].lower()], places[entry[1].lower()] = entry[2], place
+            settings[entry[1].lower()], places[entry[1].lower()] = entry[2].strip(), place
     return settings, places

@@ -16,7 +16,6 @@ from typing import Any, Final
 from cablewright.exchange.millimetres import from_mm
 from cablewright.exchange.translation import ImportedRobot, Mapped, Notes
 from cablewright.exchange.walls.two_belts import Wall, wall_robot
-from cablewright.exchange.xml_input import finite
 from cablewright.foundation.csv_input import text_lines
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.toml_input import read_bytes
@@ -36,7 +35,8 @@ OF_MAKELANGELO: Final = (
 )
 
 _WORD = re.compile(r"([A-Z])\s*([-+.0-9]+)")
-_DEFINE = re.compile(r"\s*#\s*define\s+(\w+)[ \t]+(.+?)\s*(?://.*|/\*.*)?")
+_DEFINE = re.compile(r"\s*#\s*define\s+(\w+)[ \t]+(.+)")
+_COMMENT = re.compile(r"//|/\*")
 _OPERATORS: Final[Mapping[type, Callable[..., float]]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
     ast.USub: operator.neg, ast.UAdd: operator.pos,
@@ -124,7 +124,7 @@ class _Defines:
             read_bytes(path, MAX_BYTES, "Configuration.h").decode("utf-8", "replace").splitlines(), 1
         ):
             if match := _DEFINE.fullmatch(text):
-                self.texts[match[1]] = match[2]
+                self.texts[match[1]] = _COMMENT.split(match[2], maxsplit=1)[0].strip()
                 self.places[match[1]] = f"{path}, line {number}: {match[1]}"
         if not re.search(r"^\s*#\s*define\s+POLARGRAPH\b(?!_)", path.read_text("utf-8", "replace"), re.MULTILINE):
             raise InputError(f"{path}: POLARGRAPH is not defined: another kinematics of Marlin")
@@ -135,18 +135,22 @@ class _Defines:
 
     def speeds(self) -> dict[int, float]:
         """Return the greatest speed of each belt, m/s, by index."""
-        words = re.findall(r"[-+.0-9]+", self.texts.get("DEFAULT_MAX_FEEDRATE", ""))[:2]
-        return {k: 1e-3 * finite(word, self.places["DEFAULT_MAX_FEEDRATE"], least=0.0) for k, word in enumerate(words)}
+        text = self.texts.get("DEFAULT_MAX_FEEDRATE", "").strip("{} ")
+        parts = text.split(",")[:2] if text else []
+        return {k: 1e-3 * self._number(part.strip(), "DEFAULT_MAX_FEEDRATE", 0) for k, part in enumerate(parts)}
 
     def _value(self, name: str, depth: int) -> float:
         if name not in self.texts:
             raise InputError(f"{self.path}: has no #define {name}, mm")
+        return self._number(self.texts[name], name, depth)
+
+    def _number(self, text: str, name: str, depth: int) -> float:
         try:
-            value = self._of(ast.parse(self.texts[name], mode="eval").body, depth)
-        except (SyntaxError, ZeroDivisionError, KeyError, ValueError, RecursionError):
+            value = self._of(ast.parse(text, mode="eval").body, depth)
+        except (SyntaxError, ArithmeticError, KeyError, ValueError, RecursionError, MemoryError):
             value = math.nan
         if not math.isfinite(value):
-            raise InputError(f"{self.places[name]} = {shown(self.texts[name])}: must be a number, mm, or a sum of such")
+            raise InputError(f"{self.places[name]} = {shown(text)}: must be a number, mm, or a sum of such")
         return value
 
     def _of(self, node: Any, depth: int) -> float:
