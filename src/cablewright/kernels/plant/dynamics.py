@@ -174,7 +174,7 @@ def _condense(packed, before, after, dt, states, work, swing):
 def weigh(platform, rotation, turning):
     """Add what the weight at the turned centre of mass adds to the stiffness."""
     x, y, z = rotate(rotation, platform[MASS_X], platform[MASS_X + 1], platform[MASS_X + 2])
-    add_turning(turning[:, 3:], 0, x, y, z, 0.0, 0.0, -platform[PLATFORM_WEIGHT])
+    add_turning(turning, 0, x, y, z, 0.0, 0.0, -platform[PLATFORM_WEIGHT])
 
 
 @jit
@@ -281,7 +281,7 @@ def _hold(packed, swing):
     """
     if not is_held(packed.general, packed.platform):
         return
-    wrench = swing.rhs[:, 0]
+    wrench = swing.rhs.reshape(6)  # contiguous, as all that `hold` takes
     swing.on_plane[0] = force_on_plane(packed, wrench)
     if packed.freedoms == 3:
         for k in range(3, 6):

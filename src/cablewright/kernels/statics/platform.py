@@ -232,15 +232,15 @@ def _add_moment(wrench, rx, ry, rz, fx, fy, fz):
 def add_turning(stiffness, first, rx, ry, rz, fx, fy, fz):
     """Add -[f]x [r]x, minus the derivative of the moment r x f by a rotation of the arm under constant force.
 
-    To the block of *stiffness* whose rows and columns begin with *first*.
+    To the columns of the rotations in *stiffness*, in the rows that begin with *first*.
     """
     dot = rx * fx + ry * fy + rz * fz
     f = (fx, fy, fz)
     r = (rx, ry, rz)
     for i in range(3):
         for j in range(3):
-            stiffness[first + i, first + j] -= r[i] * f[j]
-        stiffness[first + i, first + i] += dot
+            stiffness[first + i, 3 + j] -= r[i] * f[j]
+        stiffness[first + i, 3 + i] += dot
 
 
 @jit

@@ -105,7 +105,7 @@ def condense_moving_upright(row, y, i, rate, work, pulled, turning):
     add_force(arm, -rate * dh * plane[0], -rate * dh * plane[1], -rate * dv, pulled)
     dh, dv = force_change(h, v, row[WEIGHT], steps, 0)
     h, v = row[PULLS] * (h - dh), row[PULLS] * (v - dv + row[WEIGHT] * y[FREE])
-    add_turning(turning[:, 3:], 0, arm[0], arm[1], arm[2], -h * plane[0], -h * plane[1], -v)
+    add_turning(turning, 0, arm[0], arm[1], arm[2], -h * plane[0], -h * plane[1], -v)
     return True
 
 
