@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import runpy
 import signal
 import warnings
@@ -19,12 +20,13 @@ SECONDS = 30.0 / len(FORMATS)
 
 @pytest.fixture(autouse=True)
 def _prepared() -> Iterator[None]:
-    """Alarms are raised for the test alone."""
+    """Alarms are raised, and warnings left out, for the test alone."""
     before = signal.getsignal(signal.SIGALRM)
     with warnings.catch_warnings():
         TOOL["prepare"]()
         yield
     signal.signal(signal.SIGALRM, before)
+    logging.disable(logging.NOTSET)
 
 
 @pytest.mark.parametrize("name", FORMATS)
