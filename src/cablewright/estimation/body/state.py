@@ -122,7 +122,7 @@ class Doubts:
 
 
 @dataclass(eq=False)
-class Latest:
+class LastFrame:
     """Time and readings of the last frame, as far as the next one needs them."""
 
     time: float = -math.inf  # s
@@ -161,7 +161,7 @@ class BodyState:
     retraction: float = math.nan  # m
     motion: BodySwing = field(default_factory=BodySwing)
     window: Window = field(default_factory=Window)
-    latest: Latest = field(default_factory=Latest)
+    latest: LastFrame = field(default_factory=LastFrame)
 
     @property
     def pose(self) -> Array:
@@ -214,7 +214,7 @@ def start(
         Wound(still, wound.copy(), still.copy(), still.copy()),
         Doubts(np.ones(m, dtype=bool)),
         retraction=retraction if not math.isnan(retraction) else _own_retraction(model),
-        latest=Latest(clock=None if settings.clock is None else ClockLead(settings.clock)),
+        latest=LastFrame(clock=None if settings.clock is None else ClockLead(settings.clock)),
     )
 
 
