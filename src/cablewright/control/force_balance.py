@@ -140,7 +140,10 @@ class CarriedWatch:
 
 
 def _scale(model: Model, tensions: Array, laid: float) -> float:
-    """What errors are a share of, N: the weight; of lines that may pull against each other all tensions, if more."""
+    """Return the force, N, of which the limit is a share.
+
+    The weight, or the norm of all tensions where lines may pull against each other and it is larger.
+    """
     opposed = model.robot.arm > 0.0 or model.robot.platform.plane is not None
     return max(weight_of(model, laid), float(np.linalg.norm(tensions)) if opposed else 0.0)
 

@@ -69,7 +69,7 @@ class VelocitySettings:
 
     @property
     def damps(self) -> bool:
-        """Whether any swing is damped."""
+        """Whether the control damps swings of the drum, or swings in which lines stretch."""
         return self.swing is not None or self.stretch is not None
 
     @cached_property
@@ -222,13 +222,13 @@ def _length_errors(
 
     The estimated pose decides what moves the platform, *tensions* (m,), N, what does not. Both agree with lengths of
     the model as long as lines are as soft and the platform as heavy as it says; else lengths alone would be followed,
-    and the pose that they no longer hold. Fewer winches than degrees of freedom hold as many of
-    its coordinates, by how the platform hangs; the others follow.
+    and the pose that they no longer hold. Fewer winches than degrees of freedom correct as many coordinates of the
+    pose; the others follow, as the platform hangs.
     """
     model, hosts = settings.model, settings.hosts
     here = np.concatenate([estimate.position, estimate.rotation])
     if len(hosts) == model.m < model.freedoms and model.free_directions is None:
-        kept = [k for k in range(model.n) if k not in free_coordinates(model.robot)]
+        kept = np.setdiff1d(np.arange(model.n), free_coordinates(model.robot))
         hanging, codes = linearise_where_regular(held.solved[:1])
         if codes.any():
             return np.full(model.m, np.nan)

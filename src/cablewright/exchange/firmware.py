@@ -188,7 +188,7 @@ def _note_own_model(robot: Robot, found: OwnModelPath, lost: Notes, assumed: Not
 
 
 def _told(files: dict[str, str], lost: Notes, assumed: Notes, path: WinchPath) -> Firmware:
-    """Return files with what is lost and assumed as comments in each."""
+    """Return *files* with comments at the top of each: what was lost, and what was assumed."""
     told = [*(f"lost: {each}" for each in lost.all), *(f"assumed: {each}" for each in assumed.all)]
     for file, text in files.items():
         mark = "#" if file.endswith((".cfg", ".ini", ".hal")) else ";"

@@ -78,7 +78,7 @@ class LineCoils:
         return np.array([0.0 if coil is None else coil.length(was) - coil.length(is_) for coil, was, is_ in rows])
 
     def radii(self, angles: Array) -> Array:
-        """Return the radii (m,), m, at which cables leave their drums at *angles* (m,), rad, wound."""
+        """Return the radius, m, at which each line leaves its drum, (m,); *angles* (m,), rad, are wound up."""
         rows = zip(self.coils, angles.tolist(), strict=True)
         return np.array([np.nan if coil is None else coil.radius(angle) for coil, angle in rows])
 

@@ -130,14 +130,14 @@ class Robot(FileDescription):
         frame: ArrayLike | None = None,
         **platform: object,
     ) -> Robot:
-        """Return a robot with a cable from each of the *exit_points* (m, 3), m, world, to a *platform_point* each.
+        """Return a robot of m lines, each from an exit point to a platform point.
 
-        *platform_points* (m, 3), m, platform frame: those of a rigid platform; None: a point, where all cables meet.
-        *mass*: kg. *cable*: a `Cable`, or the name of one that can be bought, such as dyneema-2mm. *tension_limits*:
-        min and max, N. *sheave*: of all lines, by default an eyelet. *frame* (2, 3): lowest and highest corner, m, of
-        the box in which the platform may be; by default from the lowest exit point, or the floor z = 0 where all are
-        at one height, to the highest. *platform*: further fields of `PointPlatform` or `RigidPlatform`, such as
-        inertia. Numbers are SI, or texts with a unit. Raises `InputError` in one line.
+        *exit_points* (m, 3), m, world. *platform_points* (m, 3), m, platform frame: those of a rigid platform; None: a
+        point, where all cables meet. *mass*: kg. *cable*: a `Cable`, or the name of one that can be bought, such as
+        dyneema-2mm. *tension_limits*: min and max, N. *sheave*: of all lines, by default an eyelet. *frame* (2, 3):
+        lowest and highest corner, m, of the box in which the platform may be; by default from the lowest exit point, or
+        the floor z = 0 where all are at one height, to the highest. *platform*: further fields of `PointPlatform` or
+        `RigidPlatform`, such as inertia. Numbers are SI, or texts with a unit. Raises `InputError` in one line.
 
         Examples
         --------

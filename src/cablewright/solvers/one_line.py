@@ -87,7 +87,7 @@ class LoneLine:
 
     @cached_property
     def packed(self) -> Packed:
-        """The arrays of the robot, as a batch of one row."""
+        """The robot as kernels take it, in a batch of one row."""
         return self.model.rows()
 
     @property

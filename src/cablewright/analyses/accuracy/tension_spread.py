@@ -19,7 +19,7 @@ from cablewright.solvers.parameters import tension_response
 
 
 class TensionSpread(NamedTuple):
-    """Of tensions at N poses: standard deviations (N, m), N, and by how much they fall (N, m), N."""
+    """Uncertain tensions at N poses: standard deviation (N, m) and loss by stretch of the cables (N, m), both in N."""
 
     deviation: Array
     fall: Array

@@ -199,7 +199,10 @@ def _waypoints(values: ArrayLike) -> Array:
 
 
 def _legs(points: Array) -> tuple[Array, Array]:
-    """Return ways, m, and rotation vectors, rad, world, (k - 1, 3), between waypoints. Raises `InputError` for none."""
+    """Return translations, m, and rotation vectors, rad, world, from each waypoint to the next, (k - 1, 3) each.
+
+    Raises `InputError` for a waypoint that repeats the one before.
+    """
     way, turned = np.diff(points[:, :3], axis=0), rotations(points)
     turn = turn_between(turned[:-1], turned[1:])
     still = np.flatnonzero(~(way.any(axis=1) | turn.any(axis=1)))

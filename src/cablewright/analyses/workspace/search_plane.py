@@ -55,7 +55,7 @@ class SearchPlane:
         return moved
 
     def crosses(self, box: SearchBox) -> bool:
-        """Whether it has an area in *box*, which is flat and in the plane, or of a tilted plane is not flat."""
+        """Whether *box* has an area in this plane: a flat box lies in it, or a tilted plane cuts the box."""
         if self.is_tilted:
             return not box.is_flat and self.area_in(box) > 0.0
         at = self.distance * self.normal[self.axis]

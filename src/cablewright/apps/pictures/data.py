@@ -83,7 +83,7 @@ def _line(line: Line2D) -> Iterator[tuple[Any, Any, Any]]:
 
 
 def _collection(each: Collection) -> Iterator[tuple[str, Any, Any, Any, Any]]:
-    """Yield kind, x, y, z and value of the points of a map, of pieces, of markers or of faces."""
+    """Yield kind, x, y, z and value of each point that a drawn collection shows: map, lines, markers or faces."""
     shown: Any = each.get_array()
     numbers: Any = np.ma.filled(np.ma.asarray([] if shown is None else shown, dtype=float), np.nan)
     values, offsets = numbers.ravel().tolist(), np.asarray(each.get_offsets(), dtype=float)

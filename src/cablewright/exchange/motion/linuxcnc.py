@@ -97,7 +97,7 @@ def linuxcnc_config(robot: Robot) -> tuple[str, dict[str, str]]:
 
 
 def linuxcnc_job(robot: Robot, job: Job, path: WinchPath, besides: Beside) -> str:
-    """Return the G-code of a job, with what its own file has *besides*."""
+    """Return the G-code of a job: its motion, and the commands *besides* it in the job's own file, as of heaters."""
     letters = LETTERS[: robot.winches]
     x, y, z = (f"{1e3 * each:.4f}" for each in path.samples.positions[0])
     text = f"; {printable(job.name)} on {printable(robot.name)}, for LinuxCNC\n"

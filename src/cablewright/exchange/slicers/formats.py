@@ -27,7 +27,7 @@ class Slicer:
 
 @dataclass(frozen=True, eq=False)
 class SlicerFiles:
-    """Files by name, and what they lose and assume."""
+    """A slicer's profile: text of each file by name, and notes of what was lost and what was assumed."""
 
     files: Mapping[str, str]
     lost: tuple[str, ...]

@@ -134,7 +134,7 @@ class _Defines:
         return 1e-3 * self._value(name, 0)
 
     def speeds(self) -> dict[int, float]:
-        """Return the greatest speed of each belt, m/s, by index."""
+        """Return the largest speed of each belt, m/s, by its index: 0 is the left one."""
         text = self.texts.get("DEFAULT_MAX_FEEDRATE", "").strip("{} ")
         parts = text.split(",")[:2] if text else []
         return {k: 1e-3 * self._number(part.strip(), "DEFAULT_MAX_FEEDRATE", 0) for k, part in enumerate(parts)}

@@ -85,7 +85,7 @@ def turn_winches(winches, motor, radii, wound, sideways, speeds, tensions, dt, l
 
 @jit
 def torque_of(winches, radii, tensions, i):
-    """Torque (N m) of the cables on the drum of line *i*, which pays out where it is positive."""
+    """Return the torque, N m, of all cables on the drum of line *i*; a positive one pays out."""
     own = winches[i]
     torque = tensions[i] * own[RATIO] * radius_at(own, radii[i])
     if own[MATES] > 0.0:

@@ -124,11 +124,11 @@ def twin_of(
     choices: PrintOptions,
     samples: Samples | None = None,
 ) -> MachineTwin:
-    """Combine robot, job and machine. *machine*: settings, a file, or a library name. *samples*: of the job.
+    """Return what a print needs of robot, job and machine.
 
-    By default the samples are those of the job's file, and the machine is the library's machine of the robot's name, or
-    where there is none the one that `built_machine` builds. Raises `InputError` for a job or machine of another robot,
-    and for layers that the job does not have.
+    *machine*: settings, a file, or a library name; by default the library's machine of the robot's name, or where there
+    is none the one that `built_machine` builds. *samples*: of the job's path; by default those of its file.
+    Raises `InputError` for a job or machine of another robot, and for layers that the job does not have.
     """
     if job.robot is not None and job.robot != robot.name:
         raise InputError(f"job {job.name!r}: robot = {job.robot!r}, but the robot is {robot.name!r}")
