@@ -31,7 +31,7 @@ check: $(VENV)/.dev
 	$(BIN)/lint-imports
 	$(BIN)/python tools/size_report.py
 	$(BIN)/python tools/branches.py --quiet
-	$(BIN)/python tools/words.py
+	$(BIN)/python tools/writing/words.py
 	$(BIN)/codespell README.md $(CHECKED) docs Makefile
 	$(BIN)/python tools/audit.py
 

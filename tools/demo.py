@@ -21,14 +21,17 @@ def main() -> int:
     if code:
         return code
     print(textwrap.fill(checked["verdict"], 100))
-    print(f"  expected error  {1e3 * checked['expected_error']:.1f} mm (allowed: {1e3 * checked['error_limit']:.0f} mm)")
+    print(
+        f"  expected error  {1e3 * checked['expected_error']:.1f} mm (allowed: {1e3 * checked['error_limit']:.0f} mm)"
+    )
     print(f"  duration        {checked['duration'] / 3600:.0f} h")
     print(f"  report          {checked['report']}\n")
     shutil.rmtree("runs/print-merlet2023-blind-machines", ignore_errors=True)
     code, printed = answer("Print three layers of powder on a simulated machine.", PRINT)
     if code:
         return code
-    print(f"The print {printed['status']}: {printed['layers']} layers in {printed['duration'] / 60:.0f} min of machine time.")
+    minutes = printed["duration"] / 60
+    print(f"The print {printed['status']}: {printed['layers']} layers in {minutes:.0f} min of machine time.")
     print(f"  position error  {1e3 * printed['position_rms']:.2f} mm rms")
     print(f"  report          {printed['report']}\n")
     print("Open the reports in a browser. Next: activate the environment and try a command.\n")

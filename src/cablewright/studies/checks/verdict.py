@@ -34,14 +34,14 @@ def verdict(found: Check, nowhere: int) -> str:
         (each.line for each in (worst, *others) if each.limit == TENSION_LIMITS[0] and each.value <= 0.0), None
     ):
         told += (
-            f" Line {slack} becomes slack. The linear model of motion does not cover slack lines: simulate the print with "
-            "cablewright print ROBOT JOB --plant dynamic."
+            f" Line {slack} becomes slack. The linear model of motion does not cover slack lines: simulate the print "
+            "with cablewright print ROBOT JOB --plant dynamic."
         )
     told += "".join(f" At {each.violations} samples {each.limit}." for each in others if each.is_status)
     if nowhere:
         told += (
-            f" The lines cannot hold the platform at any of {nowhere} positions tried in the frame: check tension limits, "
-            "exit points and units of the robot file."
+            f" The lines cannot hold the platform at any of {nowhere} positions tried in the frame: check tension "
+            "limits, exit points and units of the robot file."
         )
     return told
 
@@ -81,16 +81,16 @@ def _broken(found: Check, worst: Finding) -> str:
         how = "touches" if worst.value <= 0.0 else "comes too near to"
         least = "" if worst.allowed[0] == 0.0 else f" (required: at least {spell_length(worst.allowed[0])})"
         return (
-            f"line {one} {how} {other}, distance {spell_length(worst.value)}{least}, {where}; distances are too small at "
-            f"{worst.violations} of {total} samples"
+            f"line {one} {how} {other}, distance {spell_length(worst.value)}{least}, {where}; distances are too small "
+            f"at {worst.violations} of {total} samples"
         )
     if worst.limit == EXPECTED_ERROR and not np.isfinite(worst.value):
         assert found.expected is not None
         return f"the expected error is unknown: {found.expected.unknown}, {where}"
     if worst.limit == EXPECTED_ERROR:
         return (
-            f"the expected position error is {spell_length(worst.value)} {_percentile(found)}, largest {where} (allowed: at "
-            f"most {spell_length(worst.allowed[1])})"
+            f"the expected position error is {spell_length(worst.value)} {_percentile(found)}, largest {where} "
+            f"(allowed: at most {spell_length(worst.allowed[1])})"
         )
     if worst.limit == MOVED_ERROR:
         return (

@@ -1,10 +1,10 @@
-"""Print how long the sentences of pages are, and how many are passive: ``python tools/prose.py [PAGE ..]``.
+"""Print the length of sentences and the share of passive ones by page: ``python tools/writing/prose.py [PAGE ..]``.
 
-Without arguments: README.md and the hand-written pages of ``docs/``. A sentence is a stretch of a paragraph or of a list
-item that ends with ``.``, ``!``, ``?`` or ``:`` before a space. Headings, tables, code, pictures and lines of HTML are no
-sentences; table cells are counted apart. Code in backticks is one word. A sentence counts as passive where a form of *be*
-or *get* stands before a past participle, with up to two adverbs between: a word in *-ed*, or one of `PARTICIPLES`.
-"Is tired" counts too, and "the cable held by the winch" does not: the share compares pages and is no grammar.
+Without arguments: README.md and the hand-written pages of ``docs/``. A sentence is a part of a paragraph or list item
+that ends with ``.``, ``!``, ``?`` or ``:`` before a space. Headings, tables, code and pictures have no sentences; long
+table cells are counted separately. Code in backticks is one word. A sentence counts as passive if a form of *be* or
+*get* precedes a past participle, with at most two adverbs between them: a word in *-ed*, or one of `PARTICIPLES`.
+This heuristic counts "is tired" and misses "the cable held by the winch". It compares pages only.
 """
 
 from __future__ import annotations
@@ -15,19 +15,21 @@ from pathlib import Path
 from statistics import median, quantiles
 from typing import NamedTuple
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 GENERATED = {"figures.md", "files.md", "support.md", "library.md", "glossary.md", "commands.md"}
 LONG = 25  # words
 LIMITS = "median <= 14, 95th percentile <= 26, over 25 words <= 5 %, passive <= 15 %"
-PARTICIPLES = """
-beaten bent bound bought broken brought built burnt caught chosen cut dealt done drawn driven eaten fallen fed felt found
-given gone got grown heard held hidden hit hung kept known laid lain led left lent let lost made meant measured met paid
-proven put read run said seen sent set shaken shot shown shut sold spent split spread spun stood strung stuck struck sunk
-swung taken taught thought thrown told torn understood unwound woken won worn wound written
-""".split()
+PARTICIPLES = (
+    "beaten bent bound bought broken brought built burnt caught chosen cut dealt done drawn driven eaten fallen "
+    "fed felt found given gone got grown heard held hidden hit hung kept known laid lain led left lent let lost "
+    "made meant measured met paid proven put read run said seen sent set shaken shot shown shut sold spent split "
+    "spread spun stood strung stuck struck sunk swung taken taught thought thrown told torn understood unwound "
+    "woken won worn wound written "
+)
 PASSIVE = re.compile(
-    r"\b(?:is|are|was|were|be|been|being|gets?|got)\s+(?:(?:not|never|also|then|thus|only|still|always|often|once|\w+ly)\s+)"
-    rf"{{0,2}}(?:\w{{2,}}ed|{'|'.join(PARTICIPLES)})\b",
+    r"\b(?:is|are|was|were|be|been|being|gets?|got)\s+"
+    r"(?:(?:not|never|also|then|thus|only|still|always|often|once|\w+ly)\s+)"
+    rf"{{0,2}}(?:\w{{2,}}ed|{'|'.join(PARTICIPLES.split())})\b",
     re.IGNORECASE,
 )
 BLOCK = re.compile(r"^(`{3,}|~{3,}).*?^\1[^\n]*$|<!--.*?-->|^---\n.*?^---$", re.MULTILINE | re.DOTALL)
@@ -51,7 +53,7 @@ def main(names: list[str]) -> int:
     """Print a line for each page, and one for all."""
     pages = [Path(name).resolve() for name in names] or hand_written()
     print(f"limits: {LIMITS}")
-    print(f"{'page':34s} {'words':>6s} {'sentences':>9s} {'median':>6s} {'p95':>5s} {'>25':>5s} {'passive':>7s} long cells")
+    print("page                                words sentences median   p95   >25 passive long cells")
     texts = [page.read_text(encoding="utf-8") for page in pages]
     for name, text in [(str(page.relative_to(ROOT)), text) for page, text in zip(pages, texts, strict=True)]:
         print_line(name, prose(text))

@@ -1,9 +1,13 @@
-"""Find the banned words of ``tools/words.toml`` in README, docs, ``src`` and tests; fail where a file has more than before.
+"""Find the banned words of ``tools/words.toml`` in README, docs, ``src`` and tests; fail if a file has more.
 
-Each file has a ceiling in ``tools/words_ceilings.json``, which may only fall; a file that is not in it has none at all.
-``python tools/words.py`` compares, ``--list [FILE ..]`` shows each word with its line and what to write instead, and
-``--write`` lowers the ceilings to the present counts. Searched are Markdown without code and links; of Python comments,
-docstrings, texts with a space, names of files and of tests; of TOML comments alone; pages and scripts of the browser whole.
+``tools/writing/words_ceilings.json`` holds the ceiling of each file; a file without an entry has the ceiling 0.
+
+* ``python tools/writing/words.py`` compares the counts with the ceilings.
+* ``--list [FILE ..]`` shows each banned word with its line and the replacement.
+* ``--write`` lowers the ceilings to the present counts. Without a file of ceilings it writes a new one.
+
+The search covers Markdown without code and links; comments, docstrings, texts with a space, file names and test names
+of Python; comments of TOML; pages and scripts of the browser.
 """
 
 from __future__ import annotations
@@ -18,7 +22,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 CEILINGS = Path(__file__).with_name("words_ceilings.json")
 SEARCHED = ("README.md", "docs", "src", "tests")
 SUFFIXES = {".md", ".py", ".toml", ".html", ".js"}
@@ -41,7 +45,9 @@ class Words:
     def __init__(self, file: Path) -> None:
         table = tomllib.loads(file.read_text(encoding="utf-8"))
         self.instead = list(table["banned"].values())
-        self.pattern = re.compile("|".join(rf"(\b(?:{each})\b)" for each in map(_closed, table["banned"])), re.IGNORECASE)
+        self.pattern = re.compile(
+            "|".join(rf"(\b(?:{each})\b)" for each in map(_closed, table["banned"])), re.IGNORECASE
+        )
         self.files: list[str] = table["exempt"]["files"]
         self.folders: list[str] = table["exempt"]["folders"]
 
@@ -127,7 +133,7 @@ def main(arguments: list[str]) -> int:
 def over_ceilings(counts: dict[str, int], ceilings: dict[str, int]) -> list[str]:
     """Return a sentence for each file that has more banned words than its ceiling."""
     return [
-        f"{name} has {count}, its ceiling is {ceilings.get(name, 0)}: see python tools/words.py --list {name}"
+        f"{name} has {count}, its ceiling is {ceilings.get(name, 0)}: see python tools/writing/words.py --list {name}"
         for name, count in counts.items()
         if count > ceilings.get(name, 0)
     ]
