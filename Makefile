@@ -1,5 +1,5 @@
 # One command file. On a fresh machine with Python 3.11 or newer, its venv module, and make:
-#   make demo    checks a house on a printer, prints three layers         make setup   installs all that check and test need
+#   make demo    checks a house on a printer, prints three layers        make setup   installs all that check and test need
 #   make check   lint, types, import ranks, sizes, advisories             make test    the tests (make slow: the slow ones too)
 #   make bench   timings and comparisons                                  make docs    the documentation site
 #   make wheel   a wheel with compiled kernels, in dist/, for this Python and Numba, Linux and processors with AVX2
