@@ -118,11 +118,11 @@ def page() -> str:
     pictures = "".join(f"### {name}\n\n{_picture(name, cw.load(name))}\n" for name in library_names())
     return (
         _HEAD
-        + "| robot | lines | degrees of freedom | size, m | mass | cable | data of the source | assumed | example of |\n"
+        + "| robot | lines | degrees of freedom | size, m | mass | cable | source has | assumed | example of |\n"
         + "| --- | --- | --- | --- | --- | --- | --- | --- | --- |\n"
         + rows
-        + "\nThe size is that of the box around the exit points, from the floor up. `cablewright show NAME --png FILE`\n"
-        + "draws the pictures: at rest, near the middle of the frame.\n\n"
+        + "\nThe size is that of the box around the exit points, from the floor up. Pictures are drawn by\n"
+        + "`cablewright show NAME --png FILE`: at rest, near the middle of the frame.\n\n"
         + pictures.rstrip("\n")
         + "\n"
     )
@@ -137,8 +137,8 @@ def _row(name: str, robot: Robot) -> str:
     wide = "" if cable.diameter is None else f"{1e3 * cable.diameter:.3g} mm, "
     stiffness = f"{1e-6 * cable.stiffness:.3g} MN" if cable.stiffness >= 1e6 else f"{1e-3 * cable.stiffness:.3g} kN"
     return (
-        f"| [`{name}`](#{name}) | {robot.m} | {robot.freedoms} | {size} | {robot.platform.mass:g} kg | {wide}EA {stiffness} | "
-        f"{given} | {assumed} | {shows} |\n"
+        f"| [`{name}`](#{name}) | {robot.m} | {robot.freedoms} | {size} | {robot.platform.mass:g} kg | "
+        f"{wide}EA {stiffness} | {given} | {assumed} | {shows} |\n"
     )
 
 
