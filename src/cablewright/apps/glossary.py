@@ -25,7 +25,7 @@ GLOSSARY = {
         Term(
             "exit point",
             "",
-            "the point where the cable leaves the frame: an eyelet, or the point where a vertical dead span meets the sheave",
+            "where the cable leaves the frame: an eyelet, or where a vertical dead span meets the sheave",
         ),
         Term("dead span", "", "the cable between winch exit and sheave"),
         Term("free span", "", "the cable between sheave and platform"),

@@ -25,15 +25,15 @@ def check_command(
         typer.Option(
             "--uncertainty",
             metavar="TOML",
-            help="File of uncertain parameters; by default the robot file's [uncertainty], or else what is assumed.",
+            help="File of uncertain parameters; by default the robot file's [uncertainty], else assumed values.",
         ),
     ] = None,
     clearance: Clearance = 0.0,
     interference: Annotated[
-        bool, typer.Option("--interference/--no-interference", help="Find the distances of lines from everything.")
+        bool, typer.Option("--interference/--no-interference", help="Compute the distances of lines from obstacles.")
     ] = True,
     expected_error: Annotated[
-        bool, typer.Option("--expected-error/--no-expected-error", help="Find the error under uncertain parameters.")
+        bool, typer.Option("--expected-error/--no-expected-error", help="Compute the error for uncertain parameters.")
     ] = True,
     bead: BeadSize = None,
     seed: Seed = 0,

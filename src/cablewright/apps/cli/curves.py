@@ -20,9 +20,7 @@ def curves_command(
     area: Annotated[
         str, typer.Option("--area", metavar="X,Y", help="Sides of the rectangle that encloses each curve, m.")
     ] = "3.6,8",
-    count: Annotated[
-        int, typer.Option("--count", metavar="N", help="Number of curves that are drawn at random.")
-    ] = 200,
+    count: Annotated[int, typer.Option("--count", metavar="N", help="Number of random curves.")] = 200,
     seed: Seed = 0,
     crossings: Annotated[
         int, typer.Option("--crossings", metavar="N", help="Minimum number of self-intersections of each curve.")

@@ -29,13 +29,14 @@ class SearchOptions:
             help="Differential evolution or CMA-ES for one objective, NSGA-II for several; by default de, or nsga2.",
         ),
     ] = None
-    evaluations: Annotated[int, typer.Option("--evaluations", metavar="N", help="Candidates in all.")] = 400
+    evaluations: Annotated[int, typer.Option("--evaluations", metavar="N", help="Total number of candidates.")] = 400
     population: Annotated[
-        int | None, typer.Option("--population", metavar="N", help="Candidates at a time; by default 6 a variable.")
+        int | None,
+        typer.Option("--population", metavar="N", help="Candidates per generation; by default 6 a variable."),
     ] = None
     seed: Seed = 0
     criterion: Annotated[
-        CriterionName, typer.Option("--criterion", help="What must hold in the workspace, for figures of it.")
+        CriterionName, typer.Option("--criterion", help="Criterion of the workspace, for its figures.")
     ] = "exact"
     inertia: Annotated[
         InertiaName,
@@ -70,13 +71,13 @@ class GoalOptions:
         typer.Option(
             "--objective",
             metavar="FIGURE",
-            help="What is to be good; repeat it for a front. tension_margin, expected_error, lowest_frequency, "
+            help="Figure to optimise; repeat it for a front. tension_margin, expected_error, lowest_frequency, "
             "clearance, max_torque, cable_length, cost, volume, boundary_frequency, ..",
         ),
     ]
     constraint: Annotated[
         list[str] | None,
-        typer.Option("--constraint", metavar="FIGURE>=VALUE", help="What must hold, SI; >= or <=; repeat it."),
+        typer.Option("--constraint", metavar="FIGURE>=VALUE", help="Constraint, SI, with >= or <=; repeatable."),
     ] = None
     price: Annotated[
         list[str] | None,
@@ -90,7 +91,9 @@ class GoalOptions:
     symmetry: Annotated[
         str | None,
         typer.Option(
-            "--symmetry", metavar="x|y|x,y", help="Mirrors through the frame's middle: what varies at a line, mirrored."
+            "--symmetry",
+            metavar="x|y|x,y",
+            help="Mirror planes through the frame's middle: also vary the mirrored lines.",
         ),
     ] = None
 

@@ -49,7 +49,11 @@ def import_command(
     ] = None,
     nozzle_below: Annotated[
         str | None,
-        typer.Option("--nozzle-below", metavar="L", help="Of a Hangprinter: its nozzle below where its lines meet."),
+        typer.Option(
+            "--nozzle-below",
+            metavar="L",
+            help="Of a Hangprinter: distance of the nozzle below the point where its lines meet.",
+        ),
     ] = None,
     as_json: AsJson = False,
 ) -> int:
@@ -182,7 +186,7 @@ def export_command(
     ],
     made_for: Annotated[
         TargetName | None,
-        typer.Option("--for", help="Of gcode: rrf or klipper, whose own kinematics moves lines; of slicer: a slicer."),
+        typer.Option("--for", help="Of gcode: rrf or klipper, with firmware kinematics; of slicer: a slicer."),
     ] = None,
     bead: BeadSize = None,
     schema_version: Annotated[

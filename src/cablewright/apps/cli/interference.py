@@ -29,7 +29,7 @@ def interference_command(
     at: Pose = None,
     mesh: Annotated[
         Path | None,
-        typer.Option("--mesh", metavar="FILE.stl", help="Mesh of the part, instead of the strands that the job lays."),
+        typer.Option("--mesh", metavar="FILE.stl", help="Mesh of the part, instead of the strands of the job."),
     ] = None,
     mesh_scale: Annotated[
         float, typer.Option("--mesh-scale", metavar="F", help="Size in m of one unit of the mesh; 0.001 for mm.")
@@ -38,12 +38,14 @@ def interference_command(
     ends: Annotated[
         float,
         typer.Option(
-            "--ends", metavar="D", help="Length of cable at its ends, m, not compared with what it is tied to."
+            "--ends",
+            metavar="D",
+            help="Length of cable at each end, m, that is not compared with the object at that end.",
         ),
     ] = 0.1,
     tolerance: Annotated[
         float,
-        typer.Option("--tolerance", metavar="D", help="Max distance of a line from the chords that stand for it, m."),
+        typer.Option("--tolerance", metavar="D", help="Maximum distance of a line from the chords that replace it, m."),
     ] = 1e-3,
     bead: BeadSize = None,
     laws: LawOptions,

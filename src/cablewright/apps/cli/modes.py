@@ -30,7 +30,7 @@ def modes_command(
     robot: RobotOptions,
     at: Pose = None,
     boundary: Annotated[
-        bool, typer.Option("--boundary", help="Modes along the boundary of the workspace instead of at one pose.")
+        bool, typer.Option("--boundary", help="Compute modes along the boundary of the workspace instead of one pose.")
     ] = False,
     log: Annotated[
         Path | None,
@@ -38,14 +38,14 @@ def modes_command(
     ] = None,
     signal: Annotated[
         SwingSignal | None,
-        typer.Option("--signal", help="Readings of the log to use; by default the first of these that it has."),
+        typer.Option("--signal", help="Readings of the log to use; by default the first of these in the log."),
     ] = None,
     span: Annotated[
         str | None,
         typer.Option(
             "--span",
             metavar="T0,T1",
-            help="Times of the log to use, s; by default the longest rest of the winches, of a CSV file all.",
+            help="Times of the log to use, s; by default the longest rest of the winches; of a CSV file all.",
         ),
     ] = None,
     geometric: Geometric = True,

@@ -30,7 +30,7 @@ def robots_command(
     name: Annotated[
         str | None,
         typer.Argument(
-            metavar="NAME", help="Robot whose file is printed; without it, all are listed. With --support or a file."
+            metavar="NAME", help="Robot of the library, or with --support a file; without it, list all robots."
         ),
     ] = None,
     support: Annotated[
@@ -53,7 +53,7 @@ def robots_command(
 @command("new workshop --size 4,4,3 --mass 10 --cable dyneema-2mm", "studies.new_robot:NewRobot")
 def new_command(
     *,
-    name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the robot and of its folder, which is made.")],
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the robot and of its new folder.")],
     layout: Annotated[
         LayoutName | None,
         typer.Option("--layout", help="Arrangement of the lines, see docs/robots.md; by default suspended."),

@@ -41,7 +41,7 @@ def inverse_command(
         typer.Option(
             "--slack",
             metavar="LINE=EXCESS[,LINE=EXCESS]",
-            help="Slack lines and by how much, m, each is longer than taut; a line by name, or by number from 1.",
+            help="Slack lines with their excess, m; a line by name, or by number from 1.",
         ),
     ] = None,
     all_slack_sets: Annotated[
@@ -100,11 +100,11 @@ def forward_command(
         typer.Option(
             "--length-error",
             metavar="D[,..,Dm]",
-            help="Error of the lengths, m, for a box that is proved to contain the pose.",
+            help="Error of the lengths, m: prints a box that is proved to contain the pose.",
         ),
     ] = None,
     budget: Annotated[
-        int | None, typer.Option("--budget", help="Max number of parts of the lengths for that box; by default 20000.")
+        int | None, typer.Option("--budget", help="Maximum number of subdivisions for that box; by default 20000.")
     ] = None,
     as_json: AsJson = False,
 ) -> int:

@@ -58,7 +58,7 @@ def trade_command(
     clearance: Annotated[
         float,
         typer.Option(
-            "--sheave-clearance", metavar="D", help="Distance of exit points, m, under which sheaves collide."
+            "--sheave-clearance", metavar="D", help="Minimum distance of exit points, m; nearer sheaves collide."
         ),
     ] = 0.1,
     out: Annotated[

@@ -46,7 +46,9 @@ def workspace_command(
     ] = None,
     arm: Annotated[
         float,
-        typer.Option("--arm", metavar="L", help="Arm, m, on which the criterion capacity counts a moment as a force."),
+        typer.Option(
+            "--arm", metavar="L", help="Lever arm, m, that converts moments to forces for the criterion capacity."
+        ),
     ] = 1.0,
     mesh: Annotated[
         Path | None,
@@ -139,7 +141,7 @@ def retraction_command(
     max_length: Annotated[
         float | None, typer.Option("--to", metavar="L", help="Max length, m; by default the robot's.")
     ] = None,
-    steps: Annotated[int, typer.Option("--steps", metavar="N", help="Number of lengths tried.")] = 9,
+    steps: Annotated[int, typer.Option("--steps", metavar="N", help="Number of lengths to try.")] = 9,
     heights: Annotated[int, typer.Option("--heights", metavar="N", help="Number of slices of the box.")] = 40,
     tolerance: Annotated[
         float, typer.Option("--tolerance", metavar="T", help="Error of each volume, as a share of it.")

@@ -25,7 +25,7 @@ def poses_command(
         PoseCriterion,
         typer.Option(
             "--criterion",
-            help="What is made small: the volume of all unknowns' ellipsoid, or an exit point's largest sigma.",
+            help="Minimise the volume of the ellipsoid of all unknowns, or the largest sigma of an exit point.",
         ),
     ] = "d-optimal",
     candidates: Annotated[int, typer.Option("--candidates", help="Number of random poses to choose from.")] = 1000,

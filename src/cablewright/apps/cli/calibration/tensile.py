@@ -43,7 +43,7 @@ class SpecimenOptions:
     ] = None
     robot: Annotated[
         str | None,
-        typer.Option("--robot", metavar="ROBOT", help="Robot whose cable gives what the other options do not."),
+        typer.Option("--robot", metavar="ROBOT", help="Robot with the cable: default of section and breaking load."),
     ] = None
     line: Annotated[
         str | None, typer.Option("--line", metavar="NAME", help="Line of the robot that has the cable.")
@@ -101,7 +101,7 @@ def modulus_command(
     band: Annotated[
         str,
         typer.Option(
-            "--band", metavar="MIN,MAX", help="Shares of the breaking load between which the modulus is taken."
+            "--band", metavar="MIN,MAX", help="Range of force for the modulus, as shares of the breaking load."
         ),
     ] = "0.05,0.5",
     output: OutputOptions,
