@@ -183,11 +183,10 @@ def accuracy_command(
     executor: ExecutorOptions,
     as_json: AsJson = False,
 ) -> int:
-    """The error of the commanded lengths, and the largest error while parameters are uncertain.
+    """Prints the error of the commanded lengths, and the largest error for uncertain parameters.
 
-    A shape writes a run folder with a report; one pose does so where --out is given. With --workers or --cluster a file
-    beside that folder has what is done, until it is there: the same command resumes. The answer is no (exit 1) if the
-    robot can be held at none of the places.
+    A shape writes a run folder with a report; one pose does so with --out. With --workers or --cluster, the same
+    command resumes an interrupted run. The answer is no (exit 1) if the robot can hold none of the positions.
     """
     from cablewright.running import store
     from cablewright.studies import accuracy

@@ -65,11 +65,11 @@ def campaign_command(
     executor: ExecutorOptions,
     output: OutputOptions,
 ) -> int:
-    """Each machine is built by a seed of its own and prints the job in closed loop, quasi-static by default.
+    """Each machine has its own seed and prints the job in closed loop, quasi-static by default.
 
-    A print succeeds that ends within the allowed error. Some of the machines also print with each tolerance in turn met
-    exactly: what that changes says which tolerance is worth its price. The campaign can be interrupted: the same
-    command resumes it from --out, with any executor. The answer is no (exit 1) if no machine succeeds.
+    A print succeeds if it ends within the allowed error. Some machines print again with each tolerance set to zero, to
+    find the most valuable tolerance. The same command resumes an interrupted campaign from --out. The answer is no
+    (exit 1) if no machine succeeds.
     """
     from cablewright.studies.campaigns.campaign import DEFAULT_TRIED
 

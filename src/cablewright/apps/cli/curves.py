@@ -30,9 +30,9 @@ def curves_command(
     ] = 0.3,
     output: OutputOptions,
 ) -> int:
-    """The curves are smooth, cross themselves, and lie within a rectangle; the one that covers it best comes first.
+    """The curves are smooth, cross themselves, and lie within a rectangle. The one with the best coverage comes first.
 
-    --plot draws all of them to choose from; a job names its curve by number and seed.
+    --plot draws all of them. A job selects its curve by number and seed.
     """
     x, y = numbers(area, "--area", 2) or []
     with progress() as show:

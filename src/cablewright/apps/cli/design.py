@@ -126,11 +126,11 @@ def design_command(
     executor: ExecutorOptions,
     as_json: AsJson = False,
 ) -> int:
-    """Candidates are judged at places that stand for the whole part; the limits of the hardware must hold there.
+    """Evaluates candidates at a few positions that represent the whole part, within the limits of the hardware.
 
-    The folder --out gets robot.toml, the best candidate or of several objectives the most balanced one, up to two
-    others, a report, and every result: the same command resumes an interrupted search, with any executor. Check the
-    robot with `check` on the whole job. The answer is no (exit 1) if no candidate meets all constraints and limits.
+    The folder --out gets robot.toml (the best or most balanced candidate), up to two others, a report, and all results.
+    The same command resumes an interrupted search. Run `check` on the result. The answer is no (exit 1) if no candidate
+    meets all constraints.
     """
     described = cw.load(robot)
     stem = () if job is None else (job.stem,)

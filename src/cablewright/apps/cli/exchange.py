@@ -59,8 +59,7 @@ def import_command(
 ) -> int:
     """Reads WireX, CASPR, and settings of Hangprinters (RepRapFirmware, Klipper), Maslows and wall plotters.
 
-    What the file has and a robot file has not, and what had to be assumed, is told on stderr and in comments of the
-    file that is written. See docs/exchange.md.
+    Lists lost and assumed data on stderr and as comments in the new file. See docs/exchange.md.
     """
     from cablewright.exchange.formats import ImportOptions, read_robot
     from cablewright.exchange.result import Imported
@@ -196,9 +195,9 @@ def export_command(
     motion: MotionOptions,
     as_json: AsJson = False,
 ) -> int:
-    """Klipper, RepRapFirmware and LinuxCNC take a job, ros2 a log; they get a folder. The others describe the robot.
+    """Klipper, RepRapFirmware and LinuxCNC need a job, ros2 a log; they write a folder. Other formats describe a robot.
 
-    What the robot has and the format has not is told on stderr and in comments of the files. See docs/exchange.md.
+    Lists lost data on stderr and as comments in the files. See docs/exchange.md.
     """
     from cablewright.exchange.firmware import FIRMWARE
     from cablewright.exchange.result import Exported

@@ -52,10 +52,9 @@ def interference_command(
     retraction: Retraction = None,
     output: OutputOptions,
 ) -> int:
-    """Lines sag and stretch. Either a pose or a job is given; along a job the part grows as it is printed.
+    """Lines sag and stretch. Give a pose or a job; along a job the part grows.
 
-    The answer is no (exit 1) if a line touches something or is nearer to it than --clearance, or if a pose cannot be
-    held.
+    The answer is no (exit 1) if a distance is below --clearance, or if the lines cannot hold a pose.
     """
     if (job is None) == (at is None):
         raise InputError("interference: expected either a JOB or --at X,Y,Z")

@@ -56,10 +56,10 @@ def modes_command(
     region: OrientedRegionOptions,
     output: OutputOptions,
 ) -> int:
-    """The platform swings on its lines as on springs without mass; winches stand still and nothing damps.
+    """The platform swings on massless springs; winches stand still, without damping.
 
-    Either at one pose, --at, or with --boundary at the outermost nodes of a grid over the workspace, with all modes
-    at the pose whose lowest frequency is the lowest. With --log also frequencies and damping of a recorded swing.
+    Give one pose with --at, or use --boundary for the outermost nodes of a grid over the workspace. --log compares the
+    modes with frequencies and damping of a recorded swing.
     """
     from cablewright.analyses.workspace.boundary_modes import GRID
     from cablewright.studies.measured_modes import measured_modes

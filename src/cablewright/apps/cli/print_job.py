@@ -137,12 +137,10 @@ def print_job_command(
     run: RunOptions,
     as_json: AsJson = False,
 ) -> int:
-    """A machine file that names drives moves a real machine, by orders that are typed: docs/drives.md.
+    """A machine file with drives moves a real machine, by orders that you type: docs/drives.md.
 
-    The run folder gets the log, the figures (metrics.json), a report and the structure as a mesh.
-
-    A print that was interrupted resumes with --resume and the same options. The answer is no (exit 1) if the machine
-    stops before the end of the job.
+    The run folder gets the log, the figures (metrics.json), a report and a mesh of the structure. Resume an interrupted
+    print with --resume and the same options. The answer is no (exit 1) if the machine stops before the end of the job.
     """
     from cablewright.apps.report import print as report
     from cablewright.foundation.units import DURATION, LENGTH

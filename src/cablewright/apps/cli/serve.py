@@ -50,12 +50,13 @@ def serve_command(
         Path | None, typer.Option("--out", metavar="DIR", help="Folder of jobs, runs and orders; runs/serve-ROBOT.")
     ] = None,
 ) -> int:
-    """No performance level is claimed: the hard-wired emergency stop is the builder's, and no browser replaces it.
+    """No performance level is claimed: the builder adds a hard-wired emergency stop, which no browser replaces.
 
-    The page's address, with a token, is shown once. Whoever has it may stop the machine; one page at a time operates
-    it. A machine file that names drives moves a real machine; any other is simulated, at the pace of the clock.
+    The command prints the address of the page once, with a token. Everyone with the address can stop the machine; one
+    page at a time operates it. A machine file with drives moves a real machine; others are simulated at the pace of the
+    clock.
 
-    Needs the extra web (pip install 'cablewright[web]'), and Linux or macOS. Ctrl-C stops the machine and ends.
+    Needs the extra web (pip install 'cablewright[web]'), and Linux or macOS. Ctrl-C stops the machine and quits.
     """
     from tempfile import TemporaryDirectory
 

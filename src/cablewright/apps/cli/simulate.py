@@ -35,10 +35,10 @@ def machines_command(
     ] = None,
     as_json: AsJson = False,
 ) -> int:
-    """The file of a machine has its drum, winches, room and sensors, and its simulation; --machine takes one.
+    """A machine file describes platform, winches, room and sensors, and the simulation. Use it with --machine.
 
-    Start your own from one of them, `cablewright machines NAME > mine.toml`, or for your own robot from
-    `cablewright machines --for ROBOT > mine.toml`.
+    Start your own from one of them, `cablewright machines NAME > mine.toml`, or for your robot with `cablewright
+    machines --for ROBOT > mine.toml`.
     """
     from cablewright.machine.files import machine_text
     from cablewright.machine.simulated.machine_file import machine_file
@@ -150,10 +150,10 @@ def simulate_command(
     ] = None,
     output: OutputOptions,
 ) -> int:
-    """The machine is built at random within its tolerances, and its winches are driven by their true lengths.
+    """Builds a random machine within its tolerances and drives its winches by their true lengths.
 
-    So the log shows a machine that moves as intended, for estimators to be tested on. A robot without a machine of its
-    name gets that of merlet2023.
+    So the log shows ideal motion, for tests of estimators. A robot without a machine of its name uses that of
+    merlet2023.
     """
     from cablewright.live.simulate import machine_of
 
@@ -233,9 +233,9 @@ def replay_command(
     ] = None,
     output: OutputOptions,
 ) -> int:
-    """The estimation finds position, slack lines and winch drum radii from the sensors in the log alone.
+    """Estimates position, slack lines and winch drum radii from the sensors of the log.
 
-    A log without the truth gives no errors. The answer is no (exit 1) if no step has a valid estimate.
+    A log without the true state gives no errors. The answer is no (exit 1) if no step has a valid estimate.
     """
     from cablewright.live.replay import Replays
 

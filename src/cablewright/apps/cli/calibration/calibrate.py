@@ -141,11 +141,10 @@ def calibrate_command(
     ] = None,
     as_json: AsJson = False,
 ) -> int:
-    """Finds exit points, home lengths and what else the plan names, with sigmas, and says what the data leave open.
+    """Estimates exit points, home lengths and other unknowns with sigmas, and lists unobservable directions.
 
-    The verdict is good, doubtful or bad. A doubtful one is a no (exit 1) unless it is accepted, a bad one always is.
-    With a no, no robot is written. Beside a robot that is written stands its record, FILE.calibration.toml: date, data
-    and sigmas, with which later data (--check) and calibrations are compared.
+    The verdict is good, doubtful or bad. A doubtful one is a no (exit 1) without --accept; a bad one is always a no and
+    writes no robot. --out also writes a record, FILE.calibration.toml, for later comparison (--check).
     """
     from cablewright.calibration.drift.record import record_of, record_path, record_text
     from cablewright.robot import file_text, update
@@ -288,7 +287,7 @@ def simulate_calibration_command(
     ] = None,
     as_json: AsJson = False,
 ) -> int:
-    """ROBOT is taken as the true one. The first pose is home; x,y,z in the file are guesses to start from, not data."""
+    """ROBOT is the true robot. The first pose is home. Columns x,y,z of the file are start values, not data."""
     from cablewright.calibration.measurements import write_measured
 
     machine, given = cw.load(robot), noises

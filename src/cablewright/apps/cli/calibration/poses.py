@@ -36,9 +36,9 @@ def poses_command(
     out: Annotated[Path | None, typer.Option("--out", metavar="FILE.csv", help="Write the poses as CSV.")] = None,
     as_json: AsJson = False,
 ) -> int:
-    """Chosen among random poses that the lines can hold within their tension limits, in an order that moves little.
+    """Selects among random poses that the lines can hold within their limits, in an order with short travel.
 
-    The sigmas that they promise stand beside those of as many random poses.
+    Prints the resulting sigmas beside those of as many random poses.
     """
     from cablewright.calibration.measurements import write_measured
 

@@ -41,9 +41,9 @@ def survey_command(
     ] = None,
     output: OutputOptions,
 ) -> int:
-    """The frame has y along the west wall and x into the room, unless the plan says otherwise.
+    """In the result, y points along the west wall and x into the room, unless the plan changes this.
 
-    Each result has its standard deviation, and markers that fit badly are marked.
+    Each result has a standard deviation. Markers with a bad fit are flagged.
     """
     from cablewright.calibration.survey.result import surveyed
     from cablewright.robot import file_text, update
@@ -127,9 +127,9 @@ def walls_command(
     place: RoomOptions,
     output: OutputOptions,
 ) -> int:
-    """Each wall has a direction, a distance and how straight it is; with --room the lidar's place and yaw are found.
+    """Prints direction, distance and straightness of each wall; with --room also position and yaw of the lidar.
 
-    The answer is no (exit 1) if no wall is in sight, or the place is not known.
+    The answer is no (exit 1) if no wall is in sight, or if the position is unknown.
     """
     if place.laser is not None and place.room is None:
         raise InputError(f"--laser = {place.laser!r}: there is no --room whose wall it could be")

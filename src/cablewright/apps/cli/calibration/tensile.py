@@ -108,7 +108,7 @@ def modulus_command(
 ) -> int:
     """The nominal modulus is the secant of the last full loading over a band of the breaking load (Paty 2021, Eq. 22).
 
-    How far the modulus varies over all branches, the hysteresis and the permanent set are given beside it.
+    Also prints the range of the modulus over all branches, the hysteresis and the permanent set.
     """
     from cablewright.foundation.units import LENGTH
 
@@ -148,10 +148,10 @@ def creep_command(
     ] = "60,1200",
     output: OutputOptions,
 ) -> int:
-    """Stretch and creep are told apart by one fit of the whole history of force: a held load, steps or cycles.
+    """Separates stretch and creep by one fit of the whole history of force: a constant load, steps or cycles.
 
-    The law is that of Voigt elements and logarithmic creep; what it creeps by after which time is given with sigmas.
-    Where the climate changes under load, so is how much faster it creeps when warmer or damper.
+    The law consists of Voigt elements and logarithmic creep, with sigmas. If the climate changes under load, the
+    effects of heat and humidity are fitted too.
     """
     from cablewright.foundation.units import DURATION, LENGTH
 

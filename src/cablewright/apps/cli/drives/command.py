@@ -122,12 +122,12 @@ def drives_command(
     seed: Annotated[int, typer.Option("--seed", help="Seed of the machine as built behind virtual drives.")] = 0,
     as_json: AsJson = False,
 ) -> int:
-    """Moves the winches of the machine. No performance level is claimed: its builder adds a hard-wired emergency stop.
+    """Moves the winches of the machine. No performance level is claimed: add a hard-wired emergency stop.
 
-    Whoever types `enable`, `jog`, `tension` or `home` resets the drives and enables all winches; they are braked when
-    the command ends, Ctrl-C included. Counts and lengths are kept beside FILE, in .counts.json and .lengths.json.
+    `enable`, `jog`, `tension` and `home` reset the drives and enable all winches. When the command ends, also by
+    Ctrl-C, the brakes close. FILE.counts.json and FILE.lengths.json keep counts and lengths.
 
-    `jog` runs while a key is held: of one winch with --line, of the platform with --velocity; q ends it.
+    `jog` runs while you hold a key: one winch with --line, the platform with --velocity; q quits.
     """
     from tempfile import TemporaryDirectory
 
