@@ -161,12 +161,11 @@ class Homing:
             return sentence(self._checks, own.take_up.names)
         if not found.tested:
             return (
-                "there are no more lines than freedoms, so that nothing tests the lengths: home with a measured place"
+                "there are no more lines than degrees of freedom, so the lengths cannot be tested: home with a "
+                "measured position"
             )
         if own.power_lost():
-            self.notes.append(
-                "the counters have begun anew: whether a drum was turned meanwhile, lengths alone can tell"
-            )
+            self.notes.append("the counters were reset: only the lengths show whether a winch drum moved meanwhile")
         unseen = "not tested: lengths that are wrong together, so that they meet elsewhere,"
         return self._carried(found.pose, tensions, unseen) or self._certified(lengths, counts, found.pose)
 
@@ -246,7 +245,7 @@ class Homing:
         if unproved:
             self.notes.append(f"not proved to be the only equilibrium there: {proof.because}")
         if any(line.cable.creep is not None for line in own.model.robot.lines):
-            self.notes.append("not counted: creep of cables, as nobody knows what they have crept by now")
+            self.notes.append("not counted: creep of cables, because the load history is unknown")
         try:
             near = None if own.model.n == 3 else solve_forward(own.model, lengths, guess=place).checked()
             tracker = Tracker(own.model, lengths, TrackerSettings(certify=not unproved), begin=near)

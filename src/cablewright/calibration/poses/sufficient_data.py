@@ -106,7 +106,7 @@ def check(problem: CalibrationProblem) -> None:
     for name in problem.plan.unknowns:
         column = _lacks(problem, name)
         if column is not None:
-            raise InputError(f"unknowns: {name}: {measured.origin} has no column {column}, so nothing would tell it")
+            raise InputError(f"unknowns: {name}: {measured.origin} has no column {column}, so no data determine it")
     if not problem.elastic:
         require_tensions(problem.robot, measured)
     needed = min_poses(problem)
