@@ -15,7 +15,6 @@ import numpy as np
 
 from cablewright.control import manual
 from cablewright.control.guide import TimedPath
-from cablewright.control.held_lengths import held_at
 from cablewright.control.homing import Homing, HomingSettings
 from cablewright.control.manual import ManualSettings
 from cablewright.control.procedure import Procedure
@@ -49,7 +48,6 @@ _RESETS: Final = 3  # orders to reset before a session gives up
 _RESET_WAIT: Final = 0.5  # s between them
 _ORDER_PERIODS: Final = 3  # from an order to the drives
 _SLOW: Final = Motion(print_speed=0.01, travel_speed=0.01, acceleration=0.05)  # m/s, m/s^2
-_SAMPLES: Final = 2000  # of a path, for its torques
 _OVER: Final = 1.2  # of a drive's own limit: where the guard stops
 
 
@@ -204,14 +202,8 @@ class RealMachine:
 
     def _require_torque(self, plan: PrintPlan) -> None:
         """Raise `InputError` where the drives cannot hold the tensions that the control chooses on a path."""
-        path, places = plan.path, plan.path.track.positions
-        if path.attitude is None:
-            chosen = places[np.linspace(0, len(places) - 1, min(len(places), _SAMPLES)).astype(np.int64)]
-            pulls = solve_inverse(plan.velocity.model, chosen, path=True).tensions
-        else:
-            held = held_at(plan.velocity.model, *poses_at(plan.velocity.model, path, chosen_places(path)))
-            assert held is not None  # as the plan has found
-            pulls = held.tensions
+        poses, retraction = poses_at(plan.velocity.model, plan.path, chosen_places(plan.path))
+        pulls = solve_inverse(plan.velocity.model, poses, path=True, retraction=retraction).tensions
         winches = self.drives.winches
         largest = np.array([axis.scale.radii[1] for axis in self.drives.axes])[winches.winch]
         arms = largest * [line.cables for line in self.robot.lines]
