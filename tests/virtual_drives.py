@@ -36,7 +36,9 @@ RATED = {
     "ipanema": 2.0,
     "cogiro": 4.0,
     "maslow4": 2.0,
+    "jung2020": 5.0,
     "grab-four-lines": 1.0,
+    "crane": 1.0,
     "hoist": 1.0,
     "pairs": 1.0,
     "two on one": 1.0,
@@ -63,7 +65,7 @@ def virtual_twin(name: str | Robot = "merlet2023", flow: float | None = None, **
     nodes = {winch: {"id": k + 1, "direction": (1, -1)[k % 2]} for k, winch in enumerate(robot.winch_names)}
     table = {"interface": "loopback", "channel": "43113", "nodes": nodes, "tension": 30.0}
     table["rated_torque"] = RATED[robot.name]
-    gone = dict.fromkeys(("inertial", "line_angles", "distance", "climate_sensor", "barrier", "load_cells", "swivels"))
+    gone = dict.fromkeys(("retraction", "inertial", "line_angles", "distance", "climate_sensor", "barrier", "load_cells", "swivels"))
     regular = twin.simulation.winch.model_copy(update={"radius_walk": 2e-5, "sideways_walk": 2e-4})  # grooved drums
     winch = twin.owner.winch.model_copy(update={"max_speed": min(twin.owner.winch.max_speed, 12.0)})
     return twin.with_simulation(winch=regular).with_owner(

@@ -107,7 +107,10 @@ class Homing:
             self._torques.append(self.take_up.torques)
         if since < _CALM + _MEASURED or not self._torques:
             return self.take_up.hold()
-        failure = self._compare(np.mean(self._torques, axis=0))
+        try:
+            failure = self._compare(np.mean(self._torques, axis=0))
+        except AnswerError as error:
+            failure = str(error)
         if failure and self._goes_on():
             return self.take_up.hold()
         held = self.take_up.hold(failure)
@@ -219,11 +222,15 @@ class Homing:
     def _tensions_at(self, pose: Array, torques: Array, lengths: Array) -> Array:
         """Return the tensions (m,), N, by *torques* (w,), N m, with the platform thought to be at *pose* (n,).
 
-        Those expected there are NaN where it cannot hang; lines alone on their drums do not need them.
+        Raises `AnswerError` where they depend on those expected there, and it cannot hang there.
         """
         model = self.settings.model
-        expected = solve_inverse(model, hung(model, within(model.robot.platform.plane, pose)[None]))[0].tensions
-        return self.settings.tensions(torques, lengths, expected)
+        held = solve_inverse(model, hung(model, within(model.robot.platform.plane, pose)[None]))[0]
+        found = self.settings.tensions(torques, lengths, held.tensions)
+        if not np.isfinite(found).all():
+            at = ", ".join(f"{each:.2f}" for each in pose[:3].tolist())
+            raise AnswerError(f"the platform cannot hang at {at} m: {held.sentence()}")
+        return found
 
     def _carried(self, place: Array, torques: Array, lengths: Array, unseen: str) -> str:
         """Why the platform cannot be at *place*: it is outside the frame, or the lines would not carry it there."""
@@ -261,6 +268,8 @@ class Homing:
             self.notes.append(f"not proved to be the only equilibrium there: {proof.because}")
         if any(line.cable.creep is not None for line in own.model.robot.lines):
             self.notes.append("not counted: creep of cables, as nobody knows what they have crept by now")
+        if (retraction := own.model.robot.retraction) is not None:
+            self.notes.append(f"not measured: the length of the platform, {retraction.length:g} m by the robot file")
         try:
             near = None if own.model.n == 3 else solve_forward(own.model, lengths, guess=place).checked()
             tracker = Tracker(own.model, lengths, TrackerSettings(certify=not unproved), begin=near)

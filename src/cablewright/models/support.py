@@ -246,7 +246,7 @@ _ROWS: Final = (
     (_C.ROOM_ESTIMATION, _REJECTED, f"{_DRIVEN} body", "Use the estimator encoders"),
     (_C.ROOM_ESTIMATION, _REJECTED, "weightless no-drum-radius", _IN_FILE),
     (_C.ESTIMATION, _REJECTED, "no-diameter no-drum-radius", _IN_FILE),
-    (_C.HOMING, _REJECTED, "free-position few-shared-winches retraction", "Use forward with the measured lengths"),
+    (_C.HOMING, _REJECTED, "free-position few-shared-winches", "Use forward with the measured lengths"),
     (_C.DRIVES, _REJECTED, "no-diameter no-drum-radius", _IN_FILE),
     (_C.SERVE, _REJECTED, "free-position few-shared-winches", "Use inverse at poses"),
     (_C.KLIPPER, _REJECTED, "free-position few-shared-winches few-lines-in-plane", _WINCH_OR_URDF),

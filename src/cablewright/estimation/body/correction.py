@@ -39,7 +39,9 @@ def correct(settings: BodySettings, state: BodyState, acceleration: float) -> Sl
     measurement.set_gradients(state)
     slopes = measurement.slopes_of(state)
     measured = None if slopes is None else measurement.measurement_of(settings, state, slopes, acceleration)
-    if slopes is None or measured is None or not diagnosis.fits(settings, state, measured, acceleration):
+    if slopes is None or measured is None or not len(measured.innovation):
+        return slopes
+    if not diagnosis.fits(settings, state, measured, acceleration):
         return slopes
     before, base, covariance = (
         state.belief.unknowns.copy(),
