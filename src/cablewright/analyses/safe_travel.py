@@ -72,19 +72,17 @@ def driven(robot: Robot, job: Job, samples: Samples, beads: Beads) -> Samples:
 def driven_job(
     robot: Robot, job: Job, samples: Samples | None = None, toolpath: Toolpath | None = None
 ) -> tuple[Job, Samples]:
-    """Return a *job* with the largest speeds and the acceleration of its motion on a *robot*, and its samples.
+    """Return a *job* with the speeds, the acceleration and the corners of its motion on a *robot*, and its samples.
 
     They have the speeds and the travel moves of that motion. *samples*, *toolpath*: of the job; by default those of
     its file. Raises `InputError` where nothing limits a speed, or the robot cannot follow the job's schedule.
     """
-    as_written = job.motion.speed == "gcode" and job.motion.travel == "gcode"
-    if as_written and samples is not None:
-        return job, samples
     toolpath = toolpath or job.toolpath()
-    if as_written:
-        return job, unrounded(robot, job, toolpath, job.samples(toolpath))
     beads = job.beads(toolpath)
+    job = job.with_corners(beads)
     given = samples or unrounded(robot, job, toolpath, job.samples(toolpath, beads=beads))
+    if job.motion.speed == "gcode" and job.motion.travel == "gcode":
+        return job, given
     found = driven(robot, job, given, beads)
     return with_speeds(slowed(robot, job, found, beads), found), found
 

@@ -239,7 +239,6 @@ _ROWS: Final = (
     (_C.ELASTIC_CALIBRATION, _REJECTED, "guides tilted-swivel advantage cables few-lines-in-plane",
      "Calibrate with cable = rigid"),
     (_C.SIMULATION, _REJECTED, "weightless no-gravity no-diameter no-drum-radius", _IN_FILE),
-    (_C.SIMULATION, _REJECTED, "offset-point", "Give all lines the platform_point [0, 0, 0]"),
     (_C.MACHINE_FILE, _REJECTED, "weightless no-diameter no-drum-radius no-gravity", _IN_FILE),
     (_C.PRINT, _REJECTED, "free-position few-shared-winches", "Use check, or inverse at poses"),
     (_C.ESTIMATION, _REJECTED, "free-position", "Use forward with the measured lengths"),

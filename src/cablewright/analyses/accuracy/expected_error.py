@@ -30,7 +30,7 @@ from cablewright.models.statics import Equilibrium
 from cablewright.printing.path import Samples
 from cablewright.robot.uncertainty import Range
 from cablewright.solvers.linearise import Linearisation
-from cablewright.solvers.parameters import at_nozzle, departures, response
+from cablewright.solvers.parameters import at_nozzle, departures, range_response
 
 CELLS: Final = 12
 DRAWS: Final = 4000
@@ -158,18 +158,24 @@ class _Cells(Rows):
             errors[at] = np.linalg.norm(effects[at] @ drawn_values + offsets[at, :, None], axis=1)
         return errors
 
-    def solved(self, ranges: tuple[Range, ...], values: Array) -> Array:
-        """Errors (c, S), m, of machines with *values* (S, p) or (c, S, p); infinite without a sound equilibrium."""
+    def solved(self, ranges: tuple[Range, ...], values: Array, zero: Array) -> Array:
+        """Errors (c, S), m, of machines with *values* (S, p) or (c, S, p); infinite without a sound equilibrium.
+
+        *zero*: by how far each is off where its coordinates count from, (S, 3) or (c, S, 3), m; NaN: it is not there.
+        """
         points, _, ok = sampled(SpreadProblem(self.held, self.held.lengths, self.held.pose, ranges), values)
-        errors = np.linalg.norm(points - (self.held.nozzle - self.offsets)[:, None], axis=2)
-        return np.where(ok, errors, np.inf)
+        errors = np.linalg.norm(points - (self.held.nozzle - self.offsets)[:, None] - zero, axis=2)
+        return np.where(ok & np.isfinite(errors), errors, np.inf)
 
 
 class ExpectedErrorSearch:
     """The search along a job's samples, which come block by block."""
 
-    def __init__(self, ranges: Sequence[Range], samples: Samples, seed: int) -> None:
-        """Draw the machines for the path of these *samples*; those that lay material count, or all if none does."""
+    def __init__(self, ranges: Sequence[Range], samples: Samples, seed: int, zero: Equilibrium | None = None) -> None:
+        """Draw the machines for the path of these *samples*; those that lay material count, or all if none does.
+
+        *zero*: the solved row where coordinates count from, whose nozzle each machine takes for that; None: the frame.
+        """
         self._ranges, self._positions = tuple(ranges), samples.positions
         self._counts = samples.extruding if samples.extruding.any() else np.ones(len(samples), dtype=bool)
         self._parameters = [each.parameter for each in ranges]
@@ -181,6 +187,11 @@ class ExpectedErrorSearch:
         self._low = self._positions.min(axis=0)
         self._pitch = np.maximum(np.ptp(self._positions, axis=0), 1e-9) / CELLS
         self._cells: _Cells | None = None
+        self._zero, self._zero_effects = np.zeros((DRAWS, 3)), np.zeros((3, len(ranges)))
+        if zero is not None:
+            points, _, ok = sampled(SpreadProblem(zero, zero.lengths, zero.pose, self._ranges), self._values)
+            self._zero = np.where(ok[0, :, None], points[0] - zero.nozzle, np.nan)
+            self._zero_effects = at_nozzle(zero, range_response(zero, ranges))[0]
 
     def take(self, samples: Indices, held: Equilibrium, linear: Linearisation) -> None:
         """Add the solved rows *held* of these *samples*, with their linearisation."""
@@ -188,7 +199,7 @@ class ExpectedErrorSearch:
         if not count.any():
             return
         samples, held, linear = samples[count], held[count], linear[count]
-        effects = at_nozzle(held, response(held, self._parameters, linear))
+        effects = at_nozzle(held, range_response(held, self._ranges, linear)) - self._zero_effects
         offsets = self._interpolation(samples, held, linear)
         rms = np.sqrt((effects**2).sum(axis=1) @ self._mean_square + (offsets**2).sum(axis=1))
         self._rms[samples] = rms
@@ -232,15 +243,15 @@ class ExpectedErrorSearch:
     def _largest(self, cells: _Cells) -> Array:
         """The largest error (S,), m, of each machine, solved in more and more cells until that changes little."""
         straight = cells.straight(self._departures)
-        scouts = _percentile(cells.solved(self._ranges, self._values[:SCOUTS]))
+        scouts = _percentile(cells.solved(self._ranges, self._values[:SCOUTS], self._zero[:SCOUTS]))
         bent = scouts / np.maximum(_percentile(straight[:, :SCOUTS]), TINY)
         ranks = np.argsort(-straight * bent[:, None], axis=0, kind="stable").T  # (S, c)
         largest, first, count = np.zeros(len(ranks)), 0, FIRST
         while first < len(cells):
             before = _percentile(largest)
             chosen = ranks[:, first : first + count]
-            machines = np.repeat(self._values, chosen.shape[1], axis=0)[:, None]
-            errors = cells[chosen.ravel()].solved(self._ranges, machines).reshape(chosen.shape)
+            machines, zero = (np.repeat(each, chosen.shape[1], axis=0)[:, None] for each in (self._values, self._zero))
+            errors = cells[chosen.ravel()].solved(self._ranges, machines, zero).reshape(chosen.shape)
             largest = np.maximum(largest, errors.max(axis=1))
             first, count = first + count, 2 * count
             if _percentile(largest) <= (1.0 + SETTLED) * before or np.isinf(_percentile(largest)):

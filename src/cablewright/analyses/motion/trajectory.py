@@ -175,7 +175,9 @@ class Trajectory(Pictured):
             raise InputError(f"job {read.name}: motion.jerk = {read.motion.jerk:g}: leave it out for a trajectory")
         if any(step.rotation is not None or step.retraction is not None for step in read.schedule):
             raise InputError(f"job {read.name}: schedule: a trajectory does not turn or retract; give poses to spline")
-        samples, _ = sampled(robot, read, read.toolpath())
+        toolpath = read.toolpath()
+        read = read.with_corners(read.beads(toolpath))
+        samples, _ = sampled(robot, read, toolpath)
         law = read.time_law(samples)
         end = law.duration if duration is None else min(duration, law.duration)
         require_positive(duration=end)

@@ -46,7 +46,7 @@ def job_scene(robot: Robot, job: Job, progress: Progress = silent) -> SceneDescr
     """A job on a robot, with nothing judged: its path, and the robot at rest along it."""
     toolpath = job.toolpath(progress)
     bead = job.beads(toolpath).typical
-    motion = JobMotion.of(robot, *driven_job(robot, job, sampled(robot, job, toolpath)[0]))
+    motion = JobMotion.of(robot, *driven_job(robot, job, sampled(robot, job, toolpath)[0], toolpath))
     samples, law = motion.samples, motion.law
     poses, retraction = along(robot, job, samples)
     progress("states along the path", 0, 1)

@@ -96,6 +96,7 @@ def check(
     toolpath = in_room(job.toolpath(report), kept)
     _require_scale(robot, job, toolpath)
     beads = in_room(job.beads(toolpath, bead), kept)
+    job = job.with_corners(beads)
     samples, step = sampled(robot, job, toolpath, kept, beads)
     require_for_samples(len(samples), bytes_each(robot, room), "a check")
     travels: tuple[LedTravel, ...] = ()
@@ -110,7 +111,7 @@ def check(
     poses, drawn = along(robot, job, samples, kept)
     poses = nozzle_on_path(Model.full(robot), poses, samples.positions, drawn)
     path = JobPath(job, samples, motion.law, poses, drawn, beads, kept)
-    walked, chosen = _walked(path, robot, (uncertain.of(robot), skip, seed, report))
+    walked, chosen = _walked(path, robot, (uncertain.of(robot), uncertain.zeroed_at, skip, seed, report))
     expected = None if walked.search is None else walked.search.result()
     extra = (*_clearance(walked.distances, clearance), *_errors(expected, walked.statics.displacement, path))
     findings = ranked((*path.judged(robot, walked), *path.bounded(chosen, walked), *extra))
@@ -170,7 +171,8 @@ def _uncertainty(robot: Robot, given: Uncertainty | None) -> tuple[str, Uncertai
     if given is not None:
         return given.name or "given", given
     if robot.uncertainty is not None:
-        return robot.uncertainty.name or "robot file", robot.uncertainty
+        name = "robot file" if robot.uncertainty.parameters else ASSUMED
+        return robot.uncertainty.name or name, robot.uncertainty
     return ASSUMED, assumed_uncertainty(robot)
 
 
