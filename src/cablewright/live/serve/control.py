@@ -20,8 +20,8 @@ from cablewright.foundation.errors import CablewrightError, EnvironmentFault, In
 from cablewright.foundation.file_output import write_whole
 from cablewright.live.prints import loop
 from cablewright.live.prints.loop import StepRecorder
-from cablewright.live.prints.recorder import CHECKPOINT_INTERVAL, FolderRecorder, Timing
-from cablewright.live.prints.run import CHECKPOINT, alone_in, make_folder
+from cablewright.live.prints.recorder import FolderRecorder, Timing
+from cablewright.live.prints.run import CHECKPOINT, alone_in, folder_log, make_folder
 from cablewright.live.prints.snapshot_writer import SnapshotWriter
 from cablewright.live.serve.events import Events
 from cablewright.live.serve.jobs import folder_of, load_served, read_check, subject_of
@@ -30,7 +30,6 @@ from cablewright.live.serve.messages import LoadMessage
 from cablewright.live.serve.operator import PageOperator
 from cablewright.live.serve.station import Sitting, Station
 from cablewright.live.serve.telling import Telling, told_sitting, waiting_state
-from cablewright.machine.log.log import write_log
 from cablewright.machine.log.segments import FIRST_SEGMENT
 from cablewright.printing.job import Job
 from cablewright.running.store import MANIFEST, manifest_of
@@ -176,9 +175,7 @@ class Control:
         write_whole(folder / MANIFEST, json.dumps(manifest, indent=2).encode() + b"\n")
         with (
             alone_in(folder),
-            write_log(
-                folder / FIRST_SEGMENT, sitting.head, flush_every=CHECKPOINT_INTERVAL, clock=time.monotonic
-            ) as log,
+            folder_log(folder / FIRST_SEGMENT, sitting.head, drops=True) as log,
             SnapshotWriter(folder / CHECKPOINT, signature) as writer,
         ):
             yield FolderRecorder(log, writer, timing)
