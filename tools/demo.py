@@ -22,7 +22,8 @@ def main() -> int:
         return code
     print(textwrap.fill(checked["verdict"], 100))
     print(
-        f"  expected error  {1e3 * checked['expected_error']:.1f} mm (allowed: {1e3 * checked['max_expected_error']:.0f} mm)"
+        f"  expected error  {1e3 * checked['expected_error']:.1f} mm"
+        f" (allowed: {1e3 * checked['max_expected_error']:.0f} mm)"
     )
     print(f"  duration        {checked['duration'] / 3600:.0f} h")
     print(f"  report          {checked['report']}\n")

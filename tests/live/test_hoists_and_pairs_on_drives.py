@@ -68,7 +68,7 @@ def ring(machine: Machine, plant: SimulatedMachine, found: Bench) -> np.ndarray:
 def test_a_print_on_drives_is_that_of_the_plant_itself_to_the_encoders_resolution(robot: Robot) -> None:
     on = made(robot)
     there = ring(on.machine, on.rig.plant, on)
-    wired = on.twin.with_simulation(wire=Link())  # encoders at once, as on the bus
+    wired = on.twin.with_simulation(wire=Link())  # encoders without delay, as on the bus
     plant = SimulatedMachine(robot, wired, pose_of(made(robot)), seed=0)
     here = ring(plant, plant, on)
     winch = on.twin.owner.winch

@@ -40,7 +40,7 @@ def response(equilibrium: Equilibrium, parameters: Sequence[Parameter], linear: 
 
 
 def range_response(equilibrium: Equilibrium, ranges: Sequence[Range], linear: Linearisation | None = None) -> Array:
-    """Return the `response` to the parameters of *ranges*, with what zeroing pays out of each line."""
+    """Return the `response` to the parameters of *ranges*, with the cable that zeroing pays out of each line."""
     linear = linearise(equilibrium) if linear is None else linear
     out = response(equilibrium, [each.parameter for each in ranges], linear)
     return out + linear.motion[..., LENGTH] @ zeroing(ranges, equilibrium.model.m).T

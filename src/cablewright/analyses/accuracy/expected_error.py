@@ -44,7 +44,7 @@ SETTLED: Final = 0.005
 """Share of the result by which it may grow in the last cells, for no more to be solved."""
 
 LEVEL: Final = 0.95
-BLOCK: Final = 64  # cells evaluated at once
+BLOCK: Final = 64  # cells evaluated in one call
 TINY: Final = 1e-12  # m: errors to first order that are smaller are taken as this
 INTERPOLATION: Final = "interpolation"
 """Name of the cause that is no number of the robot: lengths are interpolated between samples."""

@@ -82,7 +82,7 @@ FIGURES = (
            partial(_by_label, "noise_sigma"), along="unknown", detail=True),
     Figure("model_sigma", "SI", "Standard deviation if every number that is considered were as wrong as assumed.",
            partial(_by_label, "model_sigma"), along="unknown", detail=True),
-    Figure("sigma_advice", "", "Which standard deviation to use, and which number makes most of it.", name="about sigma",
+    Figure("sigma_advice", "", "Which standard deviation to use; its largest source.", name="about sigma",
            detail=True),
     Figure("considered", "", "Numbers of the robot file that count as known: how far off they may be.",
            lambda of: of.doubt.considered, detail=True, parts=(
@@ -205,7 +205,7 @@ class Calibration(Pictured):
 
     @cached_property
     def covariance(self) -> Array:
-        """Covariance of the unknowns (k, k), with datum and priors: of noise, and of what the model may have wrong."""
+        """Covariance of the unknowns (k, k), with datum and priors: of noise and of possible errors of the model."""
         return self._of_all(self.doubt.covariance)
 
     @cached_property

@@ -12,7 +12,7 @@ MAX_WAITING: Final = 256
 
 
 class DiskThread:
-    """Calls what it is given in order, in a thread. Once a call has raised, the later ones are left out."""
+    """Make the given calls in order, in a thread. Once a call has raised, the later ones are left out."""
 
     def __init__(self) -> None:
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="log")
@@ -21,7 +21,7 @@ class DiskThread:
 
     @property
     def full(self) -> bool:
-        """Whether `MAX_WAITING` calls wait. Raises what a call has raised."""
+        """Whether `MAX_WAITING` calls wait. Raises the exception of a call that failed."""
         while self._waiting and self._waiting[0].done():
             self._waiting.popleft().result()
         return len(self._waiting) >= MAX_WAITING

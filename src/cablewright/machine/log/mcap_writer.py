@@ -40,7 +40,7 @@ _DIALECT: Final = "https://json-schema.org/draft/2020-12/schema"
 class McapWriter:
     """Writes messages of JSON in the order of `add`. Each chunk holds the schemas and channels that begin in it.
 
-    A chunk that is complete is packed and written by ``run``, which calls what it is given, once and in order, perhaps
+    A chunk that is complete is packed and written by ``run``, which makes the given call, once and in order, perhaps
     in another thread. The file is complete after `finish`, before which nothing given to ``run`` may be left.
     """
 

@@ -53,7 +53,7 @@ class TensionSensors(TimedSensor[TensionSensor, TensionFlaws]):
         # a motor sees the winch's side of the sheave, a load cell on its axle the mean of both
         by_motors, winches, arms = self.source == "motor_torques", self._winches, self._cables * state.truth.radii
         true = state.winch_tensions.copy() if by_motors else 0.5 * (true + state.winch_tensions)
-        if by_motors:  # a motor feels all cables of its drum: as a tension of the line that it is named for
+        if by_motors:  # a motor holds all cables of its drum: as a tension of the line that it is named for
             shared = winches.hosts[self._shared]
             true[shared] = winches.torques(true, arms)[self._shared] / arms[shared]
         m = len(true)
