@@ -52,6 +52,6 @@ def test_prose_counts_sentences_of_paragraphs_and_lists() -> None:
         "# Title here\n\nThe winch is driven by `a motor`. It stops.\n\n"
         "* one item\n* two items: three\n\n| a b | c d |\n"
     )
-    assert prose.sentences(text) == ["The winch is driven by code.", "It stops.", "one item", "two items: three"]
+    assert prose.sentences(text) == ["The winch is driven by Code.", "It stops.", "one item", "two items: three"]
     found = prose.prose(text)
     assert (found.sentences, found.median, found.long, found.passive) == (4, 2.5, 0.0, 0.25)

@@ -100,7 +100,7 @@ def sentences(text: str) -> list[str]:
     for paragraph in paragraphs(text):
         whole = re.sub(r"!\[[^\]]*\]\([^)]*\)", "", paragraph)
         whole = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", whole)
-        whole = ABBREVIATIONS.sub(r"\1", re.sub(r"(`+).+?\1", "code", whole))
+        whole = ABBREVIATIONS.sub(r"\1", re.sub(r"(`+).+?\1", "Code", whole))
         found += [each.strip() for each in END.split(whole) if len(each.split()) > 1]
     return found
 
