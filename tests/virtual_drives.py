@@ -65,7 +65,9 @@ def virtual_twin(name: str | Robot = "merlet2023", flow: float | None = None, **
     nodes = {winch: {"id": k + 1, "direction": (1, -1)[k % 2]} for k, winch in enumerate(robot.winch_names)}
     table = {"interface": "loopback", "channel": "43113", "nodes": nodes, "tension": 30.0}
     table["rated_torque"] = RATED[robot.name]
-    gone = dict.fromkeys(("retraction", "inertial", "line_angles", "distance", "climate_sensor", "barrier", "load_cells", "swivels"))
+    gone = dict.fromkeys(
+        ("retraction", "inertial", "line_angles", "distance", "climate_sensor", "barrier", "load_cells", "swivels")
+    )
     regular = twin.simulation.winch.model_copy(update={"radius_walk": 2e-5, "sideways_walk": 2e-4})  # grooved drums
     winch = twin.owner.winch.model_copy(update={"max_speed": min(twin.owner.winch.max_speed, 12.0)})
     return twin.with_simulation(winch=regular).with_owner(

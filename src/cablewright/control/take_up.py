@@ -163,8 +163,9 @@ class TakeUp:
 
 def pulls_of(reading: Tensions, arms: Array | None) -> Array:
     """Return the tension (w,), N, of a cable on each drum by a reading; *arms* as in `TakeUpSettings`."""
-    known = arms is not None and reading.torques is not None and len(reading.torques) == len(arms)
-    return np.asarray(reading.torques / arms) if known else reading.tensions
+    if arms is None or reading.torques is None or len(reading.torques) != len(arms):
+        return reading.tensions
+    return np.asarray(reading.torques / arms)
 
 
 WRONG_SIGN: Final = "its direction in the machine file is wrong, or its gear's sign in the drive"
