@@ -48,9 +48,9 @@ def with_margin(
     taut = 0.0 if robot.platform.plane is None else _TAUT
     low, high = np.array([line.tension_limits for line in robot.lines]).T
     wide, hung = high - low, np.isin(np.arange(robot.m), robot.hung)
-    lift = np.inf
+    pressed = 0.0  # N
     if robot.platform.may_lift:
-        lift = _PRESSED * float(np.max(solve_inverse(model, poses, path=True, retraction=retraction).plane_force))
+        pressed = -_PRESSED * float(np.max(solve_inverse(model, poses, path=True, retraction=retraction).plane_force))
     for share in _MARGINS:
         least = low + share * np.maximum(np.maximum(low, taut * wide), above)
         most = high - np.maximum(_BELOW * wide, share * np.asarray(below))
@@ -63,7 +63,7 @@ def with_margin(
         ]
         narrow = _near(replace(model, robot=robot.model_copy(update={"lines": tuple(lines)})))
         held = solve_inverse(narrow, poses, path=True, retraction=retraction)
-        if held.ok.all() and not (held.plane_force > lift).any():
+        if held.ok.all() and (not pressed > 0.0 or float(np.max(held.plane_force)) <= -pressed):
             return narrow, share
     return _near(model), 0.0
 
