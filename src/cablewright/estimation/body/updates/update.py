@@ -84,6 +84,9 @@ class Update(ABC):
     def set_prior(self, settings: BodySettings, layout: BodyLayout, variances: Array) -> None:
         """Set the *variances* (size,) of the sensor's own unknowns before any measurement."""
 
+    def drifted(self, layout: BodyLayout, covariance: Array, passed: float) -> None:
+        """Let the sensor's own unknowns drift for a time *passed*, s: the *covariance* (size, size) changes in place."""
+
     @abstractmethod
     def part(
         self, settings: BodySettings, state: BodyState, slopes: Slopes, read: Array, acceleration: float
