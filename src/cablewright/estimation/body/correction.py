@@ -36,7 +36,8 @@ def correct(settings: BodySettings, state: BodyState, acceleration: float) -> Sl
     )
     load(settings, state.layout, state.belief.unknowns, state.belief.covariance, state.load_path.follow(state.tensions))
     for sensor in settings.sensors:
-        sensor.drifted(state.layout, state.belief.covariance, state.latest.time - state.window.begin)
+        walked = (state.latest.time - state.window.begin) * sensor.walk(state.layout)
+        state.belief.covariance[np.diag_indices(len(walked))] += walked
     state.wound.measured_at = state.wound.paid
     measurement.set_gradients(state)
     slopes = measurement.slopes_of(state)

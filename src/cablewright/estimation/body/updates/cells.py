@@ -74,10 +74,11 @@ class Cells(Update):
         loss = settings.deviations.friction * (2.0 if self.source == _AT_THE_WINCH else 1.0)
         variances[layout.friction] = loss**2
 
-    def drifted(self, layout: BodyLayout, covariance: Array, passed: float) -> None:
-        """As `Update`: zeros walk."""
-        zeros = np.arange(layout.zero.start, layout.zero.stop)
-        covariance[zeros, zeros] += self.drift**2 * passed / _HOUR
+    def walk(self, layout: BodyLayout) -> Array:
+        """As `Update`: zeros do."""
+        found = np.zeros(layout.size)
+        found[layout.zero] = self.drift**2 / _HOUR
+        return found
 
     def part(
         self, settings: BodySettings, state: BodyState, slopes: Slopes, read: Array, acceleration: float

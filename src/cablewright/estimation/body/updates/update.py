@@ -84,8 +84,9 @@ class Update(ABC):
     def set_prior(self, settings: BodySettings, layout: BodyLayout, variances: Array) -> None:
         """Set the *variances* (size,) of the sensor's own unknowns before any measurement."""
 
-    def drifted(self, layout: BodyLayout, covariance: Array, passed: float) -> None:
-        """Let the sensor's own unknowns drift for a time *passed*, s: the *covariance* (size, size) changes in place."""
+    def walk(self, layout: BodyLayout) -> Array:
+        """Return the variances (size,) by which the sensor's unknowns walk in a second; they stay by default."""
+        return np.zeros(layout.size)
 
     @abstractmethod
     def part(
