@@ -45,9 +45,8 @@ _APART: Final = 0.05  # m between two places that are one
 class HomingSettings:
     """``lengths``: those at counts by what was saved, m; None: nothing valid was. ``accept``: takes what was found.
 
-    It is given the lengths (m,), their counts (w,) and their pose (n,). ``guess``: (n,)
-    m and rad, roughly where the platform is.
-    ``place``: (n,), where a person has measured it; None: nobody.
+    It is given the lengths (m,), their counts (w,) and their pose (n,). ``guess``: (n,) m and rad, roughly where the
+    platform is. ``place``: (n,), where a person has measured it; None: nobody.
     ``frame``: corners (3,), m, between which the platform has to be, and may be moved to find which line is wrong.
     ``tensions``: of torques (w,), N m, of the drums, and lengths, m, and of tensions (m,), N, that are expected: with
     what the lines pull, (m,) N. ``tension_error``: share of the platform's weight by which that may be off.

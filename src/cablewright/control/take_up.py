@@ -163,10 +163,9 @@ class TakeUp:
 
 def pulls_of(reading: Tensions, arms: Array | None) -> Array:
     """Return the tension (w,), N, of a cable on each drum by a reading; *arms* as in `TakeUpSettings`."""
-    torques = reading.torques
-    if arms is None or torques is None or len(torques) != len(arms):
+    if arms is None or reading.torques is None or len(reading.torques) != len(arms):
         return reading.tensions
-    return np.asarray(torques / arms)
+    return np.asarray(reading.torques / arms)
 
 
 WRONG_SIGN: Final = "its direction in the machine file is wrong, or its gear's sign in the drive"

@@ -25,10 +25,10 @@ _SILENCE: Final = 0.5  # s without a tension of the line
 class WinchJogSettings:
     """``line``: index of its winch, of ``lines`` winches. ``speed``: m/s of cable, positive pays out.
 
-    ``max_tension``: N, of the line while it reels in. ``radius``: m, the drum's largest, so that cable is never faster. ``min_tension``: N, under which the sign of a line
-    that is held must be wrong. ``deceleration``: m/s^2 of cable, when it is let
-    go. ``max_run_out``: m of cable, from the last order to rest. ``delay``: s from an order to the motion. ``arms``: as
-    in `TakeUpSettings`. ``opposed``: the drum reels another line in as it pays this one out.
+    ``max_tension``: N, of the line while it reels in. ``radius``: m, the drum's largest, so that cable is never faster.
+    ``min_tension``: N, under which the sign of a line that is held must be wrong. ``deceleration``: m/s^2 of cable,
+    when it is let go. ``max_run_out``: m of cable, from the last order to rest. ``delay``: s from an order to the
+    motion. ``arms``: as in `TakeUpSettings`. ``opposed``: the drum reels another line in as it pays this one out.
     """
 
     line: int

@@ -87,6 +87,14 @@ def tension_response(
     return out
 
 
+def range_tension_response(
+    equilibrium: Equilibrium, ranges: Sequence[Range], motion: Array, changes: TensionChanges
+) -> Array:
+    """Return the `tension_response` to the parameters of *ranges*, with the cable that zeroing pays out of each line."""
+    out = tension_response(equilibrium, [each.parameter for each in ranges], motion, changes)
+    return out + changes.own[..., LENGTH, None] * zeroing(ranges, equilibrium.model.m).T
+
+
 def _columns(equilibrium: Equilibrium, parameter: Parameter) -> Iterator[tuple[int, int, Array]]:
     """Yield lines with the parameter, its columns in the linearisation, and the factor (N,) to each column's unit."""
     if parameter.kind == "exit_compliance":

@@ -40,6 +40,7 @@ from cablewright.estimation.time_buffer import TimeBuffer
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import Status
 from cablewright.foundation.signals import Distance, Encoders, Estimate, Inertial, Scan, SensorFrame, frozen
+from cablewright.models.winch_lines import WinchLines
 from cablewright.solvers.continuation import TrackerSettings
 from cablewright.solvers.taut import taut_at
 
@@ -71,7 +72,7 @@ def start(settings: ObserverSettings) -> ObserverState:
         checks=ReadingChecks(
             FaultMonitor(dict(settings.timeouts)),
             None if settings.clock is None else ClockLead(settings.clock),
-            settings.model.m,
+            WinchLines.of(settings.model.robot),
         ),
         slackness=no_reading,
         turns=Turns(TimeBuffer(3, HISTORY_LENGTH), TimeBuffer(3, HISTORY_LENGTH)),
@@ -159,7 +160,7 @@ def _predict_lengths(settings: ObserverSettings, state: ObserverState, reading: 
     if state.tracker is None:
         _watch_standing(state, reading.time, rotation, dt)
     if state.drum_angles is None:
-        state.drum_angles = np.zeros(len(reading.counts))
+        state.drum_angles = np.zeros(settings.model.m)
         return
     if rotation is None:
         if dt > 0.0:
