@@ -26,7 +26,7 @@ class Wall:
     """Two exit points above a platform that hangs on them.
 
     ``left``, ``right``: m, where the belts leave; ``low``: m, the lowest y of the platform; None: unknown. ``lean``:
-    rad, of the wall from the vertical. ``mass``: kg, ``cable``: its table; None: assumed. ``winches``: table of the
+    rad, of the wall from the vertical. ``is_zeroed``: whether belts are zeroed with the platform at the origin. ``mass``: kg, ``cable``: its table; None: assumed. ``winches``: table of the
     left and the right winch.
     """
 
@@ -37,6 +37,7 @@ class Wall:
     mass: float | None = None
     cable: Mapping[str, Any] | None = None
     winches: tuple[Mapping[str, float], Mapping[str, float]] = field(default=({}, {}))
+    is_zeroed: bool = False
 
 
 def wall_robot(path: Path, wall: Wall, title: str, cable: str | None, assumed: Notes) -> Robot:
@@ -85,6 +86,9 @@ def wall_robot(path: Path, wall: Wall, title: str, cable: str | None, assumed: N
             for side, at, winch in zip(_SIDES, exits, wall.winches, strict=True)
         ],
     }
+    if wall.is_zeroed:
+        assumed.add("uncertainty.zeroed_at: belts are zeroed with the pen at the origin")
+        given["uncertainty"] = {"zeroed_at": (0.0, 0.0, 0.0)}
     return validated(Robot, given, path)
 
 
