@@ -26,8 +26,8 @@ class Wall:
     """Two exit points above a platform that hangs on them.
 
     ``left``, ``right``: m, where the belts leave; ``low``: m, the lowest y of the platform; None: unknown. ``lean``:
-    rad, of the wall from the vertical. ``is_zeroed``: whether belts are zeroed with the platform at the origin. ``mass``: kg, ``cable``: its table; None: assumed. ``winches``: table of the
-    left and the right winch.
+    rad, of the wall from the vertical. ``mass``: kg, ``cable``: its table; None: assumed. ``winches``: table of the
+    left and the right winch. ``is_zeroed``: whether belts are zeroed with the platform at the origin.
     """
 
     left: Place

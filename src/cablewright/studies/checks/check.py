@@ -82,9 +82,8 @@ def check(
     times as large as the frame or a G-code file that cannot be used; `EnvironmentFault` where more memory is needed
     than is free; an infeasible job raises nothing.
     """
-    for name in skip:
-        if name not in SKIPPABLE:
-            raise UnknownName("skip", name, SKIPPABLE)
+    if unknown := [name for name in skip if name not in SKIPPABLE]:
+        raise UnknownName("skip", unknown[0], SKIPPABLE)
     if not (np.isfinite(clearance) and clearance >= 0.0):
         raise InputError(f"clearance = {clearance:g}: must be at least 0 m")
     report = progress or silent

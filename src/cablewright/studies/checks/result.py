@@ -372,8 +372,8 @@ class Check(Result):
         near = self.nearest
         if near is not None and near.margin < 0.0 and self.robot.n == 3 and not any(self.robot.lines[0].platform_point):
             notes.append(
-                "lines meet in the nozzle in this robot file: where they meet above it, lines.platform_point says by how "
-                "much (of an import: --nozzle-below)"
+                "lines meet in the nozzle in this robot file: where they meet above it, lines.platform_point says by "
+                "how much (of an import: --nozzle-below)"
             )
         notes += overstretched(self.robot, LARGEST(self.statics.lines.highest_tension))
         notes += (*self.slower, *self.shaping.notes)
