@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
+from typing import Final
 
 from cablewright.foundation.units import Length, Vec3
 from cablewright.foundation.validation import Description
 from cablewright.robot.direction import Direction, unit_vector
+
+LEVEL: Final = 1e-9
+"""Share of a plane's normal that is not vertical, below which the plane is level."""
 
 OFF_PLANE = 1e-6
 """Distance from its plane, m, and rotation out of it, rad, up to which a pose counts as in the plane, and is moved into
@@ -41,6 +46,19 @@ class Plane(Description):
         """The world's axis across the plane, from 0; None where the plane is tilted."""
         along = [k for k, number in enumerate(self.across) if number]
         return along[0] if len(along) == 1 else None
+
+    @property
+    def directions(self) -> tuple[Vec3, Vec3]:
+        """Unit vectors in the plane: one that is level, to the right as seen against the normal, and one up the plane.
+
+        Of a level plane they are x and y; of one that holds both ways the first points towards x.
+        """
+        x, y, z = self.across
+        level = math.hypot(x, y)
+        if self.pulls and (y > 0.0 or (y == 0.0 and x < 0.0)):
+            x, y, z = -x, -y, -z
+        right = (1.0, 0.0, 0.0) if level < LEVEL else (-y / level + 0.0, x / level + 0.0, 0.0)
+        return right, (y * right[2] - z * right[1], z * right[0] - x * right[2], x * right[1] - y * right[0])
 
     def height(self, point: Iterable[float]) -> float:
         """Return the distance of a point (m, world) from the plane, positive along the normal."""
