@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Final
+from typing import Final, Self
+
+from pydantic import model_validator
 
 from cablewright.foundation.units import Length, Vec3
-from cablewright.foundation.validation import Description
+from cablewright.foundation.validation import Description, refusal
 from cablewright.robot.direction import Direction, unit_vector
 
 LEVEL: Final = 1e-9
@@ -24,12 +26,21 @@ class Plane(Description):
     ``normal``: (3,) world, across the plane, not zero, of any length; ``distance``: m, of the plane from the world's
     origin along the normal. The plane takes what acts along its normal, and of a body all moments about other axes.
     ``one_sided``: whether it only pushes, along its normal, as a board does from which the normal points out; false: it
-    holds both ways, as guides do; None: not given, and taken to push alone, which is the safe side.
+    holds both ways, as guides do; None: not given, and taken to push alone, which is the safe side. ``gcode_zero``: m,
+    world, of the zero of G-code whose X and Y are along the plane (see `directions`) and whose Z moves the tool alone,
+    as that of wall plotters and routers; None: G-code is in the world's coordinates.
     """
 
     normal: Direction
     distance: Length = 0.0
     one_sided: bool | None = None
+    gcode_zero: Vec3 | None = None
+
+    @model_validator(mode="after")
+    def _zero_is_in_it(self) -> Self:
+        if self.gcode_zero is not None and abs(self.height(self.gcode_zero)) > OFF_PLANE:
+            raise refusal("gcode_zero", f"is {self.height(self.gcode_zero):g} m off the plane: give a point in it")
+        return self
 
     @property
     def across(self) -> Vec3:

@@ -16,6 +16,7 @@ from cablewright.robot import Robot
 
 BELT: Final = "belt-at5-10mm"
 PEN: Final = 0.3  # kg, assumed
+ORIGIN: Final = (0.0, 0.0, 0.0)
 _SIDES: Final = ("left", "right")
 
 Place = tuple[float, float]
@@ -78,7 +79,7 @@ def wall_robot(path: Path, wall: Wall, title: str, cable: str | None, assumed: N
         "platform": {
             "kind": "point",
             "mass": mass,
-            "plane": {"normal": out, "distance": 0.0, "one_sided": bool(wall.lean)},
+            "plane": {"normal": out, "distance": 0.0, "one_sided": bool(wall.lean), "gcode_zero": ORIGIN},
         },
         "lines": [
             {"name": side, "exit_point": at, "sheave": {"kind": "eyelet"}, "cable": table, "tension_limits": limits}
@@ -88,7 +89,7 @@ def wall_robot(path: Path, wall: Wall, title: str, cable: str | None, assumed: N
     }
     if wall.is_zeroed:
         assumed.add("uncertainty.zeroed_at: belts are zeroed with the pen at the origin")
-        given["uncertainty"] = {"zeroed_at": (0.0, 0.0, 0.0)}
+        given["uncertainty"] = {"zeroed_at": ORIGIN}
     return validated(Robot, given, path)
 
 

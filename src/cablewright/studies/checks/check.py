@@ -19,7 +19,7 @@ from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError, UnknownName
 from cablewright.foundation.paging import Room, in_room
 from cablewright.foundation.progress import Progress, silent
-from cablewright.models.job_poses import along, path_box, sampled
+from cablewright.models.job_poses import along, on_plane, path_box, sampled
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
 from cablewright.printing.beads import Bead
@@ -90,7 +90,7 @@ def check(
     full = Model.full(robot, tension_limits=tension_limits)
     robot = full.robot if full.tension_limits is None else full.robot.limited(full.tension_limits)
     require(robot, Capability.CHECK)
-    job = job if isinstance(job, Job) else load_job(job)
+    job = on_plane(robot, job if isinstance(job, Job) else load_job(job))
     kept = Room(room)
     toolpath = in_room(job.toolpath(report), kept)
     _require_scale(robot, job, toolpath)
