@@ -19,7 +19,7 @@ from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.paging import MEMORY, Room, blocks
 from cablewright.foundation.progress import Progress, silent
 from cablewright.foundation.results import Figure
-from cablewright.models.job_poses import poses_at, unrounded
+from cablewright.models.job_poses import on_plane, poses_at, unrounded
 from cablewright.models.statics import Model
 from cablewright.printing.beads import Beads
 from cablewright.printing.job import Job
@@ -77,6 +77,7 @@ def driven_job(
     They have the speeds and the travel moves of that motion. *samples*, *toolpath*: of the job; by default those of
     its file. Raises `InputError` where nothing limits a speed, or the robot cannot follow the job's schedule.
     """
+    job = on_plane(robot, job)
     toolpath = toolpath or job.toolpath()
     beads = job.beads(toolpath)
     job = job.with_corners(beads)

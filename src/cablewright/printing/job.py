@@ -64,6 +64,7 @@ def _possible(speed: float) -> float:
 
 
 _Speed = Annotated[Speed, Ge(1e-6), AfterValidator(_possible), Field(json_schema_extra={"maximum": _MAX_SPEED})]
+_Unit = tuple[float, float, float]
 _Coordinate = Annotated[Length, Ge(-MAX_COORDINATE), Le(MAX_COORDINATE)]
 
 
@@ -155,6 +156,11 @@ class Job(FileDescription):
     scale: Annotated[float, Field(strict=True, ge=1e-4, le=1e4)] = 1.0
     origin: tuple[_Coordinate, _Coordinate, _Coordinate] = (0.0, 0.0, 0.0)
     """Position of the scaled path's zero, m, machine."""
+    axes: tuple[_Unit, _Unit] | None = None
+    """Directions of the path's X and Y on the machine, where its Z moves the tool and not the platform.
+
+    None: by the robot's `Plane.gcode_zero`, or the machine's axes.
+    """
     bead: Bead = Bead()
     """What it leaves open is taken from G-code, see `beads`."""
     motion: Motion = Motion()
@@ -171,6 +177,8 @@ class Job(FileDescription):
             raise ValueError(f"{' and '.join(given) or 'no path'} given: give one of gcode, [curve] and [helix]")
         if self.material != "E" and self.gcode is None:
             raise refusal("material", "is for G-code; a path in numbers lays material on all of it")
+        if self.axes is not None and np.abs(np.array(self.axes) @ np.transpose(self.axes) - np.eye(2)).max() > 1e-6:
+            raise refusal("axes", "must be two unit vectors at right angles, as [1, 0, 0] and [0, 0, 1]")
         for low, high in pairwise(step.z for step in self.schedule):
             if not low < high:
                 raise refusal("schedule", f"heights must rise; {high:g} m follows {low:g} m")
@@ -200,8 +208,10 @@ class Job(FileDescription):
         if isinstance(self.path, Path):
             step = max((self.sampling.step or DEFAULT_STEP) / self.scale, SHORTEST_ARC_STEP)
             error = max(self.sampling.arc_error / self.scale, SMALLEST_ARC_ERROR)
-            return parse(self.path, step, progress, arc_error=error, material=self.material)
-        return self.path.toolpath()
+            found = parse(self.path, step, progress, arc_error=error, material=self.material)
+        else:
+            found = self.path.toolpath()
+        return found if self.axes is None else found.along(*self.axes)
 
     def beads(self, toolpath: Toolpath, given: Bead | None = None) -> Beads:
         """Return the beads of the moves of the *toolpath*: *given*, or else those of the job file, or of the G-code."""

@@ -190,7 +190,9 @@ class Uncertainty(FileDescription):
     def _is_not_empty(self) -> Self:
         # not by min_length, which also reports an error where every entry has its own
         if not self.parameters and self.zeroed_at is None:
-            raise refusal("parameters", "must have at least 1 entry")
+            raise refusal(
+                "parameters", "must have at least 1 entry" if "parameters" in self.model_fields_set else "is missing"
+            )
         return self
 
     def of(self, robot: Described, origin: str = "the uncertainty") -> tuple[Range, ...]:

@@ -46,6 +46,7 @@ from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import read_log
 from cablewright.machine.log.segments import next_segment
 from cablewright.machine.settings import MachineSettings, extruding
+from cablewright.models.job_poses import on_plane
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
@@ -157,6 +158,7 @@ def print_on_drives(
     """
     if job.robot not in (None, robot.name):
         raise InputError(f"job {job.name!r}: robot = {job.robot!r}, but the robot is {robot.name!r}")
+    job = on_plane(robot, job)
     toolpath = job.toolpath()
     job, samples = driven_job(robot, job, toolpath=toolpath)
     bead, differing = job.typical_bead(toolpath)

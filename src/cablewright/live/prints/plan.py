@@ -31,6 +31,7 @@ from cablewright.machine.simulated.settings import TwinSettings, whole_machine
 from cablewright.machine.simulated.severities import with_severity
 from cablewright.machine.simulated.severity_tables import SEVERITIES
 from cablewright.machine.simulated.simulated_machine import PLANTS
+from cablewright.models.job_poses import on_plane
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
 from cablewright.printing.job import Job
@@ -148,6 +149,7 @@ def twin_of(
     require_robot(given.owner, robot.name)
     chosen = choices.estimator or best_estimator(given.owner)
     _require_places(choices, chosen, robot, given.owner)
+    job = on_plane(robot, job)
     toolpath = job.toolpath()
     asked, (job, samples) = job, driven_job(robot, job, samples, toolpath=toolpath)
     bead, differing = job.typical_bead(toolpath)

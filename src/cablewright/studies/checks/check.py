@@ -19,7 +19,7 @@ from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError, UnknownName
 from cablewright.foundation.paging import Room, in_room
 from cablewright.foundation.progress import Progress, silent
-from cablewright.models.job_poses import along, path_box, sampled
+from cablewright.models.job_poses import along, on_plane, path_box, sampled
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
 from cablewright.printing.beads import Bead
@@ -81,15 +81,14 @@ def check(
     for a model under another law, a schedule that it cannot follow, a path many times as large as the frame or a G-code
     file that cannot be used; `EnvironmentFault` for too little free memory; an infeasible job raises nothing.
     """
-    for name in skip:
-        if name not in SKIPPABLE:
-            raise UnknownName("skip", name, SKIPPABLE)
+    if unknown := [name for name in skip if name not in SKIPPABLE]:
+        raise UnknownName("skip", unknown[0], SKIPPABLE)
     if not (np.isfinite(clearance) and clearance >= 0.0):
         raise InputError(f"clearance = {clearance:g}: must be at least 0 m")
     full = Model.full(robot, tension_limits=tension_limits)
     robot = full.robot if full.tension_limits is None else full.robot.limited(full.tension_limits)
     require(robot, Capability.CHECK)
-    job = job if isinstance(job, Job) else load_job(job)
+    job = on_plane(robot, job if isinstance(job, Job) else load_job(job))
     kept = Room(room)
     toolpath = in_room(job.toolpath(report := progress or silent), kept)
     _require_scale(robot, job, toolpath)

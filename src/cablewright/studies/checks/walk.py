@@ -13,6 +13,7 @@ from cablewright.analyses.inertia_forces import fed_forward
 from cablewright.analyses.job_distances import Clearances, JobDistances
 from cablewright.analyses.motion.path_swing import PathSwing, SwingExtremes
 from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import AnswerError
 from cablewright.foundation.paging import Room, blocks, let_go, room_for, write_rows
 from cablewright.foundation.progress import Progress
 from cablewright.foundation.units import Vec3
@@ -79,6 +80,8 @@ class JobPath:
         search = None
         if "expected-error" not in skip:
             zero = None if zeroed_at is None else solve_inverse(full, full.unrotated_at(np.array([zeroed_at])))
+            if zero is not None and not zero.ok.all():
+                raise AnswerError(f"uncertainty.zeroed_at = {list(zeroed_at or ())} m: {zero[0].sentence()}")
             search = ExpectedErrorSearch(ranges, self.samples, seed, zero)
         rows, swing = len(self.poses), PathSwing(full)
         solved: PathStatics | None = None
