@@ -38,9 +38,8 @@ def tolerances(quick: bool) -> Figure:
     return words(
         drawn,
         f"Wang 2021, Fig. 4: mu by both tolerances, 20 poses, with Jacobian, mean of {starts} starts",
-        "Reproduced: mu falls with the tolerances to a floor. Not reproduced: FunctionTolerance as the stronger of "
-        "the two; the "
-        "solvers define them differently.",
+        "Reproduced: mu falls with the tolerances to a floor. Not reproduced: FunctionTolerance as the stronger. Here "
+        "it changes nothing, because SciPy compares it with a sum of squares that falls to zero.",
         *ASSUMED,
     )
 

@@ -94,6 +94,13 @@ class _Page:
     shrink: float = 1.0
 
 
+class Picture(Figure):
+    """A figure that a notebook shows without a window or a backend of its own."""
+
+    def _repr_png_(self) -> bytes:
+        return png(self)
+
+
 @contextmanager
 def drawing(width: float | str | None = None, style: str | Path | Mapping[str, Any] | None = None) -> Iterator[None]:
     """Give matplotlib this style, whatever the user's own settings are, and give those back afterwards.
@@ -176,7 +183,7 @@ def figure(width: float, height: float) -> Figure:
     if _Page.width is not None:
         scale = _Page.width / width
         width, height = _Page.width, height * scale * min(max(_Page.shrink / scale, 1.0), _TALLEST)
-    made = Figure(figsize=(width, height), dpi=_DPI, layout="constrained", facecolor="white")
+    made = Picture(figsize=(width, height), dpi=_DPI, layout="constrained", facecolor="white")
     FigureCanvasAgg(made)
     return made
 

@@ -25,6 +25,7 @@ PICTURES: Final = {
     "Fit": ("fit", "fit_picture"),
     "Interference": ("interference", "interference_picture"),
     "JobInterference": ("interference", "interference_picture"),
+    "LoopComparison": ("simulation", "loops_picture"),
     "MeasuredModes": ("modes", "swing_picture"),
     "Modes": ("modes", "modes_picture"),
     "BracketStress": ("bracket", "bracket_picture"),

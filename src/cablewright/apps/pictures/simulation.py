@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from cablewright.apps import style
 from cablewright.foundation.arrays import Array
 from cablewright.live.error_statistics import SLACK
+from cablewright.live.loops import LoopComparison
 from cablewright.live.replay import Replay, Replays
 from cablewright.live.simulate import Simulation
 
@@ -42,6 +43,20 @@ def simulation_picture(simulated: Simulation) -> Figure:
     axes[2].legend(loc="upper center", bbox_to_anchor=(0.5, -0.35), ncols=4)
     for each in axes[:2]:
         each.tick_params(labelbottom=False)
+    return drawn
+
+
+def loops_picture(found: LoopComparison) -> Figure:
+    """Draw the errors of closed loops over time: a curve for each combination, of all its seeds."""
+    drawn, axes = style.axes(8.0, 4.6)
+    names = list(dict.fromkeys(run.name for run in found.runs))
+    for run in found.runs:
+        look = style.curve(names.index(run.name))
+        first = run is next(each for each in found.runs if each.name == run.name)
+        axes.plot(run.times, 1e3 * run.errors, linewidth=1.2, label=run.name if first else None, **look)
+    axes.set(xlabel="time in s", ylabel="distance from the target in mm", ylim=(0.0, None))
+    axes.set_title(f"{style.label(found.robot)}: controller, estimator, plant")
+    style.legend_below(drawn, axes, columns=3)
     return drawn
 
 
