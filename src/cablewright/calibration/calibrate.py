@@ -24,7 +24,7 @@ from cablewright.calibration.poses.elastic import ElasticProblem, problem_of
 from cablewright.calibration.poses.fit import PoseFit, framed, to_file_frame
 from cablewright.calibration.poses.observability import Information, information
 from cablewright.calibration.poses.problem import SURVEY, CalibrationProblem
-from cablewright.calibration.poses.starts import best_fit, elastic_fit, first_start
+from cablewright.calibration.poses.starts import best_fit, elastic_fit, first_start, near_poses
 from cablewright.calibration.poses.sufficient_data import check, check_lengths
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.progress import Progress, silent
@@ -81,6 +81,7 @@ def calibrate(
     plan, robot = plan_of(plan), model.robot
     measured = data if isinstance(data, Measured) else read_measured(data, robot)
     check_lengths(robot, measured)
+    measured = near_poses(model, measured, plan, seed, rough, progress)
     problem = problem_of(model, measured, plan)
     free = problem.without_datum()
     check(free)

@@ -82,8 +82,7 @@ FIGURES = (
            partial(_by_label, "noise_sigma"), along="unknown", detail=True),
     Figure("model_sigma", "SI", "Standard deviation if every number that is considered were as wrong as assumed.",
            partial(_by_label, "model_sigma"), along="unknown", detail=True),
-    Figure("sigma_advice", "", "Which standard deviation to use, and which number makes most of it.", name="about sigma",
-           detail=True),
+    Figure("sigma_advice", "", "Which standard deviation to use, and which number makes most of it.", detail=True),
     Figure("considered", "", "Numbers of the robot file that count as known: how far off they may be.",
            lambda of: of.doubt.considered, detail=True, parts=(
         Figure("words", "", "The number."),

@@ -220,9 +220,10 @@ def _moved(found: Calibration, rough: float) -> Iterator[_Reason]:
                 True,
             )
     for prior in problem.plan.priors:
-        for unknown, change in zip(found.unknowns, found.changes, strict=True):
-            if prior.is_of(unknown) and abs(change) > _PRIOR[0] * prior.deviation:
-                times = abs(change) / prior.deviation
+        for unknown, change, value in zip(found.unknowns, found.changes, found.values, strict=True):
+            off = abs(change if prior.value is None else value - prior.value)
+            if prior.is_of(unknown) and not prior.alike and off > _PRIOR[0] * prior.deviation:
+                times = off / prior.deviation
                 moved = f"{unknown.label} moves by {times:.3g} times the {prior.deviation:g} of its prior"
                 yield _Reason(f"{moved}, limit {_PRIOR[0]:g}", times > _PRIOR[1])
 
