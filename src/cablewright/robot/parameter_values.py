@@ -126,15 +126,15 @@ def with_compliance(line: Line, path: str, value: float) -> Line:
     return changed
 
 
-def with_build_up(line: Line, path: str, value: float) -> Line:
+def with_build_up(line: Line, _path: str, value: float) -> Line:
     """Return the line with another build-up of its drum; none where that is 0 or less.
 
     Raises `InputError` for a line whose file has no build-up, and so no length at which its drum has its radius.
     """
     if line.winch.build_up is None:
         raise InputError(f"build_up: line {line.name!r} has no winch.build_up")
-    changed: Line = _with(line, path, value if value > 0.0 else None)
-    return changed
+    winch = line.winch.model_copy(update={"build_up": value if value > 0.0 else None})
+    return line.model_copy(update={"winch": winch})
 
 
 def with_exit(line: Line, path: str, value: float) -> Line:

@@ -234,10 +234,7 @@ def _considered(problem: CalibrationProblem, found: PoseFit) -> tuple[Derivative
     sensors = believed_of_sensors(problem.measured, plan.sigma)
     names += [name for name in sensors if name not in plan.unknowns]
     names += dict.fromkeys(name for name in uncertain(plan) if name not in (*names, STRETCH))
-    more = {"unknowns": (*plan.unknowns, *names), "shared": (*plan.shared, *shared)}
-    wider = problem.with_plan(plan.model_copy(update=more))
-    theta = np.append(found.theta, wider.free[len(problem.free_unknowns) :])  # those found, and the file's
-    rows = wider.derivatives(theta, found.poses, found.weights)
+    wider, rows = with_more(problem, found, names, shared)
     share = max(creep_share(line) for line in robot.lines)
     sigmas = {"modulus": math.hypot(MODULUS, share)} | sensors
     numbers, columns = [], []
@@ -258,6 +255,17 @@ def _considered(problem: CalibrationProblem, found: PoseFit) -> tuple[Derivative
         columns[-1][:, : robot.m] = problem.of_poses(found.weights)[:, : robot.m] * stretch
         numbers.append(Considered(STRETCH, None, _STRETCH_WORDS, "1", 0.0, sigma, 0.0))
     return rows, np.stack(columns, axis=2) if columns else np.zeros((problem.poses, problem.per_pose, 0)), numbers
+
+
+def with_more(
+    problem: CalibrationProblem, found: PoseFit, names: Sequence[str], shared: Sequence[str]
+) -> tuple[CalibrationProblem, Derivatives]:
+    """Return the problem with more unknowns *names*, some *shared* by all lines, and its rows at a fit and the file."""
+    plan = problem.plan
+    more = {"unknowns": (*plan.unknowns, *names), "shared": (*plan.shared, *shared)}
+    wider = problem.with_plan(plan.model_copy(update=more))
+    theta = np.append(found.theta, wider.free[len(problem.free_unknowns) :])
+    return wider, wider.derivatives(theta, found.poses, found.weights)
 
 
 def _believed(robot: Robot, number: Unknown, start: float) -> float:
@@ -286,18 +294,23 @@ def believed_of_sensors(measured: Measured, sigma: Sigmas) -> dict[str, float]:
 
 
 def stretch_of(problem: CalibrationProblem, theta: Array, poses: Array) -> Array | None:
-    """Return by how much each line (N, m) stretches by the file's stiffness, m; None if nothing says what loads them.
+    """Return by how much each line (N, m) stretches by the file's stiffness, m; None as `loads_of`."""
+    tensions = loads_of(problem, theta, poses)
+    compliance = 1.0 / np.array([line.cable.stiffness for line in problem.robot.lines])
+    return None if tensions is None else np.asarray(tensions * problem.lengths(theta, poses) * compliance)
 
-    With the tensions of equilibria, measured ones, or the least that hold the pose.
+
+def loads_of(problem: CalibrationProblem, theta: Array, poses: Array) -> Array | None:
+    """Return the tensions (N, m), N: of equilibria, measured ones, or the least that hold the pose; 0 where none do.
+
+    None where nothing loads the lines, or says how.
     """
     robot = problem.robot
-    lengths = problem.lengths(theta, poses)
-    compliance = 1.0 / np.array([line.cable.stiffness for line in robot.lines])
     tensions = problem.known_tensions(theta, poses)
     if tensions is None:
-        if not (robot.scene.gravity > 0.0 and robot.m >= robot.freedoms):  # nothing loads them, or says how
+        if not (robot.scene.gravity > 0.0 and robot.m >= robot.freedoms):
             return None
         exits = np.broadcast_to(problem.points(theta), (problem.poses, robot.m, 3))
         model = Model(robot, Fidelity.of(CableLaw.RIGID))
         tensions = solve_inverse(model, poses, exit_points=np.ascontiguousarray(exits)).tensions
-    return np.asarray(np.nan_to_num(tensions) * lengths * compliance)
+    return np.asarray(np.nan_to_num(tensions))
