@@ -203,6 +203,10 @@ def _notes(
         yield f"no sigma.encoder is given: {problem.encoder_sigma * 1e3:g} mm is assumed"
     if (given is not None or problem.elastic) and math.isfinite(chi) and not 0.5 < chi < 2.0 and alone.redundancy > 5:
         yield f"residuals are {chi:.3g} times what the given sigmas predict"
+    plan, measured = problem.plan, problem.measured
+    tests_height = measured.positioned or plan.points or plan.planes or plan.ranges or plan.level is not None
+    if problem.named("exit_point").any() and not tests_height:
+        yield "nothing that was measured tests heights: an error of the model along z does not show in the sigmas"
     if rejected:
         yield f"{len(rejected)} of {problem.poses} poses do not fit the others: all or a line of each is left out"
 
