@@ -18,24 +18,26 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from cablewright.calibration.measurements import SENSORS, Measured
-from cablewright.calibration.plan import Sigmas
+from cablewright.calibration.plan import STRETCH, Sigmas
 from cablewright.calibration.poses.fit import PoseFit
 from cablewright.calibration.poses.observability import Information, projected
 from cablewright.calibration.poses.problem import CalibrationProblem, Derivatives
+from cablewright.calibration.sensors.known_numbers import known_deviation, uncertain
+from cablewright.calibration.unknowns import Unknown
 from cablewright.foundation.arrays import Array
 from cablewright.models.creep import hour_compliance
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
-from cablewright.robot import Eyelet, Line
+from cablewright.robot import Eyelet, Line, Robot
 from cablewright.solvers.inverse import solve_inverse
 
 RADIUS: Final = 0.03  # of a sheave's radius: the cable's own radius may be in it or not
+IMPORTED: Final = 0.1  # of the build-up in the file, as a drum's width or a cable's packing is known
 BUILD_UP: Final = 2e-3  # 1/m: a layer of 4 mm cable on a drum of 0.1 m, every 20 m
-STRETCH: Final = 1.0  # of that by the file's stiffness, where lines count as stiff
+ENTIRELY: Final = 1.0  # of that by the file's stiffness, where lines count as stiff
 MODULUS: Final = 0.2  # of the file's, where lines stretch
 CELL: Final = 0.01  # of a load cell's scale: the class of ordinary ones
 MOUNT: Final = 0.2  # of the compliance in the file, where mounts give
-STRETCH_NAME: Final = "stretch"
 _STRETCH_WORDS: Final = "stretch of all lines over that by the file"
 _LEAST: Final = 0.05  # of the information: min that is left without a pose
 _CHANCE: Final = 2.0  # standard deviations of a variance by scatter, up to which noise explains it
@@ -45,7 +47,7 @@ _CHANCE: Final = 2.0  # standard deviations of a variance by scatter, up to whic
 class Considered:
     """A number of the file that counts as known: how far off the data say it is."""
 
-    name: str  # in the registry, or `STRETCH_NAME`
+    name: str  # in the registry, or `STRETCH`
     line: str | None
     words: str
     unit: str
@@ -221,35 +223,57 @@ def _considered(problem: CalibrationProblem, found: PoseFit) -> tuple[Derivative
     robot, plan, names = problem.robot, problem.plan, []
     if "sheave_radius" not in plan.unknowns and any(not isinstance(line.sheave, Eyelet) for line in robot.lines):
         names.append("sheave_radius")
-    if not {"build_up", "drum_radius"} & set(plan.unknowns):
+    if "build_up" not in plan.unknowns and ("drum_radius" not in plan.unknowns or problem.measured.by_drum):
         names.append("build_up")
     if problem.elastic and "modulus" not in plan.unknowns:
         names.append("modulus")
     if "exit_compliance" not in plan.unknowns and any(_gives(line) for line in robot.lines):
         names.append("exit_compliance")
-    shared = tuple(name for name in names if name not in ("sheave_radius", "exit_compliance"))
+    wound = any(line.winch.build_up for line in robot.lines)
+    shared = tuple(name for name in names if name in ("build_up", "modulus") and not (wound and name == "build_up"))
     sensors = believed_of_sensors(problem.measured, plan.sigma)
     names += [name for name in sensors if name not in plan.unknowns]
-    more = {"unknowns": (*plan.unknowns, *names), "shared": (*plan.shared, *shared)}
-    wider = problem.with_plan(plan.model_copy(update=more))
-    theta = np.append(found.theta, wider.free[len(problem.free_unknowns) :])  # those found, and the file's
-    rows = wider.derivatives(theta, found.poses, found.weights)
+    names += dict.fromkeys(name for name in uncertain(plan) if name not in (*names, STRETCH))
+    wider, rows = with_more(problem, found, names, shared)
     share = max(creep_share(line) for line in robot.lines)
-    sigmas = {"build_up": BUILD_UP, "modulus": math.hypot(MODULUS, share)} | sensors
+    sigmas = {"modulus": math.hypot(MODULUS, share)} | sensors
     numbers, columns = [], []
     for at, each in enumerate(wider.free_unknowns[len(found.theta) :], len(found.theta)):
         start = float(wider.start[wider.unknowns.index(each)]) * each.size
-        sigma = sigmas.get(each.name, (MOUNT if each.name == "exit_compliance" else RADIUS) * start)
+        sigma = known_deviation(plan, each.name, each.line)
+        if sigma is None:
+            sigma = sigmas.get(each.name) or _believed(robot, each, start)
         if sigma > 0.0:
             numbers.append(Considered(each.kind, each.line, each.label, each.unit, 0.0, sigma, 0.0))
             columns.append(rows.by_unknown[..., at] / each.size)
     stretch = None if problem.elastic else stretch_of(problem, found.theta, found.poses)
     if stretch is not None:
+        given = known_deviation(plan, STRETCH, None)
+        sigma = math.hypot(ENTIRELY, share) if given is None else given
+    if stretch is not None and sigma > 0.0:
         columns.append(np.zeros((problem.poses, problem.per_pose)))
         columns[-1][:, : robot.m] = problem.of_poses(found.weights)[:, : robot.m] * stretch
-        sigma = math.hypot(STRETCH, share)
-        numbers.append(Considered(STRETCH_NAME, None, _STRETCH_WORDS, "1", 0.0, sigma, 0.0))
+        numbers.append(Considered(STRETCH, None, _STRETCH_WORDS, "1", 0.0, sigma, 0.0))
     return rows, np.stack(columns, axis=2) if columns else np.zeros((problem.poses, problem.per_pose, 0)), numbers
+
+
+def with_more(
+    problem: CalibrationProblem, found: PoseFit, names: Sequence[str], shared: Sequence[str]
+) -> tuple[CalibrationProblem, Derivatives]:
+    """Return the problem with more unknowns *names*, some *shared* by all lines, and its rows at a fit and the file."""
+    plan = problem.plan
+    more = {"unknowns": (*plan.unknowns, *names), "shared": (*plan.shared, *shared)}
+    wider = problem.with_plan(plan.model_copy(update=more))
+    theta = np.append(found.theta, wider.free[len(problem.free_unknowns) :])
+    return wider, wider.derivatives(theta, found.poses, found.weights)
+
+
+def _believed(robot: Robot, number: Unknown, start: float) -> float:
+    """Return the standard deviation assumed of a number of lines, by its value in the file or in the fit, *start*."""
+    if number.name == "build_up":
+        own = [line.winch.build_up or 0.0 for line in robot.lines if number.of_line(line.name)]
+        return IMPORTED * max(own) or BUILD_UP
+    return (MOUNT if number.name == "exit_compliance" else RADIUS) * start
 
 
 def creep_share(line: Line) -> float:
@@ -270,18 +294,23 @@ def believed_of_sensors(measured: Measured, sigma: Sigmas) -> dict[str, float]:
 
 
 def stretch_of(problem: CalibrationProblem, theta: Array, poses: Array) -> Array | None:
-    """Return by how much each line (N, m) stretches by the file's stiffness, m; None if nothing says what loads them.
+    """Return by how much each line (N, m) stretches by the file's stiffness, m; None as `loads_of`."""
+    tensions = loads_of(problem, theta, poses)
+    compliance = 1.0 / np.array([line.cable.stiffness for line in problem.robot.lines])
+    return None if tensions is None else np.asarray(tensions * problem.lengths(theta, poses) * compliance)
 
-    With the tensions of equilibria, measured ones, or the least that hold the pose.
+
+def loads_of(problem: CalibrationProblem, theta: Array, poses: Array) -> Array | None:
+    """Return the tensions (N, m), N: of equilibria, measured ones, or the least that hold the pose; 0 where none do.
+
+    None where nothing loads the lines, or says how.
     """
     robot = problem.robot
-    lengths = problem.lengths(theta, poses)
-    compliance = 1.0 / np.array([line.cable.stiffness for line in robot.lines])
     tensions = problem.known_tensions(theta, poses)
     if tensions is None:
-        if not (robot.scene.gravity > 0.0 and robot.m >= robot.freedoms):  # nothing loads them, or says how
+        if not (robot.scene.gravity > 0.0 and robot.m >= robot.freedoms):
             return None
         exits = np.broadcast_to(problem.points(theta), (problem.poses, robot.m, 3))
         model = Model(robot, Fidelity.of(CableLaw.RIGID))
         tensions = solve_inverse(model, poses, exit_points=np.ascontiguousarray(exits)).tensions
-    return np.asarray(np.nan_to_num(tensions) * lengths * compliance)
+    return np.asarray(np.nan_to_num(tensions))

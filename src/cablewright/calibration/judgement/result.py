@@ -9,6 +9,7 @@ from typing import Any, ClassVar, Final
 
 import numpy as np
 
+from cablewright.calibration.judgement.effects import Effect
 from cablewright.calibration.judgement.gross_errors import Rejected
 from cablewright.calibration.judgement.model_doubt import ModelDoubt, model_doubt
 from cablewright.calibration.judgement.suspects import CHANGE_PARTS, Explanation
@@ -82,8 +83,7 @@ FIGURES = (
            partial(_by_label, "noise_sigma"), along="unknown", detail=True),
     Figure("model_sigma", "SI", "Standard deviation if every number that is considered were as wrong as assumed.",
            partial(_by_label, "model_sigma"), along="unknown", detail=True),
-    Figure("sigma_advice", "", "Which standard deviation to use; its largest source.", name="about sigma",
-           detail=True),
+    Figure("sigma_advice", "", "Which standard deviation to use; its largest source.", detail=True),
     Figure("considered", "", "Numbers of the robot file that count as known: how far off they may be.",
            lambda of: of.doubt.considered, detail=True, parts=(
         Figure("words", "", "The number."),
@@ -93,6 +93,18 @@ FIGURES = (
         Figure("shift", "m", "What that moves a coordinate of an exit point by, at most."),
         Figure("probability", "1", "Probability by the data that its kind of number is in error, 0.5 before them."),
         Figure("share", "1", "Share of the variance of the least known coordinate of an exit point."),
+    )),
+    Figure("effects", "", "Effects that the model may lack: which the data ask for, by the held-out error of lengths.",
+           only=lambda of: bool(of.effects), parts=(
+        Figure("name", "", "Name of the effect.", name="effect"),
+        Figure("words", "", "What it is.", name="number"),
+        Figure("value", "SI", "The number by the data.", digits=3),
+        Figure("sigma", "SI", "Standard deviation of it.", digits=2),
+        Figure("unit", "", "Unit of both."),
+        Figure("before", "m", "Held-out error without it.", name="held-out error without", digits=3, shown="mm"),
+        Figure("after", "m", "Held-out error with it.", name="with", digits=3, shown="mm"),
+        Figure("fall", "1", "Fall of the held-out error.", digits=2, shown="%"),
+        Figure("chosen", "", "Whether it is in the model."),
     )),
     Figure("changes", "SI", "Change from the robot file; null for what is not in it.", name="change", digits=3,
            along="unknown"),
@@ -160,6 +172,7 @@ class Calibration(Pictured):
     notes: tuple[str, ...]
     verdict: str = "good"
     reasons: tuple[str, ...] = ()
+    effects: tuple[Effect, ...] = ()  # with models = "auto"
     accepted: bool = False  # a doubtful one is taken as it is
     last: str = ""  # the calibration before
     moved: Explanation | None = None  # what is different from it

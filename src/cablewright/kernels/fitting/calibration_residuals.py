@@ -217,8 +217,8 @@ def _given(rows, work, count, i, tension, ax, ay, az):
 def _wound(rows, work, count, i, counted):
     """Minus the true length of *counted*, offset included; appends derivatives by offset, scale and build-up."""
     line = work.lines[i]
-    out, per_scale, per_build_up = paid_out(line, counted)
-    count = _put(rows, work, count, i, OFFSET, -1.0)
+    out, per_scale, per_build_up, per_offset = paid_out(line, counted)
+    count = _put(rows, work, count, i, OFFSET, -1.0 - per_offset)
     count = _put(rows, work, count, i, SCALE, -per_scale)
     count = _put(rows, work, count, i, BUILD_UP, -per_build_up)
     return -line[OFFSET] - out, count
