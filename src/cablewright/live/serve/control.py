@@ -12,7 +12,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -170,7 +170,11 @@ class Control:
         """What keeps a run in its folder. Raises `EnvironmentFault`."""
         folder = self.folder / RUNS / run
         make_folder(folder)
-        inputs = {"job": job, "subject": subject_of(folder_of(self.folder / JOBS, job), self.station.robot)}
+        own = folder_of(self.folder / JOBS, job)
+        inputs: dict[str, Any] = {"job": job, "subject": subject_of(own, self.station.robot)}
+        if (check := read_check(own)) is not None:
+            told = check.model_dump(include={"answer", "why", "expected_error", "duration"})
+            inputs["check"] = told | {"name": sitting.job.name if sitting.job is not None else ""}
         manifest = manifest_of("serve", inputs, {"machine": sitting.head.settings.model_dump(mode="json")})
         write_whole(folder / MANIFEST, json.dumps(manifest, indent=2).encode() + b"\n")
         with (
