@@ -46,8 +46,8 @@ RATED = {
 """N m of the motors."""
 RING = Job(
     name="ring",
-    origin=(0.3, -0.5, 0.0),
-    helix=Helix(radius=0.4, layers=1, layer_height=0.001, first_height=1.0),
+    origin=(0.5, -0.5, 0.0),
+    helix=Helix(radius=0.2, layers=1, layer_height=0.001, first_height=1.0),
     motion=Motion(print_speed=0.1, travel_speed=0.1, acceleration=0.1),
 )
 ON = (Order(OrderKind.RESET), Order(OrderKind.ENABLE))
