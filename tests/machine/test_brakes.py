@@ -150,7 +150,9 @@ def test_weak_brakes_of_drums_with_two_lines_let_the_platform_down_until_they_ho
     assert 0.005 < fell < 0.08
     statics = solve_inverse(Model(robot), np.array([*machine.truth.position, np.nan, np.nan, np.nan]))
     rest = machine.rig.winches.lines.torques(statics.tensions, machine.truth.radii)
-    assert rest.max() == pytest.approx(holds, rel=0.03)  # where both lines of the worst drum pull as much as its brake holds
+    assert rest.max() == pytest.approx(
+        holds, rel=0.03
+    )  # where both lines of the worst drum pull as much as its brake holds
 
 
 def test_a_platform_on_slipping_brakes_falls_by_what_they_do_not_hold() -> None:
