@@ -21,10 +21,8 @@ def main() -> int:
     if code:
         return code
     print(textwrap.fill(checked["verdict"], 100))
-    print(
-        f"  expected error  {1e3 * checked['expected_error']:.1f} mm"
-        f" (allowed: {1e3 * checked['max_expected_error']:.0f} mm)"
-    )
+    error, allowed = (1e3 * checked[key] for key in ("expected_error", "max_expected_error"))
+    print(f"  expected error  {error:.1f} mm (allowed: {allowed:.0f} mm)")
     print(f"  duration        {checked['duration'] / 3600:.0f} h")
     print(f"  report          {checked['report']}\n")
     shutil.rmtree("runs/print-merlet2023-blind-machines", ignore_errors=True)
