@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,10 @@ import pytest
 
 from cablewright.live.drive import DriveSettings, Pilot, random_loop
 from cablewright.live.estimator_settings import OBSERVERS
+from cablewright.live.prints.plan import PrintOptions
+from cablewright.live.prints.print_job import print_job
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
+from cablewright.printing.job import Job
 from cablewright.robot import Robot, load
 from twins import TWIN
 
@@ -58,3 +62,14 @@ def test_lidars_find_it_and_its_covariance_is_honest(name: str) -> None:
         assert max(off) < most, estimator
         assert np.abs(found.lengths - truth.lengths).max() < 6e-3  # by exits as built
         assert not squared or np.mean(squared) < 7.8
+
+
+@pytest.mark.parametrize("name", ["two lines on one drum", "three winches and a counterweight"])
+def test_it_prints_by_the_filter(name: str, tmp_path: Path) -> None:
+    ring = {"radius": 0.3, "layers": 1, "layer_height": "12 mm", "first_height": "1.0 m"}
+    motion = {"print_speed": "10 cm/s", "travel_speed": "10 cm/s", "acceleration": "100 mm/s^2"}
+    job = Job.model_validate({"name": "ring", "origin": [0.0, -1.0, 0.0], "helix": ring, "motion": motion})
+    options = PrintOptions("filter", plant="quasi-static", period=0.2, seed=4)
+    done = print_job(ROBOTS[name], job, tmp_path / "run", machine="merlet2023", options=options)
+    assert done.finished
+    assert done.record.whole.position_rms < 5e-3
