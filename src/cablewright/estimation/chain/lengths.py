@@ -25,7 +25,7 @@ def visibly_slack(settings: SlacknessSettings, state: SlacknessState) -> Mask:
     That of a line with a counterweight is given by the weight.
     """
     wound = settings.model.lines.counterweight == 0.0
-    return np.isfinite(state.excess) & (state.differences > settings.visible_angle) & wound
+    return np.asarray(np.isfinite(state.excess) & (state.differences > settings.visible_angle) & wound)
 
 
 def current_excess(settings: SlacknessSettings, state: SlacknessState, taut: Taut, lengths: Array) -> Array:
