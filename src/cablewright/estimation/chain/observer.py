@@ -201,6 +201,7 @@ def _predict_position(settings: ObserverSettings, state: ObserverState, dt: floa
         state.monitor.report("encoders", "lost", f"the equilibrium could not be followed: {status.value}")
         return
     state.monitor.clear("encoders", "lost")
+    state.lengths = lengths.followed(tracker, paid_out)
     moved = tracker.pose - before
     state.odometry.position = state.odometry.position + moved
     state.odometry.distance_without_floor += float(np.sqrt(moved @ moved))
@@ -377,7 +378,7 @@ def _update_radii(settings: ObserverSettings, state: ObserverState, found: Array
         elif float(np.abs(found - last_lengths).max()) > _STUCK_ENCODER_ERROR:
             state.monitor.report("encoders", "stand", "no winch drum turns by its counts, but lengths change")
             return
-    known = np.isfinite(state.slackness.excess)
+    known = np.isfinite(state.slackness.excess) & (settings.model.lines.counterweight == 0.0)
     state.radius = drum_radius.step(settings.radius, state.radius, found, state.drum_angles, known)
 
 
