@@ -288,7 +288,7 @@ class Proportional:
         self.robot = robot
 
     def __call__(self, estimate: cw.Estimate, target: Any, period: float) -> Array:
-        return cw.jacobian(self.robot, estimate.position) @ np.asarray(target.velocity)
+        return np.asarray(cw.jacobian(self.robot, estimate.position) @ target.velocity)
 
 
 def compared(robot: cw.Robot, way: cw.Trajectory) -> cw.LoopComparison:
