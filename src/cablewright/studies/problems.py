@@ -84,7 +84,7 @@ class Problem(Result):
             linear_density=float(given.get("linear_density", 0.0)),
             breaking_load=_STRONG,
         )
-        body = {"inertia": tuple(given["inertia"].tolist())} if "inertia" in given else {}
+        body: dict[str, Any] = {"inertia": tuple(given["inertia"].tolist())} if "inertia" in given else {}
         return Robot.from_points(
             given["exit_points"],
             given.get("platform_points"),
