@@ -26,6 +26,7 @@ COLUMNS = 34
 GIVING = (COMPLIANCE, *range(MOUNT, SPRING + 1))
 PER_NEWTON = 1e-3  # of the compliance
 LEAST_SQUARE = 1e-6  # of a drum's radius, as a share: it is empty
+MIN_TILT = 1e-12  # 1 less the vertical part of an axis that counts as vertical
 MIN_DISTANCE = 1e-9  # m: shorter distances have no direction
 
 
@@ -58,6 +59,24 @@ def over_sheave(line, x, y, z, free):
         length, per_radius = span + radius * wrapped, wrapped - c
     free[0], free[4], free[5], free[6], free[7], free[8] = length, per_radius, span, rho, c, s
     free[1], free[2], free[3] = c * free[9] + s * ax, c * free[10] + s * ay, c * free[11] + s * az
+
+
+@jit
+def swivel_frame(line):
+    """Unit vectors across the swivel's axis: that of angle 0, and that of a right angle about the axis.
+
+    Angle 0 is along world x as far as that is across the axis, of an axis nearly along x along y. Angles of a vertical
+    axis are azimuths, whichever way it points.
+    """
+    ax, ay, az = line[AXIS], line[AXIS + 1], line[AXIS + 2]
+    if abs(az) > 1.0 - MIN_TILT:
+        return 1.0, 0.0, 0.0, 0.0, 1.0, 0.0
+    along, x, y = (ax, 1.0, 0.0) if abs(ax) < 0.9 else (ay, 0.0, 1.0)
+    ox, oy, oz = x - along * ax, y - along * ay, -along * az
+    size = sqrt(ox * ox + oy * oy + oz * oz)
+    ox, oy, oz = ox / size, oy / size, oz / size
+    qx, qy, qz = cross(ax, ay, az, ox, oy, oz)
+    return ox, oy, oz, qx, qy, qz
 
 
 @jit
