@@ -57,7 +57,6 @@ def _elsewhere(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 
 TEXT_ELSEWHERE = {"print", "check"}  # take seconds: tests of their own have what they say to people
 RESUMED = {"campaign"}  # reads what it has kept
-FASTER = {"print": ("--period", "0.5")}
 ENDLESS = {"serve"}  # goes on until it is stopped: `tests/apps/serve` does both
 
 
@@ -75,7 +74,7 @@ def test_the_example_of_a_command_runs_and_its_json_is_declared(cli, name: str) 
             return
         for made in () if name in RESUMED else ("runs", "workshop"):  # a print and a robot begin in a new folder
             shutil.rmtree(made, ignore_errors=True)
-    printed = cli(command, *arguments, *FASTER.get(name, ()), "--json").json
+    printed = cli(command, *arguments, "--json").json
     options = {
         "schema",
         "plot",

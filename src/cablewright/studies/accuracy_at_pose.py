@@ -28,10 +28,6 @@ INNER = 4000
 """Random points inside the box of ranges that are compared with its corners."""
 
 
-def _only_moduli(found: AccuracyAtPose) -> bool:
-    return all(each.parameter.kind == "modulus" for each in found.accuracy.ranges)
-
-
 def _of_row(name: str) -> Callable[[AccuracyAtPose], Any]:
     """Return a function that reads the one row of an array of the accuracy."""
     return lambda found: attrgetter(name)(found.accuracy)[0]
@@ -131,7 +127,8 @@ class AccuracyAtPose(Result):
                detail=True),
         Figure("contributions", "", "Effect of each uncertain parameter alone, largest first.",
                "accuracy.contributions", parts=CONTRIBUTION),
-        Figure("remains", "", "Errors that each compensation leaves.", "_remains", "errors that remain",
+        Figure("remains", "", "Errors that each compensation leaves.",
+               lambda at: tuple(Remaining(*each) for each in at.remains.items()), "errors that remain",
                parts=REMAINING),
         Figure("interior", "", "Points within the ranges, compared with the corners; null where none were tried.",
                "region.interior", "points within the ranges", parts=INTERIOR),
@@ -140,7 +137,7 @@ class AccuracyAtPose(Result):
         Figure("parameters", "", "Labels of the uncertain parameters.", "accuracy.labels", detail=True),
         Figure("vertices", "", "Every corner of the ranges.", "_vertices", parts=CORNER, detail=True),
         Figure("max_error_factors", "1", "Factors on the moduli at the largest error.", _of_row("spread.worst_values"),
-               only=_only_moduli, detail=True),
+               only=lambda at: all(each.parameter.kind == "modulus" for each in at.accuracy.ranges), detail=True),
     )  # fmt: skip
     HEADLINES: ClassVar = ("robot", "compensation", "nominal_error", "max_error", "max_deviation")
 
@@ -164,9 +161,6 @@ class AccuracyAtPose(Result):
             f"{1e3 * inner.max_deviation:.3g} mm from the nominal position; the figures of the corners are too small"
         )
         return (*self.accuracy.notes, worse)
-
-    def _remains(self) -> tuple[Remaining, ...]:
-        return tuple(Remaining(*each) for each in self.remains.items())
 
     def _vertices(self) -> tuple[Corner, ...]:
         corners = self.region
