@@ -90,7 +90,7 @@ def tension_response(
 def range_tension_response(
     equilibrium: Equilibrium, ranges: Sequence[Range], motion: Array, changes: TensionChanges
 ) -> Array:
-    """Return the `tension_response` to the parameters of *ranges*, with the cable that zeroing pays out of each line."""
+    """Return the `tension_response` to *ranges*, with the cable that zeroing pays out of each line."""
     out = tension_response(equilibrium, [each.parameter for each in ranges], motion, changes)
     return out + changes.own[..., LENGTH, None] * zeroing(ranges, equilibrium.model.m).T
 
