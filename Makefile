@@ -5,6 +5,7 @@
 #   make wheel   a wheel with compiled kernels, in dist/, for this Python and Numba, Linux and processors with AVX2
 #   make release what a release consists of, in dist/release: archive of sources, wheels, notes, citation, checksums; and
 #                the wheel in an empty environment, timed
+#   make extras  the wheel with each extra alone, in an empty environment each, minutes
 #   make fuzz    mutated files for all readers, an hour (SECONDS=60: a minute); what fails is kept in tests/fuzz_cases
 #   make fuzz-server  a hundred thousand foul requests and messages to a server of its own, two minutes
 #   make kills   72 commands that are killed, interrupted, without room or in company, ten minutes
@@ -17,7 +18,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 CHECKED := $(wildcard src tests tools examples benchmarks)
 
-.PHONY: demo setup check test slow fuzz fuzz-server kills bench docs wheel release lock clean
+.PHONY: demo setup check test slow fuzz fuzz-server kills bench docs wheel release extras lock clean
 
 demo: $(VENV)/.run
 	@$(BIN)/python tools/demo.py
@@ -42,6 +43,11 @@ test: $(VENV)/.dev
 slow: $(VENV)/.dev
 	$(BIN)/pytest -n 2 --dist worksteal -m "not clock"
 	$(BIN)/pytest -m "clock"
+
+extras: $(VENV)/.dev
+	rm -rf dist/extras
+	$(PIP) wheel --quiet --no-deps --no-build-isolation --wheel-dir dist/extras .
+	$(BIN)/python tools/release/try_extras.py dist/extras/*.whl
 
 fuzz: $(VENV)/.dev
 	$(BIN)/python tools/fuzz.py --seconds $(SECONDS)

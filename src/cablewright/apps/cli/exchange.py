@@ -202,6 +202,7 @@ def export_command(
     from cablewright.exchange.firmware import FIRMWARE
     from cablewright.exchange.result import Exported
     from cablewright.exchange.ros.bag import ros_bag
+    from cablewright.exchange.walls.written import WALLS
     from cablewright.exchange.wirex_output import wirex
     from cablewright.foundation.file_output import write_whole
 
@@ -221,6 +222,8 @@ def export_command(
     if job is None:
         if target == "wirex":
             found, content = wirex(described, schema_version or "0.32"), b""
+        elif target in WALLS:
+            found, content = WALLS[target](described), b""
         else:
             found, content = _at_pose(target, described, at)
         write_whole(out, content or found.text.encode(), parents=True)

@@ -105,6 +105,24 @@ class RunOptions:
     restart: Annotated[
         bool, typer.Option("--restart", help="Print again from the beginning in the run folder of the same print.")
     ] = False
+    log: Annotated[
+        str,
+        typer.Option(
+            "--log",
+            metavar="every=N",
+            help="Log the first of each N steps, each with an order or a new state, and all scans; by default all.",
+        ),
+    ] = "every=1"
+
+    @property
+    def log_every(self) -> int:
+        """Of so many steps one is logged. Raises `InputError` for a text that does not say it."""
+        from cablewright.machine.log.head import MAX_EVERY
+
+        name, _, number = self.log.partition("=")
+        if name != "every" or not number.isdecimal() or not 1 <= int(number[:9]) <= MAX_EVERY:
+            raise InputError(f"--log = {self.log[:60]!r}: every=N is expected, N from 1 to {MAX_EVERY} steps")
+        return int(number)
 
 
 @command(
@@ -160,6 +178,7 @@ def print_job_command(
         severity, place_layers=simulated.place_layers, place_stops=simulated.place_stops,
         place_sigma=quantity(simulated.place_sigma, "--place-sigma", LENGTH), place_learn=simulated.place_learn,
         place_every=every, place_tensions=simulated.place_tensions, damping=simulated.damping,
+        log_every=run.log_every,
     )  # fmt: skip
     try:
         with progress() as show:
@@ -207,6 +226,7 @@ def _print_on_drives(
             layers=layers,
             resume=run.resume,
             restart=run.restart,
+            log_every=run.log_every,
             say=tell,
         )
     page = report.write(found.record, folder, path.name, found.step_times)

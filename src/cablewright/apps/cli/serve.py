@@ -35,6 +35,12 @@ def serve_command(
         Path | None, typer.Option("--certificate", metavar="PEM", help="Certificate for TLS, with its chain.")
     ] = None,
     key: Annotated[Path | None, typer.Option("--key", metavar="PEM", help="Private key of the certificate.")] = None,
+    camera: Annotated[
+        str,
+        typer.Option(
+            "--camera", metavar="URL", help="Address of a camera's picture, MJPEG or still, that the page shows."
+        ),
+    ] = "",
     at: Annotated[
         str | None,
         typer.Option(
@@ -67,7 +73,7 @@ def serve_command(
     from cablewright.machine.simulated.machine_file import built_machine
     from cablewright.models.support import Capability, require
 
-    address = Address(host, port, tuple(name or ()), certificate, key)
+    address = Address(host, port, tuple(name or ()), certificate, key, camera)
     require_libraries()
     described = cw.load(robot)
     require(described, Capability.SERVE)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from datetime import UTC, datetime
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -67,6 +68,13 @@ class GuideOptions:
     ] = None
 
 
+class Models(StrEnum):
+    """Which effects the model has."""
+
+    FILE = "file"
+    AUTO = "auto"
+
+
 @options()
 class FitOptions:
     """The data, and what is fitted to them."""
@@ -91,6 +99,13 @@ class FitOptions:
     cable: Annotated[
         CableLaw, typer.Option("--cable", help="Cable law; elastic and catenary need tensions or measured poses.")
     ] = CableLaw.RIGID
+    models: Annotated[
+        Models,
+        typer.Option(
+            "--models",
+            help="file: the model of the plan; auto: add the effects, such as stretch, that cross-validation asks for.",
+        ),
+    ] = Models.FILE
     keep_all: Annotated[bool, typer.Option("--keep-all", help="Use all rows: do not search for gross errors.")] = False
     need: Annotated[
         str,
@@ -195,6 +210,7 @@ def _found(machine: cw.Robot, fit: FitOptions, seed: int) -> cw.Calibration:
             cable=fit.cable,
             outliers=not fit.keep_all,
             need=fit.needed(),
+            models=fit.models.value,
             progress=show,
         )
 
