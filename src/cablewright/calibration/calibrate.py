@@ -222,7 +222,7 @@ def _of_creep(problem: CalibrationProblem, found: PoseFit) -> Iterator[str]:
         worst = int(np.argmax(longer))
         line, most = problem.robot.lines[worst].name, 1e3 * longer[worst]
         size = f": an hour under its load makes line {line} longer by up to {most:.3g} mm"
-    yield f"cable.creep of the robot file is not counted in lengths, for data tell no times{size}"
+    yield f"cable.creep of the robot file is not counted in lengths, because the data have no times{size}"
 
 
 def _of_kinds(problem: CalibrationProblem, found: PoseFit) -> Iterator[str]:

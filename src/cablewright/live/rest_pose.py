@@ -45,8 +45,8 @@ class RestPose:
 def rest_pose(robot: Robot | Model) -> RestPose:
     """Return the first pose of a few near the middle of the frame that the robot holds, unrotated, at rest.
 
-    Of a robot with fewer winches than freedoms, weight decides the rotation. Where it holds none of them, the first is
-    returned with ``held`` False and the reason as a note; its tensions are not those of an equilibrium.
+    Of a robot with fewer winches than degrees of freedom, weight decides the rotation. Where it holds none of them, the
+    first is returned with ``held`` False and the reason as a note; its tensions are not those of an equilibrium.
     """
     model = Model.of(robot)
     places = _places(model.robot)

@@ -167,7 +167,7 @@ class Rig:
         if exits is None:
             return
         if exits.close(self.packed, whole, self.lengths, pose, self.states, ratio, self.work) != 0:
-            raise InputError(f"exits.compliance: robot {self.robot.name!r} has no equilibrium with exits that give")
+            raise InputError(f"exits.compliance: robot {self.robot.name!r} has no equilibrium with compliant mounts")
 
     def _filled(self, robot: Robot) -> Robot:
         """*robot* with the mass of the machine's drum or body, and of a body its centre of mass."""
