@@ -40,7 +40,7 @@ def response(equilibrium: Equilibrium, parameters: Sequence[Parameter], linear: 
 
 
 def range_response(equilibrium: Equilibrium, ranges: Sequence[Range], linear: Linearisation | None = None) -> Array:
-    """Return the `response` to the parameters of *ranges*, with what zeroing pays out of each line."""
+    """Return the `response` to the parameters of *ranges*, with the cable that zeroing pays out of each line."""
     linear = linearise(equilibrium) if linear is None else linear
     out = response(equilibrium, [each.parameter for each in ranges], linear)
     return out + linear.motion[..., LENGTH] @ zeroing(ranges, equilibrium.model.m).T
@@ -85,6 +85,14 @@ def tension_response(
         for i, column, per in _columns(equilibrium, parameter):
             out[:, i, k] += changes.own[:, i, column] * per
     return out
+
+
+def range_tension_response(
+    equilibrium: Equilibrium, ranges: Sequence[Range], motion: Array, changes: TensionChanges
+) -> Array:
+    """Return the `tension_response` to *ranges*, with the cable that zeroing pays out of each line."""
+    out = tension_response(equilibrium, [each.parameter for each in ranges], motion, changes)
+    return out + changes.own[..., LENGTH, None] * zeroing(ranges, equilibrium.model.m).T
 
 
 def _columns(equilibrium: Equilibrium, parameter: Parameter) -> Iterator[tuple[int, int, Array]]:

@@ -9,6 +9,9 @@ The path's box is divided into `CELLS` cells a side, and the sample with the lar
 order, stands for its cell. A few machines are solved in all cells: they say how far first order is off in each. With
 this, each machine has its own order of cells, and is solved in the first of them. A machine without a sound equilibrium
 in one of these is beyond any distance.
+
+With the same numbers tensions at rest are off, to first order and by lengths alone: a print that measures tensions
+holds redundant ones nearer.
 """
 
 from __future__ import annotations
@@ -29,8 +32,8 @@ from cablewright.models.rows import Rows, joined
 from cablewright.models.statics import Equilibrium
 from cablewright.printing.path import Samples
 from cablewright.robot.uncertainty import Range
-from cablewright.solvers.linearise import Linearisation
-from cablewright.solvers.parameters import at_nozzle, departures, range_response
+from cablewright.solvers.linearise import Linearisation, tension_changes
+from cablewright.solvers.parameters import at_nozzle, departures, range_response, range_tension_response
 
 CELLS: Final = 12
 DRAWS: Final = 4000
@@ -44,7 +47,10 @@ SETTLED: Final = 0.005
 """Share of the result by which it may grow in the last cells, for no more to be solved."""
 
 LEVEL: Final = 0.95
-BLOCK: Final = 64  # cells evaluated at once
+_DEVIATIONS: Final = 1.96
+"""Standard deviations within which 95 of 100 machines have a tension: a sum of many small departures."""
+
+BLOCK: Final = 64  # cells evaluated in one call
 TINY: Final = 1e-12  # m: errors to first order that are smaller are taken as this
 INTERPOLATION: Final = "interpolation"
 """Name of the cause that is no number of the robot: lengths are interpolated between samples."""
@@ -103,6 +109,7 @@ class ExpectedError:
     ranges: tuple[Range, ...]
     curvature: float  # how much larger it is than to first order, as a share; NaN if it is not stated
     unsolved: int  # drawn machines without a sound equilibrium at some sample
+    tensions: Array  # (m, 2) N: between which those at rest of each line are expected on the path; NaN: not known
 
     @property
     def unknown(self) -> str:
@@ -192,6 +199,7 @@ class ExpectedErrorSearch:
             points, _, ok = sampled(SpreadProblem(zero, zero.lengths, zero.pose, self._ranges), self._values)
             self._zero = np.where(ok[0, :, None], points[0] - zero.nozzle, np.nan)
             self._zero_effects = at_nozzle(zero, range_response(zero, ranges))[0]
+        self._tensions: list[Array] = []  # (m, 2) N, of each block
 
     def take(self, samples: Indices, held: Equilibrium, linear: Linearisation) -> None:
         """Add the solved rows *held* of these *samples*, with their linearisation."""
@@ -199,7 +207,11 @@ class ExpectedErrorSearch:
         if not count.any():
             return
         samples, held, linear = samples[count], held[count], linear[count]
-        effects = at_nozzle(held, range_response(held, self._ranges, linear)) - self._zero_effects
+        moved = range_response(held, self._ranges, linear)
+        effects = at_nozzle(held, moved) - self._zero_effects
+        off = range_tension_response(held, self._ranges, moved, tension_changes(held))
+        apart = _DEVIATIONS * np.sqrt(off**2 @ self._mean_square)
+        self._tensions.append(np.stack([(held.tensions - apart).min(0), (held.tensions + apart).max(0)], axis=-1))
         offsets = self._interpolation(samples, held, linear)
         rms = np.sqrt((effects**2).sum(axis=1) @ self._mean_square + (offsets**2).sum(axis=1))
         self._rms[samples] = rms
@@ -228,7 +240,7 @@ class ExpectedErrorSearch:
         """Return the expected error of all that was taken."""
         cells = self._cells
         if cells is None:
-            return ExpectedError(np.nan, None, self._rms, (), self._ranges, np.nan, 0)
+            return ExpectedError(np.nan, None, self._rms, (), self._ranges, np.nan, 0, np.full((1, 2), np.nan))
         worst = int(cells.rms.argmax())
         largest = self._largest(cells)
         value = float(_percentile(largest))
@@ -238,7 +250,10 @@ class ExpectedErrorSearch:
         found = sorted(self._causes(cells, worst), key=lambda cause: -cause.share)
         causes = tuple(replace(cause, without=ratio * cause.without) for cause in found)
         unsolved = int(np.isinf(largest).sum())
-        return ExpectedError(value, int(cells.sample[worst]), self._rms, causes, self._ranges, ratio - 1.0, unsolved)
+        low, high = np.moveaxis(np.array(self._tensions), -1, 0)
+        tensions = np.stack([low.min(axis=0), high.max(axis=0)], axis=-1)
+        sample = int(cells.sample[worst])
+        return ExpectedError(value, sample, self._rms, causes, self._ranges, ratio - 1.0, unsolved, tensions)
 
     def _largest(self, cells: _Cells) -> Array:
         """The largest error (S,), m, of each machine, solved in more and more cells until that changes little."""

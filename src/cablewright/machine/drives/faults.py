@@ -63,8 +63,3 @@ def fault_line(code: int) -> str:
     """An error code as one line: ``0x8611 following error: the load is ...``."""
     text = fault_text(code)
     return f"0x{code:04X} {text.meaning}: {text.remedy}"
-
-
-def known_faults() -> dict[int, FaultText]:
-    """All codes with a text of their own."""
-    return dict(_TEXTS)

@@ -78,21 +78,19 @@ def check(
 
     The job's path is the nozzle's; a rigid platform is unrotated or has the rotation of the job's schedule. Limits are
     compared with the statics and, to first order, with the motion of the platform by the time law. Raises `InputError`
-    for a model under another law, a schedule that it cannot follow, a path many
-    times as large as the frame or a G-code file that cannot be used; `EnvironmentFault` where more memory is needed
-    than is free; an infeasible job raises nothing.
+    for a model under another law, a schedule that it cannot follow, a path many times as large as the frame or a G-code
+    file that cannot be used; `EnvironmentFault` for too little free memory; an infeasible job raises nothing.
     """
     if unknown := [name for name in skip if name not in SKIPPABLE]:
         raise UnknownName("skip", unknown[0], SKIPPABLE)
     if not (np.isfinite(clearance) and clearance >= 0.0):
         raise InputError(f"clearance = {clearance:g}: must be at least 0 m")
-    report = progress or silent
     full = Model.full(robot, tension_limits=tension_limits)
     robot = full.robot if full.tension_limits is None else full.robot.limited(full.tension_limits)
     require(robot, Capability.CHECK)
     job = on_plane(robot, job if isinstance(job, Job) else load_job(job))
     kept = Room(room)
-    toolpath = in_room(job.toolpath(report), kept)
+    toolpath = in_room(job.toolpath(report := progress or silent), kept)
     _require_scale(robot, job, toolpath)
     beads = in_room(job.beads(toolpath, bead), kept)
     job = job.with_corners(beads)

@@ -177,6 +177,10 @@ class Check(Result):
                     np.fmin, "statics.lines.lowest_tension", shown="N"),
         _extreme_of("max_tension", "N", "Largest tension, anywhere along a line, with the motion of the platform.",
                     np.fmax, "statics.lines.highest_tension", shown="N"),
+        Figure("expected_tensions", "N", "Tensions at rest between which 95 of 100 machines within the uncertainties "
+               "are at a sample, by lengths alone: the smallest and the largest; null where not checked.",
+               lambda found: [found.expected.tensions[:, 0].min(), found.expected.tensions[:, 1].max()],
+               "expected tensions by lengths alone", only=lambda found: found.expected is not None, shown="N"),
         _extreme_of("max_plane_force", "N", "Largest force on the plane along its normal, with the motion of "
                     "the platform; positive lifts off a plane that only pushes.", np.fmax, "statics.plane_force",
                     only=lambda found: found.robot.platform.plane is not None, shown="N"),
@@ -213,6 +217,8 @@ class Check(Result):
                "preferred tension", only=lambda found: found.preferred_tensions is not None, shown="N", along="line"),
         Figure("line_tension_limits", "N", "Min and max tension that is allowed, of each line.",
                lambda found: [line.tension_limits for line in found.robot.lines], "limits", shown="N", along="line"),
+        Figure("line_expected_tensions", "N", "The same of each line.", "expected.tensions",
+               "expected by lengths alone", only=lambda found: found.expected is not None, shown="N", along="line"),
         _of_lines("line_max_length", "m", "Largest unstrained length of each line.", "max length", "lengths"),
         _of_lines("line_max_winch_speed", "m/s", "Largest speed of each cable at its winch.", "max speed",
                   "statics.lines.winch_speed"),
