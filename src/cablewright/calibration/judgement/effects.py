@@ -36,7 +36,8 @@ WORDS: Final = {
 _SIGNED: Final = ("hysteresis", "length_scale", "sheave_radius", "modulus")  # the others have no meaning below 0
 _FOLDS: Final = 8
 _BEYOND: Final = 2.5  # standard errors of the fall of the held-out error, by pose
-_PLAIN: Final = 5.0  # sigmas of its number with which an effect is beyond chance too
+_PLAIN: Final = 5.0  # sigmas of its number with which an effect is beyond chance too ...
+_ANOTHER: Final = 2.3  # ... and with which another is, on a machine that has shown one: BIC of some 200 lengths
 _LEAST: Final = 0.02  # fall of the held-out error that is worth an effect
 _SAME: Final = 1e-3  # m: a smaller change of a length says no direction
 
@@ -93,7 +94,7 @@ def effects_of(problem: CalibrationProblem, found: PoseFit, already: Collection[
             gain = np.sqrt(base) - np.sqrt(there)
             error = float(gain.std()) * np.sqrt(len(gain))
             made[at] = Effect(*left[at][:3], value, sigma, *(_size(problem, each) for each in (base, there)), False)
-            beyond = gain.sum() > _BEYOND * error or abs(value) > _PLAIN * sigma
+            beyond = gain.sum() > _BEYOND * error or abs(value) > (_ANOTHER if chosen else _PLAIN) * sigma
             asked = beyond and made[at].fall > _LEAST
             if asked and (value > 0.0 or made[at].name in _SIGNED) and made[at].fall > fall:
                 best, fall = at, made[at].fall
