@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -273,3 +273,23 @@ def refused(robot: cw.Robot) -> str:
 
 def objective(robot: cw.Robot) -> Callable[[Array], Array]:
     return lambda pose: cw.inverse(robot, pose).lengths
+
+
+def turned(robot: cw.Robot) -> cw.View:
+    return cw.view(cw.inverse(robot, POSE), height=500)
+
+
+def solved() -> list[float]:
+    return [problem.error(problem.solve()[0]) for problem in cw.problems("margin")]
+
+
+class Proportional:
+    def __init__(self, robot: cw.Robot, settings: cw.MachineSettings) -> None:
+        self.robot = robot
+
+    def __call__(self, estimate: cw.Estimate, target: Any, period: float) -> Array:
+        return np.asarray(cw.jacobian(self.robot, estimate.position) @ target.velocity)
+
+
+def compared(robot: cw.Robot, way: cw.Trajectory) -> cw.LoopComparison:
+    return cw.compare_loops(robot, way, controllers=["model", Proportional], estimators=("truth",), seeds=range(3))

@@ -87,7 +87,7 @@ def heap(mass: float) -> None:
     """How high *mass* (kg) lies at most, poured along the curve of the exhibition in 14 portions."""
     job = cw.load_job(Path(__file__).parents[1] / "blind-machines.toml")
     samples = job.samples(job.toolpath())
-    once = samples.positions[samples.layer == 0]
+    once = samples.positions[samples.layer == 1]
     length = np.linalg.norm(np.diff(once, axis=0), axis=1)
     powder, field = cw.Powder(), cw.HeightField.flat((-2.2, -4.4), (2.2, 4.4), 0.02)
     for _ in range(14):

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from cablewright.foundation.border import checked
-from cablewright.foundation.results import Pictured
+from cablewright.foundation.results import Pictured, Result
 
 _HOMES = {
     alias.name: str(node.module)
@@ -31,7 +31,13 @@ def _draw(result: Pictured, *file: Any, **look: Any) -> Any:
     return draw(result, *file, **look)
 
 
-Pictured.draw = _draw
+def _html(result: Result) -> str:
+    from cablewright.apps.notebook import result_html
+
+    return result_html(result)
+
+
+Pictured.draw, Result.html = _draw, _html
 
 
 def __getattr__(name: str) -> object:

@@ -33,6 +33,8 @@ from cablewright.analyses.workspace.workspace import count_nodes as count_nodes
 from cablewright.analyses.workspace.workspace import workspace as workspace
 from cablewright.analyses.wrench_polytope import WrenchPolytope as WrenchPolytope
 from cablewright.analyses.wrench_polytope import available_wrenches as available_wrenches
+from cablewright.apps.notebook import View as View
+from cablewright.apps.notebook import view as view
 from cablewright.calibration.calibrate import calibrate as calibrate
 from cablewright.calibration.drift.drift import Drift as Drift
 from cablewright.calibration.drift.drift import check_drift as check_drift
@@ -72,12 +74,16 @@ from cablewright.foundation.results import Figure as Figure
 from cablewright.foundation.results import Result as Result
 from cablewright.foundation.signals import Command as Command
 from cablewright.foundation.signals import Encoders as Encoders
+from cablewright.foundation.signals import Estimate as Estimate
 from cablewright.foundation.signals import Scan as Scan
 from cablewright.foundation.signals import SensorFrame as SensorFrame
+from cablewright.foundation.signals import Truth as Truth
 from cablewright.foundation.triangle_mesh import TriangleMesh as TriangleMesh
 from cablewright.live.drive import DriveSettings as DriveSettings
 from cablewright.live.drive import Pilot as Pilot
 from cablewright.live.drive import random_loop as random_loop
+from cablewright.live.loops import LoopComparison as LoopComparison
+from cablewright.live.loops import compare_loops as compare_loops
 from cablewright.live.places import Places as Places
 from cablewright.live.prints.plan import PrintOptions as PrintOptions
 from cablewright.live.prints.print_job import PrintedJob as PrintedJob
@@ -88,6 +94,7 @@ from cablewright.live.simulate import Simulation as Simulation
 from cablewright.live.simulate import simulate as simulate
 from cablewright.machine.files import load_machine as load_machine
 from cablewright.machine.files import machine_names as machine_names
+from cablewright.machine.interface import Abilities as Abilities
 from cablewright.machine.log.log import read_log as read_log
 from cablewright.machine.settings import MachineSettings as MachineSettings
 from cablewright.machine.simulated.settings import SimulationSettings as SimulationSettings
@@ -182,6 +189,8 @@ from cablewright.studies.interference import JobInterference as JobInterference
 from cablewright.studies.interference import interference as interference
 from cablewright.studies.measured_modes import MeasuredModes as MeasuredModes
 from cablewright.studies.measured_modes import measured_modes as measured_modes
+from cablewright.studies.problems import Problem as Problem
+from cablewright.studies.problems import problems as problems
 from cablewright.studies.trade import Trade as Trade
 from cablewright.studies.trade import TradeSettings as TradeSettings
 from cablewright.studies.trade import trade as trade

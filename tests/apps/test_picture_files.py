@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.legend import Legend
 from matplotlib.text import Text
 
 import cablewright as cw
@@ -60,6 +61,47 @@ def test_a_width_of_a_paper_has_texts_of_seven_points(width: str | float, inches
     sizes = {text.get_fontsize() for text in drawn.findobj(Text) if text.get_text()}
     assert 5.5 < min(sizes) <= max(sizes) < 9.0
     assert max(size for size in DYNAMICS.plot().get_size_inches()) > 9.0  # the page is that of the call alone
+
+
+ROOT = Path(__file__).resolve().parents[2]
+EXAMPLES = ROOT / "examples"
+RIGID = {"cable": "rigid", "tolerance": 0.05}
+SEVERAL_PANELS = {
+    "Trajectory": lambda: WAY,
+    "Simulation": lambda: cw.simulate(cw.load("merlet2023"), hold=[0.0, 0.0, 1.2], duration=4.0, plant="quasi-static"),
+    "Replay": lambda: cw.replay(EXAMPLES / "merlet2023-loop.mcap", "paper"),
+    "Workspace": lambda: cw.workspace(ROBOT, "closed-form", **RIGID),
+    "Boundary": lambda: cw.boundary_modes(cw.Model(ROBOT, cw.Fidelity.of("elastic")), "closed-form", grid=9),
+    "RetractionStudy": lambda: cw.retraction(ROBOT, "closed-form", steps=3, heights=8, tolerance=0.05),
+    "Survey": lambda: cw.survey(EXAMPLES / "survey.gsi", EXAMPLES / "survey.toml", robot=cw.load("merlet2023")),
+    "CreepResult": lambda: cw.creep(EXAMPLES / "creep.csv", initial_length=2.0),
+    "TensileResult": lambda: cw.modulus(
+        EXAMPLES / "tensile.csv", initial_length=1.0, section=12.6e-6, breaking_load=8e3
+    ),
+    "Trade": lambda: cw.trade(
+        ROBOT, {"exit-distance": [0.1, 0.2]}, settings=cw.TradeSettings(criterion="closed-form", grid=9)
+    ),
+    "BracketStress": lambda: cw.bracket(cw.load("house-printer"), [-2.25, -6.75, 13.0], times=1),
+}
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(each, marks=[pytest.mark.slow] * (each == "BracketStress")) for each in SEVERAL_PANELS]
+)
+def test_panels_side_by_side_are_one_below_the_other_in_one_column(name: str) -> None:
+    found = SEVERAL_PANELS[name]()
+    assert type(found).__name__ == name
+    drawn = found.plot(width="one-column")
+    assert drawn.get_figwidth() == pytest.approx(3.5)
+    assert 3.0 < drawn.get_figheight() <= 9.0
+    low, high = drawn.bbox.x0 - 2.0, drawn.bbox.x1 + 2.0
+    for legend in drawn.findobj(Legend):
+        box = legend.get_window_extent()
+        assert low <= box.x0 < box.x1 <= high, [text.get_text() for text in legend.get_texts()]
+    bars = {axes for axes in drawn.axes if axes.get_label() == "<colorbar>"}
+    middles = [axes.get_position().y0 for axes in drawn.axes if axes not in bars]
+    assert len({round(middle, 3) for middle in middles}) >= 2
+    assert found.plot(width="two-column").get_figwidth() == pytest.approx(7.16)
 
 
 def test_a_style_sheet_changes_what_it_says(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from tools.release import build as release
+from tools.release import try_extras
 
 import cablewright
 
@@ -54,3 +55,9 @@ def test_files_that_the_guide_names_exist() -> None:
     for name in re.findall(r"\]\(([\w./]+)\)", (ROOT / "CONTRIBUTING.md").read_text("utf-8")):
         assert (ROOT / name).exists(), name
     assert cablewright.__doc__
+
+
+def test_each_extra_for_users_is_tried() -> None:
+    """Others are tools of developers: tests, lint, documentation, benchmarks."""
+    for_users = {*PROJECT["optional-dependencies"]} - {"test", "dev", "docs", "bench"}
+    assert set(try_extras.BROUGHT) == for_users

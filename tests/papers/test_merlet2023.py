@@ -59,3 +59,11 @@ def test_what_is_not_known_is_a_dash(
     assert "4.82         -    0.34" in told(tmp_path, capsys, monkeypatch)
     with pytest.raises(SystemExit, match="print first"):
         told(tmp_path / "none", capsys, monkeypatch)
+
+
+def test_the_height_of_all_their_powder_needs_no_print(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "argv", [str(EXAMPLE)])
+    runpy.run_path(str(EXAMPLE), run_name="__main__")
+    assert "1700 kg along the whole curve: 19.5 cm high at most  (paper: 18 cm)" in capsys.readouterr().out

@@ -19,7 +19,7 @@ from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.paging import MEMORY, Room, blocks
 from cablewright.foundation.progress import Progress, silent
 from cablewright.foundation.results import Figure
-from cablewright.models.job_poses import poses_at, unrounded
+from cablewright.models.job_poses import on_plane, poses_at, unrounded
 from cablewright.models.statics import Model
 from cablewright.printing.beads import Beads
 from cablewright.printing.job import Job
@@ -72,19 +72,18 @@ def driven(robot: Robot, job: Job, samples: Samples, beads: Beads) -> Samples:
 def driven_job(
     robot: Robot, job: Job, samples: Samples | None = None, toolpath: Toolpath | None = None
 ) -> tuple[Job, Samples]:
-    """Return a *job* with the largest speeds and the acceleration of its motion on a *robot*, and its samples.
+    """Return a *job* with the speeds, the acceleration and the corners of its motion on a *robot*, and its samples.
 
     They have the speeds and the travel moves of that motion. *samples*, *toolpath*: of the job; by default those of
     its file. Raises `InputError` where nothing limits a speed, or the robot cannot follow the job's schedule.
     """
-    as_written = job.motion.speed == "gcode" and job.motion.travel == "gcode"
-    if as_written and samples is not None:
-        return job, samples
+    job = on_plane(robot, job)
     toolpath = toolpath or job.toolpath()
-    if as_written:
-        return job, unrounded(robot, job, toolpath, job.samples(toolpath))
     beads = job.beads(toolpath)
+    job = job.with_corners(beads)
     given = samples or unrounded(robot, job, toolpath, job.samples(toolpath, beads=beads))
+    if job.motion.speed == "gcode" and job.motion.travel == "gcode":
+        return job, given
     found = driven(robot, job, given, beads)
     return with_speeds(slowed(robot, job, found, beads), found), found
 

@@ -28,6 +28,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import Colormap, LinearSegmentedColormap, ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
+from matplotlib.gridspec import SubplotSpec
 from matplotlib.lines import Line2D
 from matplotlib.patches import Ellipse, Rectangle
 from matplotlib.text import Text
@@ -77,9 +78,12 @@ NARROW: Final = 5.0
 """Width of a page below which pictures have half as many panels beside one another, inches."""
 
 _TITLE: Final = 11.0  # points, of a title over a figure
+_HANDLE: Final = 7  # letters that an entry's line and its gaps take
+_NARROW_LETTER: Final = 0.52  # mean width of a letter over its size
 _LETTER: Final = 0.72  # mean width of a bold letter over its size
 _SIZE: Final = 9.0  # of texts of a picture of its own, points
 _PRINTED: Final = 7.0  # of texts in a paper
+_HIGHEST: Final = 9.0  # inches of a page that a picture may take
 _TALLEST: Final = 1.6  # by which a picture in a paper is taller than in proportion, so that texts have room
 _METADATA: Final[Any] = {
     ".svg": {"Date": None, "Creator": None},
@@ -92,6 +96,13 @@ class _Page:
 
     width: float | None = None
     shrink: float = 1.0
+
+
+class Picture(Figure):
+    """A figure that a notebook shows without a window or a backend of its own."""
+
+    def _repr_png_(self) -> bytes:
+        return png(self)
 
 
 @contextmanager
@@ -176,14 +187,20 @@ def figure(width: float, height: float) -> Figure:
     if _Page.width is not None:
         scale = _Page.width / width
         width, height = _Page.width, height * scale * min(max(_Page.shrink / scale, 1.0), _TALLEST)
-    made = Figure(figsize=(width, height), dpi=_DPI, layout="constrained", facecolor="white")
+        height = min(height, max(_HIGHEST, 1.2 * width))
+    made = Picture(figsize=(width, height), dpi=_DPI, layout="constrained", facecolor="white")
     FigureCanvasAgg(made)
     return made
 
 
+def is_narrow() -> bool:
+    """Return whether panels are drawn one below the other, for a narrow column."""
+    return _Page.width is not None and _Page.width < NARROW
+
+
 def beside(most: int) -> int:
-    """Return how many of *most* panels, or entries of a legend, are beside one another: half in a narrow column."""
-    return most if _Page.width is None or _Page.width >= NARROW else (most + 1) // 2
+    """Return how many of *most* panels are beside one another: half in a narrow column."""
+    return (most + 1) // 2 if is_narrow() else most
 
 
 def finish(drawn: Figure) -> None:
@@ -217,9 +234,34 @@ def axes(width: float, height: float, **look: Any) -> tuple[Figure, Axes]:
 
 
 def subplots(width: float, height: float, rows: int, columns: int, **options: Any) -> tuple[Figure, Any]:
-    """Return a figure of that size in inches, and a list of its axes, row by row. Call within `drawing`."""
+    """Return a figure of that size in inches, and a list of its axes, row by row. Call within `drawing`.
+
+    One row of axes becomes one column of them on a narrow page.
+    """
+    if is_narrow() and rows == 1:
+        width, height, rows, columns = width / columns, height * columns, columns, 1
+        options.pop("width_ratios", None)
     made = figure(width, height)
     return made, list(made.subplots(rows, columns, squeeze=False, **options).ravel())
+
+
+def grid(
+    width: float, height: float, shape: tuple[int, int], *places: tuple[int | slice, int | slice], **ratios: Any
+) -> tuple[Figure, list[SubplotSpec]]:
+    """Return a figure of that size in inches, and *places* in a grid of rows and columns. Call within `drawing`.
+
+    On a narrow page the places are one below the other.
+    """
+    rows, columns = shape
+    if not is_narrow():
+        made = figure(width, height)
+        cells = made.add_gridspec(rows, columns, **ratios)
+        return made, [cells[place] for place in places]
+    spans = [len(range(rows)[row]) if isinstance(row, slice) else 1 for row, _ in places]
+    ends = np.cumsum(spans).tolist()
+    made = figure(width / columns, height * ends[-1] / rows)
+    cells = made.add_gridspec(ends[-1], 1)
+    return made, [cells[end - span : end, 0] for end, span in zip(ends, spans, strict=True)]
 
 
 def png(drawn: Figure) -> bytes:
@@ -344,7 +386,15 @@ def legend_below(drawn: Figure, *axes: Axes, columns: int, side: Literal["left",
         handles += [handle for handle, _ in own]
         names += [name for _, name in own]
     if names:
-        drawn.legend(handles, names, loc=_BELOW[side], ncols=beside(columns))
+        drawn.legend(handles, names, loc=_BELOW[side], ncols=legend_columns(names, columns))
+
+
+def legend_columns(names: Sequence[str], most: int) -> int:
+    """Return how many of at most *most* columns a legend of *names* has room for on the page that is set."""
+    if _Page.width is None or not is_narrow():
+        return most
+    wide = (max(map(len, names), default=0) + _HANDLE) * _NARROW_LETTER * _SIZE * _Page.shrink
+    return max(1, min(most, int(_Page.width * 72.0 / wide)))
 
 
 def headline(drawn: Figure, text: str) -> None:

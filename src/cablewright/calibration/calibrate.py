@@ -9,10 +9,11 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 
+from cablewright.calibration.judgement.effects import WORDS, applied, effects_of
 from cablewright.calibration.judgement.gross_errors import Rejected, without_outliers
 from cablewright.calibration.judgement.model_doubt import creep_share, stretch_of
 from cablewright.calibration.judgement.result import Calibration
@@ -24,7 +25,7 @@ from cablewright.calibration.poses.elastic import ElasticProblem, problem_of
 from cablewright.calibration.poses.fit import PoseFit, framed, to_file_frame
 from cablewright.calibration.poses.observability import Information, information
 from cablewright.calibration.poses.problem import SURVEY, CalibrationProblem
-from cablewright.calibration.poses.starts import best_fit, elastic_fit, first_start
+from cablewright.calibration.poses.starts import best_fit, elastic_fit, first_start, near_poses
 from cablewright.calibration.poses.sufficient_data import check, check_lengths
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.progress import Progress, silent
@@ -50,6 +51,7 @@ def calibrate(
     rough: float = ROUGH,
     outliers: bool = True,
     need: float = NEED,
+    models: Literal["file", "auto"] = "file",
     seed: int = 0,
     progress: Progress = silent,
 ) -> Calibration:
@@ -59,6 +61,7 @@ def calibrate(
     unknown. Lines are rigid unless a *cable* law or a model says otherwise; elastic ones require tensions or measured
     poses. *rough*: max error of the file's exit points in each coordinate, m; starts are drawn within it with *seed*.
     *outliers*: whether gross errors are rejected. *need*: max standard deviation of exit points for a good verdict, m.
+    *models*: with ``auto`` the effects of `Calibration.effects` that cross-validation asks for are added to the model.
 
     Raises `InputError` for data or a plan that cannot be used: too few poses, other units, a contradictory datum;
     `AnswerError` if elastic lines have no equilibrium near any pose. Source: Wang, Caro 2021.
@@ -81,6 +84,44 @@ def calibrate(
     plan, robot = plan_of(plan), model.robot
     measured = data if isinstance(data, Measured) else read_measured(data, robot)
     check_lengths(robot, measured)
+    measured = near_poses(model, measured, plan, seed, rough, progress)
+    given = rough, outliers, seed, progress
+    found = _fitted(model, measured, plan, *given)
+    if models == "auto" and found.status == "ok":
+        found = _with_effects(found, *given)
+    verdict, reasons = judged(found, need, rough)
+    return replace(found, verdict=verdict, reasons=reasons)
+
+
+def _with_effects(found: Calibration, rough: float, outliers: bool, seed: int, progress: Progress) -> Calibration:
+    """Return the calibration with the effects that the data ask for; counts are corrected twice, as the fit moves."""
+    measured, plan, model = found.problem.measured, found.problem.plan, found.problem.model
+    effects = effects_of(found.problem, found.fit)
+    if not any(each.chosen for each in effects):
+        return replace(found, effects=effects)
+    given = rough, outliers, seed, progress
+    again = _fitted(model, *applied(found.problem, found.fit, effects, measured, plan), *given)
+    if again.status == "ok":
+        rest = {each.name: each.value for each in effects_of(again.problem, again.fit)}
+        effects = tuple(replace(each, value=each.value + rest.get(each.name, 0.0)) for each in effects)
+        again = _fitted(model, *applied(again.problem, again.fit, effects, measured, plan), *given)
+    corrected = ", ".join(each.name for each in effects if each.chosen and each.name in WORDS)
+    changed = {each.name: value for each, value in zip(again.unknowns, again.changes.tolist(), strict=True)}
+    effects = tuple(replace(each, value=changed.get(each.name, each.value)) for each in effects)
+    notes = (f"counts are corrected by {corrected}; --check does not correct later ones",) if corrected else ()
+    return replace(again, effects=effects, notes=(*again.notes, *notes))
+
+
+def _fitted(
+    model: Model,
+    measured: Measured,
+    plan: CalibrationPlan,
+    rough: float,
+    outliers: bool,
+    seed: int,
+    progress: Progress,
+) -> Calibration:
+    """Calibrate a model by one set of equations, without a verdict; see `calibrate`."""
     problem = problem_of(model, measured, plan)
     free = problem.without_datum()
     check(free)
@@ -110,9 +151,7 @@ def calibrate(
     rms = _rms(problem, found)
     status, reason = status_of(problem, found, posterior, rms, chi)
     notes = (*_notes(free, alone, scale, chi, rejected), *_of_kinds(problem, found), *_of_creep(problem, found))
-    made = Calibration(status, reason, problem, found, alone, posterior, rejected, scale, rms, plain.steps, notes)
-    verdict, reasons = judged(made, need, rough)
-    return replace(made, verdict=verdict, reasons=reasons)
+    return Calibration(status, reason, problem, found, alone, posterior, rejected, scale, rms, plain.steps, notes)
 
 
 def _to_datum(problem: CalibrationProblem, free: CalibrationProblem, found: PoseFit) -> PoseFit:
@@ -164,6 +203,10 @@ def _notes(
         yield f"no sigma.encoder is given: {problem.encoder_sigma * 1e3:g} mm is assumed"
     if (given is not None or problem.elastic) and math.isfinite(chi) and not 0.5 < chi < 2.0 and alone.redundancy > 5:
         yield f"residuals are {chi:.3g} times what the given sigmas predict"
+    plan, measured = problem.plan, problem.measured
+    tests_height = measured.positioned or plan.points or plan.planes or plan.ranges or plan.level is not None
+    if problem.named("exit_point").any() and not tests_height:
+        yield "nothing that was measured tests heights: an error of the model along z does not show in the sigmas"
     if rejected:
         yield f"{len(rejected)} of {problem.poses} poses do not fit the others: all or a line of each is left out"
 

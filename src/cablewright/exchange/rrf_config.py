@@ -25,7 +25,7 @@ from cablewright.foundation.choices import RrfVersionName
 from cablewright.foundation.csv_input import text_lines
 from cablewright.foundation.errors import InputError
 from cablewright.machine.settings import MachineSettings
-from cablewright.models.drum import WinchDrum
+from cablewright.models.drum import WinchDrum, drum_of
 from cablewright.models.support import Capability, require
 from cablewright.robot import Robot
 
@@ -317,8 +317,9 @@ def _shortest(millimetres: float) -> str:
 
 def _build_up(robot: Robot, drums: Sequence[WinchDrum], machine: MachineSettings | None) -> float | None:
     """Return by how much the square of the radius grows per length of wound cable, mm; None where lines differ."""
-    if machine is None:
-        pairs = zip(drums, robot.lines, strict=True)
+    own = [drum_of(line) or drum for drum, line in zip(drums, robot.lines, strict=True)]
+    if machine is None or all(drum.build_up > 0.0 for drum in own):
+        pairs = zip(own, robot.lines, strict=True)
         squares = [2.0 * drum.build_up * drum.radius**2 / line.cables for drum, line in pairs]
         if max(squares) - min(squares) > 1e-6 * max(squares):
             return None

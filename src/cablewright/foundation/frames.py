@@ -26,13 +26,18 @@ def frame_of(result: Any, along: str = "") -> DataFrame:
     `EnvironmentFault` without pandas.
     """
     pandas = _module("pandas")
-    declared = getattr(result, "columns", None)
     values = result.to_dict()
-    columns = dict(_of_rows(result, values, along) if declared is None else declared)
+    columns = columns_of(result, along)
     found: DataFrame = pandas.DataFrame(columns)
     used = {name.partition(".")[0] for name in columns}
     found.attrs = {key: value for key, value in values.items() if key not in used and not isinstance(value, list)}
     return found
+
+
+def columns_of(result: Any, along: str = "") -> dict[str, Any]:
+    """Return the columns of a result's table by name. Raises `UnknownName` as `frame_of` does."""
+    declared = getattr(result, "columns", None)
+    return dict(_of_rows(result, result.to_dict(), along) if declared is None else declared)
 
 
 def grid_of(result: Any) -> Dataset:

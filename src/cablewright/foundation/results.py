@@ -93,8 +93,12 @@ class Figure:
 
 
 class Result:
-    """A frozen value that declares its figures. A dataclass that is one is made with ``repr=False``."""
+    """A frozen value that declares its figures. A dataclass that is one is made with ``repr=False``.
 
+    ``html``: writes the tables of any of them. What stands above all ranks sets it, as pages are of the highest.
+    """
+
+    html: ClassVar[Callable[[Any], str]]
     FIGURES: ClassVar[tuple[Figure, ...]] = ()
     HEADLINES: ClassVar[tuple[str, ...]] = ()  # keys of those that stand in its repr
     ROWS: ClassVar[str] = ""  # along what its table is, where it has figures along several things
@@ -128,6 +132,10 @@ class Result:
     def refusal(self) -> str:
         """Why the answer is no, in a sentence; empty where it is yes."""
         return ""
+
+    def _repr_html_(self) -> str:
+        """Return its tables, which a notebook shows."""
+        return Result.html(self)
 
     def __repr__(self) -> str:
         """The headlines in one line."""

@@ -30,7 +30,7 @@ from cablewright.foundation.errors import InputError
 from cablewright.foundation.file_output import whole_file
 from cablewright.foundation.toml_input import read_bytes
 
-LAYOUT: Final = 3
+LAYOUT: Final = 4
 """Layout of what is saved: one more whenever a ``SAVED`` changes. State of another layout is refused by its number."""
 
 _MAGIC: Final = b"CWSNAP\x00\x01"

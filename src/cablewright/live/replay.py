@@ -116,7 +116,7 @@ class Replay(Pictured):
             Figure("max", "s", "Largest processor time of a step."),
         )),
         Figure("faults", "", "Faults that the estimates reported.", lambda of: list(of.faults.items()),
-               parts=fault_figures("from", "to")),
+               name="sensor messages", parts=fault_figures("from", "to")),
         Figure("notes", "", "Errors of the log file.", detail=True),
     )  # fmt: skip
     HEADLINES: ClassVar = ("status", "robot", "estimator", "steps", "valid_share")

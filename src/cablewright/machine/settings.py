@@ -188,6 +188,9 @@ class MachineSettings(_WithSensors):
             raise refusal(
                 "yaw_drive", f'must be left out where kind is "{self.kind}": [drives] has no axis for it', ("drum",)
             )
+        if real and self.retraction is not None:
+            why = f'must be left out where kind is "{self.kind}": [drives] has no axis for it'
+            raise refusal("retraction", f"{why}, and the platform keeps its platform.retraction.length")
         if drives is not None and self.kind == "canopen" and not drives.channel:
             raise refusal("channel", "must be given on CAN", ("drives",))
         if drives is not None and self.kind == "ethercat" and drives.interface == LOOPBACK:

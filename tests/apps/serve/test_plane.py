@@ -105,7 +105,7 @@ def place(page: Page) -> np.ndarray:
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(executable() is None, reason="no chromium is installed: see README.md, Tests")
+@pytest.mark.skipif(executable() is None, reason="no chromium is installed: see README.md")
 def test_a_machine_in_a_plane_goes_from_enable_to_a_printed_layer(server: Served) -> None:
     plane = cw.load("maslow4").platform.plane
     assert plane is not None

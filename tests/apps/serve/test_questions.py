@@ -21,7 +21,7 @@ from served import RING, Served, client, served
 
 pytestmark = [
     pytest.mark.clock,
-    pytest.mark.skipif(executable() is None, reason="no chromium is installed: see README.md, Tests"),
+    pytest.mark.skipif(executable() is None, reason="no chromium is installed: see README.md"),
     pytest.mark.skipif(sys.platform != "linux", reason="looks at processes in /proc"),
 ]
 

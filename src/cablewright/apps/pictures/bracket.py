@@ -26,12 +26,11 @@ _FROM: Final = (24.0, 32.0)  # degrees: elevation and azimuth of the eye
 def bracket_picture(stress: BracketStress) -> Figure:
     """Draw both designs in one scale of colours."""
     found = stress.designs
-    drawn = style.figure(10.6, 6.0)
-    grid = drawn.add_gridspec(1, 2)
+    drawn, places = style.grid(10.6, 6.0, (1, 2), (0, 0), (0, 1))
     designs = ((found.universal_joint, "universal joint"), (found.conventional, "second rotation blocked"))
     largest = max(design.max_von_mises for design, _ in designs) / 1e6
     colours = ScalarMappable(Normalize(0.0, largest), style.stress_colours())
-    shown = [_design(drawn, grid[0, k], design, name, colours) for k, (design, name) in enumerate(designs)]
+    shown = [_design(drawn, at, design, name, colours) for at, (design, name) in zip(places, designs, strict=True)]
     text = "von Mises stress in MPa; more only at sharp edges and contacts"
     style.colour_bar(drawn, shown, colours, text, extend="max", shrink=0.8)
     robot = found.model.robot

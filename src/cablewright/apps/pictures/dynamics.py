@@ -14,11 +14,11 @@ from cablewright.foundation.frames import COORDINATES
 
 def trajectory_picture(found: Trajectory) -> Figure:
     """Draw the path in space, and coordinates, speeds and accelerations over time."""
-    drawn = style.figure(9.6, 6.0)
-    grid = drawn.add_gridspec(3, 2, width_ratios=(1.1, 1.6))
+    whole = (slice(None), 0)
+    drawn, (place, *panels) = style.grid(9.6, 6.0, (3, 2), whole, (0, 1), (1, 1), (2, 1), width_ratios=(1.1, 1.6))
     low, high = bounds(found.poses[:, :3])
     around = 0.05 * max(float((high - low).max()), 1e-3)
-    path, _ = space(drawn, grid[:, 0], low - around, high + around, "m")
+    path, _ = space(drawn, place, low - around, high + around, "m")
     path.plot(*found.poses[:, :3].T, color=style.BLUE)
     path.plot(*found.poses[:1, :3].T, "o", color=style.ORANGE, label="start")
     size, unit = style.time_unit(found.duration)
@@ -28,7 +28,7 @@ def trajectory_picture(found: Trajectory) -> Figure:
         (found.accelerations, "acceleration in m/s²"),
     )
     for row, (values, label) in enumerate(rows):
-        axes = drawn.add_subplot(grid[row, 1], sharex=drawn.axes[1] if row else None)
+        axes = drawn.add_subplot(panels[row], sharex=drawn.axes[1] if row else None)
         for k in range(3):
             axes.plot(found.times / size, values[:, k], linewidth=1.1, label=COORDINATES[k], **style.curve(k))
         if values[:, 3:].any():

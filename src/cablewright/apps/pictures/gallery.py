@@ -25,6 +25,7 @@ PICTURES: Final = {
     "Fit": ("fit", "fit_picture"),
     "Interference": ("interference", "interference_picture"),
     "JobInterference": ("interference", "interference_picture"),
+    "LoopComparison": ("simulation", "loops_picture"),
     "MeasuredModes": ("modes", "swing_picture"),
     "Modes": ("modes", "modes_picture"),
     "BracketStress": ("bracket", "bracket_picture"),
@@ -49,12 +50,6 @@ PICTURES: Final = {
 ONE_POSE: Final = ("Modes", "WrenchPolytope", "Interference")
 """Results that are drawn at one pose alone."""
 
-TWO_COLUMNS: Final = (
-    "Boundary", "BracketStress", "CreepResult", "Replay", "Replays", "RetractionStudy", "Simulation", "Survey", "Trade",
-    "Trajectory", "Workspace",
-)  # fmt: skip
-"""Results with panels side by side that one column has no room for."""
-
 
 def draw(
     result: Pictured,
@@ -67,11 +62,6 @@ def draw(
     path, name = None if file is None else look.picture_file(file), type(result).__name__
     if name in ONE_POSE and not getattr(result, "single", True):
         raise InputError(f"plot: the picture of {name} is of one pose; take a row of the batch")
-    page = look.page_width(width)
-    if page is not None and page < look.NARROW and name in TWO_COLUMNS:
-        raise InputError(
-            f"plot: the picture of {name} has panels side by side; give width = two-column, or 0.13 m or more"
-        )
     module, function = PICTURES[name]
     with look.drawing(width, style):
         drawn: Figure = getattr(import_module(f"cablewright.apps.pictures.{module}"), function)(result)

@@ -125,12 +125,11 @@ def swing_picture(found: MeasuredModes) -> Figure:
 
 def boundary_picture(found: Boundary) -> Figure:
     """Draw the places by their lowest frequency, and by the freedom with most energy in that mode."""
-    drawn = style.figure(10.4, 5.2)
-    grid = drawn.add_gridspec(1, 2)
+    drawn, panels = style.grid(10.4, 5.2, (1, 2), (0, 0), (0, 1))
     places = np.tile(found.places, (len(found.nodes.criterion.orientations), 1))[found.known]
     lowest = found.lowest[found.known]
     robot, box = found.nodes.criterion.model.robot, found.nodes.box
-    left, right = (machine(drawn, grid[0, k], robot, box.low, box.high) for k in (0, 1))
+    left, right = (machine(drawn, panel, robot, box.low, box.high) for panel in panels)
     colours = {"cmap": style.error_colours().reversed(), "norm": Normalize(*found.spread[::2])}
     shown = left.scatter(*places.T, c=lowest, s=9, depthshade=False, **colours)
     style.colour_bar(drawn, left, shown, "lowest frequency in Hz", shrink=0.6)

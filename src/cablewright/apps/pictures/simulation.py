@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from cablewright.apps import style
 from cablewright.foundation.arrays import Array
 from cablewright.live.error_statistics import SLACK
+from cablewright.live.loops import LoopComparison
 from cablewright.live.replay import Replay, Replays
 from cablewright.live.simulate import Simulation
 
@@ -21,16 +22,16 @@ def simulation_picture(simulated: Simulation) -> Figure:
     found = simulated.drive
     columns = np.array(found.path).reshape(-1, 6 + len(found.lines)).T
     time, x, y, _, tilt, yaw = columns[:6]
-    drawn = style.figure(9.6, 6.0)
-    grid = drawn.add_gridspec(3, 2, width_ratios=(1.0, 1.9))
-    above = drawn.add_subplot(grid[:, 0])
+    whole = (slice(None), 0)
+    drawn, (place, *panels) = style.grid(9.6, 6.0, (3, 2), whole, (0, 1), (1, 1), (2, 1), width_ratios=(1.0, 1.9))
+    above = drawn.add_subplot(place)
     above.plot(x, y, color=style.BLUE)
     above.plot(x[:1], y[:1], "o", color=style.ORANGE, label="start")
     above.set(xlabel="x in m", ylabel="y in m", title="path of the platform, from above")
     above.set_aspect("equal", adjustable="datalim")
     above.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12))
-    axes = [drawn.add_subplot(grid[0, 1])]
-    axes += [drawn.add_subplot(grid[row, 1], sharex=axes[0]) for row in (1, 2)]
+    axes = [drawn.add_subplot(panels[0])]
+    axes += [drawn.add_subplot(panel, sharex=axes[0]) for panel in panels[1:]]
     axes[0].plot(time, np.degrees(tilt), color=style.BLUE, linewidth=0.9)
     axes[0].set(ylabel="tilt in degrees", title="platform")
     axes[1].plot(time, np.degrees(yaw), color=style.BLUE)
@@ -39,9 +40,23 @@ def simulation_picture(simulated: Simulation) -> Figure:
         axes[2].plot(time, 1e3 * excess, linewidth=1.1, label=style.label(name), **style.curve(i))
     axes[2].axhline(1e3 * SLACK, color=style.GREY, linewidth=0.8)
     axes[2].set(xlabel="time in s", ylabel="excess in mm", title="lines: slack above the grey line")
-    axes[2].legend(loc="upper center", bbox_to_anchor=(0.5, -0.35), ncols=4)
+    axes[2].legend(loc="upper center", bbox_to_anchor=(0.5, -0.35), ncols=style.beside(4))
     for each in axes[:2]:
         each.tick_params(labelbottom=False)
+    return drawn
+
+
+def loops_picture(found: LoopComparison) -> Figure:
+    """Draw the errors of closed loops over time: a curve for each combination, of all its seeds."""
+    drawn, axes = style.axes(8.0, 4.6)
+    names = list(dict.fromkeys(run.name for run in found.runs))
+    for run in found.runs:
+        look = style.curve(names.index(run.name))
+        first = run is next(each for each in found.runs if each.name == run.name)
+        axes.plot(run.times, 1e3 * run.errors, linewidth=1.2, label=run.name if first else None, **look)
+    axes.set(xlabel="time in s", ylabel="distance from the target in mm", ylim=(0.0, None))
+    axes.set_title(f"{style.label(found.robot)}: controller, estimator, plant")
+    style.legend_below(drawn, axes, columns=3)
     return drawn
 
 
@@ -55,10 +70,10 @@ def replay_picture(replayed: Replay | Replays) -> Figure:
     m = last.head.robot.m
     traces = [np.array(one.trace, dtype=np.float64).reshape(-1, _BEFORE_LINES + 2 * m).T for one in found]
     trace = traces[-1]
-    drawn = style.figure(9.6, 8.2)
-    grid = drawn.add_gridspec(3, 2)
+    corners = ((0, 0), (0, 1), (1, 0), (1, 1))
+    drawn, places = style.grid(9.6, 8.2, (3, 2), *corners, (2, slice(None)))
     axes: list[Axes] = []
-    for place in (grid[0, 0], grid[0, 1], grid[1, 0], grid[1, 1], grid[2, :]):
+    for place in places:
         axes.append(drawn.add_subplot(place, sharex=axes[0] if axes else None))
     names = ["estimated"] if len(found) == 1 else [one.estimator for one in found]
     colours = [style.ORANGE, style.BLUE][-len(found) :]

@@ -169,7 +169,8 @@ def _name_candidates(drawn: Figure, found: Designed) -> None:
         for k, (_, colour) in enumerate(zip(found.chosen, _CANDIDATES, strict=False), 1)
     ]
     handles.append(Line2D([], [], color=style.RED, marker="x", linestyle="none", label="robot as it was"))
-    drawn.legend(handles=handles, loc="outside lower center", ncols=4)
+    names = [str(each.get_label()) for each in handles]
+    drawn.legend(handles=handles, loc="outside lower center", ncols=style.legend_columns(names, 4))
 
 
 _Numbers = NDArray[Any]
@@ -259,7 +260,8 @@ def _name_groups(drawn: Figure, found: Trade, values: _Numbers, groups: list[_Nu
     if not found.clear.all():
         near = f"exit points nearer than {found.settings.clearance:g} m: sheaves collide"
         handles.append(Line2D([], [], label=near, **_HIDDEN))
-    drawn.legend(handles=handles, loc="outside lower center", ncols=4)
+    names = [str(each.get_label()) for each in handles]
+    drawn.legend(handles=handles, loc="outside lower center", ncols=style.legend_columns(names, 4))
 
 
 def _valued(change: Change, value: float) -> str:

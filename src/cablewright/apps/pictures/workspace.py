@@ -30,19 +30,18 @@ _PALE: Final = np.array([0.60, 0.80, 0.93])
 
 def volume_picture(found: Workspace) -> Figure:
     """Draw the surface, the middle sections and the largest horizontal one."""
-    drawn = style.figure(10.0, 8.4)
-    grid = drawn.add_gridspec(2, 2)
+    drawn, places = style.grid(10.0, 8.4, (2, 2), (0, 0), (0, 1), (1, 0), (1, 1))
     low, high = found.box.low, found.box.high
-    surface = machine(drawn, grid[0, 0], found.criterion.model.robot, low, high)
+    surface = machine(drawn, places[0], found.criterion.model.robot, low, high)
     add_surface(surface, found.mesh, _PALE, darkest=0.5)
     surface.set_title("boundary, with frame and exit points")
     middle = 0.5 * (low + high)
     heights = np.linspace(low[2], high[2], _HEIGHTS)
     areas = found.slices(heights)
     largest = float(heights[areas.argmax()])
-    _draw_section(drawn.add_subplot(grid[0, 1]), found, 1, float(middle[1]))
-    _draw_section(drawn.add_subplot(grid[1, 0]), found, 2, largest, f", area {areas.max():.3g} m²")
-    _draw_section(drawn.add_subplot(grid[1, 1]), found, 0, float(middle[0]))
+    _draw_section(drawn.add_subplot(places[1]), found, 1, float(middle[1]))
+    _draw_section(drawn.add_subplot(places[2]), found, 2, largest, f", area {areas.max():.3g} m²")
+    _draw_section(drawn.add_subplot(places[3]), found, 0, float(middle[0]))
     style.headline(drawn, _title(found.criterion, f"{found.volume:.4g} m³", found.fraction))
     return drawn
 
@@ -138,7 +137,8 @@ def retraction_picture(found: RetractionStudy) -> Figure:
     left.set(xlabel=height, ylabel="retraction length in m", xlim=extent[:2], ylim=extent[2:])
     left.grid(visible=False)
     left.set_title("area by height and retraction length")
-    left.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=3)
+    names = [str(curve.get_label()) for curve in left.get_lines()]
+    left.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=style.legend_columns(names, 3))
     for k, name in ((0, "shortest"), (len(found.lengths) - 1, "longest")):
         colour = (style.GREEN, style.BLUE)[k > 0]
         right.plot(found.areas[:, k], found.heights, color=colour, label=f"{name}, {found.lengths[k]:.3g} m")

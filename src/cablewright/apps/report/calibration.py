@@ -14,6 +14,7 @@ from cablewright.apps.report.result import along_table, key_figures, part_table
 from cablewright.apps.web.robot_scene import robot_scene
 from cablewright.apps.web.scene import SceneBody, SceneDescription
 from cablewright.calibration.judgement.result import Calibration
+from cablewright.calibration.plan import Known
 
 Pictures = dict[str, bytes]
 
@@ -149,9 +150,16 @@ def _inputs(found: Calibration, data: str) -> Html:
         ("groups of lines", "; ".join(f"{each.name}: {', '.join(each.lines)}" for each in plan.groups)),
         ("datum", ", ".join(plan.datum) or "inner"),
         ("priors", ", ".join(f"{each.name} ±{each.deviation:g}" for each in plan.priors)),
+        ("known", ", ".join(f"{each.name} {_said(each)}" for each in plan.known)),
         ("program", program()),
     ]
     return table(("what", "value"), [row for row in rows if row[1]])
+
+
+def _said(known: Known) -> str:
+    """Return value and standard deviation of a number that counts as known, as far as the plan gives them."""
+    value = "" if known.value is None else f"{known.value:g}"
+    return value + ("" if known.deviation is None else f" ±{known.deviation:g}")
 
 
 def _assumed(found: Calibration) -> list[str]:

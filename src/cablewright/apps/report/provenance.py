@@ -171,7 +171,7 @@ def _speeds(digest: Digest) -> str:
         speeds = "as fast as winches, flow and the speeds that the job gives allow"
     return (
         f"{speeds}, acceleration "
-        f"{motion.acceleration:g} m/s², corners rounded for the speed by {quantity(motion.corner_deviation, 'm')}"
+        f"{motion.acceleration:g} m/s², corners rounded for the speed by {quantity(motion.corner, 'm')}"
     )
 
 

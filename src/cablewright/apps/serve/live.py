@@ -54,7 +54,9 @@ class Live:
         feed, version, sitting = self.page.feed, 0, ""
         try:
             hello = {"t": "hello", "page": client.secret, "number": client.number}
-            await self.socket.send_text(to_json(hello | {"foxglove": self.page.access.view_token}).decode())
+            await self.socket.send_text(
+                to_json(hello | {"foxglove": self.page.access.view_token, "camera": self.page.camera}).decode()
+            )
             while True:
                 if feed.sitting_text != sitting:
                     sitting = feed.sitting_text

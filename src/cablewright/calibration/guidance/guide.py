@@ -286,7 +286,7 @@ class Guidance(Result):
     def to_measure(self) -> Measured:
         """The next poses, with the counts to move to."""
         counts, poses = (np.array([getattr(each, name) for each in self.next_poses]) for name in ("counts", "pose"))
-        return Measured(counts, poses)
+        return Measured(counts, poses, by_drum=() if self.found is None else self.found.problem.measured.by_drum)
 
     @property
     def reasons(self) -> tuple[str, ...]:

@@ -24,6 +24,7 @@ class Condition(StrEnum):
     BUS_SILENT = "a winch's drive does not answer"
     ESTOP = "the emergency-stop chain is open"
     BRAKE = "a brake is not as it was commanded"
+    LOG_BEHIND = "the disk was slower than the log: steps before this one are left out of it"
     NOT_SAVED = "counts of the winches could not be saved: after a loss of power it is to be homed"
 
 

@@ -323,13 +323,15 @@ class Printer:
         return float(np.linalg.norm(there - self._manual.position))
 
     def _is_tensioned(self) -> bool:
-        """Whether lines have about their tensions on the path: those that the control chooses."""
+        """Whether lines with winches have about their tensions on the path: those that the control chooses."""
         own = self.plan.velocity
         chooses = own.model.m > own.model.freedoms and own.law == "model" and not own.manage_slack
         if not (chooses or self.plan.path.attitude is not None) or self.estimator.tensions is None:
             return True
         waited, wanted = self.time - self.supervisor.state_start > _TENSIONING_TIME, self.velocity.chosen
-        return waited or (wanted is not None and self.velocity.tension_error <= _TENSIONED * float(wanted.min()))
+        if waited or wanted is None:
+            return waited
+        return self.velocity.tension_error <= _TENSIONED * float(wanted[list(own.model.robot.hosts)].min())
 
     def _decide(self, frame: SensorFrame, verdict: Verdict, estimate: Estimate, target: Target, dt: float) -> Command:
         now = frame.time

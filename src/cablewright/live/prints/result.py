@@ -221,7 +221,7 @@ class PrintRecord(Result):
         Figure("barrier_stops", "1", "Number of stops by the light barrier.", name="stops by the light barrier"),
         Figure("refills", "1", "Number of refills of the drum."),
         Figure("faults", "", "Faults that the estimates reported.", lambda of: list(of.faults.items()),
-               parts=fault_figures("since", "until")),
+               name="sensor messages", parts=fault_figures("since", "until")),
         Figure("notices", "1", "Number of steps with each notice of the machine, by notice.",
                name="steps with a notice", detail=True),
         Figure("lines", "", "Load and motion of each line.", parts=LineUse.FIGURES, detail=True),

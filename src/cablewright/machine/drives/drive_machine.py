@@ -346,8 +346,11 @@ class DriveMachine:
         if not any(axis.pending for axis in axes):
             counts = np.array([axis.counts for axis in axes], dtype=np.int64)
             counts.flags.writeable = False
-            tensions = frozen([axis.scale.tension(axis.torque) for axis in axes])
-            readings += [Encoders(time, counts), Tensions("motor_torques", time, tensions)]
+            lines = self._drives.winches
+            tensions = np.array([axis.scale.tension(axis.torque) for axis in axes])[lines.winch]
+            torques = frozen([-axis.torque for axis in axes])
+            alone = frozen(np.where(lines.alone, tensions, np.nan))
+            readings += [Encoders(time, counts), Tensions("motor_torques", time, alone, torques)]
         if self._fresh:
             readings.append(self._drive_reading(time))
         readings += self._input_readings(time)

@@ -151,9 +151,8 @@ class VirtualDrive:
         if frame.id == o.SYNC:
             self.outbox += self._answers()
             return
-        cob = frame.id.to_bytes(4, "little")
         for k in range(len(o.TO_DRIVES)):
-            if cob == own.entries[0x1400 + k, 1].data:
+            if own.entries[0x1400 + k, 1].data == frame.id.to_bytes(4, "little"):
                 self.command(0x1600 + k, frame.data, now)
 
     def command(self, mapping: int, data: bytes, now: float) -> None:

@@ -1,0 +1,68 @@
+"""The notebooks run from an empty state and show what their cells end with; they are stored without outputs."""
+
+from __future__ import annotations
+
+import ast
+import json
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+FOLDER = Path(__file__).resolve().parents[2] / "examples" / "notebooks"
+NAMES = sorted(file.stem for file in FOLDER.glob("*.ipynb"))
+SLOW = ("a_day_of_the_blind_machines",)
+
+
+def cells(name: str, kind: str) -> list[str]:
+    """Return the sources of a notebook's cells of a kind."""
+    book = json.loads((FOLDER / f"{name}.ipynb").read_text("utf-8"))
+    assert book["nbformat"] == 4
+    return ["".join(cell["source"]) for cell in book["cells"] if cell["cell_type"] == kind]
+
+
+def shown(source: str, names: dict[str, Any]) -> Any:
+    """Run a cell as a notebook does; return the value of its last expression."""
+    tree = ast.parse(source)
+    last = tree.body.pop() if tree.body and isinstance(tree.body[-1], ast.Expr) else None
+    exec(compile(tree, "<cell>", "exec"), names)  # noqa: S102
+    return None if last is None else eval(compile(ast.Expression(last.value), "<cell>", "eval"), names)  # noqa: S307
+
+
+def test_there_are_five_without_outputs() -> None:
+    assert len(NAMES) == 5
+    for name in NAMES:
+        book = json.loads((FOLDER / f"{name}.ipynb").read_text("utf-8"))
+        code = [cell for cell in book["cells"] if cell["cell_type"] == "code"]
+        assert all(cell["outputs"] == [] and cell["execution_count"] is None for cell in code)
+        assert len({cell["id"] for cell in book["cells"]}) == len(book["cells"])
+        assert cells(name, "markdown")[0].startswith("# ")
+
+
+@pytest.mark.parametrize("name", [pytest.param(each, marks=[pytest.mark.slow] * (each in SLOW)) for each in NAMES])
+def test_all_cells_run_and_their_values_can_be_shown(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(FOLDER)  # where Jupyter opens it
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    names: dict[str, Any] = {"__name__": "__main__"}
+    rich = 0
+    for source in cells(name, "code"):
+        value = shown(source, names)
+        for look, begin in (("_repr_html_", "<"), ("_repr_png_", b"\x89PNG")):
+            drawn = getattr(value, look)() if hasattr(value, look) else None  # a figure has no HTML without a window
+            if drawn is not None:
+                rich += 1
+                assert drawn.startswith(begin)
+    assert rich >= 2
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(find_spec("nbclient") is None or find_spec("ipykernel") is None, reason="needs the extra notebooks")
+@pytest.mark.parametrize("name", NAMES)
+def test_a_kernel_of_jupyter_runs_it(name: str) -> None:
+    nbclient, nbformat = pytest.importorskip("nbclient"), pytest.importorskip("nbformat")
+    book = nbformat.read(FOLDER / f"{name}.ipynb", as_version=4)
+    nbformat.validate(book)
+    nbclient.NotebookClient(book, timeout=300, resources={"metadata": {"path": str(FOLDER)}}).execute()
