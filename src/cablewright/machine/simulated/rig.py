@@ -61,6 +61,7 @@ class RigState:
     ground: Ground
     swivels: Array  # (m,) rad, of upright swivels in plan view; NaN of other lines
     winch_tensions: Array  # (m,) N, of one cable before the sheaves and guides
+    yaw: float  # rad, of the drive that turns a drum
 
 
 class Rig:
@@ -267,7 +268,8 @@ class Rig:
         counts = self.winches.counts
         swivels = np.where(self._upright, self._shown[:, machine_step.HEADING], np.nan)
         pulled = truth.tensions * self.unmodelled.ratio
-        return RigState(truth, self.acceleration.copy(), rotation, shown, counts, *air, self.ground, swivels, pulled)
+        acceleration, yaw = self.acceleration.copy(), self.yaw.angle
+        return RigState(truth, acceleration, rotation, shown, counts, *air, self.ground, swivels, pulled, yaw)
 
     def _pour(self, period: float, valve: float) -> list[Notice]:
         """Release powder through the valve; deposit it once the drum has moved by half a cell, or enough has fallen."""
