@@ -195,7 +195,7 @@ def _stretch_damped(
 ) -> tuple[VelocitySettings, tuple[str, ...]]:
     """Return the *velocity* that damps swings in which lines stretch, as far as it can, and notes of how far.
 
-    It takes measured tensions, of lines that are all taut. Lengths of fewer winches than freedoms, or with
+    It takes measured tensions, of lines that are all taut. Lengths of fewer winches than degrees of freedom, or with
     counterweights, do not hold the platform against its inertia; a drum with several lines cannot follow each.
     """
     model = velocity.model
