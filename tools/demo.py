@@ -22,7 +22,7 @@ def main() -> int:
         return code
     print(textwrap.fill(checked["verdict"], 100))
     error, allowed = (1e3 * checked[key] for key in ("expected_error", "max_expected_error"))
-    print(f"  expected error  {error:.1f} mm (allowed: {allowed:.0f} mm)")
+    print(f"  expected error  {error:.3g} mm (allowed: {allowed:.3g} mm)")
     print(f"  duration        {checked['duration'] / 3600:.0f} h")
     print(f"  report          {checked['report']}\n")
     shutil.rmtree("runs/print-merlet2023-blind-machines", ignore_errors=True)

@@ -187,7 +187,7 @@ def test_a_climate_that_hardly_changes_or_a_cable_that_does_not_creep_tells_no_p
                           temperature=test.temperature)  # fmt: skip
     found = creep(elastic, initial_length=LENGTH)
     assert found.activation_energy is None
-    assert "the climate changes, but the test does not tell the activation energy to 30000" in found.notes
+    assert "the climate changes, but the test does not determine the activation energy to 30000" in found.notes
     assert "activation_energy" not in found.robot_file_text
 
 
@@ -200,7 +200,7 @@ def test_of_two_that_change_together_the_one_that_is_told_stays() -> None:
     assert found.humidity_exponent is None
     assert found.activation_energy == pytest.approx(ENERGY, rel=0.05)
     assert np.abs(errors(found)).max() < 3.5
-    assert any("does not tell the humidity exponent" in note for note in found.notes)
+    assert any("does not determine the humidity exponent" in note for note in found.notes)
     free = TensileTest(test.force, test.elongation + noise, time=test.time, temperature=test.temperature,
                        humidity=test.humidity)  # fmt: skip
     both = creep(free, initial_length=LENGTH)

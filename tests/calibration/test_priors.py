@@ -146,6 +146,16 @@ def test_known_numbers_are_what_the_plan_says() -> None:
     assert found.sigma_advice.startswith("use sigma")
 
 
+def test_where_all_is_known_noise_is_all_of_the_sigma() -> None:
+    rng = np.random.default_rng(8)
+    made = measure(SPOOLS, random_poses(SPOOLS, 30, rng), 1e-4, rng, sensors=SensorNoise(pose=1e-3))
+    known = (Known(name="build_up", deviation=0.0), Known(name="stretch", deviation=0.0))
+    found = calibrate(SPOOLS, made.measured, CalibrationPlan(known=known), rough=0.05, outliers=False)
+    assert found.doubt.considered == ()
+    assert found.sigma_advice == "use sigma: noise makes nearly all of it"
+    assert found.sigma == pytest.approx(found.noise_sigma, rel=0.5)
+
+
 def test_a_known_value_stands_instead_of_the_file() -> None:
     rng = np.random.default_rng(7)
     made = measure(WANG, random_poses(WANG, 40, rng), 1e-5, rng, sensors=SensorNoise(pose=1e-3))

@@ -48,9 +48,9 @@ class LedTravel:
     FIGURES: ClassVar = (
         Figure("line", "", "Line of the G-code file."),
         Figure("layer", "", "Layer, counted from 1; 0 before the first."),
-        Figure("lift", "m", "By what it is lifted."),
-        Figure("aside", "m", "By what its middle is led aside, level; to the left positive."),
-        Figure("added", "m", "What it is longer by; null: no safe way was found, it is as it was."),
+        Figure("lift", "m", "Height by which the travel is lifted."),
+        Figure("aside", "m", "Horizontal offset of its middle; positive to the left."),
+        Figure("added", "m", "Additional length; null: there is no safe path, the travel is unchanged."),
     )
 
     line: int  # of the file

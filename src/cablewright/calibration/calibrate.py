@@ -13,7 +13,7 @@ from typing import Final, Literal
 
 import numpy as np
 
-from cablewright.calibration.judgement.effects import WORDS, applied, effects_of
+from cablewright.calibration.judgement.effects import WORDS, Effect, applied, effects_of
 from cablewright.calibration.judgement.gross_errors import Rejected, without_outliers
 from cablewright.calibration.judgement.model_doubt import creep_share, stretch_of
 from cablewright.calibration.judgement.result import Calibration
@@ -38,6 +38,7 @@ ROUGH: Final = 0.5
 
 MAX_ROUGH: Final = 100.0  # m
 _CONTRADICTS: Final = 3.0  # max ratio of the rms with a datum to that without
+_ROUNDS: Final = 4  # of looking for effects that the model lacks
 _FEW: Final = 10  # redundant measurements, which give sigma to a quarter
 
 
@@ -94,22 +95,30 @@ def calibrate(
 
 
 def _with_effects(found: Calibration, rough: float, outliers: bool, seed: int, progress: Progress) -> Calibration:
-    """Return the calibration with the effects that the data ask for; counts are corrected twice, as the fit moves."""
+    """Return the calibration with the effects that the data ask for: tested again after each fit, which weighs anew."""
     measured, plan, model = found.problem.measured, found.problem.plan, found.problem.model
-    effects = effects_of(found.problem, found.fit)
-    if not any(each.chosen for each in effects):
-        return replace(found, effects=effects)
-    given = rough, outliers, seed, progress
-    again = _fitted(model, *applied(found.problem, found.fit, effects, measured, plan), *given)
-    if again.status == "ok":
-        rest = {each.name: each.value for each in effects_of(again.problem, again.fit)}
-        effects = tuple(replace(each, value=each.value + rest.get(each.name, 0.0)) for each in effects)
-        again = _fitted(model, *applied(again.problem, again.fit, effects, measured, plan), *given)
-    corrected = ", ".join(each.name for each in effects if each.chosen and each.name in WORDS)
-    changed = {each.name: value for each, value in zip(again.unknowns, again.changes.tolist(), strict=True)}
-    effects = tuple(replace(each, value=changed.get(each.name, each.value)) for each in effects)
+    chosen, tested, corrected = dict[str, Effect](), dict[str, Effect](), ""
+    for _ in range(_ROUNDS):
+        known = set(chosen)
+        for each in effects_of(found.problem, found.fit, known):
+            tested[each.name] = each
+            if each.chosen:
+                first = chosen.get(each.name, replace(each, value=0.0))
+                chosen[each.name] = replace(first, value=first.value + each.value, sigma=each.sigma)
+        if not chosen:
+            break
+        given = applied(found.problem, found.fit, chosen.values(), measured, plan)
+        again = _fitted(model, *given, rough, outliers, seed, progress)
+        if again.status != "ok":
+            break
+        found, corrected = again, ", ".join(name for name in chosen if name in WORDS)
+        if known == set(chosen):
+            break
+    changed = {each.name: value for each, value in zip(found.unknowns, found.changes.tolist(), strict=True)}
+    effects = [replace(each, value=changed.get(name, each.value)) for name, each in chosen.items()]
+    effects += [each for name, each in tested.items() if name not in chosen]
     notes = (f"counts are corrected by {corrected}; --check does not correct later ones",) if corrected else ()
-    return replace(again, effects=effects, notes=(*again.notes, *notes))
+    return replace(found, effects=tuple(effects), notes=(*found.notes, *notes))
 
 
 def _fitted(
@@ -222,7 +231,7 @@ def _of_creep(problem: CalibrationProblem, found: PoseFit) -> Iterator[str]:
         worst = int(np.argmax(longer))
         line, most = problem.robot.lines[worst].name, 1e3 * longer[worst]
         size = f": an hour under its load makes line {line} longer by up to {most:.3g} mm"
-    yield f"cable.creep of the robot file is not counted in lengths, for data tell no times{size}"
+    yield f"cable.creep of the robot file is not counted in lengths, because the data have no times{size}"
 
 
 def _of_kinds(problem: CalibrationProblem, found: PoseFit) -> Iterator[str]:

@@ -167,12 +167,11 @@ class Homing:
             return sentence(self._checks, own.take_up.names)
         if not found.tested:
             return (
-                "there are no more lines than freedoms, so that nothing tests the lengths: home with a measured place"
+                "there are no more lines than degrees of freedom, so the lengths cannot be tested: home with a "
+                "measured position"
             )
         if own.power_lost():
-            self.notes.append(
-                "the counters have begun anew: whether a drum was turned meanwhile, lengths alone can tell"
-            )
+            self.notes.append("the counters were reset: only the lengths show whether a winch drum moved meanwhile")
         unseen = "not tested: lengths that are wrong together, so that they meet elsewhere,"
         return self._carried(found.pose, torques, lengths, unseen) or self._certified(lengths, counts, found.pose)
 
@@ -267,7 +266,7 @@ class Homing:
         if unproved:
             self.notes.append(f"not proved to be the only equilibrium there: {proof.because}")
         if any(line.cable.creep is not None for line in own.model.robot.lines):
-            self.notes.append("not counted: creep of cables, as nobody knows what they have crept by now")
+            self.notes.append("not counted: creep of cables, because the load history is unknown")
         if (retraction := own.model.robot.retraction) is not None:
             self.notes.append(f"not measured: the length of the platform, {retraction.length:g} m by the robot file")
         try:

@@ -301,7 +301,7 @@ def geometry_words(
     anchors = " ".join(f"{n}{_joined(map(to_mm, line.exit_point))}" for n, line in zip(names, lines, strict=True))
     teeth, assumed = _teeth(machine) if target.gear is None else (target.gear, ())
     text = "".join(f"; {name} is line {line.name!r}\n" for name, line in zip(names, lines, strict=True))
-    text += f"M669 K6 N{robot.m}\nM669 {anchors} P{_joined([to_mm(_reach(robot))])}\n"
+    text += f"M669 K6 N{robot.m}\nM669 {anchors} P{1e3 * _reach(robot):.0f}\n"
     text += f"M666 Q{_joined([law.growth])} R{_joined(_shortest(radius) for radius in law.radii)}\n"
     text += f"M666 U{_joined(line.advantage for line in lines)} O{_joined(line.cables for line in lines)}\n"
     text += (

@@ -66,7 +66,7 @@ class Capability(StrEnum):
     CHECK = "check"
     PATH = "poses along a path or over a grid"
     BRACKET = "bracket"
-    SURVEY = "a survey of exits"
+    SURVEY = "a survey of exit points"
     CALIBRATION = "calibration"
     ELASTIC_CALIBRATION = "calibration of lines that stretch"
     SIMULATION = "the simulated machine"
@@ -219,7 +219,7 @@ _ROWS: Final = (
     (_C.SLACK_SETS, _REJECTED, "shared-winch", "The drum decides their lengths: use forward with longer lengths"),
     (_C.SLACK_SETS, _REJECTED, "few-winches", "Each line is needed at a given pose: use forward with longer lengths"),
     (_C.CHECK, Coverage.NOT_CHECKED, "mount",
-     "exit points that give together, as two on one post: each gives under its own line alone"),
+     "coupled mounts, as two exit points on one post: each mount deflects under its own line only"),
     (_C.CHECK, Coverage.NOT_CHECKED, "shared-winch",
      "lengths without compensation take each line to have a winch of its own"),
     (_C.CHECK, Coverage.NOT_CHECKED, "counterweight",

@@ -34,7 +34,7 @@ SHORT: Final = 0.55
 
 _CHORD: Final = 0.05  # of the corner deviation: error of straight lines, in space and time, between two samples
 _SHORTEST_STEP: Final = 1.0 / 16.0  # of the kernel's length, between two samples
-_LONGEST_STEP: Final = 0.5  # of the shorter mean, where the law accelerates: straight lines between excite no mode
+_LONGEST_STEP: Final = 0.75  # of the shorter mean, where the law accelerates: straight lines between excite no mode
 _LOOKS: Final = 4  # times in a segment, at least, at which its acceleration is looked at
 _LOOK: Final = 1.0  # of the shorter mean, at most between two of them
 _STEADY: Final = 1e-9  # m/s^2

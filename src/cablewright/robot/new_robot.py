@@ -272,7 +272,7 @@ zeroed_at = [0.0, 0.0, 0.0]   # assumed: all lines are pulled taut and zeroed wi
 
 _TEMPLATE: Final = """\
 # {description}. Lengths without a unit are in m; z points up, the origin is in the middle of the floor.
-# Size, layout, mass and cable are as asked for. Numbers marked "assumed" are not: replace them by what you know.
+# Size, layout, mass and cable are as requested. Numbers marked "assumed" are not: replace them by your own data.
 # All keys: docs/robots.md, or `cablewright schema robot` for an editor.
 
 schema = 1

@@ -128,8 +128,10 @@ def _points(part: Job | str | Path) -> Array:
     if isinstance(part, Job):
         toolpath = part.toolpath()
         laid = toolpath.extruding
-        ends = np.concatenate([toolpath.start[laid], toolpath.end[laid]])
-        points = ends * part.scale + np.array([0.0, 0.0, part.origin[2]])
+        start, end = toolpath.start[laid], toolpath.end[laid]
+        shares = np.linspace(0.0, 1.0, 2 + POINTS // max(len(start), 1))[:, None, None]
+        places = (start + shares * (end - start)).reshape(-1, 3)
+        points = places * part.scale + np.array([0.0, 0.0, part.origin[2]])
     else:
         if Path(part).suffix.lower() != ".stl":
             raise InputError(f"{part}: must be a job's TOML or G-code, or an STL file in mm")

@@ -54,7 +54,7 @@ class JobInterference(Distances):
         *FIGURES,
         Figure("job", "", "Name of the job.", "job.name"),
         Figure("samples", "1", "Number of samples of the path.", lambda found: len(found.samples)),
-        Figure("bead_width", "m", "Width of a strand in the middle of what is laid.", "beads.typical.width", digits=3,
+        Figure("bead_width", "m", "Median width of the strands.", "beads.typical.width", digits=3,
                only=lambda found: found.beads is not None, shown="mm"),
         Figure("bead_height", "m", "Its height.", "beads.typical.height", digits=3,
                only=lambda found: found.beads is not None, shown="mm"),

@@ -223,7 +223,7 @@ class Accuracy(Result):
     def notes(self) -> tuple[str, ...]:
         """What to know before the figures are used."""
         curved, lost = _most(self.spread.nonlinearity), int(self.spread.unsolved.sum())
-        off = f"first order is off by up to {100.0 * curved:.2g} % of the spread"
+        off = f"first order deviates by up to {100.0 * curved:.2g} % of the spread"
         notes = []
         if curved > TOO_CURVED and self.method == "first-order":
             notes.append(f"{off}: all figures of the spread are estimates; --method vertices solves the corners")
@@ -235,7 +235,9 @@ class Accuracy(Result):
             if not each.low <= each.nominal <= each.high
         ]
         if any(line.mount_gives for line in self.robot.lines):
-            notes.append("each exit point gives under its own line alone: two on one post give together, uncounted")
+            notes.append(
+                "each mount deflects under its own line only: coupled mounts, as two on one post, are not included"
+            )
         if lost:
             solves = "solve has" if lost == 1 else "solves have"
             notes.append(

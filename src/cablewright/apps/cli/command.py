@@ -67,7 +67,7 @@ def command_of(declared: DeclaredCommand, name: str, summary: str) -> TyperComma
 
 def examples_of(declared: DeclaredCommand, name: str) -> list[str]:
     """Return the examples of a command without the name of the program, each once."""
-    return list(dict.fromkeys((declared.example, *FURTHER[name])))
+    return list(dict.fromkeys((declared.example, *FURTHER.get(name, ()))))
 
 
 def _callback(run: Callable[..., int]) -> Callable[..., int]:

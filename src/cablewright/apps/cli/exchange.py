@@ -257,7 +257,7 @@ def _at_pose(target: str, robot: cw.Robot, at: str | None) -> tuple[ExportedFile
         raise AnswerError(f"no pose of the platform: {held.sentence()}", held.status)
     if target == "urdf":
         return urdf(robot, held.pose), b""
-    mesh, lost = shapes(robot, held.pose), ("all but shapes of frame, exits and platform, for looking",)
+    mesh, lost = shapes(robot, held.pose), ("all data except shapes of frame, exit points and platform, for viewing",)
     return ExportedFile("", lost), mesh.stl() if target == "stl" else mesh.glb()
 
 

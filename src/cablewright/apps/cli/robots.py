@@ -181,8 +181,8 @@ class RobotList(Result):
         Figure("robots", "", "The robots of the library.", parts=(
             Figure("name", "", "Name of the robot."),
             Figure("lines", "1", "Number of lines.", "m"),
-            Figure("freedoms", "1", "Freedoms of the platform: 3 of a point, 6 of a body.", "n"),
-            Figure("description", "", "What the robot is, in a sentence."),
+            Figure("freedoms", "1", "Degrees of freedom of the platform: 3 of a point, 6 of a rigid one.", "n"),
+            Figure("description", "", "Description of the robot in a sentence."),
         )),
     )  # fmt: skip
 
@@ -199,7 +199,7 @@ class RobotSupport(Result):
             Figure("capability", "", "What is done with the robot."),
             Figure("verdict", "", "works, not certified, not checked, lost or rejected."),
             Figure("because", "", "What of the robot decides it."),
-            Figure("instead", "", "What to use instead, or what is left out."),
+            Figure("instead", "", "Alternative, or the omitted effect."),
         )),
     )  # fmt: skip
 
@@ -221,7 +221,7 @@ class LibraryFile(Result):
     """A file of the library."""
 
     FIGURES: ClassVar = (
-        Figure("name", "", "Name of what the file describes."),
+        Figure("name", "", "Name of the described object."),
         Figure("file", "", "Text of the TOML file, with its comments."),
     )
 

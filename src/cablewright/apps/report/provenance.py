@@ -1,4 +1,4 @@
-"""What went into a report, and what the model takes for granted, as the robot file says it."""
+"""Inputsto a report, and what the model takes for granted, as the robot file says it."""
 
 from __future__ import annotations
 

@@ -59,7 +59,7 @@ class Guard:
             return (403, "that origin may not read here\n", False) if origin == "foreign" else None
         is_socket = scope["type"] == "websocket"
         if origin not in (None, "own"):
-            return 403, "requests from other origins are refused\n", False
+            return 403, "requests from other origins are rejected\n", False
         if path == "/enter" or path in PUBLIC:
             return None
         session = access.session_of(headers)

@@ -141,7 +141,7 @@ class Live:
         elif kind not in CALMING and (late := self._late(given)):
             why = late
         elif not client.orders.take():
-            why = "too many orders at once"
+            why = "too many orders at the same time"
         elif not self._sent(client, kind, given.get("arguments", {}), number):
             why = "its arguments are no numbers, or the control does not answer"
         if why:

@@ -41,6 +41,7 @@ class Served:
     def send_stop(self, by: str) -> bool:
         """Send a stop by its own channel; whether the control can take it."""
         now = time.monotonic()
+        self.feed.stops += 1
         if now - self._stopped < _ALIKE:
             return True
         message = OrderMessage(by=by, number=next(self.numbers), at=now, kind=OrderKind.EMERGENCY)
@@ -51,6 +52,7 @@ class Served:
     async def calm(self, kind: OrderKind, by: str) -> str:
         """Give one of the orders to come to rest, which need no lease; return why it was refused, or an empty text."""
         number = next(self.numbers)
+        self.feed.stops += 1
         message = OrderMessage(by=by, number=number, at=time.monotonic(), kind=kind)
         return await self.answer(number, by) if self.link.send(message, "stops") else "the control does not answer"
 

@@ -141,6 +141,7 @@ class Uploads:
                 "by": str(about.get("by", "")),
                 "wants_print": about.get("wants_print") is True,
                 "parts": [part for part, name in PARTS.items() if (folder / name).is_file()],
+                "has_picture": about.get("has_picture") is True,
                 "bytes": sum((folder / name).stat().st_size for name in PARTS.values() if (folder / name).is_file()),
                 "busy": busy.get(folder.name, ""),
                 "check": None if check is None else check.model_dump(),

@@ -133,7 +133,7 @@ FIGURES = (
     Figure("false_alarm", "1", "Probability below which something moved.", name="limit"),
     Figure("changes", "", "What explains the measurements, in the order in which it was named.", name="what changed",
            parts=CHANGE_PARTS),
-    Figure("rest", "1", "Probability of what these changes leave unexplained.", only=lambda of: bool(of.changes),
+    Figure("rest", "1", "Probability of the unexplained rest.", only=lambda of: bool(of.changes),
            digits=2),
     Figure("lines", "", "The length of each line, as if it alone changed.", parts=(
         Figure("line", "", "The line."),
@@ -385,4 +385,4 @@ def _notes(measured: Measured, known: CalibrationRecord, new_home: bool, moved: 
     if new_home:
         yield "home is new: lengths at home are not tested"
     elif moved:
-        yield "if lengths were set to zero anew since the calibration, say --new-home"
+        yield "if the lengths were zeroed since the calibration, give --new-home"

@@ -6,7 +6,7 @@ one that lowers the held-out error most is added first, and so on while the fall
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, NamedTuple
 
@@ -19,6 +19,7 @@ from cablewright.calibration.poses.fit import PoseFit
 from cablewright.calibration.poses.observability import projected
 from cablewright.calibration.poses.problem import CalibrationProblem
 from cablewright.foundation.arrays import Array
+from cablewright.kernels.fitting import straight_line
 from cablewright.robot.parameters import KINDS_OF, why_not
 
 UNKNOWNS: Final = ("build_up", "sheave_radius", "length_scale", "exit_compliance", "modulus")
@@ -27,6 +28,7 @@ UNKNOWNS: Final = ("build_up", "sheave_radius", "length_scale", "exit_compliance
 WORDS: Final = {
     "stretch": ("stretch of the lines, over that by the file", "1"),
     "sag": ("sag of the lines, over that by the file", "1"),
+    "deflection": ("deflection of all exit points per force, along it", "m/N"),
     "hysteresis": ("hysteresis, by the direction of the last motion", "m"),
 }
 """Effects on lengths that are no unknowns: counts are corrected by them."""
@@ -34,6 +36,8 @@ WORDS: Final = {
 _SIGNED: Final = ("hysteresis", "length_scale", "sheave_radius", "modulus")  # the others have no meaning below 0
 _FOLDS: Final = 8
 _BEYOND: Final = 2.5  # standard errors of the fall of the held-out error, by pose
+_PLAIN: Final = 5.0  # sigmas of its number with which an effect is beyond chance too ...
+_ANOTHER: Final = 2.3  # ... and with which another is, on a machine that has shown one: BIC of some 200 lengths
 _LEAST: Final = 0.02  # fall of the held-out error that is worth an effect
 _SAME: Final = 1e-3  # m: a smaller change of a length says no direction
 
@@ -64,8 +68,11 @@ class _Candidate(NamedTuple):
     column: Array  # (N, e) derivative of the weighted residuals
 
 
-def effects_of(problem: CalibrationProblem, found: PoseFit) -> tuple[Effect, ...]:
-    """Return the effects of the family that this machine can have, those that the data ask for first."""
+def effects_of(problem: CalibrationProblem, found: PoseFit, already: Collection[str] = ()) -> tuple[Effect, ...]:
+    """Return the effects of the family that this machine can have, those in the model first.
+
+    *already*: names of those that counts are corrected by; their numbers are how far off these corrections are.
+    """
     rows = problem.derivatives(found.theta, found.poses, found.weights)
     left = _candidates(problem, found)
     if not rows.whole.all() or not left:
@@ -75,28 +82,30 @@ def effects_of(problem: CalibrationProblem, found: PoseFit) -> tuple[Effect, ...
     k = len(found.theta)
     others = np.concatenate([rows.others_by_unknown, np.zeros((len(rows.others), len(left)))], axis=1)
     data = _Data(off, reduced, others, rows.others)
-    chosen: list[int] = []
-    tested = list(range(len(left)))
+    chosen = [at for at, each in enumerate(left) if each.name in already]
     made: dict[int, Effect] = {}
-    base = data.held_out(range(k))
     while True:
+        base = data.held_out([*range(k), *(k + at for at in chosen)])
         best, fall = -1, 0.0
-        for at in (each for each in tested if each not in chosen):
+        for at in (at for at in range(len(left)) if at not in chosen):
             used = [*range(k), *(k + each for each in (*chosen, at))]
-            there, (value, sigma) = data.held_out(used), data.last(used)
+            there = data.held_out(used)
+            value, sigma = (float(each[-1]) for each in data.numbers(used))
             gain = np.sqrt(base) - np.sqrt(there)
             error = float(gain.std()) * np.sqrt(len(gain))
-            effect = Effect(*left[at][:3], value, sigma, *(_size(problem, each) for each in (base, there)), False)
-            made[at] = effect
-            asked = gain.sum() > _BEYOND * error and effect.fall > _LEAST
-            if asked and (value > 0.0 or effect.name in _SIGNED) and gain.sum() > fall:
-                best, fall = at, float(gain.sum())
+            made[at] = Effect(*left[at][:3], value, sigma, *(_size(problem, each) for each in (base, there)), False)
+            beyond = gain.sum() > _BEYOND * error or abs(value) > (_ANOTHER if chosen else _PLAIN) * sigma
+            asked = beyond and made[at].fall > _LEAST
+            if asked and (value > 0.0 or made[at].name in _SIGNED) and made[at].fall > fall:
+                best, fall = at, made[at].fall
         if best < 0:
             break
-        made[best] = replace(made[best], chosen=True)
-        base = data.held_out([*range(k), *(k + each for each in (*chosen, best))])
         chosen.append(best)
-    return tuple(made[at] for at in (*chosen, *(each for each in tested if each not in chosen)))
+    values, sigmas = data.numbers([*range(k), *(k + at for at in chosen)])
+    for place, at in enumerate(chosen, k):
+        one = made.get(at) or Effect(*left[at][:3], 0.0, 0.0, 0.0, 0.0, True)
+        made[at] = replace(one, value=float(values[place]), sigma=float(sigmas[place]), chosen=True)
+    return tuple(made[at] for at in (*chosen, *(at for at in made if at not in chosen)))
 
 
 def _size(problem: CalibrationProblem, squares: Array) -> float:
@@ -121,11 +130,11 @@ class _Data(NamedTuple):
             found[own] = np.sum((self.off[own] + self.rows[own][..., used] @ change) ** 2, axis=1)
         return found
 
-    def last(self, used: Sequence[int]) -> tuple[float, float]:
-        """Return the number of the last column *used*, by all poses, and its standard deviation."""
+    def numbers(self, used: Sequence[int]) -> tuple[Array, Array]:
+        """Return the change of the columns *used*, by all poses, and their standard deviations."""
         change, rows = self._change(np.ones(len(self.off), dtype=bool), used)
         spread = np.linalg.pinv(rows.T @ rows, rcond=1e-12, hermitian=True)
-        return float(change[-1]), float(np.sqrt(max(spread[-1, -1], 0.0)))
+        return change, np.sqrt(np.diag(spread).clip(min=0.0))
 
     def _change(self, poses: Array, used: Sequence[int]) -> tuple[Array, Array]:
         """Return the change of the columns *used* that some *poses* (N,) and the other rows ask for, and these rows."""
@@ -170,6 +179,12 @@ def corrections(problem: CalibrationProblem, found: PoseFit) -> dict[str, Array]
         across = weight * np.linalg.norm(away, axis=2)
         longer = across**2 * problem.lengths(found.theta, found.poses) / (24.0 * np.maximum(tensions, 1e-3) ** 2)
         made = {"stretch": stretch, "sag": -np.minimum(longer, 0.1 * problem.lengths(found.theta, found.poses))}
+    if tensions is not None and problem.measured.tensions is None:
+        lines = problem.rows.lines.copy()
+        lines[:, straight_line.GIVING] = 0.0
+        lines[:, straight_line.COMPLIANCE] = 1.0 / straight_line.PER_NEWTON
+        compliant = replace(problem, rows=problem.rows._replace(lines=lines))
+        made["deflection"] = compliant.given(found.theta, found.poses, tensions)
     moved = np.diff(problem.measured.counted, axis=0, prepend=problem.measured.counted[:1])
     return made | {"hysteresis": np.where(np.abs(moved) > _SAME, np.sign(moved), 0.0)}
 
@@ -180,14 +195,12 @@ def _padded(problem: CalibrationProblem, lengths: Array) -> Array:
 
 
 def applied(
-    problem: CalibrationProblem, found: PoseFit, effects: Sequence[Effect], measured: Measured, plan: CalibrationPlan
+    problem: CalibrationProblem, found: PoseFit, effects: Iterable[Effect], measured: Measured, plan: CalibrationPlan
 ) -> tuple[Measured, CalibrationPlan]:
     """Return data and plan with the chosen *effects*: unknowns for all lines, and corrected counts."""
-    names = tuple(each.name for each in effects if each.chosen and each.name in UNKNOWNS)
+    chosen = [each for each in effects if each.chosen]
+    names = tuple(each.name for each in chosen if each.name in UNKNOWNS)
     more = corrections(problem, found)
-    counted = measured.counted + sum(
-        (each.value * more[each.name] for each in effects if each.chosen and each.name in more),
-        np.zeros_like(measured.counted),
-    )
+    counted = measured.counted + sum(each.value * more[each.name] for each in chosen if each.name in more)
     wider = plan.model_copy(update={"unknowns": (*plan.unknowns, *names), "shared": (*plan.shared, *names)})
     return replace(measured, counted=counted), wider

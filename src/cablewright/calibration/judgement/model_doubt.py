@@ -92,7 +92,8 @@ def model_doubt(problem: CalibrationProblem, found: PoseFit, posterior: Informat
     k = len(found.theta)
     by_all = np.concatenate([rows.by_unknown[..., :k], by_numbers], axis=2)
     off, reduced, _ = projected(replace(rows, by_unknown=by_all))
-    known, other = reduced[..., :k].reshape(-1, k), reduced[..., k:].reshape(-1, len(numbers))
+    flat = reduced.reshape(-1, reduced.shape[-1])
+    known, other = flat[:, :k], flat[:, k:]
     others = here.others_by_unknown
     motion = -posterior.covariance @ (known.T @ other)  # (k, q): of the unknowns, as the numbers change
     exits, joint = problem.named("exit_point"), np.zeros((k + len(numbers),) * 2)

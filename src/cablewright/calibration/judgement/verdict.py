@@ -218,7 +218,7 @@ def _moved(found: Calibration, rough: float) -> Iterator[_Reason]:
         if over[worst] > _ROUNDING * math.dist(scene.frame_min, scene.frame_max):
             label = [each.label for each in found.unknowns if each.name == "exit_point"][worst]
             yield _Reason(
-                f"{label} moves by {away[worst]:.3g} m from the file, where it is said to be right to {rough:.3g} m "
+                f"{label} moves by {away[worst]:.3g} m from the file, but its stated tolerance is {rough:.3g} m "
                 "(--rough): are the data of this robot?",
                 True,
             )
@@ -363,8 +363,9 @@ def _denied(found: Calibration, need: float) -> Iterator[_Reason]:
         unit = "" if worst.unit == "1" else f" {worst.unit}"
         times = abs(worst.value) / worst.sigma
         yield _Reason(
-            f"the data ask for {worst.value:+.3g}{unit} of {worst.words}, {times:.3g} sigmas from what is assumed, and "
-            f"that moves exit points by {_mm(worst.shift)}, limit {_mm(need)}: model it, or make it an unknown",
+            f"the data ask for {worst.value:+.3g}{unit} of {worst.words}, {times:.3g} sigmas from the assumed "
+            f"value, and this moves exit points by {_mm(worst.shift)}, limit {_mm(need)}: model it, or "
+            "make it an unknown",
             False,
         )
 
@@ -375,8 +376,8 @@ def _halves(found: Calibration) -> Iterator[_Reason]:
     if worst is not None and worst.ratio > _RATIO[0] and worst.probability < _LEVEL:
         first, last = worst.poses
         yield _Reason(
-            f"poses {first + 1} to {last + 1} are {worst.ratio:.3g} times as far from what the others predict as noise "
-            f"explains, limit {_RATIO[0]:g}: did something slip or change between?",
+            f"poses {first + 1} to {last + 1} are {worst.ratio:.3g} times as far from the prediction of the others "
+            f"as noise explains, limit {_RATIO[0]:g}: did something slip or change between?",
             worst.ratio > _RATIO[1],
         )
 

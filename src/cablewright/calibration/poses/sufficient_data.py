@@ -107,7 +107,7 @@ def check(problem: CalibrationProblem) -> None:
     for name in problem.plan.unknowns:
         column = _lacks(problem, name)
         if column is not None:
-            raise InputError(f"unknowns: {name}: {measured.origin} has no column {column}, so nothing would tell it")
+            raise InputError(f"unknowns: {name}: {measured.origin} has no column {column}, so no data determine it")
     for each in problem.unknowns:
         sensor = each.name.partition("_")[0]
         if sensor not in ("tension", "swivel") or any(prior.is_of(each) for prior in problem.plan.priors):

@@ -29,8 +29,9 @@ def require_tensions(robot: Robot, measured: Measured) -> None:
     for line in robot.lines if measured.tensions is None else ():
         if line.gives_by:
             raise InputError(
-                f"{measured.origin}: no column f_1: line {line.name!r} has {line.gives_by}, and straight lines tell by "
-                "measured tensions only how far that gives; measure them, or calibrate with --cable elastic"
+                f"{measured.origin}: no column f_1: line {line.name!r} has {line.gives_by}, and straight lines "
+                "need measured tensions for its compliance; measure them, or calibrate with --cable "
+                "elastic"
             )
 
 

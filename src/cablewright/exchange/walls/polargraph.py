@@ -9,6 +9,7 @@ import ast
 import math
 import operator
 import re
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -200,7 +201,9 @@ class _Defines:
 
     def _number(self, text: str, name: str, depth: int) -> float:
         try:
-            value = self._of(ast.parse(text, mode="eval").body, depth)
+            with warnings.catch_warnings():  # of a text as 1and, which is refused below
+                warnings.simplefilter("ignore", SyntaxWarning)
+                value = self._of(ast.parse(text, mode="eval").body, depth)
         except (SyntaxError, ArithmeticError, KeyError, ValueError, RecursionError, MemoryError):
             value = math.nan
         if not math.isfinite(value):

@@ -114,7 +114,7 @@ class LengthKeeper:
         except ValidationError as error:
             first = error.errors(include_url=False, include_context=False)[0]
             where = ".".join(map(str, first["loc"])) or "the file"
-            raise InputError(f"{self.path}: {where}: {first['msg']}; remove it and home the machine anew") from None
+            raise InputError(f"{self.path}: {where}: {first['msg']}; remove it and home the machine again") from None
         lines = tuple(line.name for line in self.robot.lines)
         counted = len(found.counts), len(found.lengths)
         if (found.robot, found.lines) != (self.robot.name, lines) or counted != (self.robot.winches, self.robot.m):
@@ -122,14 +122,14 @@ class LengthKeeper:
         turns = len(found.rotation or ())
         if 3 + turns != self.robot.n:
             what = "a rotation, which no point has" if turns else "no rotation, which a rigid platform has"
-            raise InputError(f"{self.path}: rotation: holds {what}; remove the file and home the machine anew")
+            raise InputError(f"{self.path}: rotation: holds {what}; remove the file and home the machine again")
         return found
 
 
 class KeptEstimator:
     """The estimator of a machine whose lengths are known since it was homed; before that no position is valid.
 
-    Nothing of it is saved with a print: it begins anew by homing.
+    Nothing of it is saved with a print: it starts again by homing.
     """
 
     SAVED: ClassVar[Saved] = ()

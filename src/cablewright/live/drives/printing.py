@@ -243,5 +243,5 @@ def _taken_up(folder: Path) -> tuple[dict[str, Snapshot], datetime, float]:
         for entry in log.entries(without=_UNREAD):
             last = max(last, entry.frame.time)
     if epoch is None:
-        raise InputError(f"--resume: {folder}: the log tells no time of its beginning: it is not of a real machine")
+        raise InputError(f"--resume: {folder}: the log has no start time: it is not of a real machine")
     return found, epoch, max((datetime.now(UTC) - epoch).total_seconds(), last + _GAP)

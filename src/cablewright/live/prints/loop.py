@@ -398,7 +398,7 @@ class Printer:
             if not float(np.abs(command.winch_speeds).max()) <= most:
                 raise InputError(f"command.winch_speeds: over {most:g} rad/s")
         except InputError as error:
-            supervisor.fail(self.supervisor, command.time, f"the control went wrong: {error}")
+            supervisor.fail(self.supervisor, command.time, f"the control failed: {error}")
             self._stop = StopState(np.zeros(self.machine.abilities.winches), StopKind.HOLD)
             return self._standing(command.time, frozen(self._stop.speeds), WinchMode.HOLD)
         return command

@@ -209,8 +209,8 @@ class PrintRecord(Result):
                "estimation_error.mean", detail=True, shown="mm"),
         Figure("estimation_error_variance", "m^2", "Variance of the estimated less the true distance beside the path.",
                "estimation_error.variance", detail=True, shown="cm^2"),
-        Figure("severity", "", "How far the simulated machine was off what is described: ideal, typical, rough, or own "
-               "numbers.", "head.severity", only=_is_simulated),
+        Figure("severity", "", "Deviations of the simulated machine from its description: ideal, typical, rough, "
+        "or own numbers.", "head.severity", only=_is_simulated),
         Figure("built", "", "What that says of the machine as built.", "head.built", "as built", only=_is_simulated),
         Figure("print_speed", "m/s", "Speed that the job requires.", shown="cm/s", name="required speed", detail=True),
         _range("yaw", "rad", "Estimated yaw of the drum.", "deg"),

@@ -220,7 +220,7 @@ def _taken_up(twin: MachineTwin, plan: PrintPlan, folder: Path) -> tuple[Simulat
         started(twin.robot, twin.path), twin.settings, found["machine"], seed=choices.seed, plant=choices.plant
     )
     if machine.time > 0.0 and not _has_log(folder):
-        why = f"the log is missing, without which nobody knows what was printed until {CHECKPOINT}"
+        why = f"the log is missing, so the printed material is unknown until {CHECKPOINT}"
         raise InputError(f"--resume: {folder}: {why}: put it back, or --restart to print all again")
     return machine, Printer(plan, machine, _maker(twin, machine), now=machine.time, saved=found)
 

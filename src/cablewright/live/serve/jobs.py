@@ -53,7 +53,7 @@ class JobCheck(BaseModel):
         if self.subject != subject:
             return "it was checked before its files or the robot changed: check it again"
         if self.answer == "no" and confirmed != subject:
-            return f"its check said no, which nobody has confirmed: {self.why}"
+            return f"its check said no, and no operator confirmed this: {self.why}"
         return ""
 
 

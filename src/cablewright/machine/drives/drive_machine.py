@@ -327,7 +327,7 @@ class DriveMachine:
 
     def _trouble(self, axis: Axis) -> str:
         if axis.restarted:
-            return f"{axis.name}: its drive was restarted: open the machine anew"
+            return f"{axis.name}: its drive was restarted: open the machine again"
         if self._silent(axis):
             return f"{axis.name}: its drive does not answer"
         return f"{axis.name}: {axis.fault}" if axis.state in IN_FAULT else ""
@@ -422,7 +422,7 @@ def _sensors(drives: WinchDriveSettings) -> frozenset[str]:
 def _require_tensions(settings: MachineSettings, drives: WinchDriveSettings) -> None:
     """Raise `InputError` where tensions are not read, or the file has sensors that nobody reads."""
     if settings.sensor(MOTOR_TORQUES) is None:
-        why = "drives are enabled only where tensions are read; add the table: they tell their torque"
+        why = "drives are enabled only with measured tensions; add the table: drives report their torque"
         raise InputError(f"machine {settings.name!r}: no [motor_torques]: {why}")
     if settings.sensor(ENCODERS) is None:
         raise InputError(f"machine {settings.name!r}: no [encoders]: the drives' positions are read by it; add it")

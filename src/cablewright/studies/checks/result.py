@@ -106,8 +106,8 @@ class Check(Result):
     FIGURES: ClassVar = (
         Figure("feasible", "", "Whether all that was checked is within its limits."),
         Figure("verdict", "", "The answer in words."),
-        Figure("not_checked", "", "What the answer says nothing about: what was switched off, what the files give no "
-               "numbers for, what the model leaves out."),
+        Figure("not_checked", "", "Effects that the answer does not cover: skipped checks, missing data of the "
+        "files, effects outside the model."),
         Figure("expected_error", "m", "Error that 95 of 100 machines within the uncertainties stay below along all of "
                "the path, with full compensation; null where it was not checked.", "expected.value", digits=3,
                shown="mm"),
@@ -115,7 +115,7 @@ class Check(Result):
                parts=ErrorCause.FIGURES),
         Figure("max_expected_error", "m", "Expected error that the job allows.", "allowed_error",
                "allowed expected error", digits=3, shown="mm"),
-        Figure("bead_width", "m", "Width of a strand in the middle of what is laid.", "beads.typical.width", digits=3,
+        Figure("bead_width", "m", "Median width of the strands.", "beads.typical.width", digits=3,
                shown="mm"),
         Figure("bead_height", "m", "Its height.", "beads.typical.height", digits=3, shown="mm"),
         Figure("bead_by", "", "Where widths and heights of beads are from.", "beads.source", "bead"),
@@ -138,7 +138,7 @@ class Check(Result):
         Figure("clearance", "m", "Smallest distance of a line from another, the platform, the frame and the part as "
                "printed by then; null where it was not checked or there is nothing.", "nearest.margin",
                "clearance of lines", shown="mm"),
-        Figure("clearance_between", "", "Name of that line, and of what it is nearest to.", "nearest.pair"),
+        Figure("clearance_between", "", "Names of that line and of the nearest obstacle.", "nearest.pair"),
         Figure("clearance_place", "", "Place of the sample at that distance.", "nearest_place", parts=PLACE,
                detail=True),
         Figure("layers", "1", "Number of layers of the part.", "toolpath.layer_count"),
@@ -161,8 +161,8 @@ class Check(Result):
         Figure("shaped_from", "Hz", "Frequency of the slowest mode that the motion is shaped for.", "shaping.slowest",
                "shaped for modes from", 3, only=lambda found: found.shaping.shaper is not None),
         Figure("not_shaped", "", "Why the motion is not shaped; empty where it is.", "shaping.why", detail=True),
-        Figure("changed_travels", "", "Travel moves that are lifted or led aside so that lines keep clear, and "
-               "those that no safe way was found for.", "travels", "travel moves changed",
+        Figure("changed_travels", "", "Travel moves with a lift or a detour around obstacles, and those without a "
+        "safe path.", "travels", "travel moves changed",
                only=lambda found: found.job.motion.travel == "safe", parts=LedTravel.FIGURES, detail=True),
         Figure("corner_deviation", "m", "Largest distance of a rounded corner from the path: of the job, or by the "
                "width of its strands.", "job.motion.corner", "corners rounded by", 3, shown="mm"),
@@ -209,7 +209,7 @@ class Check(Result):
                   "statics.tensions", median),
         _of_lines("line_max_tension", "N", "Largest tension of each line.", "max tension",
                   "statics.lines.highest_tension"),
-        Figure("line_held_limits", "N", "Limits that the tension of each line keeps at rest, where narrower.",
+        Figure("line_held_limits", "N", "Narrower limits of the tension of each line at rest.",
                lambda found: [line.tension_limits for line in found.chosen.robot.lines], "held limits",
                only=lambda found: found.reserved, shown="N", along="line"),
         Figure("line_preferred_tension", "N", "Tension of each line to which those at rest are nearest, where a print "

@@ -96,7 +96,8 @@ class Desk:
         async with self.page.sending, asyncio.timeout(SENDING):
             form = await read_form(request)
             uploads, checks = self.page.uploads, self.page.checks
-            about = {"file": form.name, "by": key.title, "wants_print": form.wants_print}
+            pictured = b"; thumbnail begin" in form.content[: 1 << 20]
+            about = {"file": form.name, "by": key.title, "wants_print": form.wants_print, "has_picture": pictured}
             number = await asyncio.to_thread(lambda: uploads.new_job(form.name.rpartition(".")[0], **about))
             try:
                 await asyncio.to_thread(uploads.put_whole, number, _PART, form.content)
