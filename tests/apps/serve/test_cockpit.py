@@ -239,9 +239,8 @@ def test_a_refused_job_says_why_and_what_is_next(chromium: Browser, server: Serv
 
 
 def test_one_confirmation_prints_and_pause_resume_stop_have_a_way_on(chromium: Browser, server: Served) -> None:
-    ring = RING.replace("layers = 3", "layers = 1\n").replace(
-        'name = "ring"', 'name = "ring"\norigin = [0.0, 0.0, 5.5]'
-    )
+    origin = 'name = "ring"\norigin = [0.0, 0.0, 5.5]'
+    ring = RING.replace("layers = 3", "layers = 12").replace('name = "ring"', origin)  # not done before the test is
     with opened(chromium, server) as page:
         number = job(page, server, "ring", ring, "yes")
         told = printed(page, "ring")
