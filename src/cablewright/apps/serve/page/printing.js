@@ -48,7 +48,7 @@ export class Printing {
       if (refusal && performance.now() > this.late) throw new Error(refusal);
       this.check();
       refusal = await this.link.order(kind);
-    } while (refusal);
+    } while (refusal && this.orders.control.state === from); // one that was obeyed may be answered late
     await this.until((control) => control.state === to || (to === "ready" && control.state === "printing"), [from]);
   }
 

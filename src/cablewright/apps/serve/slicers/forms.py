@@ -118,12 +118,19 @@ def _headers(text: str) -> Any:
 
 
 class EarlyRefusal(Response):
-    """An answer that is sent before the body was read; then the rest is read, or the sender would not see it."""
+    """An answer that is sent before a body of known length was read; then that is read, or its sender would not see it.
+
+    A body without a length is not read: one whose chunks are foul would end the answer.
+    """
 
     media_type = "text/plain"
 
-    async def __call__(self, _scope: Any, receive: Any, send: Any) -> None:
+    async def __call__(self, scope: Any, receive: Any, send: Any) -> None:
         """Answer, and read on."""
+        names = {name for name, _ in scope["headers"]}
+        if b"content-length" not in names or b"transfer-encoding" in names:
+            await super().__call__(scope, receive, send)
+            return
         await send({"type": "http.response.start", "status": self.status_code, "headers": self.raw_headers})
         await send({"type": "http.response.body", "body": self.body, "more_body": True})
         more, size = True, 0
