@@ -93,7 +93,8 @@ def effects_of(problem: CalibrationProblem, found: PoseFit, already: Collection[
             value, sigma = (float(each[-1]) for each in data.numbers(used))
             gain = np.sqrt(base) - np.sqrt(there)
             error = float(gain.std()) * np.sqrt(len(gain))
-            made[at] = Effect(*left[at][:3], value, sigma, *(_size(problem, each) for each in (base, there)), False)
+            sizes = _size(problem, base), _size(problem, there)
+            made[at] = Effect(*left[at][:3], value, sigma, sizes[0], sizes[1], False)
             beyond = gain.sum() > _BEYOND * error or abs(value) > (_ANOTHER if chosen else _PLAIN) * sigma
             asked = beyond and made[at].fall > _LEAST
             if asked and (value > 0.0 or made[at].name in _SIGNED) and made[at].fall > fall:
