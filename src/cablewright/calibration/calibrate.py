@@ -38,7 +38,8 @@ ROUGH: Final = 0.5
 
 MAX_ROUGH: Final = 100.0  # m
 _CONTRADICTS: Final = 3.0  # max ratio of the rms with a datum to that without
-_ROUNDS: Final = 4  # of looking for effects that the model lacks
+_SETTLED: Final = 0.02  # relative change of an effect's number that ends them
+_ROUNDS: Final = 6  # of looking for effects that the model lacks
 _FEW: Final = 10  # redundant measurements, which give sigma to a quarter
 
 
@@ -99,7 +100,7 @@ def _with_effects(found: Calibration, rough: float, outliers: bool, seed: int, p
     measured, plan, model = found.problem.measured, found.problem.plan, found.problem.model
     chosen, tested, corrected = dict[str, Effect](), dict[str, Effect](), ""
     for _ in range(_ROUNDS):
-        known = set(chosen)
+        known = dict(chosen)
         for each in effects_of(found.problem, found.fit, known):
             tested[each.name] = each
             if each.chosen:
@@ -112,7 +113,10 @@ def _with_effects(found: Calibration, rough: float, outliers: bool, seed: int, p
         if again.status != "ok":
             break
         found, corrected = again, ", ".join(name for name in chosen if name in WORDS)
-        if known == set(chosen):
+        if all(
+            name in known and abs(each.value - known[name].value) <= _SETTLED * abs(each.value)
+            for name, each in chosen.items()
+        ):
             break
     changed = {each.name: value for each, value in zip(found.unknowns, found.changes.tolist(), strict=True)}
     effects = [replace(each, value=changed.get(name, each.value)) for name, each in chosen.items()]

@@ -444,3 +444,12 @@ def test_a_guide_needs_no_data_and_writes_the_next_poses(cli, data: Path, tmp_pa
 def test_what_check_and_guide_refuse(cli, data: Path, asked: tuple[str, ...], told: str) -> None:
     found = cli("calibrate", "wang2021", data, *asked)
     assert (found.code, told in found.err) == (2, True), found.err
+
+
+def test_effects_that_cross_validation_tests_are_shown(cli, data: Path) -> None:
+    answer = cli("calibrate", "wang2021", data, "--models", "auto", "--accept")
+    assert answer.code == 0
+    assert "effects" in answer.out
+    assert all(name in answer.out for name in ("stretch", "deflection", "held-out error without"))
+    assert "effects" not in cli("calibrate", "wang2021", data, "--accept", "--json").json
+    assert cli("calibrate", "wang2021", data, "--models", "all").code == 2

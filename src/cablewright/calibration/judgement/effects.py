@@ -37,7 +37,7 @@ _SIGNED: Final = ("hysteresis", "length_scale", "sheave_radius", "modulus")  # t
 _FOLDS: Final = 8
 _BEYOND: Final = 2.5  # standard errors of the fall of the held-out error, by pose
 _PLAIN: Final = 5.0  # sigmas of its number with which an effect is beyond chance too ...
-_ANOTHER: Final = 2.3  # ... and with which another is, on a machine that has shown one: BIC of some 200 lengths
+_ANOTHER: Final = 2.8  # ... and with which another is, on a machine that has shown one
 _LEAST: Final = 0.02  # fall of the held-out error that is worth an effect
 _SAME: Final = 1e-3  # m: a smaller change of a length says no direction
 
@@ -93,7 +93,8 @@ def effects_of(problem: CalibrationProblem, found: PoseFit, already: Collection[
             value, sigma = (float(each[-1]) for each in data.numbers(used))
             gain = np.sqrt(base) - np.sqrt(there)
             error = float(gain.std()) * np.sqrt(len(gain))
-            made[at] = Effect(*left[at][:3], value, sigma, *(_size(problem, each) for each in (base, there)), False)
+            sizes = _size(problem, base), _size(problem, there)
+            made[at] = Effect(*left[at][:3], value, sigma, sizes[0], sizes[1], False)
             beyond = gain.sum() > _BEYOND * error or abs(value) > (_ANOTHER if chosen else _PLAIN) * sigma
             asked = beyond and made[at].fall > _LEAST
             if asked and (value > 0.0 or made[at].name in _SIGNED) and made[at].fall > fall:

@@ -241,16 +241,13 @@ def _considered(problem: CalibrationProblem, found: PoseFit) -> tuple[Derivative
     numbers, columns = [], []
     for at, each in enumerate(wider.free_unknowns[len(found.theta) :], len(found.theta)):
         start = float(wider.start[wider.unknowns.index(each)]) * each.size
-        sigma = known_deviation(plan, each.name, each.line)
-        if sigma is None:
-            sigma = sigmas.get(each.name) or _believed(robot, each, start)
+        assumed = sigmas.get(each.name) or _believed(robot, each, start)
+        sigma = known_deviation(plan, each.name, each.line, assumed)
         if sigma > 0.0:
             numbers.append(Considered(each.kind, each.line, each.label, each.unit, 0.0, sigma, 0.0))
             columns.append(rows.by_unknown[..., at] / each.size)
     stretch = None if problem.elastic else stretch_of(problem, found.theta, found.poses)
-    if stretch is not None:
-        given = known_deviation(plan, STRETCH, None)
-        sigma = math.hypot(ENTIRELY, share) if given is None else given
+    sigma = known_deviation(plan, STRETCH, None, math.hypot(ENTIRELY, share))
     if stretch is not None and sigma > 0.0:
         columns.append(np.zeros((problem.poses, problem.per_pose)))
         columns[-1][:, : robot.m] = problem.of_poses(found.weights)[:, : robot.m] * stretch

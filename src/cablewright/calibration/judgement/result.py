@@ -98,7 +98,7 @@ FIGURES = (
            only=lambda of: bool(of.effects), parts=(
         Figure("name", "", "Name of the effect.", name="effect"),
         Figure("words", "", "What it is.", name="number"),
-        Figure("value", "SI", "The number by the data.", digits=3),
+        Figure("value", "SI", "The number by the data; of an unknown its change from the file.", digits=3),
         Figure("sigma", "SI", "Standard deviation of it.", digits=2),
         Figure("unit", "", "Unit of both."),
         Figure("before", "m", "Held-out error without it.", name="held-out error without", digits=3, shown="mm"),

@@ -20,10 +20,10 @@ def put_known(robot: Robot, lines: Array, plan: CalibrationPlan) -> None:
             lines[which, column_of(each.name)] = each.value
 
 
-def known_deviation(plan: CalibrationPlan, name: str, line: str | None) -> float | None:
-    """Return the standard deviation of a number by a plan, the last that is of it; None where it gives none."""
+def known_deviation(plan: CalibrationPlan, name: str, line: str | None, otherwise: float) -> float:
+    """Return the standard deviation of a number by a plan, the last that is of it, or *otherwise*."""
     given = [each.deviation for each in plan.known if each.is_of(name, line) and each.deviation is not None]
-    return given[-1] if given else None
+    return given[-1] if given else otherwise
 
 
 def uncertain(plan: CalibrationPlan) -> tuple[str, ...]:
