@@ -104,6 +104,7 @@ def test_schemas_of_a_log_are_this_list() -> None:
         "cablewright.Order",
         "cablewright.Progress",
         "cablewright.Swivels",
+        "cablewright.YawAngle",
         "cablewright.Tensions",
         "cablewright.Truth",
         "foxglove.LaserScan",

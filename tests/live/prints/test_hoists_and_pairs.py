@@ -86,7 +86,8 @@ def test_the_guard_counts_winches_and_names_their_lines() -> None:
     assert fault.reason == "the drive of line 3 reports a fault: overheated"
 
 
-def test_estimators_of_lidars_name_the_one_of_encoders() -> None:
-    why = "estimation by lidars: line 'up' has a counterweight; not supported. Use the estimator encoders"
+def test_estimators_of_lidars_name_the_one_of_encoders_for_a_body() -> None:
+    started_settings(driven.hoist(), load_twin("merlet2023").owner)
+    why = "estimation by lidars: robot 'pairs' has a rigid platform; not supported. Use the estimator encoders"
     with pytest.raises(InputError, match=why):
-        started_settings(driven.hoist(), load_twin("merlet2023").owner)
+        started_settings(driven.pairs(), load_twin("merlet2023").owner)
