@@ -1,5 +1,5 @@
 # One command file. On a fresh machine with Python 3.11 or newer, its venv module, and make:
-#   make demo    checks a house on a printer, prints three layers         make setup   installs all that check and test need
+#   make demo    checks a house on a printer, prints three layers        make setup   installs all that check and test need
 #   make check   lint, types, import ranks, sizes, advisories             make test    the tests (make slow: the slow ones too)
 #   make bench   timings and comparisons                                  make docs    the documentation site
 #   make wheel   a wheel with compiled kernels, in dist/, for this Python and Numba, Linux and processors with AVX2
@@ -21,9 +21,7 @@ CHECKED := $(wildcard src tests tools examples benchmarks)
 .PHONY: demo setup check test slow fuzz fuzz-server kills bench docs wheel release extras lock clean
 
 demo: $(VENV)/.run
-	$(BIN)/cablewright check house-printer examples/house.toml
-	rm -rf runs/print-merlet2023-blind-machines
-	$(BIN)/cablewright print merlet2023 examples/blind-machines.toml --layers 3 --plant quasi-static
+	@$(BIN)/python tools/demo.py
 
 setup: $(VENV)/.dev
 
@@ -34,6 +32,8 @@ check: $(VENV)/.dev
 	$(BIN)/lint-imports
 	$(BIN)/python tools/size_report.py
 	$(BIN)/python tools/branches.py --quiet
+	$(BIN)/python tools/writing/words.py
+	$(BIN)/codespell README.md $(CHECKED) docs Makefile
 	$(BIN)/python tools/audit.py
 
 test: $(VENV)/.dev
@@ -73,12 +73,13 @@ release: $(VENV)/.dev
 
 # A lock is installed once, and again when it changes; the package itself is linked, so its sources need no installing.
 $(VENV)/.%: requirements/%.txt pyproject.toml | $(BIN)/python
-	$(PIP) install --require-hashes --requirement $<
-	$(PIP) install --no-deps --no-build-isolation --editable .
-	touch $@
+	@echo "installing $< into $(VENV), once: a minute or two"
+	@$(PIP) install --quiet --require-hashes --requirement $<
+	@$(PIP) install --quiet --no-deps --no-build-isolation --editable .
+	@touch $@
 
 $(BIN)/python:
-	$(PYTHON) -m venv $(VENV)
+	@$(PYTHON) -m venv $(VENV)
 
 # One resolution for Linux, macOS and Windows and for every Python from 3.11. run.txt comes first and binds the others.
 # UPGRADE=--upgrade takes the newest versions; without it what still fits stays.

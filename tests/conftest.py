@@ -1,11 +1,14 @@
 """What tests of several ranks share: small jobs to print, and no clock that a busy computer could lose against.
 
 Linear algebra has one thread in each test process: threads of several processes on the same cores wait for each other.
+A suite in the background of a shell hears interrupts, so that the programs that it starts and interrupts end.
 """
 
 from __future__ import annotations
 
+import gc
 import os
+import signal
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -17,6 +20,19 @@ assert "numpy" not in sys.modules  # which reads the variable once
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 hypothesis.settings.register_profile("unhurried", deadline=None)
 hypothesis.settings.load_profile("unhurried")
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def pytest_collection() -> None:
+    """Thousands of tests stay to the end: the collector has nothing to find among them."""
+    gc.disable()
+
+
+def pytest_collection_finish() -> None:
+    """Leave the tests out of all later collections too."""
+    gc.freeze()
+    gc.enable()
 
 
 def square(layers: int = 3) -> str:

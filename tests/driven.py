@@ -6,7 +6,15 @@ from tools.pages.line_prints import CABLE, WINCH, hoist, pairs
 
 from cablewright.robot import Robot
 
-__all__ = ["CABLE", "hoist", "pairs", "two_on_one"]
+__all__ = ["CABLE", "WINCH", "crane", "hoist", "pairs", "two_on_one"]
+
+
+def crane() -> Robot:
+    """The `hoist` with a fourth winch, so that its lengths can be tested."""
+    table = hoist().model_dump(by_alias=True)
+    fourth = table["lines"][0] | {"name": "d", "exit_point": (0.3, 1.9, 2.9)}
+    lines = [*table["lines"][:3], fourth, table["lines"][3]]
+    return Robot.model_validate(table | {"name": "crane", "lines": lines})
 
 
 def two_on_one(winds: str) -> Robot:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -112,12 +113,19 @@ def wheel(centre: Any, axis: Any, radius: float) -> GuideSheave:
 
 def way_of(line: Line, pulley: bool = True) -> wheel_paths.Way:
     """The oracle's way from the winch to the exit point, or to the *pulley* there."""
+    last = line.sheave if pulley and isinstance(line.sheave, Pulley) else None
+    return _way((line.winch_exit, *line.guides, line.exit_point), last)
+
+
+@cache
+def _way(places: tuple[Any, ...], pulley: Pulley | None) -> wheel_paths.Way:
+    """The way along *places*, solved once: it is that of every pose."""
     stops: list[wheel_paths.Stop] = []
-    for stop in (line.winch_exit, *line.guides, line.exit_point):
+    for stop in places:
         at = stop if isinstance(stop, GuideSheave) else None
         stops.append(np.array(stop) if at is None else (np.array(at.centre), np.array(at.axis), at.radius))
-    if pulley and isinstance(line.sheave, Pulley):
-        stops[-1] = (np.array(line.exit_point), np.array(line.sheave.axis), line.sheave.radius)
+    if pulley is not None:
+        stops[-1] = (np.array(places[-1]), np.array(pulley.axis), pulley.radius)
     return wheel_paths.way(stops)
 
 

@@ -60,9 +60,15 @@ def test_the_glossary_has_the_terms_of_reports() -> None:
     assert (ROOT / "docs" / "glossary.md").read_text("utf-8") == tool["page"]()
 
 
+def test_the_page_of_commands_is_as_written_by_its_tool() -> None:
+    """`python tools/refresh_docs.py docs/commands.md` writes the page."""
+    tool = runpy.run_path(str(ROOT / "tools" / "pages" / "commands.py"))
+    assert (ROOT / "docs" / "commands.md").read_text("utf-8") == tool["page"]()
+
+
 def test_texts_can_be_drawn_and_read(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     shutil.copytree(ROOT / "src" / "cablewright" / "apps" / "cli", tmp_path / "src" / "cablewright")
-    tool = runpy.run_path(str(ROOT / "tools" / "draw_texts.py"))
+    tool = runpy.run_path(str(ROOT / "tools" / "writing" / "draw_texts.py"))
     tool["main"](["20", str(tmp_path)])
     drawn = capsys.readouterr().out.splitlines()
     assert len(drawn) == 2 * (1 + tool["COUNT"])

@@ -72,6 +72,9 @@ def test_an_example_prints_its_number(name: str, capsys: pytest.CaptureFixture[s
     assert float(found[1]) == pytest.approx(number, abs=1.001 * last_digit)
 
 
+FEWER = ("(20000, 3)", "(500, 3)")  # poses of a script that takes times, which nobody compares here
+
+
 @pytest.mark.parametrize(("script", "printed"), blocks(PYTHON))
 def test_a_script_of_the_documentation_prints_what_the_page_says(
     script: str,
@@ -81,7 +84,7 @@ def test_a_script_of_the_documentation_prints_what_the_page_says(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     path = tmp_path / "script.py"
-    path.write_text(script, encoding="utf-8")
+    path.write_text(script.replace(*FEWER) if printed is None else script, encoding="utf-8")
     monkeypatch.chdir(ROOT)
     runpy.run_path(str(path), run_name="__main__")
     out = capsys.readouterr().out

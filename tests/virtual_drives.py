@@ -36,30 +36,38 @@ RATED = {
     "ipanema": 2.0,
     "cogiro": 4.0,
     "maslow4": 2.0,
+    "jung2020": 5.0,
     "grab-four-lines": 1.0,
+    "crane": 1.0,
+    "hoist": 1.0,
+    "pairs": 1.0,
+    "two on one": 1.0,
 }
 """N m of the motors."""
 RING = Job(
     name="ring",
-    origin=(0.3, -0.5, 0.0),
-    helix=Helix(radius=0.4, layers=1, layer_height=0.001, first_height=1.0),
+    origin=(0.5, -0.5, 0.0),
+    helix=Helix(radius=0.2, layers=1, layer_height=0.001, first_height=1.0),
     motion=Motion(print_speed=0.1, travel_speed=0.1, acceleration=0.1),
 )
 ON = (Order(OrderKind.RESET), Order(OrderKind.ENABLE))
 
 
-def virtual_twin(name: str = "merlet2023", flow: float | None = None, **changes: Any) -> TwinSettings:
+def virtual_twin(name: str | Robot = "merlet2023", flow: float | None = None, **changes: Any) -> TwinSettings:
     """A machine of the library whose winches are on virtual drives; half of them turn the other way.
 
     *flow*: kg/s of powder in place of its own.
     """
-    robot = load(name)
-    twin = load_twin(name) if name in machine_names() else built_machine(robot)[0]
+    robot = load(name) if isinstance(name, str) else name
+    twin = load_twin(robot.name) if robot.name in machine_names() else built_machine(robot)[0]
     if flow is not None:
         twin = twin.with_owner(drum=twin.owner.point_drum.model_copy(update={"flow": flow}))
-    nodes = {line.name: {"id": k + 1, "direction": (1, -1)[k % 2]} for k, line in enumerate(robot.lines)}
-    table = {"interface": "loopback", "channel": "43113", "nodes": nodes, "rated_torque": RATED[name], "tension": 30.0}
-    gone = dict.fromkeys(("inertial", "line_angles", "distance", "climate_sensor", "barrier", "load_cells", "swivels"))
+    nodes = {winch: {"id": k + 1, "direction": (1, -1)[k % 2]} for k, winch in enumerate(robot.winch_names)}
+    table = {"interface": "loopback", "channel": "43113", "nodes": nodes, "tension": 30.0}
+    table["rated_torque"] = RATED[robot.name]
+    gone = dict.fromkeys(
+        ("retraction", "inertial", "line_angles", "distance", "climate_sensor", "barrier", "load_cells", "swivels")
+    )
     regular = twin.simulation.winch.model_copy(update={"radius_walk": 2e-5, "sideways_walk": 2e-4})  # grooved drums
     winch = twin.owner.winch.model_copy(update={"max_speed": min(twin.owner.winch.max_speed, 12.0)})
     return twin.with_simulation(winch=regular).with_owner(
@@ -106,7 +114,7 @@ class Bench:
 
 
 def bench(
-    name: str = "merlet2023",
+    name: str | Robot = "merlet2023",
     disturb: Disturb | None = None,
     rig: dict[str, Any] | None = None,
     begin: tuple[float, ...] | None = None,
@@ -114,9 +122,9 @@ def bench(
     **changes: Any,
 ) -> Bench:
     """A machine, not yet open."""
-    robot, twin = load(name), virtual_twin(name, **changes)
+    robot, twin = load(name) if isinstance(name, str) else name, virtual_twin(name, **changes)
     twin = twin.with_simulation(brakes=brakes or twin.simulation.brakes)
-    behind = VirtualRig(robot, twin, begin or RING_BEGIN[name], **(rig or {}))
+    behind = VirtualRig(robot, twin, begin or RING_BEGIN[robot.name], **(rig or {}))
     port = VirtualPort(behind, disturb)
     machine = DriveMachine(CanopenDrives(robot, twin.owner, lambda: port), twin.owner)
     return Bench(robot, twin, behind, port, machine)

@@ -27,6 +27,7 @@ from cablewright.robot import Robot, load
 from cablewright.robot.parameters import with_value
 from cablewright.robot.uncertainty import assumed_uncertainty
 from cablewright.solvers.forward import forward
+from cablewright.solvers.inverse import inverse
 from cablewright.studies.checks.check import check
 from cablewright.studies.checks.result import Check
 
@@ -67,18 +68,24 @@ def share(name: str, found: Check, machines: int, samples: int, seed: int) -> Sh
     rows = np.flatnonzero(found.samples.extruding)
     rows = rows[np.linspace(0, len(rows) - 1, min(samples, len(rows))).astype(int)]
     poses, lengths, wanted = found.poses[rows], found.lengths[rows], found.samples.positions[rows]
-    ranges = assumed_uncertainty(found.robot).of(found.robot)
+    uncertain = found.robot.uncertainty or assumed_uncertainty(found.robot)
+    ranges, zero = uncertain.of(found.robot), uncertain.zeroed_at
+    if zero is not None:  # a row more, by which coordinates of each machine are shifted
+        poses, wanted = np.vstack([poses, zero]), np.vstack([wanted, zero])
+        lengths = np.vstack([lengths, inverse(found.robot, zero).lengths])
     least = min(line.tension_limits[0] for line in found.robot.lines)
     errors, slack = np.empty(machines), 0
     for k, values in enumerate(drawn(ranges, machines, seed)):
         robot, paid_out = found.robot, lengths.copy()
         for each, value in zip(ranges, values, strict=True):
+            paid_out += np.multiply(value - each.nominal, each.zeroing or 0.0)
             if each.parameter.kind == "length_offset":
                 paid_out[:, [each.parameter.of_line(line.name) for line in robot.lines]] += value
             else:
                 robot = with_value(robot, each.parameter, value)
         reached = forward(robot, paid_out, guess=poses)
-        off = np.linalg.norm(Model(robot).nozzle(reached.pose) - wanted, axis=1)
+        away = Model(robot).nozzle(reached.pose) - wanted
+        off = np.linalg.norm(away if zero is None else away - away[-1], axis=1)
         errors[k] = np.where(reached.ok, off, np.inf).max()
         slack += bool(np.nanmin(reached.extremes()[0]) < SLACK * least)
     value = found.expected.value

@@ -56,3 +56,39 @@ RRF = (
 LENGTHS = (
     b"time (s),length A (mm),length B (mm),length C (mm),length D (mm)\n0,3000,3000,3000,3000\n1,3001,3001,3001,2990\n"
 )
+
+WALL = b"""kinematics:
+  WallPlotter:
+    left_axis: 0
+    left_anchor_x: -267
+    left_anchor_y: 250
+    right_axis: 1
+    right_anchor_x: 268.5
+    right_anchor_y: 250
+    segment_length: 10
+axes:
+  x:
+    max_rate_mm_per_min: 5000
+"""
+CLASSIC = b"""$1=1219.2 (machine height, mm)
+$2=2978.4 (distance between motors, mm)
+$3=463 (motor height, mm)
+$10=3360
+$13=63.5
+"""
+MARLIN = b"""#define POLARGRAPH
+#if ENABLED(POLARGRAPH)
+  #define POLARGRAPH_MAX_BELT_LEN 1035.0
+  #define X_MAX_POS (650.0 / 2) // half
+#elif ENABLED(DELTA)
+  #define X_MAX_POS 140
+#else
+  #define X_MAX_POS X_BED_SIZE
+#endif
+#define X_MIN_POS -X_MAX_POS
+#define Y_MAX_POS 400
+#define Y_MIN_POS -400
+#define DEFAULT_MAX_FEEDRATE { 100, 100, 4 }
+"""
+M101 = b"M101 A0 T325 B-325\nM101 A1 T500 B-500\nM101 A2 T170 B90\n"
+M665 = b"M665 S5 L-300 R300 T500 B-500 H1200\nM203 X100 Y100\n"

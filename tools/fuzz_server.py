@@ -1,5 +1,7 @@
 """Foul requests and messages for `cablewright serve`: no order without the lease, no path outside the folder, no crash.
 
+Some are of slicers with valid keys, which may send jobs and stop, and start nothing.
+
 `python tools/fuzz_server.py --number 100000` starts a server of its own on a simulated machine, whose winches nobody
 ever enables, and looks afterwards: at the orders that were obeyed, at the files that were written, and at what the
 server said. Needs the extra web.
@@ -21,10 +23,20 @@ from collections import Counter
 from pathlib import Path
 from typing import Any, Final
 
+from cablewright.apps.serve.slicers.keys import SCOPES, Keys
+
 PATHS: Final = (
     "/", "/enter", "/static/main.js", "/static/../server.py", "/static/..%2f..%2fpyproject.toml", "/static/%2e%2e/x",
     "/jobs", "/jobs/ID/gcode", "/jobs/ID/settings", "/jobs/ID/check", "/jobs/ID/load", "/jobs/ID/report", "/jobs/ID",
-    "/jobs/../../etc/passwd/report", "/jobs/%2e%2e%2f%2e%2e/report", "/runs", "/runs/RUN/report", "/runs/../x/report",
+    "/api/version", "/api/job", "/api/printer", "/api/files/local", "/api/files/local/x.gcode", "/api/../jobs",
+    "/api/login", "/server/info", "/server/files/upload", "/server/files/list", "/server/files/metadata?filename=../x",
+    "/printer/info", "/server/files/gcodes/.thumbs/..%2f..%2fkeys.json",
+    "/server/files/gcodes/.thumbs/x.gcode-9x9.png", "/websocket",
+    "/printer/objects/query?print_stats&toolhead=position", "/printer/print/start?filename=x.gcode", "/printer/restart",
+    "/printer/print/resume", "/printer/print/pause", "/printer/print/cancel", "/printer/gcode/script?script=G28",
+    "/api/version?apikey=x", "/access/api_key", "/machine/reboot", "/keys", "/keys/00000000", "/reach",
+    "/runs/RUN/notes", "/jobs/ID/picture", "/jobs/../../etc/passwd/report", "/jobs/%2e%2e%2f%2e%2e/report", "/runs",
+    "/runs/RUN/report", "/runs/../x/report",
     "/scene", "/close", "/live", "/foxglove/x", "/nothing", "//etc/passwd", "/\x00", "/" + "a" * 3000, "/jobs/\u2028/x",
 )  # fmt: skip
 METHODS: Final = ("GET", "POST", "PUT", "DELETE", "HEAD", "OPTIONS", "PATCH", "TRACE", "G\u00cbT")
@@ -34,7 +46,16 @@ KINDS: Final[tuple[object, ...]] = (
     "enable", "take up", "home", "release", "jog", "go to", "park", "start", "pause", "resume", "override", "refilled",
     "stop", "reset", "emergency", "", None, 7, [], "ENABLE", "a" * 500,
 )  # fmt: skip
-HARMLESS: Final = ("emergency stop",)
+COMMANDS: Final = (
+    {"command": "start"}, {"command": "pause", "action": "resume"}, {"command": "cancel"}, {"command": "restart"},
+    {"command": "select", "print": True}, {"script": "G28"}, {"position": [0, 0, 1]}, {"name": "x", "scope": "operate"},
+)  # fmt: skip
+METHODS_OF_SOCKETS: Final = (
+    "printer.print.start", "printer.print.resume", "printer.gcode.script", "printer.print.pause",
+    "printer.objects.query", "printer.objects.subscribe", "server.files.metadata", "server.connection.identify",
+    "server.info", "printer.restart", "", "x" * 500, None, 7,
+)  # fmt: skip
+HARMLESS: Final = ("emergency stop", *(f"{kind} of a slicer" for kind in ("emergency stop", "pause", "stop")))
 WITHOUT_LEASE: Final = 4  # open pages that send messages
 
 
@@ -62,6 +83,17 @@ def _message(dice: random.Random, number: int) -> str | bytes:
     return text.encode("utf-8", "surrogatepass") if dice.random() < 0.05 else text
 
 
+def _form(dice: random.Random) -> str:
+    """A form with a file whose name or shape is foul: none of them is taken."""
+    name = dice.choice(
+        ("../x.gcode", "a/b.gcode", "x.exe", "", ".gcode", "x" * 300 + ".gcode", "\\x.gcode", "x\x00.gcode")
+    )
+    field = dice.choice(("print", "path", "root", "file", "x" * 3000))
+    text = f'--b\r\nContent-Disposition: form-data; name="{field}"\r\n\r\ntrue\r\n'
+    text += f'--b\r\nContent-Disposition: form-data; name="file"; filename="{name}"\r\n\r\nG1 X1\r\n--b--\r\n'
+    return text[: dice.randrange(len(text))] if dice.random() < 0.3 else text
+
+
 class Target:
     """The server that is fuzzed."""
 
@@ -70,6 +102,12 @@ class Target:
         self.port, self.token = int(address.split(":")[2].split("/")[0]), address.partition("#")[2]
         self.dice, self.answers, self.cookie = dice, Counter[str](), ""
         self.gone = 0
+        self.keys = ["wrong", ""]  # of slicers, to which `with_keys` adds valid ones
+
+    def with_keys(self, keys: list[str]) -> Target:
+        """The same, with valid keys of slicers."""
+        self.keys += keys
+        return self
 
     async def request(self) -> None:
         """One foul request; what is sent after the token is wrong, or right without a lease."""
@@ -85,7 +123,13 @@ class Target:
         lines += [f"Cookie: {cookie}"] if cookie else []
         lines += dice.choice(([], [], [f"Authorization: Bearer {self.token}"], ["Authorization: Bearer x"]))
         lines += dice.choice(([], ["X-Page: " + "z" * 32], ["Accept: text/html"], ["Transfer-Encoding: chunked"]))
-        body = dice.choice(("", "{}", json.dumps(_value(dice)), "x" * dice.randrange(9000)))
+        lines += [f"X-Api-Key: {dice.choice(self.keys)}"] if dice.random() < 0.4 else []
+        body = dice.choice(
+            ("", "{}", json.dumps(_value(dice)), "x" * dice.randrange(9000), json.dumps(dice.choice(COMMANDS)))
+        )
+        if dice.random() < 0.1:
+            lines += ["Content-Type: multipart/form-data; boundary=b"]
+            body = _form(dice)
         lines += [f"Content-Length: {dice.choice((len(body),) * 5 + (-1, 10**12))}"] if dice.random() < 0.8 else []
         raw = ("\r\n".join([*lines, "Connection: close"]) + "\r\n\r\n" + body).encode("utf-8", "replace")
         await self.send(raw)
@@ -141,11 +185,34 @@ async def _page(target: Target, number: int, done: list[int]) -> None:
             await asyncio.sleep(0.05)
 
 
+async def _slicer(target: Target, number: int, done: list[int]) -> None:
+    """Open sockets of slicers with valid keys that send foul messages, again and again, as they are thrown out."""
+    from websockets.asyncio.client import connect
+    from websockets.exceptions import WebSocketException
+
+    dice, sent = random.Random(number), 0
+    while sent < number:
+        try:
+            key, address = target.keys[-1], f"ws://127.0.0.1:{target.port}/websocket"
+            async with connect(address, additional_headers={"x-api-key": key}) as socket:
+                while sent < number:
+                    given = dice.choice(({}, {"objects": {"print_stats": None}}, _value(dice), {"filename": "../x"}))
+                    asked = {"jsonrpc": "2.0", "id": sent, "method": dice.choice(METHODS_OF_SOCKETS), "params": given}
+                    await socket.send(json.dumps(asked) if dice.random() < 0.9 else "{" * dice.randrange(99))
+                    await asyncio.sleep(0.02)
+                    sent += 1
+                    done[0] += 1
+        except (WebSocketException, OSError):
+            await asyncio.sleep(0.1)
+
+
 async def fuzz_target(target: Target, number: int, messages: int) -> int:
     """Send so many, of which so many are messages of pages; return how many of these were sent."""
     await target.enter()
     done = [0]
     pages = [asyncio.create_task(_page(target, messages // WITHOUT_LEASE, done)) for _ in range(WITHOUT_LEASE)]
+    if len(target.keys) > 2:
+        pages.append(asyncio.create_task(_slicer(target, messages // 50, done)))
     requests = number - messages
     for k in range(0, requests, 20):
         await asyncio.gather(*(target.request() for _ in range(min(20, requests - k))))
@@ -153,6 +220,11 @@ async def fuzz_target(target: Target, number: int, messages: int) -> int:
             print(f"{k} requests, {done[0]} messages", file=sys.stderr, flush=True)
     await asyncio.gather(*pages)
     return done[0]
+
+
+def named(order: dict[str, Any]) -> str:
+    """What was ordered, and whether by a slicer's key."""
+    return f"{order['order']} of a slicer" if "(key " in order["by"] else str(order["order"])
 
 
 def _tree(folder: Path) -> set[str]:
@@ -163,11 +235,13 @@ def fuzz(number: int, seed: int) -> dict[str, Any]:
     """Send so many requests and messages; return what was found."""
     with tempfile.TemporaryDirectory() as around:
         folder = Path(around) / "served"
+        folder.mkdir()
+        keys = [Keys(folder).make(scope, scope)[0] for scope in SCOPES]
         command = [sys.executable, "-m", "cablewright", "serve", "house-printer", "--port", "0", "--out", str(folder)]
         process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, cwd=around)
         assert process.stderr is not None
         try:
-            target = Target(process.stderr.readline().strip(), random.Random(seed))
+            target = Target(process.stderr.readline().strip(), random.Random(seed)).with_keys(keys)
             time.sleep(5.0)
             begin = time.monotonic()
             messages = asyncio.run(fuzz_target(target, number, number // 5))
@@ -178,7 +252,7 @@ def fuzz(number: int, seed: int) -> dict[str, Any]:
             process.wait(timeout=60)
         said = process.stderr.read()
         orders = [json.loads(line) for line in (folder / "orders.jsonl").read_text().splitlines()]
-        obeyed = Counter(each["order"] for each in orders if "refusal" not in each)
+        obeyed = Counter(named(each) for each in orders if "refusal" not in each)
         outside = sorted(_tree(Path(around)) - {"served"} - {f"served/{each}" for each in _tree(folder)})
         kept = sorted(_tree(folder / "jobs"))
         return {

@@ -12,6 +12,7 @@ from cablewright.models.job_poses import along
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.printing.job import Job
 from cablewright.robot import Robot, load
+from cablewright.robot.parameters import nominal, parameters_of, with_value
 from cablewright.robot.uncertainty import Range, Uncertain, Uncertainty, assumed_uncertainty
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
@@ -169,3 +170,29 @@ def test_every_number_that_may_be_uncertain_has_a_remedy() -> None:
     from cablewright.robot.uncertainty import _KINDS
 
     assert {kinds[0].base for kinds in _KINDS.values()} == set(REMEDIES) - {module.INTERPOLATION}
+
+
+@pytest.mark.parametrize("name", ["house-printer", "jung2020"])
+def test_tensions_of_drawn_machines_are_as_far_off_as_expected(name: str) -> None:
+    robot = load(name)
+    kinds = ("exit_point.x", "exit_point.y", "exit_point.z")
+    ranges = tuple(
+        Range(each, at := nominal(robot, each), at - 2e-4, at + 2e-4)
+        for kind in kinds
+        for each in parameters_of(robot, kind)
+    )
+    held, found = walked(name, ranges, step=1.0)
+    assert found.tensions.shape == (robot.m, 2)
+    random, rows = np.random.default_rng(1), []
+    for _ in range(80):
+        drawn_robot = robot
+        for each in ranges:
+            drawn_robot = with_value(drawn_robot, each.parameter, random.uniform(each.low, each.high))
+        there = solve_forward(Model.full(drawn_robot), held.lengths, guess=held.pose)
+        assert there.ok.all()
+        rows.append(there.tensions - held.tensions)
+    off = 1.96 * np.std(rows, axis=0)
+    low, high = (held.tensions - off).min(axis=0), (held.tensions + off).max(axis=0)
+    nominal_low, nominal_high = held.tensions.min(axis=0), held.tensions.max(axis=0)
+    np.testing.assert_allclose(nominal_low - found.tensions[:, 0], nominal_low - low, rtol=0.35, atol=0.05)
+    np.testing.assert_allclose(found.tensions[:, 1] - nominal_high, high - nominal_high, rtol=0.35, atol=0.05)

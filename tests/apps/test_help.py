@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+import shlex
 import subprocess
 import sys
 
 import pytest
 
+from cablewright.apps.cli.examples import FURTHER
 from cablewright.apps.cli.main import COMMANDS, command
 from cablewright.apps.cli.output import print_text
 from cablewright.foundation.results import Figure, Result
@@ -15,19 +17,33 @@ from cablewright.foundation.results import Figure, Result
 NAMES = [name for commands in COMMANDS.values() for name in commands]
 
 
-def test_commands_stand_in_five_groups(cli) -> None:
+def test_commands_stand_in_six_groups(cli) -> None:
     help_ = cli("--help").out
-    assert list(COMMANDS) == ["Model", "Analyse", "Calibrate", "Print", "Tools"]
+    assert list(COMMANDS) == ["Model", "Analyse", "Calibrate", "Print", "Operate", "Tools"]
     places = [help_.index(f"─ {group} ─") for group in COMMANDS]
     assert places == sorted(places)
     assert all(f" {name} " in help_ for name in NAMES)
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_command_explains_itself_with_an_example(cli, name: str) -> None:
+def test_the_help_of_a_command_shows_its_examples(cli, name: str) -> None:
     answer = cli(name, "--help")
     assert (answer.code, answer.err) == (0, "")
-    assert f"Example: cablewright {name}" in " ".join(answer.out.split())
+    assert f"Examples: cablewright {name}" in " ".join(answer.out.split())
+    assert max(map(len, answer.out.splitlines())) <= 80
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_further_examples_are_valid(name: str) -> None:
+    for example in FURTHER[name]:
+        first, *arguments = shlex.split(example)
+        assert first == name
+        command(name).make_context(name, arguments)
+
+
+def test_help_keeps_brackets(cli) -> None:
+    assert "pip install 'cablewright[web]'" in " ".join(cli("serve", "--help").out.split())
+    assert "robot file's [uncertainty]" in " ".join(cli("accuracy", "--help").out.replace("│", " ").split())
 
 
 @pytest.mark.parametrize("name", NAMES)

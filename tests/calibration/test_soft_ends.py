@@ -241,7 +241,7 @@ def test_errors_are_those_of_the_sigmas(name: str, cable: str, kinds: str, plan:
 def test_straight_lines_without_tensions_are_refused(tmp_path: Path) -> None:
     robot = on_mounts(load("wang2021"), np.random.default_rng(1))
     bare = simulate_calibration(robot, 40, 1e-4, seed=1).measured
-    message = "no column f_1: line 'south-west' has {}, and straight lines tell by measured tensions only"
+    message = "no column f_1: line 'south-west' has {}, and straight lines need measured tensions for"
     with pytest.raises(InputError, match=message.format("exit_compliance")):
         calibrate(robot, bare, PLAN)
     with pytest.raises(InputError, match=message.format("exit_compliance")):
@@ -262,7 +262,9 @@ def test_straight_lines_without_tensions_are_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize("cable", ["rigid", "catenary"])
 def test_a_swivel_that_goes_aside_is_no_azimuth(cable: str) -> None:
     robot = on_mounts(load("wang2021"), np.random.default_rng(1), "matrix")
-    with pytest.raises(InputError, match="swivel_1: line 'south-west' has a mount that gives by a matrix, which turns"):
+    with pytest.raises(
+        InputError, match="swivel_1: line 'south-west' has a compliant mount with a matrix, which turns"
+    ):
         simulate_calibration(robot, 20, 1e-4, cable=cable, sensors=SensorNoise(tension=2.0, swivel=1e-3))
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,6 +18,7 @@ from cablewright.calibration.poses.simulation import SensorNoise, aligned, rando
 from cablewright.foundation.errors import InputError
 from cablewright.models.drum import WinchDrum
 from cablewright.models.fidelity import Fidelity
+from cablewright.models.rotation import placed
 from cablewright.models.statics import Model
 from cablewright.robot import Line, Robot, Swivel, load
 from cablewright.solvers.inverse import solve_inverse
@@ -176,11 +179,43 @@ def test_what_is_not_covered_is_refused() -> None:
     elastic = "calibration of lines that stretch: line 'A' has an advantage over 1; not supported"
     with pytest.raises(InputError, match=elastic):
         simulate_calibration(HANGPRINTER, 20, 1e-4, cable="elastic")
-    robot = point("tilted")
-    made = simulate_calibration(robot, 20, 1e-4)
-    measured = Measured(made.measured.counted, made.measured.guess, swivel=np.zeros((20, robot.m)))
-    with pytest.raises(InputError, match="has an axis that is not vertical, so the angle is no azimuth"):
-        calibrate(robot, measured)
+
+
+@pytest.mark.parametrize("robot", [point("tilted"), body("tilted"), body("horizontal")], ids=str)
+def test_a_swivel_of_any_axis_has_its_angle_about_that_axis(robot: Robot) -> None:
+    """From where world x points across it, by the right hand; computed by vectors of its own."""
+    made = simulate_calibration(robot, 8, 0.0, seed=3, guess=0.0, sensors=SensorNoise(swivel=0.0))
+    assert made.measured.swivel is not None
+    points = placed(made.poses, [line.platform_point for line in robot.lines])
+    for i, line in enumerate(robot.lines):
+        axis = np.array(line.swivel_axis)
+        away = points[:, i] - np.array(line.exit_point)
+        first = np.eye(3)[0 if abs(axis[0]) < 0.9 else 1]
+        first -= (first @ axis) * axis
+        turn = np.arctan2(np.cross(first, away) @ axis, away @ first)
+        assert made.measured.swivel[:, i] == pytest.approx(turn, abs=1e-12)
+
+
+@pytest.mark.parametrize("robot", [body("tilted"), body("horizontal")], ids=str)
+def test_angle_sensors_of_tilted_swivels_find_their_zeros(robot: Robot) -> None:
+    points = tuple(Point(line=line.name, at=line.exit_point, deviation=1e-3) for line in robot.lines)
+    plan = CalibrationPlan(
+        unknowns=("exit_point", "length_offset", "swivel_offset"), points=points, sigma=Sigmas(encoder=1e-4)
+    )
+    zeros = np.random.default_rng(4).normal(0.0, math.radians(1.0), robot.m)
+    made = simulate_calibration(robot, 24, 1e-4, seed=4, sensors=SensorNoise(swivel=1e-3)).measured
+    found = calibrate(robot, replace(made, swivel=made.swivel - zeros), plan, rough=0.02, outliers=False)
+    own = np.array([each.name == "swivel_offset" for each in found.unknowns])
+    pulls = (found.values[own] - zeros) / found.sigma[own]
+    assert np.abs(pulls).max() < 4.0
+    assert found.sigma[own].max() < 2e-3
+    theta, states = found.fit.theta, found.fit.poses
+    by = found.problem.derivatives(theta, states)
+    m = robot.m
+    for at in range(len(theta)):
+        step = 1e-6 * np.eye(len(theta))[at]
+        two = [found.problem.derivatives(theta + way * step, states).residual[:, m : 2 * m] for way in (1.0, -1.0)]
+        assert by.by_unknown[:, m : 2 * m, at] == pytest.approx((two[0] - two[1]) / 2e-6, abs=1e-3)
 
 
 def test_swivels_that_hang_are_read_as_those_that_stand() -> None:

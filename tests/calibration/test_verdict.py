@@ -327,3 +327,18 @@ def test_positions_whose_sigma_is_much_too_large_are_told(seed: int) -> None:
     assert any("residuals of the positions are 0.0" in each and "it is too large" in each for each in found.reasons)
     right = calibrate(WANG, positioned(40, seed, 0.02), need=10.0)
     assert not any("it is too large" in each for each in right.reasons)
+
+
+def test_an_error_of_the_model_along_one_axis_is_named() -> None:
+    """Heights off by more than their sigma where x and y are not: all positions together would hide it."""
+    rng = np.random.default_rng(11)
+    made = measure(WANG, random_poses(WANG, 27, rng), 1e-4, rng)
+    off = np.column_stack([rng.normal(0.0, 5e-3, (27, 2)), 0.045 * np.sign(rng.normal(0.0, 1.0, 27))])
+    plan = CalibrationPlan(sigma=Sigmas(encoder=1e-4))
+    measured = replace(made.measured, guess=made.poses + off, pose_sigma=np.full((27, 3), 0.02))
+    found = calibrate(WANG, measured, plan, need=1.0, rough=0.1, outliers=False)
+    assert any("times as far off along z as their sigma explains" in each for each in found.reasons)
+    assert not any("off along x" in each or "off along y" in each for each in found.reasons)
+    alone = calibrate(WANG, made.measured, plan, need=1.0, rough=0.1, outliers=False)
+    assert any("nothing that was measured tests heights" in each for each in alone.notes)
+    assert not any("tests heights" in each for each in found.notes)

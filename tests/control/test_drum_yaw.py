@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cablewright.control.drum_yaw import GIVE_UP, YawSettings, YawState, step
-from cablewright.foundation.signals import Inertial, SensorFrame, frozen
+from cablewright.foundation.signals import Inertial, SensorFrame, YawAngle, frozen
 
 SETTINGS = YawSettings(held=0.0, max_speed=0.5, travel=math.pi / 2.0, turn=1.0)
 DT = 0.01
@@ -100,3 +100,26 @@ def test_steps_of_a_second_are_stable_too() -> None:
     for k in range(200):
         angle += step(SETTINGS, state, SensorFrame(float(k)), 0.1 + angle, 1.0)
     assert angle == pytest.approx(-0.1, abs=1e-3)
+
+
+@pytest.mark.parametrize("encoder", [True, False])
+def test_an_encoder_shows_a_drive_that_was_held_up_where_it_is(encoder: bool) -> None:
+    """For a while the drive does not follow: by its commands it would be at the end of its travel."""
+    state, yaw, rate, angle, stuck = YawState(), 0.3, 0.0, 0.0, []
+    for k in range(6000):
+        now = k * DT
+        read = [Inertial(now, frozen(np.zeros(3)), frozen(np.array([0.0, 0.0, rate])))]
+        read += [YawAngle(now, angle)] if encoder else []
+        speed = step(SETTINGS, state, SensorFrame(now, tuple(read)), yaw, DT)
+        angle += speed * DT * (now > 30.0)
+        rate += DT * ((0.3 + angle - yaw) - 0.6 * rate)
+        yaw += DT * rate
+        if 29.0 < now < 30.0:
+            stuck.append(state.angle - angle)
+    if encoder:
+        assert np.abs(stuck).max() < 0.05
+        assert abs(yaw) < 5e-3
+        assert abs(state.angle - angle) < 0.01
+    else:
+        assert np.abs(stuck).max() > 0.5
+        assert abs(state.angle - angle) > 0.5

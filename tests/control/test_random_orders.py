@@ -19,12 +19,12 @@ from cablewright.live.prints import loop
 from cablewright.live.prints.loop import Printer
 from cablewright.live.serve.operator import PageOperator
 
-SEEDS = range(300)
 BODIES = range(60)
 
 
-def test_no_promise_is_broken_and_every_state_is_seen() -> None:
-    seen = set().union(*map(run_sequence, SEEDS))
+@pytest.mark.parametrize("lives", [150, pytest.param(1000, marks=pytest.mark.slow)])
+def test_no_promise_is_broken_and_every_state_is_seen(lives: int) -> None:
+    seen = set().union(*map(run_sequence, range(lives)))
     assert seen == set(PrintState)
 
 
@@ -92,9 +92,13 @@ BREAKS = {
 }
 
 
-def broken_promises(lives: int) -> Iterator[str]:
+FIRST = {"nobody repeats": 413, "by an order that lives no more": 99, "after its lease": 119, "goes on: pause": 35}
+"""Lives that break a promise, of the rare ones: a search begins there, and goes on to others if those no longer do."""
+
+
+def broken_promises(first: int, lives: int) -> Iterator[str]:
     """The first broken promise of each life that breaks one."""
-    for seed in range(lives):
+    for seed in range(first, first + lives):
         try:
             run_sequence(seed)
         except AssertionError as error:
@@ -105,4 +109,4 @@ def broken_promises(lives: int) -> Iterator[str]:
 def test_whoever_breaks_one_is_found(says: str, monkeypatch) -> None:
     module, name, broken = BREAKS[says]
     monkeypatch.setattr(module, name, broken)
-    assert any(re.search(says, each) for each in broken_promises(2000))
+    assert any(re.search(says, each) for each in broken_promises(FIRST.get(says, 0), 2000))

@@ -101,7 +101,7 @@ def test_a_search_begins_anew_and_says_so(tmp_path: Path, caplog: pytest.LogCapt
     found = equilibria(load("merlet2023"), LENGTHS, box=BOX)
     assert not search_all(found, BOX, state, time_limit=1e-9).finished
     assert [each.getMessage() for each in caplog.records if each.levelno == logging.WARNING] == [
-        f"{state}: a search of other inputs or by other kernels; it begins anew"
+        f"{state}: a search of other inputs or by other kernels; it starts again"
     ]
     assert state.read_bytes() != (FILES / "search.state").read_bytes()
     caplog.clear()
@@ -128,7 +128,7 @@ def test_results_of_a_study_are_computed_anew_with_a_message(tmp_path: Path, cap
     old = [json.loads(line)["value"] for line in file.read_text().splitlines()[1:]]
     found = trade(model, {"exit-distance": (0.1, 0.2)}, quick, file=file)
     assert [each.getMessage() for each in caplog.records] == [
-        f"{file}: none of its 2 results is of these inputs and this version; the study is computed anew"
+        f"{file}: none of its 2 results is of these inputs and this version; the study starts again"
     ]
     for new, each in zip(found.combinations, old, strict=True):
         assert (new.n, new.dominant, new.converged, list(new.exits)) == (

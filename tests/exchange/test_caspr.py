@@ -205,7 +205,7 @@ BAD_CABLES = {
     "two coordinates": (caspr_cables().replace("<location>-2.0 ", "<location>", 1), "must be 3 numbers"),
     "bomb": (
         caspr_cables().replace("<!ATTLIST cable_set id ID #REQUIRED>", '<!ENTITY a "b">'),
-        "entities are refused",
+        "entities are not supported",
     ),
     "wrong half": (BODIES, "a second file of <links>"),
 }

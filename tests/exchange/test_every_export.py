@@ -109,6 +109,8 @@ G10 L2 P1 X50
 G10 L20 P1 X0
 G10 P0 S200
 T1 M107
+RESPOND_AND_PARK X=1
+START_PRINT BED=60
 M117 go G1 X5
 M207 S1 Z2
 G10
@@ -116,7 +118,7 @@ G1 X0 Y0 E3
 """
 KEPT = {
     "klipper": "M104 S200 T0|M106 S255|M107|M117 go G1 X5|G10",
-    "reprapfirmware": "M104 S200 T0|M106 S255|G10 P0 S200|T1|M107|M117 go G1 X5|G10",
+    "reprapfirmware": "M104 S200 T0|M106 S255|G10 P0 S200|T1 P0|M107|M117 go G1 X5|G10",
     "linuxcnc": "M8|M8",
 }
 """Of `BESIDE`, what moves neither axes nor their zero."""

@@ -450,3 +450,48 @@ def test_a_nozzle_below_the_lines(tmp_path: Path) -> None:
     (tmp_path / "m.yaml").write_text(MASLOW_NEW)
     with pytest.raises(InputError, match="no point where all lines meet"):
         read_robot([tmp_path / "m.yaml"], options=ImportOptions(nozzle_below=0.12))
+
+
+MARLIN_IF = """
+#define POLARGRAPH // two belts
+//#define DELTA
+#ifdef DELTA
+  #define X_MAX_POS 140
+#elif ENABLED(POLARGRAPH)
+  #define POLARGRAPH_MAX_BELT_LEN 1035.0
+  #define X_MAX_POS 300.5
+#else
+  #define X_MAX_POS 10
+#endif
+#if DISABLED(DELTA)
+  #define X_MIN_POS -X_MAX_POS
+#endif
+#define Y_MAX_POS 400
+#if 0
+  #define Y_MAX_POS 1
+#endif
+#ifndef POLARGRAPH
+  #define Y_MAX_POS 2
+#endif
+#define Y_MIN_POS -500
+"""
+
+
+def test_conditions_of_marlin(tmp_path: Path) -> None:
+    robot = read(tmp_path, "Configuration.h", MARLIN_IF).robot
+    assert [line.exit_point for line in robot.lines] == [(-0.3005, 0.0, 0.4), (0.3005, 0.0, 0.4)]
+    assert robot.lines[0].winch.capacity == 1.035
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("#if DISABLED(DELTA)", "#if MOTHERBOARD > 3", r"line 13: X_MIN_POS stands under #if MOTHERBOARD > 3: give it"),
+        ("#endif\n#define Y_MIN_POS -500\n", "", r"#ifndef POLARGRAPH has no #endif: is the file whole"),
+        ("#ifdef DELTA\n", "", r"line 5: #elif without an #if"),
+        ("#define POLARGRAPH // two belts", "#if 0\n#define POLARGRAPH\n#endif", "POLARGRAPH is not defined"),
+    ],
+)
+def test_conditions_that_are_not_known(old: str, new: str, message: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=message):
+        read(tmp_path, "Configuration.h", MARLIN_IF.replace(old, new))

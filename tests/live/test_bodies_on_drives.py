@@ -17,6 +17,7 @@ from cablewright.live.prints import loop
 from cablewright.live.prints.attendant import Attendant
 from cablewright.live.prints.limits import planned
 from cablewright.live.prints.loop import Printer, Step
+from cablewright.live.rest_pose import rest_pose
 from cablewright.live.serve.station import DriveStation
 from cablewright.machine.drives.drive_machine import DriveMachine
 from cablewright.machine.drives.ethercat.ethercat_drives import EthercatDrives
@@ -197,6 +198,17 @@ def test_a_homing_by_saved_lengths_finds_the_pose(tmp_path: Path) -> None:
     assert np.linalg.norm(np.array(answer.position) - pose_of(found)[:3]) < 1e-3
     assert angle_between(np.array(answer.rotation), pose_of(found)[3:]) < 2e-3
     assert answer.misfit < 1e-3
+
+
+def test_a_retracting_platform_is_homed_at_its_own_length(tmp_path: Path) -> None:
+    robot = load("jung2020")
+    pose = rest_pose(robot).equilibrium.pose
+    found = bench(robot, begin=tuple(pose), tension=60.0)
+    for place in (pose, None):
+        answer = actions.home(robot, found.twin.owner, tmp_path / "machine", place, lambda: found.port)
+        assert answer.status == "done", answer.reason
+        assert "not measured: the length of the platform, 2 m by the robot file" in answer.notes
+    assert np.linalg.norm(np.array(answer.position) - pose_of(found)[:3]) < 1e-3
 
 
 def test_a_sitting_on_drives_homes_at_a_pose_and_goes_where_the_nozzle_is_told_to(tmp_path: Path) -> None:

@@ -8,12 +8,10 @@ import numpy as np
 import pytest
 
 import driven
-from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import Order, OrderKind, PrintState
 from cablewright.live.serve.station import SimulatedStation, resting_pose
 from cablewright.live.serve.telling import told_sitting
 from cablewright.machine.simulated.machine_file import built_machine
-from cablewright.models.support import Capability, require
 from cablewright.robot import Robot
 
 
@@ -50,10 +48,3 @@ def test_a_jog_moves_the_platform_by_orders_to_its_winches(robot: Robot) -> None
     assert 0.04 < moved[2] < 0.09
     assert np.abs(moved[:2]).max() < 5e-3
     assert printer.supervisor.state is PrintState.IDLE
-
-
-@pytest.mark.parametrize("robot", [driven.hoist(), driven.pairs()], ids=["hoist", "pairs"])
-def test_drives_reject_them_before_anything_moves(robot: Robot) -> None:
-    require(robot, Capability.SERVE)
-    with pytest.raises(InputError, match=r"drives: line .* Give each line a winch of its own"):
-        require(robot, Capability.DRIVES)

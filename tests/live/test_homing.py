@@ -148,7 +148,7 @@ def test_a_loss_of_power_is_lived_through_and_told(tmp_path: Path) -> None:
     found.rig._load()
     answer = actions.home(found.robot, found.twin.owner, path, None, lambda: found.port)
     assert answer.status == "done", answer.reason
-    assert "the counters have begun anew" in answer.notes[0]
+    assert "the counters were reset" in answer.notes[0]
     assert np.linalg.norm(np.array(answer.position) - found.rig.plant.truth.position) < 0.01
 
 

@@ -75,7 +75,7 @@ def test_wrong_ones_are_named() -> None:
         return mine
 
     cases = (
-        ({"controllers": ["modle"]}, "unknown controller 'modle'; did you mean 'model'?"),
+        ({"controllers": ["modelx"]}, "unknown controller 'modelx'; did you mean 'model'?"),
         ({"estimators": ["kalman"]}, "unknown estimator 'kalman'"),
         ({"plants": ["dynamics"]}, "did you mean 'dynamic'?"),
         ({"controllers": ["model", "model"]}, "controller model: is there twice"),

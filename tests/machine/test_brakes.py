@@ -10,12 +10,15 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+import driven
 from cablewright.foundation.errors import InputError, UnknownName
 from cablewright.foundation.signals import Command, Condition, Encoders, WinchMode
 from cablewright.kernels.plant import winding
+from cablewright.live.serve.station import resting_pose
 from cablewright.machine.coils import coil_of
 from cablewright.machine.files import machine_text
 from cablewright.machine.interface import RESET
+from cablewright.machine.simulated.machine_file import built_machine
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.machine.simulated.unmodelled.brakes import Brakes
@@ -23,6 +26,7 @@ from cablewright.machine.simulated.unmodelled.laws import WinchBrakes
 from cablewright.models.statics import Model
 from cablewright.robot import load
 from cablewright.solvers.forward import solve_forward
+from cablewright.solvers.inverse import solve_inverse
 
 STARTS = {"merlet2023": [0.3, -1.0, 1.2], "house-printer": [0.0, 0.0, 0.5], "cogiro": [0.0, 0.0, 1.0]}
 Plants = pytest.mark.parametrize("plant", ["dynamic", "quasi-static"])
@@ -125,6 +129,30 @@ def test_all_brakes_that_are_too_weak_let_the_platform_down_until_they_hold(name
         angles = machine.rig.winches.angles
     assert (torques(machine) <= holds * (1.0 + 1e-3)).all()
     assert machine.rig.winches.slipped.max() > 1e-3
+
+
+@Plants
+def test_weak_brakes_of_drums_with_two_lines_let_the_platform_down_until_they_hold_both(plant: str) -> None:
+    robot = driven.pairs()
+    pose, twin = resting_pose(robot, np.array([0.1, 0.05, 0.9])), built_machine(robot)[0]
+
+    def drums(machine: SimulatedMachine) -> np.ndarray:
+        return machine.rig.winches.lines.torques(machine.truth.tensions, machine.truth.radii)
+
+    holds = 0.97 * drums(SimulatedMachine(robot, twin, pose, seed=1, plant=plant)).max()  # type: ignore[arg-type]
+    weak = twin.with_simulation(brakes=WinchBrakes.model_validate({"torque": float(holds)}))
+    machine = SimulatedMachine(robot, weak, pose, seed=1, plant=plant)  # type: ignore[arg-type]
+    off = (WinchMode.OFF,) * 3
+    for _ in range(300):
+        machine.step(Command(machine.time, np.zeros(3), modes=off))
+    assert (drums(machine) <= holds * (1.005 if plant == "quasi-static" else 1.05)).all()  # it sways where it falls
+    fell = pose[2] - machine.truth.position[2]
+    assert 0.005 < fell < 0.08
+    statics = solve_inverse(Model(robot), np.array([*machine.truth.position, np.nan, np.nan, np.nan]))
+    rest = machine.rig.winches.lines.torques(statics.tensions, machine.truth.radii)
+    assert rest.max() == pytest.approx(
+        holds, rel=0.03
+    )  # where both lines of the worst drum pull as much as its brake holds
 
 
 def test_a_platform_on_slipping_brakes_falls_by_what_they_do_not_hold() -> None:

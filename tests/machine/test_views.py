@@ -16,7 +16,8 @@ from cablewright.foundation.signals import Estimate, PrintState, Progress, Senso
 from cablewright.live.prints.run import log_epoch
 from cablewright.machine.files import load_machine
 from cablewright.machine.log.head import LogHead
-from cablewright.machine.log.log import LogWriter, begin_log, read_log
+from cablewright.machine.log.log import SCHEMAS, LogWriter, read_log
+from cablewright.machine.log.mcap_writer import McapWriter
 from cablewright.machine.log.views import EVERY, Views, quaternion
 from cablewright.models.rotation import matrices
 from cablewright.robot import load
@@ -164,8 +165,9 @@ def test_foxgloves_own_reader_and_schemas_take_a_log(tmp_path):
     assert {each["id"] for each in found["/scene"]["first"]["entities"]} >= {"frame", "platform", "lines"}
     path = tmp_path / "wrong.mcap"
     with path.open("wb") as file:
-        writer, channels = begin_log(file, {}, 1 << 16)
-        writer.add_message(channels.number("/tf"), 1, b'{"transforms": [{"translation": [1, 2, 3]}]}', 1)
+        writer = McapWriter(file, {}, SCHEMAS, 1 << 16)
+        writer.add("/tf", 1, 1, b'{"transforms": [{"translation": [1, 2, 3]}]}')
+        writer.end_chunk()
         writer.finish()
     assert "transforms/0 must have required property 'timestamp'" in _by_foxglove(path)["/tf"]["wrong"]
 

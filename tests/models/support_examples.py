@@ -255,14 +255,14 @@ def twin(robot: Robot) -> TwinSettings:
 
 
 def _drives(robot: Robot) -> bool:
-    nodes = {line.name: {"id": k + 1, "direction": 1} for k, line in enumerate(robot.lines)}
+    nodes = {name: {"id": k + 1, "direction": 1} for k, name in enumerate(robot.winch_names)}
     table = {"interface": "loopback", "channel": "43113", "nodes": nodes, "rated_torque": 5.0, "tension": 30.0}
     owner = twin(robot).with_owner(kind="canopen", drives=WinchDriveSettings.model_validate(table)).owner
-    return len(scales_of(robot, owner)) == robot.m
+    return len(scales_of(robot, owner)) == robot.winches
 
 
 def _homed(robot: Robot) -> bool:
-    take_up = TakeUpSettings(tuple(line.name for line in robot.lines), 30.0, 650.0, 0.05)
+    take_up = TakeUpSettings(robot.winch_names, 30.0, 650.0, 0.05)
     settings = HomingSettings(
         cw.Model.of(robot), take_up, lambda _: None, lambda *_: None, np.zeros(3), (np.zeros(3), np.ones(3))
     )

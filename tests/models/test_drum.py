@@ -91,9 +91,19 @@ def test_a_build_up_needs_its_place() -> None:
     assert drum_of(robot_of({"drum_radius": 0.05, "build_up": 0.004, "drum_length": 8.0}).lines[0]).at == 8.0
 
 
-def test_layers_are_in_place_of_a_build_up() -> None:
+def test_a_coil_follows_the_build_up_of_its_line() -> None:
+    machine = load_machine("house-printer")
     robot = robot_of({"drum_radius": 0.05, "build_up": 0.004, "drum_length": 8.0})
-    with pytest.raises(InputError, match=r"gives winch\.build_up; a machine file"):
+    coiled_up, bare = (drums_of(robot, each)[0] for each in (machine, None))
+    lengths = np.linspace(1.0, 0.99 * machine.winch.held, 50)
+    np.testing.assert_allclose(coiled_up.radii(lengths), bare.radii(lengths), rtol=1e-9)
+    turned = [drum.angles(lengths) for drum in (coiled_up, bare)]
+    np.testing.assert_allclose(turned[0] - turned[0][0], turned[1] - turned[1][0], rtol=1e-9, atol=1e-7)
+
+
+def test_a_build_up_that_leaves_no_radius_for_the_cable_of_a_machine() -> None:
+    robot = robot_of({"drum_radius": 0.05, "build_up": 0.04, "drum_length": 8.0})
+    with pytest.raises(InputError, match=r"build_up = 0\.04 1/m: the drum is empty with a line of 20\.5 m"):
         drums_of(robot, load_machine("house-printer"))
 
 

@@ -147,7 +147,8 @@ def test_a_message_names_what_has_the_feature_and_the_way_out() -> None:
     assert robot is not None
     with pytest.raises(InputError) as refused:
         require(robot, Capability.SURVEY)
-    said = "a survey of exits: line 'line 0' has guides; not supported. Write the surveyed points into the robot file"
+    said = "a survey of exit points: line 'line 0' has guides; not supported. "
+    said += "Write the surveyed points into the robot file"
     assert str(refused.value) == said
 
 

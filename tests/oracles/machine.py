@@ -23,6 +23,8 @@ from oracles.tangent import straight
 States = Sequence[LineState | None]
 
 STEP = mpf(10) ** -25
+NEAR, SHRINKS = mpf("0.001"), mpf("0.01")
+"""Below what step derivatives may be those of the last one, and by how much steps with them have to shrink."""
 NEXT_TO_NOTHING = 1e-9
 """The tension, N, at which a slack line would just begin to pull."""
 
@@ -98,14 +100,22 @@ def solve(
 ) -> Solution:
     """Return the equilibrium near a start, polished until its Newton step is below ``tolerance`` (m, rad, 1).
 
+    Near the end derivatives are those of an earlier step, and steps, of which each shrinks by the same factor, go on
+    to the square of ``tolerance``. Where steps do not shrink, all derivatives are new ones.
+
     Raises `ArithmeticError` if it is not found within 60 steps.
     """
-    n = robot.n
+    n, factors, before, near = robot.n, None, mp.inf, NEAR
     with mp.workdps(DIGITS):
         pose, states = [mpf(value) for value in start_pose], list(start_states)
         for _ in range(60):
-            rows, J = system(robot, lengths, pose, states, model)
-            step = mp.lu_solve(J, -rows)
+            rows, J = system(robot, lengths, pose, states, model, slopes=factors is None)
+            factors = mp.LU_decomp(J) if factors is None else factors
+            step = mp.U_solve(factors[0], mp.L_solve(factors[0], -rows, factors[1]))
+            size = mp.norm(step, mp.inf)
+            if size > SHRINKS * before:
+                factors, before, near = None, mp.inf, 0
+                continue
             damping = min(mpf(1), *(mpf("0.3") / abs(value) for value in step if value))
             at = n
             pose = [value + damping * change for value, change in zip(pose, step[:n], strict=True)]
@@ -114,9 +124,10 @@ def solve(
                     values = unknowns(line, state)
                     values = [values[k] + damping * step[at + k] for k in range(len(values))]
                     states[i], at = state_of(line, values), at + len(values)
-            if mp.norm(step, mp.inf) < tolerance:
+            if size < (tolerance if before == mp.inf else tolerance**2):
                 return Solution(tuple(pose), tuple(states), balance(robot, lengths, pose, states, model))
-    raise ArithmeticError(f"no equilibrium within 60 steps; the last one was {float(mp.norm(step, mp.inf)):.3g}")
+            factors, before = (factors, size) if size < near else (None, mp.inf)
+    raise ArithmeticError(f"no equilibrium within 60 steps; the last one was {float(size):.3g}")
 
 
 def start(robot: Robot, pose: Sequence[float], tensions: Sequence[float]) -> tuple[list[LineState], list[float]]:
@@ -156,9 +167,11 @@ def state_of(line: Line, values: Sequence[mpf]) -> LineState:
 
 
 def system(
-    robot: Robot, lengths: Sequence[Real], pose: Sequence[mpf], states: States, model: Model
+    robot: Robot, lengths: Sequence[Real], pose: Sequence[mpf], states: States, model: Model, slopes: bool = True
 ) -> tuple[mp.matrix, mp.matrix]:
     """Return all equations and their derivatives by forward differences, wrt the pose and the lines' unknowns.
+
+    Without ``slopes`` the derivatives are left at zero.
 
     First the wrench (n,) over the weight, N; then line by line its own equations, its length (m) last.
     """
@@ -171,7 +184,7 @@ def system(
         base = function(here)
         for i, value in zip((*range(n), *own), base, strict=True):
             rows[i] += value
-        for k, column in enumerate((*range(n), *own)):
+        for k, column in enumerate((*range(n), *own) if slopes else ()):
             moved = function([value + STEP if j == k else value for j, value in enumerate(here)])
             for i, old, new in zip((*range(n), *own), base, moved, strict=True):
                 J[i, column] += (new - old) / STEP

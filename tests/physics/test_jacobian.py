@@ -58,7 +58,7 @@ def test_tensions_of_a_distribution_balance_weight_and_wrench() -> None:
 
 def test_a_pose_in_an_exit_point_has_no_directions() -> None:
     robot = cw.load("hangprinter-v4")
-    there = robot.exit_points[0]
+    there = robot.exit_points[0] - robot.lines[0].platform_point
     with pytest.raises(cw.AnswerError, match="at an exit point"):
         cw.jacobian(robot, there)
     found = cw.jacobian(robot, [there, [0.0, 0.0, 1.0]])

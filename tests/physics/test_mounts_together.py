@@ -96,6 +96,6 @@ def test_check_and_accuracy_say_so(tmp_path: Path) -> None:
     soft = stiff.model_copy(update={"lines": lines})
     for robot, given in ((stiff, False), (soft, True)):
         found = cw.check(robot, tmp_path / "part.toml")
-        assert any("give together" in each for each in found.not_checked) == given
+        assert any("coupled mounts" in each for each in found.not_checked) == given
         errors = cw.accuracy(robot, [[0.0, 0.0, 1.0]], cw.modulus_ranges(robot, 0.99, 1.01))
-        assert any("give together" in each for each in errors.notes) == given
+        assert any("coupled mounts" in each for each in errors.notes) == given

@@ -171,7 +171,7 @@ def test_a_single_line_has_no_neighbour() -> None:
         (BEAM, "sheave_radius", 0.1, "line '1' has an eyelet, which has no radius"),
         (BEAM, "platform_point.x+platform_point.y+platform_point.z", 1.0, "all platform points coincide"),
         (BEAM, "mass", 1e309, "finite number"),
-        (load("jung2020-table1"), "exit-distance", 0.1, "coincide: they have no direction to move apart"),
+        (load("jung2020-table1"), "exit-distance", 0.1, "coincide: the direction of their motion is undefined"),
         (HOUSE, "exit-distance", 1.0, "do not come in pairs: that of line 'south-west' is as near to"),
         (HOUSE, "width-x", 1.0, "a point platform, which has no width"),
         (HOUSE, "retraction", 1.0, "has no retraction"),

@@ -49,7 +49,7 @@ def said(robot: Robot, kind: str) -> list[float]:
         "sheave_radius": lambda line: line.sheave.radius,
         "linear_density": lambda line: line.cable.linear_density,
         "drum_radius": lambda line: line.winch.drum_radius,
-        "build_up": lambda line: 0.0,
+        "build_up": lambda line: line.winch.build_up or 0.0,
         "creep_compliance": lambda line: 0.0,
         "exit_compliance": lambda line: line.exit_compliance or 0.0,
         "tension_offset": lambda line: 0.0,

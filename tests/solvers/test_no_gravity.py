@@ -97,7 +97,9 @@ def test_lines_that_are_all_slack_hold_nothing(more: float) -> None:
 def test_what_nothing_decides_is_refused() -> None:
     with pytest.raises(InputError, match="gravity = 0, no external force: a line's tension_limits must begin above 0"):
         solve_inverse(Model(floating(least=0.0)), [0.0, 0.0, 1.5])
-    with pytest.raises(InputError, match="gravity = 0, no external force: 2 lines leave freedoms that nothing decides"):
+    with pytest.raises(
+        InputError, match="gravity = 0, no external force: 2 lines leave degrees of freedom undetermined"
+    ):
         solve_inverse(Model(floating(lines=2)), [np.nan, 0.0, 1.5])
     assert solve_inverse(Model(floating(least=0.0, force=(1, 0, 0))), [0.0, 0.0, 1.5]).ok
 

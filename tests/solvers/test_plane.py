@@ -304,7 +304,7 @@ def test_places_out_of_the_plane_are_refused() -> None:
         cw.forward(boards.board("tilted"), np.ones(4), guess=[0.0, 0.0, 0.0])
     near_it = [0.1, boards.DISTANCE + 5e-10, 0.3]
     assert cw.inverse(boards.board("vertical"), near_it).pose[1] == boards.DISTANCE
-    with pytest.raises(InputError, match="none can be left free"):
+    with pytest.raises(InputError, match="none can be free"):
         cw.inverse(boards.board("vertical"), [0.1, boards.DISTANCE, np.nan])
 
 
@@ -326,7 +326,7 @@ def test_a_table_carries_what_no_line_has_to() -> None:
         InputError, match="the plane carries the whole load: a line's tension_limits must begin above 0"
     ):
         cw.inverse(robot.limited((0.0, 300.0)), boards.places(robot, 1))
-    with pytest.raises(InputError, match="the plane carries the whole load: 1 lines leave freedoms that nothing"):
+    with pytest.raises(InputError, match="the whole load: 1 lines leave degrees of freedom undetermined"):
         cw.inverse(boards.board("horizontal", lines=1), [0.0, np.nan, -boards.DISTANCE])
 
 

@@ -15,9 +15,13 @@ from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
 from cablewright.printing.job import load_job
 from cablewright.robot import load
-from cablewright.robot.uncertainty import assumed_uncertainty
+from cablewright.robot.parameters import nominal, parameters_of, with_value
+from cablewright.robot.uncertainty import Range, assumed_uncertainty
+from cablewright.solvers.forward import solve_forward
+from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies import accuracy as studies
 from cablewright.studies.accuracy import accuracy
+from cablewright.studies.accuracy_at_pose import AccuracyAtPose
 from cases import nozzle_errors
 
 HOUSE = load("house-printer")
@@ -168,3 +172,18 @@ def test_one_place_has_one_largest_deviation_in_all_tables(method) -> None:
     assert remains["full"] == found["max_deviation"]
     assert found["best_tension"]["min_norm_max_deviation"] == pytest.approx(found["max_deviation"], rel=1e-9)
     assert found["best_tension"]["max_deviation"] <= found["max_deviation"] * (1.0 + 1e-9)
+
+
+def test_the_deviation_of_tensions_is_that_of_drawn_machines() -> None:
+    robot = load("house-printer")
+    exits = [*parameters_of(robot, "exit_point.x"), *parameters_of(robot, "exit_point.z")]
+    ranges = tuple(Range(each, at := nominal(robot, each), at - 2e-4, at + 2e-4) for each in exits)
+    found = accuracy(robot, (0.4, 0.2, 0.8), ranges, method="first-order")
+    assert isinstance(found, AccuracyAtPose)
+    held, random, off = solve_inverse(Model.full(robot), (0.4, 0.2, 0.8)), np.random.default_rng(2), []
+    for _ in range(150):
+        drawn = robot
+        for each in ranges:
+            drawn = with_value(drawn, each.parameter, random.uniform(each.low, each.high))
+        off.append(solve_forward(Model.full(drawn), held.lengths, guess=held.pose).tensions)
+    np.testing.assert_allclose(found.tension_deviation, np.std(off, axis=0), rtol=0.2)

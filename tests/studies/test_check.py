@@ -106,7 +106,7 @@ def test_cable_speed_is_at_least_the_mean_over_each_step(found: Check) -> None:
 
 def test_a_yes_has_findings_without_violations(found: Check) -> None:
     assert found.feasible
-    assert found.verdict.startswith("house-printer can print square: every sample is within all limits")
+    assert found.verdict.startswith("house-printer can print square. All samples are within the limits")
     assert {finding.limit for finding in found.findings} == {
         "frame, z",
         "lowest tension",
@@ -152,7 +152,7 @@ def test_tension_limits_that_no_tensions_meet(job_file) -> None:
     assert worst.margin == pytest.approx(500.0 - no.statics.lines.highest_tension.max())
     assert "house-printer cannot print square: highest tension of line" in no.verdict
     assert f"at {worst.violations} of {len(no.samples)} samples" in no.verdict
-    assert f"G-code line {no.samples.line[worst.sample]}." in no.verdict
+    assert f"G-code line {no.samples.line[worst.sample]} (allowed:" in no.verdict
 
 
 def test_tension_limits_that_do_not_rise_are_refused(job_file) -> None:

@@ -77,7 +77,7 @@ class TestNo:
         assert found.nearest is not None
         no = check(found.robot, job_file, clearance=found.nearest.margin + 0.01)
         assert "comes too near to bead" in no.verdict
-        assert "where at least" in no.verdict
+        assert "(required: at least" in no.verdict
 
     def test_a_nozzle_too_far_off(self, found: Check, job_file: Path) -> None:
         assert found.expected is not None
@@ -85,15 +85,15 @@ class TestNo:
         no = check(found.robot, job_with(job_file, max_error=allowed))
         assert not no.feasible
         assert no.findings[0].limit == "expected error"
-        assert "95 of 100 machines with assumed uncertainties print it to within" in no.verdict
-        assert f"only, where {allowed * 1e3:.3g} mm is allowed" in no.verdict
+        assert "the expected position error is" in no.verdict
+        assert f"(allowed: at most {allowed * 1e3:.3g} mm)" in no.verdict
 
     def test_a_nozzle_ten_millimetres_off_by_its_own_file(self, job_file: Path) -> None:
         table = '\n[[uncertainty.parameters]]\nname = "exit_point"\nplus_minus = "6 mm"\n'
         robot = loads(library_text("house-printer") + table)
         no = check(robot, job_with(job_file, max_error=0.01))
         assert no.uncertainty == "robot file"
-        assert "95 of 100 machines within the given uncertainties" in no.verdict
+        assert "(95th percentile, given tolerances)" in no.verdict
         assert finding(no, "expected error").value > 0.01
 
     def test_a_swing_that_a_winch_cannot_hold(self, job_file: Path) -> None:
@@ -124,12 +124,12 @@ class TestNo:
     def test_a_robot_that_holds_nothing_anywhere(self, job_file: Path) -> None:
         no = check(load("house-printer"), job_file, tension_limits=(3000.0, 3001.0))
         assert (no.codes != 0).all()
-        assert "Its lines hold the platform at none of 343 places tried in the frame" in no.verdict
+        assert "The lines cannot hold the platform at any of 343 positions tried in the frame" in no.verdict
 
     def test_a_place_out_of_reach_is_not_a_robot_that_holds_nothing(self, write_job) -> None:
         no = check(load("house-printer"), write_job(origin=(0.0, 0.0, 14.99)))
         assert no.codes.any()
-        assert "at none of" not in no.verdict
+        assert "at any of" not in no.verdict
 
 
 class TestSizes:
@@ -152,16 +152,17 @@ class TestSizes:
 class TestYes:
     def test_it_says_what_was_shown(self, found: Check) -> None:
         assert found.feasible
-        assert "every sample is within all limits; lines keep" in found.verdict
-        assert "95 of 100 machines with assumed uncertainties print it to within" in found.verdict
-        assert "; the platform's motion adds at most " in found.verdict
+        assert "All samples are within the limits. Smallest distance between a line and an obstacle" in found.verdict
+        assert "mm (95th percentile, assumed tolerances)." in found.verdict
+        assert " Motion of the platform adds at most " in found.verdict
         assert "um" not in found.verdict.split()
 
     def test_what_was_switched_off_is_in_no_verdict_and_in_the_list(self, found: Check, job_file: Path) -> None:
         part = check(found.robot, job_file, skip=("interference", "expected-error"))
         assert part.feasible
-        motion = r"; the platform's motion adds at most 12\.\d mm at 1\.\d+ Hz with 1 % \(assumed\) of damping\."
-        assert re.fullmatch("house-printer can print square: every sample is within all limits" + motion, part.verdict)
+        motion = r" Motion of the platform adds at most 12\.\d mm at 1\.\d+ Hz with a damping ratio of 1 % .assumed.\."
+        start = r"house-printer can print square\. All samples are within the limits\."
+        assert re.fullmatch(start + motion, part.verdict)
         assert part.not_checked[:2] == ("interference of lines: switched off", "expected error: switched off")
         assert (part.to_dict()["expected_error"], part.to_dict()["clearance"]) == (None, None)
         np.testing.assert_array_equal(part.lengths, found.lengths)

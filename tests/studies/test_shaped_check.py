@@ -101,7 +101,7 @@ def test_layers_shorter_than_the_shaper_keep_their_place_and_do_not_swing(tmp_pa
     for point in found.samples.positions:
         share = np.clip(((point - begin) * way).sum(axis=1) / (way**2).sum(axis=1), 0.0, 1.0)
         away.append(np.linalg.norm(point - begin - share[:, None] * way, axis=1).min())
-    assert max(away) <= job.motion.corner_deviation * 1.001
+    assert max(away) <= found.job.motion.corner * 1.001
     assert set(found.samples.layer) == set(path.layer)
     assert found.feasible
     assert found.to_dict()["motion_error"] < 1e-3

@@ -73,7 +73,7 @@ def test_layers(job: Job) -> None:
 def test_what_cannot_be_done(job: Job) -> None:
     with pytest.raises(InputError, match="layers 2 to 9: this part has 1 to 3"):
         winch_path(MODEL, job, DRUMS, layers=(2, 9))
-    with pytest.raises(AnswerError, match=r"line .* jumps.* are off by .*; 1e-17 m asked.*allow it with --tol"):
+    with pytest.raises(AnswerError, match=r"line .* jumps.* between points is .*; 1e-17 m asked.*allow it with --tol"):
         winch_path(MODEL, job.model_copy(update={"scale": 0.02}), DRUMS, tolerance=1e-17)
     with pytest.raises(AnswerError, match=r"nozzle at .*in layer 1"):
         winch_path(MODEL, job.model_copy(update={"origin": (0.0, 0.0, 4.5)}), DRUMS)

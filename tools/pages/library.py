@@ -15,88 +15,114 @@ from cablewright.robot import Robot, library_names
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "library.md"
 
 ABOUT = {
-    "building-printer": ("nothing: a design", "all", "a head that does not tilt, in the frame of house-printer"),
+    "building-printer": ("nothing: a design", "all data", "a nozzle without tilt, in the frame of house-printer"),
     "cable-robot-simulator": (
-        "exits, platform points, limits",
+        "exit points, platform points, limits",
         "mass, cable, sheaves",
         "tensions of kilonewtons, held from above and below",
     ),
-    "caroca": ("exits, platform, limits, sheaves", "cable", "suspended on crossed lines; exits that can be moved"),
+    "caroca": (
+        "exit points, platform, limits, sheaves",
+        "cable",
+        "suspended on crossed lines; exit points that can be moved",
+    ),
     "cogiro": (
-        "exits and platform points (as measured), masses, limits",
+        "exit points and platform points (as measured), masses, limits",
         "cable, sheaves",
         "suspended, 8 lines, a cube of 1 m",
     ),
-    "expo2015-lucia": ("exits and platform points (as measured), mass, cable", "tension limits", "cables from above"),
-    "fast-telescope": ("exits, platform points", "mass, cable, min tension", "lines of 300 m: weight and sag"),
-    "grab-four-lines": ("exits, platform, inertia", "cable, limits", "fewer lines than freedoms: it swings"),
-    "grab-prototype": (
-        "exits, sheaves, platform points, inertia (as measured)",
+    "expo2015-lucia": (
+        "exit points and platform points (as measured), mass, cable",
+        "tension limits",
+        "cables from above",
+    ),
+    "fast-telescope": ("exit points, platform points", "mass, cable, min tension", "lines of 300 m: weight and sag"),
+    "grab-four-lines": (
+        "exit points, platform, inertia",
         "cable, limits",
-        "fewer lines than freedoms; frequencies measured by motion capture",
+        "fewer lines than degrees of freedom: it swings",
+    ),
+    "grab-prototype": (
+        "exit points, sheaves, platform points, inertia (as measured)",
+        "cable, limits",
+        "fewer lines than degrees of freedom; frequencies measured by motion capture",
     ),
     "hangprinter-five": (
         "spools and advantage (the firmware's defaults)",
-        "exits, mass, cable, min tension",
+        "exit points, mass, cable, min tension",
         "a nozzle below the point where lines meet",
     ),
     "hangprinter-v4": (
-        "exits and spools (calibrated), advantage",
+        "exit points and spools (calibrated), advantage",
         "mass, cable, min tension",
         "advantage; a low-cost printer",
     ),
     "house-printer": ("as paty2021", "winches, low limit", "prints the house of the examples; has a simulated machine"),
     "ipanema": ("arrangement", "all numbers", "held between tight lines; has a simulated machine"),
-    "ipanema1": ("exits, platform points, mass, max tension, drums", "cable, min tension", "held between tight lines"),
-    "ipanema2": ("exits (as measured), platform points, mass, limits", "cable", "crossed lines above and below"),
-    "ipanema3": ("exits and platform points (as measured), inertia", "cable, limits", "a large hall"),
+    "ipanema1": (
+        "exit points, platform points, mass, max tension, drums",
+        "cable, min tension",
+        "held between tight lines",
+    ),
+    "ipanema2": ("exit points (as measured), platform points, mass, limits", "cable", "crossed lines above and below"),
+    "ipanema3": ("exit points and platform points (as measured), inertia", "cable, limits", "a large hall"),
     "jung2020": (
-        "exits, beam, EA, limits",
+        "exit points, beam, EA, limits",
         "weight and strength of the cable",
         "a beam whose length changes with height",
     ),
     "jung2020-table1": (
-        "exits, beam, EA, limits",
+        "exit points, beam, EA, limits",
         "weight and strength of the cable",
         "a singular layout, from the same paper",
     ),
-    "maslow4": ("how far belts are off the board", "all else", "a platform in a plane, belts that run off it"),
+    "maslow4": ("distance of the belts from the board", "all else", "a platform in a plane, belts that leave it"),
     "merlet2023": (
-        "drum of powder, gears, EA and mass of the cable",
-        "exits, room, drums, limits",
+        "powder container, gears, EA and mass of the cable",
+        "exit points, room, drums, limits",
         "printed 142 layers; has a simulated machine",
     ),
-    "nist-robocrane": ("exits, platform points, max tension", "mass, cable", "as many lines as freedoms: weight alone"),
-    "paty2021": ("frame, levers, cable, limits", "exact exits, sizes of the bracket", "universal joints with levers"),
+    "nist-robocrane": (
+        "exit points, platform points, max tension",
+        "mass, cable",
+        "as many lines as degrees of freedom: weight alone",
+    ),
+    "paty2021": (
+        "frame, levers, cable, limits",
+        "exact exit points, sizes of the bracket",
+        "universal joints with levers",
+    ),
     "skycam": ("arrangement", "all numbers", "a large field: weight and sag of long lines"),
     "wall-plotter": ("arrangement", "all numbers", "two belts in a vertical plane"),
-    "wang2021": ("number of lines, sheaves", "exits, mass, cable, limits", "a point on 4 lines: calibration"),
+    "wang2021": ("number of lines, sheaves", "exit points, mass, cable, limits", "a point on 4 lines: calibration"),
 }
-"""Of each robot: what its source gives, what is assumed, what it shows."""
+"""Of each robot: the data of its source, the assumed data, and its purpose in the library."""
 
 _HEAD = """\
 # The library
 
-Robots that come with cablewright, to look at, to compare with and to start from: `cablewright robots NAME > mine.toml`.
-Each file names its source and marks what is assumed. None of them is a measurement of ours, and none was checked
-against the machine. "As measured": unsymmetric in the source, to a millimetre or finer, as measured points are; the
-source does not always say so. "Calibrated": results of a calibration, says the source.
-[Import](exchange.md) reads more of them from files of other programs.
+These robots come with cablewright. Print the file of one to start your own: `cablewright robots NAME > mine.toml`. Each
+file names its source and marks the assumed numbers. No robot was compared with its machine.
+
+* "As measured": the source has unsymmetric coordinates, to a millimetre or finer.
+* "Calibrated": the source reports the results of a calibration.
+
+[Import](exchange.md) reads more robots from files of other programs.
 
 """
 
 
 def page() -> str:
-    """The text of the page."""
+    """Return the text of the page."""
     rows = "".join(_row(name, cw.load(name)) for name in library_names())
     pictures = "".join(f"### {name}\n\n{_picture(name, cw.load(name))}\n" for name in library_names())
     return (
         _HEAD
-        + "| robot | lines | freedoms | exits within, m | platform | cable | given by the source | assumed | shows |\n"
+        + "| robot | lines | degrees of freedom | size, m | mass | cable | source has | assumed | example of |\n"
         + "| --- | --- | --- | --- | --- | --- | --- | --- | --- |\n"
         + rows
-        + "\nThe size is that of the box around the exit points, from the floor up. Pictures: at rest, as\n"
-        + "`cablewright show NAME --png FILE` draws them, near the middle of the frame.\n\n"
+        + "\nThe size is that of the box around the exit points, from the floor up. Pictures are drawn by\n"
+        + "`cablewright show NAME --png FILE`: at rest, near the middle of the frame.\n\n"
         + pictures.rstrip("\n")
         + "\n"
     )
@@ -109,10 +135,10 @@ def _row(name: str, robot: Robot) -> str:
     size = " x ".join(f"{side:.3g}" for side in exits.max(axis=0) - low)
     cable = robot.lines[0].cable
     wide = "" if cable.diameter is None else f"{1e3 * cable.diameter:.3g} mm, "
-    rope = f"{wide}EA {1e-3 * cable.stiffness:.3g} kN"
+    stiffness = f"{1e-6 * cable.stiffness:.3g} MN" if cable.stiffness >= 1e6 else f"{1e-3 * cable.stiffness:.3g} kN"
     return (
-        f"| [`{name}`](#{name}) | {robot.m} | {robot.freedoms} | {size} | {robot.platform.mass:g} kg | {rope} | "
-        f"{given} | {assumed} | {shows} |\n"
+        f"| [`{name}`](#{name}) | {robot.m} | {robot.freedoms} | {size} | {robot.platform.mass:g} kg | "
+        f"{wide}EA {stiffness} | {given} | {assumed} | {shows} |\n"
     )
 
 

@@ -60,7 +60,7 @@ class Contact(Result):
 
     FIGURES: ClassVar = (
         Figure("distance", "m", "Smallest signed distance; negative: how deep.", "margin", shown="mm"),
-        Figure("pair", "", "Name of the line, and of what it is nearest to.", name="line, nearest to"),
+        Figure("pair", "", "Names of the line and of the nearest obstacle.", name="line, nearest to"),
         Figure("place", "m", "Place of that point of the line's centre, world.", shown="m"),
     )
     HEADLINES: ClassVar = ("distance", "pair", "place")
@@ -165,8 +165,8 @@ FIGURES = (
     Figure("robot", "", "Name of the robot.", "robot.name"),
     Figure("smallest_distance", "m", "Smallest signed distance of a line from anything; negative: how deep. Null where "
            "there is nothing.", "worst.margin", shown="mm"),
-    Figure("kind", "", "What that line is nearest to: line, platform, frame or part.", "worst.kind", "nearest to"),
-    Figure("pair", "", "Name of that line, and of what it is nearest to.", "worst.pair", detail=True),
+    Figure("kind", "", "Kind of the nearest obstacle: line, platform, frame or part.", "worst.kind", "nearest to"),
+    Figure("pair", "", "Names of that line and of the nearest obstacle.", "worst.pair", detail=True),
     Figure("place", "m", "Place of that point of the line's centre, world.", "worst.place", shown="m", detail=True),
     _of_kind("line", "another line"),
     _of_kind("platform", "the platform"),
@@ -175,13 +175,13 @@ FIGURES = (
     Figure("nearest", "", "Where a line is nearest to another line, the platform, the frame and the part; null where "
            "there is none.", "nearest_of", "nearest of each kind", parts=Contact.FIGURES),
     Figure("clearance", "m", "Distance under which a line is too near.", shown="mm"),
-    Figure("ends", "m", "Cable at its ends that is not compared with what it is tied to.", "settings.ends",
+    Figure("ends", "m", "Length at each end of a line, excluded from the object at that end.", "settings.ends",
            detail=True),
-    Figure("tolerance", "m", "Requested distance of a line from the chords that stand for it.", "settings.tolerance",
+    Figure("tolerance", "m", "Requested maximum distance of a line from its chords.", "settings.tolerance",
            detail=True),
 )  # fmt: skip
 """What JSON has of poses and of jobs."""
-BOUND = Figure("bound", "m", "Max distance of a line from the chords that stand for it.", detail=True)
+BOUND = Figure("bound", "m", "Maximum distance of a line from the chords that replace it.", detail=True)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

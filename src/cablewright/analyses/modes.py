@@ -66,7 +66,7 @@ class Modes(Pictured):
     FIGURES: ClassVar = (
         *(each.of_part("equilibrium") for each in EQUILIBRIUM if each.key in OF_POSE),
         Figure("counts_geometric", "", "Whether the stiffness that tension adds is counted.", "geometric"),
-        Figure("freedoms", "", "Freedoms of the platform, in the order of `participation`.", detail=True),
+        Figure("freedoms", "", "Degrees of freedom of the platform, in the order of `participation`.", detail=True),
         Figure("frequencies", "Hz", "Natural frequencies, ascending; negative where unstable.",
                _if_balanced("frequencies"), "frequency", 5, along="mode"),
         Figure("dominant", "", "Freedom with the largest share of the mode's kinetic energy.", _if_balanced("mostly"),

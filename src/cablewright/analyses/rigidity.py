@@ -102,7 +102,7 @@ class Dexterity(Result, Rows):
         Figure("of", "", "Matrix: jacobian or stiffness."),
         Figure("length", "m", "Arm on which a rotation counts as a motion."),
         Figure("condition_number", "1", "Largest over smallest singular value; null where singular."),
-        Figure("dexterity", "1", "Smallest over largest: 1 where all directions are alike, 0 where singular."),
+        Figure("dexterity", "1", "Smallest over largest: 1 for equal directions, 0 for a singular pose."),
         Figure("manipulability", "SI", "Product of the singular values."),
         Figure("values", "SI", "Singular values, the largest first.", name="singular values"),
     )

@@ -19,7 +19,7 @@ from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.paging import MEMORY, Room, blocks
 from cablewright.foundation.progress import Progress, silent
 from cablewright.foundation.results import Figure
-from cablewright.models.job_poses import poses_at, unrounded
+from cablewright.models.job_poses import on_plane, poses_at, unrounded
 from cablewright.models.statics import Model
 from cablewright.printing.beads import Beads
 from cablewright.printing.job import Job
@@ -48,9 +48,9 @@ class LedTravel:
     FIGURES: ClassVar = (
         Figure("line", "", "Line of the G-code file."),
         Figure("layer", "", "Layer, counted from 1; 0 before the first."),
-        Figure("lift", "m", "By what it is lifted."),
-        Figure("aside", "m", "By what its middle is led aside, level; to the left positive."),
-        Figure("added", "m", "What it is longer by; null: no safe way was found, it is as it was."),
+        Figure("lift", "m", "Height by which the travel is lifted."),
+        Figure("aside", "m", "Horizontal offset of its middle; positive to the left."),
+        Figure("added", "m", "Additional length; null: there is no safe path, the travel is unchanged."),
     )
 
     line: int  # of the file
@@ -72,19 +72,18 @@ def driven(robot: Robot, job: Job, samples: Samples, beads: Beads) -> Samples:
 def driven_job(
     robot: Robot, job: Job, samples: Samples | None = None, toolpath: Toolpath | None = None
 ) -> tuple[Job, Samples]:
-    """Return a *job* with the largest speeds and the acceleration of its motion on a *robot*, and its samples.
+    """Return a *job* with the speeds, the acceleration and the corners of its motion on a *robot*, and its samples.
 
     They have the speeds and the travel moves of that motion. *samples*, *toolpath*: of the job; by default those of
     its file. Raises `InputError` where nothing limits a speed, or the robot cannot follow the job's schedule.
     """
-    as_written = job.motion.speed == "gcode" and job.motion.travel == "gcode"
-    if as_written and samples is not None:
-        return job, samples
+    job = on_plane(robot, job)
     toolpath = toolpath or job.toolpath()
-    if as_written:
-        return job, unrounded(robot, job, toolpath, job.samples(toolpath))
     beads = job.beads(toolpath)
+    job = job.with_corners(beads)
     given = samples or unrounded(robot, job, toolpath, job.samples(toolpath, beads=beads))
+    if job.motion.speed == "gcode" and job.motion.travel == "gcode":
+        return job, given
     found = driven(robot, job, given, beads)
     return with_speeds(slowed(robot, job, found, beads), found), found
 

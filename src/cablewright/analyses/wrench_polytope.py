@@ -234,7 +234,9 @@ def _slice(found: WrenchPolytope, fixed: Array) -> Array:
     across = np.linalg.norm(matrix, axis=1)
     size = forces.shape[1]
     if not len(rows):
-        raise AnswerError("the available wrenches are flat: lines do not reach all freedoms, there are no facets")
+        raise AnswerError(
+            "the available wrenches are flat: the lines do not reach all degrees of freedom, so there are no facets"
+        )
     bounds = [(None, None)] * size + [(0.0, None)]
     program = linprog([0.0] * size + [-1.0], A_ub=np.column_stack([matrix, across]), b_ub=bound, bounds=bounds)
     if program.status != 0 or not program.x[-1] > 0.0:

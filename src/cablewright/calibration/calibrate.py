@@ -9,10 +9,11 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 
+from cablewright.calibration.judgement.effects import WORDS, Effect, applied, effects_of
 from cablewright.calibration.judgement.gross_errors import Rejected, without_outliers
 from cablewright.calibration.judgement.model_doubt import creep_share, stretch_of
 from cablewright.calibration.judgement.result import Calibration
@@ -24,7 +25,7 @@ from cablewright.calibration.poses.elastic import ElasticProblem, problem_of
 from cablewright.calibration.poses.fit import PoseFit, framed, to_file_frame
 from cablewright.calibration.poses.observability import Information, information
 from cablewright.calibration.poses.problem import SURVEY, CalibrationProblem
-from cablewright.calibration.poses.starts import best_fit, elastic_fit, first_start
+from cablewright.calibration.poses.starts import best_fit, elastic_fit, first_start, near_poses
 from cablewright.calibration.poses.sufficient_data import check, check_lengths
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.progress import Progress, silent
@@ -37,6 +38,7 @@ ROUGH: Final = 0.5
 
 MAX_ROUGH: Final = 100.0  # m
 _CONTRADICTS: Final = 3.0  # max ratio of the rms with a datum to that without
+_ROUNDS: Final = 4  # of looking for effects that the model lacks
 _FEW: Final = 10  # redundant measurements, which give sigma to a quarter
 
 
@@ -50,6 +52,7 @@ def calibrate(
     rough: float = ROUGH,
     outliers: bool = True,
     need: float = NEED,
+    models: Literal["file", "auto"] = "file",
     seed: int = 0,
     progress: Progress = silent,
 ) -> Calibration:
@@ -59,6 +62,7 @@ def calibrate(
     unknown. Lines are rigid unless a *cable* law or a model says otherwise; elastic ones require tensions or measured
     poses. *rough*: max error of the file's exit points in each coordinate, m; starts are drawn within it with *seed*.
     *outliers*: whether gross errors are rejected. *need*: max standard deviation of exit points for a good verdict, m.
+    *models*: with ``auto`` the effects of `Calibration.effects` that cross-validation asks for are added to the model.
 
     Raises `InputError` for data or a plan that cannot be used: too few poses, other units, a contradictory datum;
     `AnswerError` if elastic lines have no equilibrium near any pose. Source: Wang, Caro 2021.
@@ -81,6 +85,52 @@ def calibrate(
     plan, robot = plan_of(plan), model.robot
     measured = data if isinstance(data, Measured) else read_measured(data, robot)
     check_lengths(robot, measured)
+    measured = near_poses(model, measured, plan, seed, rough, progress)
+    given = rough, outliers, seed, progress
+    found = _fitted(model, measured, plan, *given)
+    if models == "auto" and found.status == "ok":
+        found = _with_effects(found, *given)
+    verdict, reasons = judged(found, need, rough)
+    return replace(found, verdict=verdict, reasons=reasons)
+
+
+def _with_effects(found: Calibration, rough: float, outliers: bool, seed: int, progress: Progress) -> Calibration:
+    """Return the calibration with the effects that the data ask for: tested again after each fit, which weighs anew."""
+    measured, plan, model = found.problem.measured, found.problem.plan, found.problem.model
+    chosen, tested, corrected = dict[str, Effect](), dict[str, Effect](), ""
+    for _ in range(_ROUNDS):
+        known = set(chosen)
+        for each in effects_of(found.problem, found.fit, known):
+            tested[each.name] = each
+            if each.chosen:
+                first = chosen.get(each.name, replace(each, value=0.0))
+                chosen[each.name] = replace(first, value=first.value + each.value, sigma=each.sigma)
+        if not chosen:
+            break
+        given = applied(found.problem, found.fit, chosen.values(), measured, plan)
+        again = _fitted(model, *given, rough, outliers, seed, progress)
+        if again.status != "ok":
+            break
+        found, corrected = again, ", ".join(name for name in chosen if name in WORDS)
+        if known == set(chosen):
+            break
+    changed = {each.name: value for each, value in zip(found.unknowns, found.changes.tolist(), strict=True)}
+    effects = [replace(each, value=changed.get(name, each.value)) for name, each in chosen.items()]
+    effects += [each for name, each in tested.items() if name not in chosen]
+    notes = (f"counts are corrected by {corrected}; --check does not correct later ones",) if corrected else ()
+    return replace(found, effects=tuple(effects), notes=(*found.notes, *notes))
+
+
+def _fitted(
+    model: Model,
+    measured: Measured,
+    plan: CalibrationPlan,
+    rough: float,
+    outliers: bool,
+    seed: int,
+    progress: Progress,
+) -> Calibration:
+    """Calibrate a model by one set of equations, without a verdict; see `calibrate`."""
     problem = problem_of(model, measured, plan)
     free = problem.without_datum()
     check(free)
@@ -110,9 +160,7 @@ def calibrate(
     rms = _rms(problem, found)
     status, reason = status_of(problem, found, posterior, rms, chi)
     notes = (*_notes(free, alone, scale, chi, rejected), *_of_kinds(problem, found), *_of_creep(problem, found))
-    made = Calibration(status, reason, problem, found, alone, posterior, rejected, scale, rms, plain.steps, notes)
-    verdict, reasons = judged(made, need, rough)
-    return replace(made, verdict=verdict, reasons=reasons)
+    return Calibration(status, reason, problem, found, alone, posterior, rejected, scale, rms, plain.steps, notes)
 
 
 def _to_datum(problem: CalibrationProblem, free: CalibrationProblem, found: PoseFit) -> PoseFit:
@@ -164,6 +212,10 @@ def _notes(
         yield f"no sigma.encoder is given: {problem.encoder_sigma * 1e3:g} mm is assumed"
     if (given is not None or problem.elastic) and math.isfinite(chi) and not 0.5 < chi < 2.0 and alone.redundancy > 5:
         yield f"residuals are {chi:.3g} times what the given sigmas predict"
+    plan, measured = problem.plan, problem.measured
+    tests_height = measured.positioned or plan.points or plan.planes or plan.ranges or plan.level is not None
+    if problem.named("exit_point").any() and not tests_height:
+        yield "nothing that was measured tests heights: an error of the model along z does not show in the sigmas"
     if rejected:
         yield f"{len(rejected)} of {problem.poses} poses do not fit the others: all or a line of each is left out"
 
@@ -179,7 +231,7 @@ def _of_creep(problem: CalibrationProblem, found: PoseFit) -> Iterator[str]:
         worst = int(np.argmax(longer))
         line, most = problem.robot.lines[worst].name, 1e3 * longer[worst]
         size = f": an hour under its load makes line {line} longer by up to {most:.3g} mm"
-    yield f"cable.creep of the robot file is not counted in lengths, for data tell no times{size}"
+    yield f"cable.creep of the robot file is not counted in lengths, because the data have no times{size}"
 
 
 def _of_kinds(problem: CalibrationProblem, found: PoseFit) -> Iterator[str]:

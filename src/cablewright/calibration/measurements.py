@@ -26,6 +26,7 @@ from cablewright.foundation.csv_input import (
 )
 from cablewright.foundation.errors import InputError, suggestion
 from cablewright.foundation.units import ANGLE, FORCE, LENGTH, Dimension
+from cablewright.models.coil import TURN
 from cablewright.models.drum import drum_of
 from cablewright.robot import Robot
 
@@ -41,14 +42,15 @@ _OF_DRUM: Final = re.compile(
     r"(?P<name>(?i:dl)_[0-9]+) *[(\[](?P<unit>turns|rad|deg|counts(?:/(?P<counts>[1-9][0-9]{0,8}))?)[)\]]"
 )
 _COUNTS: Final = "counts/4096"  # one such unit, in messages
-_MAY_BE_BLANK: Final = frozenset((*_POSE, *(f"sigma_{name}" for name in _POSE)))
+_MAY_BE_BLANK: Final = ("guess", "pose_sigma", *(name for name, _ in SENSORS.values()))
 
 
 @dataclass(frozen=True, eq=False)
 class Measured:
     """The measurements at N poses. `guess`: start values of the poses; with `pose_sigma`, measurements of them.
 
-    A row of `guess` is NaN where nothing is known of the pose, one of `pose_sigma` where it was not measured.
+    A row of `guess` is NaN where nothing is known of the pose, one of `pose_sigma` where it was not measured, and so is
+    a cell of any other sensor. `near`: where rows of tensions are linearised, if not at start values.
     """
 
     counted: Array  # (N, m) m: length changes since home, by encoders
@@ -60,6 +62,8 @@ class Measured:
     yaw: Array | None = None  # (N, 1) rad: azimuth of the platform's x axis, 0 is world +x
     places: Sequence[int] = field(default=())  # (N,) line number of each pose in the file
     origin: str = "the data"  # the name in messages
+    near: Array | None = None  # (N, n) m and rad
+    by_drum: Sequence[bool] = field(default=())  # (m,) lines with the counts of a drum that has a build-up
 
     def has(self, sensor: str) -> bool:
         """Whether there are measurements by one of `SENSORS`."""
@@ -72,7 +76,7 @@ class Measured:
 
     def lengths_alone(self) -> Measured:
         """Return the lengths, and the start values of the poses, without what other sensors measured."""
-        return Measured(self.counted, self.guess, places=self.places, origin=self.origin)
+        return Measured(self.counted, self.guess, places=self.places, origin=self.origin, by_drum=self.by_drum)
 
     @property
     def positioned(self) -> int:
@@ -88,10 +92,10 @@ def read_measured(path: str | Path, robot: Robot) -> Measured:
     """Read a CSV with a column ``dl_1`` .. ``dl_m`` for each line: the change of its length since the home pose.
 
     Optional columns: ``x,y,z`` (and ``rx,ry,rz`` of a rigid platform), start values of the poses, or measured poses
-    where ``sigma_x`` .. are given, blank where a row has none; ``f_1`` .., tensions; ``swivel_1`` .., azimuths of the
-    free cables; ``tilt_x,tilt_y``; ``yaw``. A unit may follow a name, ``dl_1 (mm)``; without it numbers are SI.
-    Encoders may also give what the drum turned, ``turns``, ``deg``, ``rad``, or ``counts/4096``, counts of an encoder
-    that has 4096 a turn of the drum. The separator is tab, semicolon or comma. Comments begin with ``#``.
+    where ``sigma_x`` .. are given; ``f_1`` .., tensions; ``swivel_1`` .., azimuths of the free cables;
+    ``tilt_x,tilt_y``; ``yaw``. Their cells may be blank. A unit may follow a name, ``dl_1 (mm)``; without it numbers
+    are SI. Encoders may also give what the drum turned, ``turns``, ``deg``, ``rad``, or ``counts/4096``, counts of an
+    encoder that has 4096 a turn of the drum. The separator is tab, semicolon or comma. Comments begin with ``#``.
 
     Raises `InputError` for a missing, unknown or repeated column, an incomplete group of columns, a row that is shorter
     or longer than the header, and a cell that is not a finite number.
@@ -101,7 +105,8 @@ def read_measured(path: str | Path, robot: Robot) -> Measured:
     if not number:
         raise InputError(f"{path}: empty; expected a header with columns dl_1 to dl_{robot.m}, then rows of numbers")
     columns = _columns(header, f"{path}, line {number}", robot)
-    found = number_rows(path, rows, header, columns, MAX_POSES, "poses", blank=_MAY_BE_BLANK)
+    blank = set(chain.from_iterable(names for field, names in _groups(robot).items() if field in _MAY_BE_BLANK))
+    found = number_rows(path, rows, header, columns, MAX_POSES, "poses", blank=blank)
     table = [(number, numbers) for number, _, numbers in found]
     if not table:
         raise InputError(f"{path}: a header, but no poses")
@@ -124,12 +129,22 @@ def read_measured(path: str | Path, robot: Robot) -> Measured:
     if (fields.get("pose_sigma", np.ones(1)) < SIGMAS[0]).any():
         row, axis = np.argwhere(fields["pose_sigma"] < SIGMAS[0])[0]
         raise InputError(f"{path}, line {lines[row]}: sigma_{_POSE[axis]}: must be at least {SIGMAS[0]:g}")
-    return Measured(**fields, places=lines, origin=str(path))
+    wound = {
+        found["name"].casefold() for found in map(_OF_DRUM.fullmatch, cells_of(header, separator_of(header))) if found
+    }
+    by_drum = [f"dl_{i + 1}" in wound and line.winch.build_up is not None for i, line in enumerate(robot.lines)]
+    return Measured(**fields, places=lines, origin=str(path), by_drum=by_drum if any(by_drum) else ())
 
 
 def _check_blanks(fields: dict[str, Array], where: str, lines: Sequence[int]) -> None:
-    """Raise `InputError` for a position of which only a part is blank, or a sigma without one; *where*: in messages."""
-    blank = {name: np.isnan(values) for name, values in fields.items() if name in ("guess", "pose_sigma")}
+    """Raise `InputError` for a position of which only a part is blank, or a sigma without one; *where*: in messages.
+
+    And for a sensor whose cells are all blank.
+    """
+    blank = {name: np.isnan(values) for name, values in fields.items()}
+    for name, column in SENSORS.values():
+        if name in blank and blank[name].all():
+            raise InputError(f"{where} {lines[0]}: {column} and all others of it are blank; leave the columns out")
     if "guess" not in blank:
         return
     for name, what in (("guess", "position"), ("pose_sigma", "sigma of the position")):
@@ -173,23 +188,23 @@ def _dimension(name: str, robot: Robot, cells: Sequence[str], place: str) -> Dim
 
 
 def _of_drum(name: str, robot: Robot, cells: Sequence[str], place: str) -> Dimension:
-    """Return lengths, and turns of the drum of a column's line if it has one radius.
+    """Return lengths, and turns of the drum of a column's line, as far as its radius in the file would wind.
 
-    Raises `InputError` for a header with turns of a drum that has none, and for counts of no size.
+    Raises `InputError` for a header with turns of a drum that has no radius, and for counts of no size.
     """
     given = [each for each in map(_OF_DRUM.fullmatch, cells) if each and each["name"].casefold() == name]
     line = robot.lines[int(name.removeprefix("dl_")) - 1]
     drum = drum_of(line)
-    if drum is None or drum.build_up > 0.0:
+    if drum is None:
         if not given:
             return LENGTH
-        why = "gives no winch.drum_radius" if drum is None else "has winch.build_up, so its drum has no one radius"
-        raise InputError(f"{place}: column {shown(given[0][0])}: line {line.name!r} {why}; give lengths")
+        why = "gives no winch.drum_radius; give lengths"
+        raise InputError(f"{place}: column {shown(given[0][0])}: line {line.name!r} {why}")
     if any(each["unit"] == "counts" for each in given):
         raise InputError(
             f"{place}: column {shown(given[0][0])}: say how many a turn of the drum, as in '{name} ({_COUNTS})'"
         )
-    turn = drum.per_turn(0.0)
+    turn = TURN * drum.radius
     sizes = {"turns": turn, "rad": drum.radius, "deg": turn / 360.0, _COUNTS: turn / int(_COUNTS.partition("/")[2])}
     sizes |= {each["unit"]: turn / int(each["counts"]) for each in given if each["counts"]}
     return Dimension("length", {**LENGTH.units, **{unit: Decimal(size) for unit, size in sizes.items()}})
@@ -223,9 +238,13 @@ def _columns(header: str, place: str, robot: Robot) -> dict[str, Column]:
 
 
 def write_measured(measured: Measured, robot: Robot, comments: Sequence[str] = ()) -> str:
-    """Return the CSV of all that was measured, in SI, with all digits."""
+    """Return the CSV of all that was measured, in SI, with all digits; counts of drums with a build-up in rad."""
     given = {field: names for field, names in _groups(robot).items() if getattr(measured, field) is not None}
     table = np.column_stack([getattr(measured, field) for field in given])
-    lines = [*(f"# {comment}" for comment in comments), ",".join(chain.from_iterable(given.values()))]
+    for at in np.flatnonzero(measured.by_drum):
+        table[:, at] /= robot.lines[at].winch.drum_radius or 1.0
+    wound = {f"dl_{at + 1}": f"dl_{at + 1} (rad)" for at in np.flatnonzero(measured.by_drum)}
+    header = (wound.get(name, name) for name in chain.from_iterable(given.values()))
+    lines = [*(f"# {comment}" for comment in comments), ",".join(header)]
     lines += [",".join("" if np.isnan(cell) else repr(cell) for cell in row) for row in table.tolist()]
     return "\n".join(lines) + "\n"

@@ -22,6 +22,14 @@ INNER: Final = "inner"
 SIGMAS: Final = (1e-9, 1e9)
 """Min and max of a standard deviation, SI: with a smaller or larger one squares of residuals have no numbers."""
 
+STRETCH: Final = "stretch"
+"""The name of the stretch of lines that count as stiff, over that by the file's stiffness."""
+
+SETTABLE: Final = (
+    "build_up", "length_scale", "tension_offset", "tension_scale", "swivel_offset", "yaw_offset",
+)  # fmt: skip
+"""Numbers that a plan may say instead of the robot file."""
+
 _MAX_ENTRIES: Final = 1000
 _Axis = Annotated[float, Strict()]
 _Quantity = TypeVar("_Quantity")
@@ -30,29 +38,42 @@ _Poses = Annotated[tuple[Annotated[int, Strict(), Field(ge=1)], ...], Field(min_
 
 
 class Sigmas(Description):
-    """Standard deviations of the sensors. Without ``encoder``, that of the encoders is estimated from the residuals."""
+    """Standard deviations of the sensors. Without ``encoder``, that of the encoders is estimated from the residuals.
+
+    ``friction``: of what the cable passes between exit point and load cell, as a share of the tension.
+    """
 
     encoder: _Sigma[Length] | None = None
     tension: _Sigma[Force] = 5.0
+    friction: Annotated[float, Strict(), Field(ge=0.0, le=1.0)] = 0.0
     swivel: _Sigma[Angle] = 1e-3
     tilt: _Sigma[Angle] = 1e-3
     yaw: _Sigma[Angle] = 1e-2
 
 
 class Prior(Description):
-    """Prior knowledge: the file's value of an unknown, with a standard deviation in the unknown's SI unit.
+    """Prior knowledge of an unknown: the file's value, or ``value``, with a standard deviation, in its SI unit.
 
-    ``name`` may be of a coordinate: ``exit_point.z``.
+    ``name`` may be of a coordinate: ``exit_point.z``. ``alike``: the lines differ from the file by the same number,
+    which is unknown, to that deviation.
     """
 
     name: str
     lines: tuple[str, ...] | None = None
+    value: Annotated[float, Strict(), Field(allow_inf_nan=False)] | None = None
     deviation: _Sigma[_Axis]
+    alike: bool = False
 
     @model_validator(mode="after")
     def _is_known(self) -> Self:
         if self.name not in (*NAMES, *COORDINATES):
             raise refusal("name", f"unknown number; {suggestion(self.name, (*NAMES, *COORDINATES))}")
+        if self.alike and self.value is not None:
+            raise refusal("alike", "is of numbers whose value is not known: leave out this or value")
+        if self.value is not None and self.name not in (*BOUNDED, *COORDINATES):
+            raise refusal("value", f"is one number: name a coordinate, as {self.name}.z")
+        if self.name == "length_offset" and self.value is None and not self.alike:
+            raise refusal("value", "is required: no robot file has a length at home")
         return self
 
     def is_of(self, unknown: Unknown) -> bool:
@@ -60,6 +81,36 @@ class Prior(Description):
         return self.name in (unknown.name, unknown.kind) and (
             self.lines is None or any(unknown.of_line(line) for line in self.lines)
         )
+
+
+class Known(Description):
+    """A number that is not among the unknowns: its ``value``, and the standard deviation of that, in its SI unit.
+
+    Without ``value`` it is that of the robot file, 0 or 1; without ``deviation`` it is assumed as for other robots.
+    ``stretch``: of lines that count as stiff, over that by the file's stiffness.
+    """
+
+    name: str
+    lines: tuple[str, ...] | None = None
+    value: Annotated[float, Strict(), Field(allow_inf_nan=False)] | None = None
+    deviation: Annotated[float, Strict(), Field(ge=0.0, le=SIGMAS[1])] | None = None
+
+    @model_validator(mode="after")
+    def _is_one(self) -> Self:
+        names = (*(name for name in NAMES if name != "length_offset"), STRETCH)
+        if self.name not in names:
+            raise refusal("name", f"unknown number; {suggestion(self.name, names)}")
+        if self.value is None and self.deviation is None:
+            raise refusal("value", "give this or deviation")
+        if self.value is not None and self.name not in SETTABLE:
+            raise refusal("value", f"is in the robot file, or of several numbers; give it for {', '.join(SETTABLE)}")
+        if self.name == STRETCH and self.lines is not None:
+            raise refusal("lines", "stretch is one number for all lines")
+        return self
+
+    def is_of(self, name: str, line: str | None) -> bool:
+        """Whether it is of the number *name* of a *line*, or of all for None."""
+        return self.name == name and (self.lines is None or line is None or line in self.lines)
 
 
 class Bound(Description):
@@ -165,6 +216,7 @@ class CalibrationPlan(FileDescription):
     level: _Sigma[Angle] | None = None
     across: _Sigma[Length] | None = None
     priors: Annotated[tuple[Prior, ...], Field(max_length=_MAX_ENTRIES)] = ()
+    known: Annotated[tuple[Known, ...], Field(max_length=_MAX_ENTRIES)] = ()
     bounds: Annotated[tuple[Bound, ...], Field(max_length=_MAX_ENTRIES)] = ()
     distances: Annotated[tuple[MeasuredDistance, ...], Field(max_length=_MAX_ENTRIES)] = ()
     points: Annotated[tuple[Point, ...], Field(max_length=_MAX_ENTRIES)] = ()
@@ -185,6 +237,13 @@ class CalibrationPlan(FileDescription):
             raise refusal("lengths", "absolute ones have no length at home: leave length_offset out of unknowns")
         if self.lengths == "relative" and not home:
             raise refusal("lengths", "relative ones have an unknown length at home: add length_offset to unknowns")
+        return self
+
+    @model_validator(mode="after")
+    def _known_ones_are_no_unknowns(self) -> Self:
+        for at, each in enumerate(self.known):
+            if each.name in self.unknowns:
+                raise refusal(f"known[{at}].name", f"{each.name} is among the unknowns: give a prior instead")
         return self
 
     @property

@@ -197,13 +197,24 @@ def with_mounts(robot: Robot) -> Robot:
     return robot.model_copy(update={"lines": tuple(rigid)})
 
 
-def numbers_of_lines(robot: Robot) -> Array:
+def column_of(name: str) -> int:
+    """Return the column of a number without axes among those of a line."""
+    return _COLUMNS[name]
+
+
+def numbers_of_lines(robot: Robot, by_drum: Sequence[bool] = (), elastic: bool = False) -> Array:
     """Return the numbers (m, COLUMNS) of a robot's lines for `kernels.fitting.straight_line`.
 
     Offsets are 0, scales 1. A sheave on a universal joint counts as swivelling: a rigid line has no lever balance. What
-    the cable passes before its exit point keeps its length.
+    the cable passes before its exit point keeps its length. *by_drum*: lines whose counts are of a drum with the
+    file's build-up; *elastic*: home lengths are those of the file, not from the exit point on.
     """
     lines = np.zeros((robot.m, straight_line.COLUMNS))
+    for at in np.flatnonzero(by_drum):
+        line = robot.lines[at]
+        dead = line.dead_length + (0.0 if line.winch_exit is None else line.dead_span().length)
+        lines[at, straight_line.BUILD_UP] = line.winch.build_up or 0.0
+        lines[at, straight_line.WOUND] = (line.winch.drum_length or 0.0) - (0.0 if elastic else dead)
     for row, line in zip(lines, robot.lines, strict=True):
         row[straight_line.EXIT : straight_line.EXIT + 3] = line.exit_point
         row[straight_line.POINT : straight_line.POINT + 3] = line.platform_point
@@ -272,6 +283,11 @@ def free_directions(robot: Robot) -> Array:
     return directions(robot.platform.plane, robot.n)
 
 
+def _line_of(robot: Robot, unknown: Unknown) -> Line:
+    """Return the first line of an unknown."""
+    return robot.lines[lines_of(robot, unknown)[0]]
+
+
 def with_values(robot: Robot, unknowns: Sequence[Unknown], values: Array, raised: bool = False) -> Robot:
     """Return the robot with the values (k,) of the unknowns.
 
@@ -279,7 +295,7 @@ def with_values(robot: Robot, unknowns: Sequence[Unknown], values: Array, raised
     """
     changed = robot
     for unknown, value in zip(unknowns, values.tolist(), strict=True):
-        if unknown.entry.described:
+        if unknown.entry.described and (unknown.name != "build_up" or unknown.entry.value(_line_of(robot, unknown))):
             changed = with_value(changed, unknown, round(value, _DIGITS))
     pairs = zip(robot.lines, changed.lines, strict=True)
     lines = [_winch_placed(old, line, raised and old.in_plane) for old, line in pairs]  # else it is raised already

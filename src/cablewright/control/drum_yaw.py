@@ -15,7 +15,7 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
-from cablewright.foundation.signals import Inertial, SensorFrame
+from cablewright.foundation.signals import Inertial, SensorFrame, YawAngle
 from cablewright.models.rotation import wrap_angle
 
 GIVE_UP: Final = math.radians(45.0)
@@ -44,7 +44,7 @@ class YawSettings:
 
 @dataclass(eq=False)
 class YawState:
-    """Changed in place by `step`. ``angle``: rad, of the drive, by its commands: it needs no encoder."""
+    """Changed in place by `step`. ``angle``: rad, of the drive: by its encoder, or without one by its commands."""
 
     SAVED = ("angle",)
 
@@ -52,6 +52,7 @@ class YawState:
     integral: float = 0.0  # rad
     rate: float = 0.0  # rad/s, smoothed
     gyro_time: float = -math.inf  # s, of the frame with the last reading
+    angle_time: float = -math.inf  # s, of the encoder's last reading
     last: tuple[float, bool] = (-math.inf, False)  # s, of the last step, and whether it had a fresh gyro
 
 
@@ -62,6 +63,9 @@ def step(settings: YawSettings, state: YawState, frame: SensorFrame, yaw: float,
         if math.isfinite(reading.rate[2]):
             state.rate += min(1.0, dt / _SMOOTHING) * (float(reading.rate[2]) - state.rate)
             state.gyro_time = now
+    for angle in frame.of(YawAngle):
+        if math.isfinite(angle.angle) and angle.time > state.angle_time:
+            state.angle, state.angle_time = angle.angle, angle.time
     if not abs(error) <= GIVE_UP:
         state.last = -math.inf, False
         return 0.0

@@ -11,6 +11,7 @@ that was measured, or typed, wrong.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
@@ -68,18 +69,26 @@ class ForceBalance:
         return f"{what} {pulls}; {allowed}: place, load or a tension is wrong"
 
 
-def balance(model: Model, pose: Array, tensions: Array, share: float, laid: float = 0.0) -> ForceBalance:
+def balance(
+    model: Model, pose: Array, tensions: Array | Callable[[Array], Array], share: float, laid: float = 0.0
+) -> ForceBalance:
     """Judge *tensions* (m,), N, at the sheaves, with the platform at *pose* (n,), m and rad; *share*: of its weight.
 
+    A function gives those of a pose: lines on one drum share its torque by where they are thought to be.
     *laid*: kg that have left the model's platform.
     """
-    off, arm = excess(model, pose, tensions, laid), model.robot.arm
+
+    def tensions_at(at: Array) -> Array:
+        return tensions(at) if callable(tensions) else tensions
+
+    held, arm = tensions_at(pose), model.robot.arm
+    off = excess(model, pose, held, laid)
     free, slopes = directions(model.robot.platform.plane, model.n), []
     for way in free.T * _STEP:
-        change = _wrench(model, moved(pose, way), tensions) - _wrench(model, moved(pose, -way), tensions)
-        slopes.append(_as_forces(projected(model.free_directions, change), arm) / (2.0 * _STEP))
+        there, back = (_wrench(model, at, tensions_at(at)) for at in (moved(pose, way), moved(pose, -way)))
+        slopes.append(_as_forces(projected(model.free_directions, there - back), arm) / (2.0 * _STEP))
     slope = np.column_stack(slopes)
-    limit = share * _scale(model, tensions, laid)
+    limit = share * _scale(model, held, laid)
     turns = free[3:].any(axis=0)
     reach, turn = (_reach(limit, slope[:, columns]) for columns in (~turns, turns))
     return ForceBalance(pose, off, weight_of(model, laid), limit, reach, arm, turn)

@@ -101,7 +101,9 @@ class TimedPath:
         *robot*: whose modes shape the motion, see `JobMotion`. Raises `InputError` for a path without material, and for
         more layers than it has.
         """
-        samples = samples or job.samples(job.toolpath())
+        if samples is None:
+            toolpath = job.toolpath()
+            job, samples = job.with_corners(job.beads(toolpath)), job.samples(toolpath)
         numbers = np.unique(samples.layer[samples.extruding])
         if not len(numbers):
             raise InputError(f"{job.source}: no material is laid along the path: there is no layer to print")

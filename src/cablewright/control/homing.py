@@ -34,6 +34,7 @@ from cablewright.solvers.continuation import Tracker, TrackerSettings
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.hanging_path import hung
 from cablewright.solvers.inverse import solve_inverse
+from cablewright.solvers.taut import taut_at
 
 _CALM: Final = 1.0  # s after the last line
 _MEASURED: Final = 0.5  # s over which tensions are averaged
@@ -44,11 +45,12 @@ _APART: Final = 0.05  # m between two places that are one
 class HomingSettings:
     """``lengths``: those at counts by what was saved, m; None: nothing valid was. ``accept``: takes what was found.
 
-    It is given the lengths, their counts and their pose (n,). ``guess``: (n,) m and rad, roughly where the platform is.
-    ``place``: (n,), where a person has measured it; None: nobody.
+    It is given the lengths (m,), their counts (w,) and their pose (n,). ``guess``: (n,) m and rad, roughly where the
+    platform is. ``place``: (n,), where a person has measured it; None: nobody.
     ``frame``: corners (3,), m, between which the platform has to be, and may be moved to find which line is wrong.
-    ``tensions``: of readings, N, and lengths, m: with what the lines pull. ``tension_error``: share of the platform's
-    weight by which that may be off. ``power_lost``: whether counters have begun anew since the lengths were saved.
+    ``tensions``: of torques (w,), N m, of the drums, and lengths, m, and of tensions (m,), N, that are expected: with
+    what the lines pull, (m,) N. ``tension_error``: share of the platform's weight by which that may be off.
+    ``power_lost``: whether counters have begun anew since the lengths were saved.
     ``laid``: kg that have left the model's platform.
     """
 
@@ -59,7 +61,7 @@ class HomingSettings:
     guess: Array
     frame: tuple[Array, Array]
     place: Array | None = None
-    tensions: Callable[[Array, Array], Array] = lambda shown, _lengths: shown
+    tensions: Callable[[Array, Array, Array], Array] = lambda torques, _lengths, _expected: torques
     tension_error: float = 0.1
     power_lost: Callable[[], bool] = lambda: False
     laid: Callable[[], float] = lambda: 0.0
@@ -69,7 +71,7 @@ class Homing:
     """A `Procedure`; `pose` (n,), m and rad, is where the platform was found."""
 
     def __init__(self, settings: HomingSettings) -> None:
-        """Not yet begun. Raises `InputError` for lines that share a winch: each is made taut by its own."""
+        """Not yet begun. Raises `InputError` for a robot whose winches do not hold its position."""
         require(settings.model, Capability.HOMING)
         self.settings = settings
         self.take_up = TakeUp(settings.take_up)
@@ -81,7 +83,7 @@ class Homing:
         """As `Procedure`."""
         self.take_up.begin(now)
         self._taut_since = np.nan
-        self._tensions: list[Array] = []
+        self._torques: list[Array] = []
         self._checks: list[LengthCheck] = []
         self._ways: list[Array] = []  # places still to go to
         self._way: SlowWay | None = None
@@ -98,13 +100,17 @@ class Homing:
             self._taut_since = frame.time
         if not self.take_up.hear(frame):
             return self.take_up.hold("no tensions or counts are read")
-        assert self.take_up.tensions is not None
+        if self.take_up.torques is None:
+            return self.take_up.hold("no torques of the drums are read")
         since = frame.time - self._taut_since
         if since > _CALM:
-            self._tensions.append(self.take_up.tensions)
-        if since < _CALM + _MEASURED or not self._tensions:
+            self._torques.append(self.take_up.torques)
+        if since < _CALM + _MEASURED or not self._torques:
             return self.take_up.hold()
-        failure = self._compare(np.mean(self._tensions, axis=0))
+        try:
+            failure = self._compare(np.mean(self._torques, axis=0))
+        except AnswerError as error:
+            failure = str(error)
         if failure and self._goes_on():
             return self.take_up.hold()
         held = self.take_up.hold(failure)
@@ -138,20 +144,20 @@ class Homing:
         if not self._way.arrived:
             return ProcedureStep(speeds)
         self._way, self._taut_since = None, np.nan
-        self._tensions.clear()
+        self._torques.clear()
         self.take_up.begin(frame.time)
         return self.take_up.hold()
 
-    def _compare(self, shown: Array) -> str:
-        """Accept the lengths, or return why not."""
+    def _compare(self, torques: Array) -> str:
+        """Accept the lengths by the *torques* (w,), N m, of the drums, or return why not."""
         own, counts = self.settings, self.take_up.counts
         assert counts is not None
         lengths = own.lengths(counts)
         if own.place is not None:
-            return self._settled(own.place) or self._measured(lengths, shown, counts)
+            return self._settled(own.place) or self._measured(lengths, torques, counts)
         if lengths is None:
             return "no valid lengths are saved: measure where the platform is and home with that place"
-        tensions = own.tensions(shown, lengths)
+        tensions = self._tensions_at(own.guess, torques, lengths)
         found = check_lengths(own.model, lengths, tensions, own.guess)
         if found is None:
             return "the saved lengths meet nowhere near the last place: home with a measured place"
@@ -161,14 +167,13 @@ class Homing:
             return sentence(self._checks, own.take_up.names)
         if not found.tested:
             return (
-                "there are no more lines than freedoms, so that nothing tests the lengths: home with a measured place"
+                "there are no more lines than degrees of freedom, so the lengths cannot be tested: home with a "
+                "measured position"
             )
         if own.power_lost():
-            self.notes.append(
-                "the counters have begun anew: whether a drum was turned meanwhile, lengths alone can tell"
-            )
+            self.notes.append("the counters were reset: only the lengths show whether a winch drum moved meanwhile")
         unseen = "not tested: lengths that are wrong together, so that they meet elsewhere,"
-        return self._carried(found.pose, tensions, unseen) or self._certified(lengths, counts, found.pose)
+        return self._carried(found.pose, torques, lengths, unseen) or self._certified(lengths, counts, found.pose)
 
     def _settled(self, measured: Array) -> str:
         """Find the pose of a *measured* place (n,): in the platform's plane, and as its weight turns it; or why not."""
@@ -188,32 +193,45 @@ class Homing:
         self._place = inside
         return ""
 
-    def _measured(self, saved: Array | None, shown: Array, counts: NDArray[np.int64]) -> str:
+    def _measured(self, saved: Array | None, torques: Array, counts: NDArray[np.int64]) -> str:
         """Accept lengths by a measured place, whatever was *saved*; or return why not."""
         own, place = self.settings, self._place
-        pulls = own.tensions(shown, lengths_at(own.model, place, shown))
+        pulls = self._tensions_at(place, torques, taut_at(own.model, place).lengths)
         lengths = lengths_at(own.model, place, pulls)
         self.misfit = 0.0
         if saved is not None:
             self._contradict(place, saved, lengths, pulls)
         unseen = "not tested: the measured place,"
-        return self._carried(place, pulls, unseen) or self._certified(lengths, counts, place)
+        return self._carried(place, torques, lengths, unseen) or self._certified(lengths, counts, place)
 
     def _contradict(self, place: Array, saved: Array, lengths: Array, pulls: Array) -> None:
         """Tell what saved lengths said, where that is something else."""
         own = self.settings
-        off = lengths - saved
+        off = np.where(np.isin(np.arange(own.model.m), own.model.robot.hung), 0.0, lengths - saved)
         if float(np.abs(off).max()) <= LIMIT:
             return
         found = check_lengths(own.model, saved, pulls, place)
         where = "nowhere"
         if found is not None:
             where = f"{self._apart(found.pose, place):.3f} m from it, by {1e3 * found.misfit:.0f} mm"
-        names = own.take_up.names
+        names = [line.name for line in own.model.robot.lines]
         changes = ", ".join(f"{name} {1e3 * each:+.0f} mm" for name, each in zip(names, off.tolist(), strict=True))
         self.notes.append(f"the saved lengths contradict the measured place: they meet {where}; replaced: {changes}")
 
-    def _carried(self, place: Array, tensions: Array, unseen: str) -> str:
+    def _tensions_at(self, pose: Array, torques: Array, lengths: Array) -> Array:
+        """Return the tensions (m,), N, by *torques* (w,), N m, with the platform thought to be at *pose* (n,).
+
+        Raises `AnswerError` where they depend on those expected there, and it cannot hang there.
+        """
+        model = self.settings.model
+        held = solve_inverse(model, hung(model, within(model.robot.platform.plane, pose)[None]))[0]
+        found = self.settings.tensions(torques, lengths, held.tensions)
+        if not np.isfinite(found).all():
+            at = ", ".join(f"{each:.2f}" for each in pose[:3].tolist())
+            raise AnswerError(f"the platform cannot hang at {at} m: {held.sentence()}")
+        return found
+
+    def _carried(self, place: Array, torques: Array, lengths: Array, unseen: str) -> str:
         """Why the platform cannot be at *place*: it is outside the frame, or the lines would not carry it there."""
         low, high = self.settings.frame
         for axis, least, at, most in zip("xyz", low.tolist(), place[:3].tolist(), high.tolist(), strict=True):
@@ -222,7 +240,9 @@ class Homing:
                     f"the platform would be outside the frame: {axis} = {at:.3f} m; {least:g} to {most:g} m is allowed"
                 )
         own = self.settings
-        found = balance(own.model, place, tensions, own.tension_error, own.laid())
+        found = balance(
+            own.model, place, lambda at: self._tensions_at(at, torques, lengths), own.tension_error, own.laid()
+        )
         if not found.holds:
             return found.sentence()
         self.notes.append(f"{unseen} by less than {self._unseen(found)}: from there on the tensions show it")
@@ -246,7 +266,9 @@ class Homing:
         if unproved:
             self.notes.append(f"not proved to be the only equilibrium there: {proof.because}")
         if any(line.cable.creep is not None for line in own.model.robot.lines):
-            self.notes.append("not counted: creep of cables, as nobody knows what they have crept by now")
+            self.notes.append("not counted: creep of cables, because the load history is unknown")
+        if (retraction := own.model.robot.retraction) is not None:
+            self.notes.append(f"not measured: the length of the platform, {retraction.length:g} m by the robot file")
         try:
             near = None if own.model.n == 3 else solve_forward(own.model, lengths, guess=place).checked()
             tracker = Tracker(own.model, lengths, TrackerSettings(certify=not unproved), begin=near)

@@ -2,7 +2,8 @@
 
 The pose where the lengths meet best leaves residuals, of which only the part across all motions of the platform says
 something: with m lines and p freedoms m - p numbers. With two or more, a wrong line shows by what is left without it;
-with one, each line could be the wrong one, by another offset; with none, nothing can be tested.
+with one, each line could be the wrong one, by another offset; with none, nothing can be tested. Lines on one drum are
+wrong together; the length of a line with a counterweight is not counted, and says nothing.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from cablewright.foundation.arrays import Array
 from cablewright.models.plane import directions, within
 from cablewright.models.rotation import moved
 from cablewright.models.statics import Model
+from cablewright.models.winch_lines import WinchLines
 from cablewright.solvers.taut import given, taut_at
 
 LIMIT: Final = 5e-3
@@ -32,9 +34,9 @@ _UNSEEN: Final = 0.02  # share of an offset's square that shows at least
 
 @dataclass(frozen=True, eq=False)
 class LengthCheck:
-    """``pose``: (n,) m and rad, where the lengths meet best. ``misfit``: m. ``suspects``: offsets, m, by line.
+    """``pose``: (n,) m and rad, where the lengths meet best. ``misfit``: m. ``suspects``: offsets, m, by winch.
 
-    ``tested``: whether there are more lines than freedoms.
+    ``tested``: whether there are more counted lines than freedoms.
     """
 
     pose: Array
@@ -63,32 +65,32 @@ def check_lengths(model: Model, lengths: Array, tensions: Array, guess: Array) -
 
     A platform in a plane is looked for in that plane.
     """
-    plane = model.robot.platform.plane
-    free = directions(plane, model.n)
+    plane, winches = model.robot.platform.plane, WinchLines.of(model.robot)
+    free, counted = directions(plane, model.n), winches.winch >= 0
     pose = within(plane, np.array(guess, dtype=np.float64))
     for _ in range(_STEPS):
         taut = taut_at(model, pose)
         if not np.isfinite(taut.toward).all():
             return None
-        off = lengths - lengths_at(model, pose, tensions)
-        step = free @ np.linalg.lstsq(taut.per_motion @ free, off, rcond=None)[0]
+        off = (lengths - lengths_at(model, pose, tensions))[counted]
+        step = free @ np.linalg.lstsq(taut.per_motion[counted] @ free, off, rcond=None)[0]
         size = float(np.linalg.norm(step))
         pose = moved(pose, np.asarray(step * min(1.0, _LONGEST / max(size, _THERE)), dtype=np.float64))
         if size < _THERE:
             break
     else:
         return None
-    off = lengths - lengths_at(model, pose, tensions)
-    motions = taut_at(model, pose).per_motion @ free
-    across = np.eye(model.m) - motions @ np.linalg.pinv(motions)
+    off = (lengths - lengths_at(model, pose, tensions))[counted]
+    motions = taut_at(model, pose).per_motion[counted] @ free
+    across = np.eye(len(off)) - motions @ np.linalg.pinv(motions)
     rest = across @ off
     squared, suspects = float(rest @ rest), {}
     if math.sqrt(squared) > LIMIT:
-        for i in range(model.m):
-            seen = float(across[i, i])
-            if seen > _UNSEEN and squared - rest[i] ** 2 / seen <= LIMIT**2:
-                suspects[i] = float(rest[i] / seen)
-    return LengthCheck(within(plane, pose), math.sqrt(squared), suspects, tested=model.m > model.freedoms)
+        for i, turned in enumerate(winches.senses[:, counted]):
+            seen, told = float(turned @ across @ turned), float(turned @ rest)
+            if seen > _UNSEEN and squared - told**2 / seen <= LIMIT**2:
+                suspects[i] = told / seen
+    return LengthCheck(within(plane, pose), math.sqrt(squared), suspects, tested=len(off) > model.freedoms)
 
 
 def lengths_at(model: Model, pose: Array, tensions: Array) -> Array:

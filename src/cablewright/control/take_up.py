@@ -1,6 +1,7 @@
-"""Taking up slack: line by line to a low tension, in torque mode, no farther and no faster than allowed.
+"""Taking up slack: winch by winch to a low tension, in torque mode, no farther and no faster than allowed.
 
-A line that pulls already is held: in torque mode at a low tension it would let its load down.
+A line that pulls already is held: in torque mode at a low tension it would let its load down. So is a
+drum that winds one line up as it pays another out: no torque makes both taut.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.control.procedure import ProcedureStep
-from cablewright.foundation.arrays import Array
+from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import require_positive
 from cablewright.foundation.reading_times import ReadingTimes
 from cablewright.foundation.signals import Encoders, Estimate, SensorFrame, Tensions, WinchMode
@@ -35,7 +36,9 @@ _TENSIONS, _COUNTS = "tensions", "counts"
 class TakeUpSettings:
     """``tension``: N, of a taut line. ``max_length``: m of cable that a line may be reeled in.
 
-    ``counts_per_radian``: of the encoders, per radian of a drum. ``radius``: m, the drums' largest.
+    ``names``: of the w winches, by their lines. ``counts_per_radian``: of the encoders, per radian of a drum.
+    ``radius``: m, the drums' largest. ``arms`` (w,): m, torque of a drum over the tension of one cable on it.
+    ``opposed`` (w,): drums with lines that pull against each other. Both None: a line alone is on each drum.
     """
 
     names: tuple[str, ...]
@@ -43,6 +46,8 @@ class TakeUpSettings:
     counts_per_radian: float
     radius: float
     max_length: float = 0.3
+    arms: Array | None = None
+    opposed: Mask | None = None
 
     def __post_init__(self) -> None:
         """Raise `InputError` for numbers that are not positive and finite."""
@@ -51,16 +56,18 @@ class TakeUpSettings:
 
 
 class TakeUp:
-    """A `Procedure`. `tensions` and `counts` are the last ones read."""
+    """A `Procedure`. `tensions` (w,), N, `torques` (w,), N m, and `counts` (w,) are the last ones read."""
 
     def __init__(self, settings: TakeUpSettings) -> None:
         """Not yet begun."""
         self.settings = settings
+        self._opposed = np.zeros(len(settings.names), bool) if settings.opposed is None else settings.opposed
         self.begin(0.0)
 
     def begin(self, now: float) -> None:
         """As `Procedure`."""
         self.tensions: Array | None = None
+        self.torques: Array | None = None
         self.counts: NDArray[np.int64] | None = None
         self.reeled = np.zeros(len(self.settings.names))  # m, of each line
         self._line, self._next = -1, 0
@@ -76,7 +83,7 @@ class TakeUp:
             return self.hold("no tensions or counts are read" if now - self._oldest > _SILENCE else "")
         assert self.tensions is not None
         assert self.counts is not None
-        worst = int(np.argmin(self.tensions))
+        worst = int(np.argmin(np.where(self._opposed, np.inf, self.tensions)))
         if self.tensions[worst] < -PULLS * self.settings.tension:
             return self.hold(f"line {self._name(worst)} pulls with {self.tensions[worst]:.0f} N: {WRONG_SIGN}")
         if self._line >= 0:
@@ -84,7 +91,7 @@ class TakeUp:
             if failure:
                 return self.hold(failure)
         while self._line < 0 and self._next < len(self.settings.names):
-            if self.tensions[self._next] < PULLS * self.settings.tension:
+            if self.tensions[self._next] < PULLS * self.settings.tension and not self._opposed[self._next]:
                 self._line, self._since = self._next, now
                 self._begun = int(self.counts[self._line]), float(self.tensions[self._line])
                 self._places.clear()
@@ -98,12 +105,13 @@ class TakeUp:
         return ProcedureStep(self._still(), tuple(modes), asked)
 
     def hear(self, frame: SensorFrame) -> bool:
-        """Take the readings of a frame; whether there are tensions and counts of all lines, not too old."""
+        """Take the readings of a frame; whether there are tensions and counts of all winches, not too old."""
         m = len(self.settings.names)
-        for tensions in frame.of(Tensions):
-            whole = len(tensions.tensions) == m and np.isfinite(tensions.tensions).all()
-            if whole and self._times.is_new(_TENSIONS, tensions.time, frame.time):
-                self.tensions = np.array(tensions.tensions)
+        for reading in frame.of(Tensions):
+            pulls = pulls_of(reading, self.settings.arms)
+            whole = len(pulls) == m and np.isfinite(pulls).all()
+            if whole and self._times.is_new(_TENSIONS, reading.time, frame.time):
+                self.tensions, self.torques = np.array(pulls), reading.torques
         for encoders in frame.of(Encoders):
             if len(encoders.counts) == m and self._times.is_new(_COUNTS, encoders.time, frame.time):
                 self.counts = np.array(encoders.counts)
@@ -151,6 +159,13 @@ class TakeUp:
 
     def _held(self) -> tuple[WinchMode, ...]:
         return (WinchMode.HOLD,) * len(self.settings.names)
+
+
+def pulls_of(reading: Tensions, arms: Array | None) -> Array:
+    """Return the tension (w,), N, of a cable on each drum by a reading; *arms* as in `TakeUpSettings`."""
+    if arms is None or reading.torques is None or len(reading.torques) != len(arms):
+        return reading.tensions
+    return np.asarray(reading.torques / arms)
 
 
 WRONG_SIGN: Final = "its direction in the machine file is wrong, or its gear's sign in the drive"

@@ -60,7 +60,7 @@ class SlowWay:
     arrived: bool = False
 
     def speeds(self, model: Model, lengths: Array, dt: float) -> Array:
-        """Speeds (m,), rad/s, for the next *dt*, s, at measured *lengths* (m,), m."""
+        """Speeds (w,), rad/s, of the winches for the next *dt*, s, at measured *lengths* (m,), m."""
         way = self.end - self.begin
         whole = float(np.linalg.norm(way[:3]))
         left = whole - self.gone
@@ -68,7 +68,7 @@ class SlowWay:
         self.gone = min(self.gone + self.pace * dt, whole)
         nominal = taut_at(model, self.begin + way * (self.gone / whole)).lengths
         target = self.lengths + nominal - taut_at(model, self.begin).lengths
-        off = target - lengths
+        off = (target - lengths)[list(model.robot.hosts)]
         self.arrived = self.gone >= whole and float(np.abs(off).max()) < 5e-4
         return np.asarray(np.clip(_GAIN * off, -2.0 * _SPEED, 2.0 * _SPEED) / self.radius)
 

@@ -23,7 +23,7 @@ class Happening(StrEnum):
     PERSON = "somebody is in the light barrier, or it is not read"
     POSITION_LOST = "the position is not known"
     POWDER_LOW = "powder is low or out"
-    MAY_RESUME = "resumption was ordered and nobody is in the way, or the position is known again"
+    MAY_RESUME = "resumption was ordered and the light barrier is free, or the position is known again"
     ARRIVED = "the platform is where the path continues, and its position has settled"
     PATH_END = "the path ends"
     DONE = "the procedure or the manual motion is done"

@@ -10,7 +10,8 @@ import numpy as np
 
 from cablewright.control.manual import LEASE, MAX_SPEED, require_run_out
 from cablewright.control.procedure import ProcedureStep
-from cablewright.control.take_up import WRONG_SIGN
+from cablewright.control.take_up import WRONG_SIGN, pulls_of
+from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.reading_times import ReadingTimes
 from cablewright.foundation.signals import Estimate, SensorFrame, Tensions
@@ -22,11 +23,12 @@ _SILENCE: Final = 0.5  # s without a tension of the line
 
 @dataclass(frozen=True)
 class WinchJogSettings:
-    """``line``: index. ``speed``: m/s of cable, positive pays out. ``max_tension``: N, of the line while it reels in.
+    """``line``: index of its winch, of ``lines`` winches. ``speed``: m/s of cable, positive pays out.
 
-    ``radius``: m, the drum's largest, so that cable is never faster. ``min_tension``: N, under which the sign of a line
-    that is held must be wrong. ``deceleration``: m/s^2 of cable, when it is let
-    go. ``max_run_out``: m of cable, from the last order to rest. ``delay``: s from an order to the motion.
+    ``max_tension``: N, of the line while it reels in. ``radius``: m, the drum's largest, so that cable is never faster.
+    ``min_tension``: N, under which the sign of a line that is held must be wrong. ``deceleration``: m/s^2 of cable,
+    when it is let go. ``max_run_out``: m of cable, from the last order to rest. ``delay``: s from an order to the
+    motion. ``arms``: as in `TakeUpSettings`. ``opposed``: the drum reels another line in as it pays this one out.
     """
 
     line: int
@@ -38,6 +40,8 @@ class WinchJogSettings:
     deceleration: float = _RAMP
     max_run_out: float = math.inf
     delay: float = 0.0
+    arms: Array | None = None
+    opposed: bool = False
 
     def __post_init__(self) -> None:
         """Raise `InputError` for a speed that is not allowed by hand, or from which it would not stop in time."""
@@ -77,17 +81,19 @@ class WinchJog:
             self._lease_end, self._asked = now + LEASE, False
         speeds = np.zeros(own.lines)
         for reading in frame.of(Tensions):
-            if len(reading.tensions) == own.lines and self._times.is_new(reading.source, reading.time, now):
-                if math.isnan(self._tension) and (least := float(np.nanmin(reading.tensions))) < own.min_tension:
+            pulls = pulls_of(reading, own.arms)
+            if len(pulls) == own.lines and self._times.is_new(reading.source, reading.time, now):
+                if math.isnan(self._tension) and (least := float(np.nanmin(pulls))) < own.min_tension:
                     return ProcedureStep(speeds, failure=f"a line pulls with {least:.0f} N: {WRONG_SIGN}")
-                if math.isfinite(tension := float(reading.tensions[own.line])):
-                    self._tension, self._read = tension, reading.time
+                if math.isfinite(tension := float(pulls[own.line])):
+                    outwards = own.opposed and own.speed > 0.0  # it reels the other line in
+                    self._tension, self._read = -tension if outwards else tension, reading.time
         if now - self._read > _SILENCE:
             return ProcedureStep(speeds, failure=f"no tension of the line was read for {_SILENCE:g} s")
         if math.isnan(self._tension):
             return ProcedureStep(speeds)
         wish = own.speed if now < self._lease_end else 0.0
-        if own.speed < 0.0 and self._tension >= own.max_tension:
+        if (own.speed < 0.0 or own.opposed) and self._tension >= own.max_tension:
             self._speed = wish = 0.0  # at once: a ramp would go on reeling in
         change = (own.deceleration if not wish else _RAMP) * dt
         self._speed += min(max(wish - self._speed, -change), change)

@@ -172,7 +172,7 @@ def taught(settings: ReckoningSettings, state: ReckoningState, place: Array) -> 
     there = state.learnt.told(settings.model, measured)
     state.tracker.change(state.learnt.packed(settings.model))
     if not state.tracker.restart(there.lengths):
-        raise AnswerError("dead reckoning finds no equilibrium of what was learnt")
+        raise AnswerError("dead reckoning finds no equilibrium with the estimated corrections")
     state.velocity = np.zeros(3)
 
 
@@ -194,7 +194,7 @@ def resumed(settings: ReckoningSettings, state: ReckoningState) -> None:
     state.start_lengths, state.start_angles = lengths, settings.drums.angles(lengths)
     state.tracker.change(state.learnt.packed(settings.model))
     if not state.tracker.restart(lengths + state.learnt.longer(lengths)):
-        raise AnswerError("dead reckoning finds no equilibrium of what was learnt")
+        raise AnswerError("dead reckoning finds no equilibrium with the estimated corrections")
 
 
 def _tightened(

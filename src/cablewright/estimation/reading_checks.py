@@ -34,6 +34,7 @@ from cablewright.foundation.signals import (
     miscounted,
     per_line,
 )
+from cablewright.models.winch_lines import WinchLines
 from cablewright.robot import Line
 from cablewright.solvers.taut import Taut
 
@@ -49,11 +50,14 @@ _MAX_BOUNCE: Final = 1.0  # s in which no acceleration is about gravity, before 
 
 @dataclass(eq=False)
 class ReadingChecks:
-    """The last reading of each sensor, and how many of the IMU's in a row were bad."""
+    """The last reading of each sensor, and how many of the IMU's in a row were bad.
+
+    ``winches``: whose encoders are read; None: of one for each line.
+    """
 
     monitor: FaultMonitor
     clock: ClockLead | None = None
-    lines: int = 0
+    winches: WinchLines | None = None
     last_imu: Inertial | None = None
     imu_repeats: int = 0  # identical to the last bit
     imu_outliers: int = 0  # implausible
@@ -77,7 +81,9 @@ class ReadingChecks:
 
     def _fits(self, reading: Reading) -> bool:
         """Whether a reading has a number for each line; another one is reported."""
-        wrong = miscounted(reading, self.lines, self.lines) if per_line(type(reading)) else None
+        own, wrong = self.winches, None
+        if own is not None and per_line(type(reading)):
+            wrong = miscounted(reading, len(own.host), len(own.hosts))
         if wrong is not None:
             why = f"a reading of {wrong[1]} lines, where there are {wrong[2]}: not used"
             self.monitor.report(reading.source, "lines", why)
@@ -141,14 +147,15 @@ def _numbers(reading: Inertial) -> list[float]:
 def drum_rotation(
     checks: ReadingChecks, reading: Encoders, counts_per_radian: float, max_speed: float
 ) -> tuple[Array | None, float]:
-    """Rotation (m,), rad, of each winch drum since the last reading, and the time since then, s.
+    """Rotation (m,), rad, of each line's drum since the last reading, and the time since then, s.
 
     The rotation is None for the first reading and where counts jump by more than *max_speed* (rad/s) explains.
     """
     last, checks.last_encoders = checks.last_encoders, reading
     if last is None:
         return None, 0.0
-    rotation, dt = (reading.counts - last.counts) / counts_per_radian, reading.time - last.time
+    turned, dt = (reading.counts - last.counts) / counts_per_radian, reading.time - last.time
+    rotation = turned if checks.winches is None else checks.winches.of_lines(turned)
     if max(map(abs, rotation.tolist())) > 2.0 * max_speed * max(dt, 0.02):
         checks.monitor.report("encoders", "jump", "the counts jumped by more than the winches can turn: left out")
         return None, dt

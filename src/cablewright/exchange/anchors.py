@@ -16,6 +16,8 @@ from cablewright.robot import Robot
 CABLE: Final = "spectra-1.1mm"
 MASS: Final = 2.0  # kg, assumed
 
+ORIGIN: Final = (0.0, 0.0, 0.0)
+
 NEAR: Final = 0.005
 """Distance of an anchor from the origin over that of the farthest, below which it is in another unit."""
 
@@ -44,9 +46,10 @@ def anchored_robot(
     if below:
         assumed.add(f"platform: a point, whose nozzle is {1e3 * below:g} mm below where the lines meet")
     else:
-        assumed.add(
-            "platform: a point; the nozzle is where the lines meet, not below: --nozzle-below gives by how much"
-        )
+        deep = -1e3 * min(line["exit_point"][2] for line in lines.values())
+        likely = f"; anchors are up to {deep:.0f} mm below the bed, it is likely that much" if deep > 1.0 else ""
+        point = "a point; the nozzle is where the lines meet, not below: --nozzle-below gives by how much"
+        assumed.add(f"platform: {point}{likely}")
     if mass is None:
         assumed.add(f"platform.mass: {MASS:g} kg")
     limits = (0.01 * 9.81 * (mass or MASS), 0.2 * table["breaking_load"])
@@ -58,12 +61,14 @@ def anchored_robot(
             name: dict(line) | {"exit_point": _lifted(line["exit_point"], below), "platform_point": (0.0, 0.0, below)}
             for name, line in lines.items()
         }
+    assumed.add("uncertainty.zeroed_at: lines are zeroed with the nozzle at the origin, from where firmware counts")
     exits: list[Point] = [line["exit_point"] for line in lines.values()]
     given = {
         "schema": 1,
         "name": path.stem[:100] or "imported",
         "scene": frame_of(exits, path, assumed),
         "platform": {"kind": "point", "mass": mass or MASS},
+        "uncertainty": {"zeroed_at": ORIGIN},
         "lines": [
             {"name": name, "sheave": {"kind": "eyelet"}, "cable": table, "tension_limits": limits} | dict(line)
             for name, line in lines.items()

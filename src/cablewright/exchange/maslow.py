@@ -83,14 +83,15 @@ def read_maslow(path: Path, cable: str | None = None) -> ImportedRobot:
     assumed.add(f"platform.mass: {SLED:g} kg, the sled with its router")
     assumed.add("platform: a point; belts are straight from the anchors to it, without the arms of the sled")
     x, y = _middle(anchors)
+    zero = (x, *(_tidy(y * along[k]) for k in (1, 2)))
     assumed.add(
-        f"origin: the bottom left anchor; the firmware has X0 Y0 where the diagonals meet, so that a job's origin is "
-        f"[{x:.4f}, {y * along[1]:.4f}, {y * along[2]:.4f}] m"
+        "origin: the bottom left anchor; the firmware has X0 Y0 where the diagonals meet, so that a job's origin is "
+        f"[{', '.join(f'{each + 0.0:.4f}' for each in zero)}] m, which platform.plane.gcode_zero has"
     )
     if vertical:
         assumed.add(f"platform.plane: a board that leans by {TILT:g} degrees")
     assumed.add(f"cable: {BELT if cable is None else cable}")
-    board = {"normal": tuple(map(_tidy, out)), "distance": 0.0, "one_sided": True}
+    board = {"normal": tuple(map(_tidy, out)), "distance": 0.0, "one_sided": True, "gcode_zero": zero}
     table = {
         "schema": 1,
         "name": path.stem[:100] or "maslow",

@@ -32,7 +32,9 @@ class Imported(_Told):
         Figure("format", "", "Format that was read."),
         Figure("name", "", "Name of the robot."),
         Figure("lines", "1", "Number of lines.", "m"),
-        Figure("freedoms", "1", "Freedoms of the platform: 3 of a point, 6 of a body; fewer in a plane."),
+        Figure(
+            "freedoms", "1", "Degrees of freedom of the platform: 3 of a point, 6 of a rigid one; fewer in a plane."
+        ),
         Figure("lost", "", _LOST.meaning, detail=True),
         Figure("assumed", "", _ASSUMED.meaning, detail=True),
     )

@@ -25,7 +25,7 @@ from cablewright.foundation.choices import RrfVersionName
 from cablewright.foundation.csv_input import text_lines
 from cablewright.foundation.errors import InputError
 from cablewright.machine.settings import MachineSettings
-from cablewright.models.drum import WinchDrum
+from cablewright.models.drum import WinchDrum, drum_of
 from cablewright.models.support import Capability, require
 from cablewright.robot import Robot
 
@@ -301,7 +301,7 @@ def geometry_words(
     anchors = " ".join(f"{n}{_joined(map(to_mm, line.exit_point))}" for n, line in zip(names, lines, strict=True))
     teeth, assumed = _teeth(machine) if target.gear is None else (target.gear, ())
     text = "".join(f"; {name} is line {line.name!r}\n" for name, line in zip(names, lines, strict=True))
-    text += f"M669 K6 N{robot.m}\nM669 {anchors} P{_joined([to_mm(_reach(robot))])}\n"
+    text += f"M669 K6 N{robot.m}\nM669 {anchors} P{1e3 * _reach(robot):.0f}\n"
     text += f"M666 Q{_joined([law.growth])} R{_joined(_shortest(radius) for radius in law.radii)}\n"
     text += f"M666 U{_joined(line.advantage for line in lines)} O{_joined(line.cables for line in lines)}\n"
     text += (
@@ -317,8 +317,9 @@ def _shortest(millimetres: float) -> str:
 
 def _build_up(robot: Robot, drums: Sequence[WinchDrum], machine: MachineSettings | None) -> float | None:
     """Return by how much the square of the radius grows per length of wound cable, mm; None where lines differ."""
-    if machine is None:
-        pairs = zip(drums, robot.lines, strict=True)
+    own = [drum_of(line) or drum for drum, line in zip(drums, robot.lines, strict=True)]
+    if machine is None or all(drum.build_up > 0.0 for drum in own):
+        pairs = zip(own, robot.lines, strict=True)
         squares = [2.0 * drum.build_up * drum.radius**2 / line.cables for drum, line in pairs]
         if max(squares) - min(squares) > 1e-6 * max(squares):
             return None

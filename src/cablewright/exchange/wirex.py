@@ -27,7 +27,7 @@ MODULUS: Final = 1.1e11  # Pa: WireLib's default
 
 CARRIED: Final = (
     Mapped("robot.name, description, author", "name, description, source"),
-    Mapped("robot.motionpattern", "platform.kind", "3R3T a body, 3T a point; others are refused"),
+    Mapped("robot.motionpattern", "platform.kind", "3R3T a body, 3T a point; others are rejected"),
     Mapped("chain.id", "lines.name"),
     Mapped("chain.base x, y, z", "lines.exit_point"),
     Mapped("chain.base a13, a23, a33, radius", "lines.sheave", "a swivel about that axis; an eyelet where radius is 0"),
@@ -149,7 +149,7 @@ class _Reader:
         given = self.given.one("platform")
         mass, centre = given.number("mass", least=1e-9), _point(given.one("centerofgravity"))
         if (mass, centre) == _WIRELIB_DEFAULTS:
-            self.assumed.add("platform.mass and centre_of_mass: what WireLib writes where nobody set them")
+            self.assumed.add("platform.mass and centre_of_mass: defaults of WireLib")
         if is_point:
             if any(centre):
                 self.lost.add("platform.centerofgravity: a point platform has none")

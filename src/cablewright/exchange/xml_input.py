@@ -193,7 +193,7 @@ class _Tree:
             self.open[-1].text += text
 
     def _entity(self, name: str, *_of_it: object) -> None:
-        raise InputError(f"{self.place}: declares the entity {name[:60]!r}; entities are refused")
+        raise InputError(f"{self.place}: declares the entity {name[:60]!r}; entities are not supported")
 
     def _attlist(self, tag: str, name: str, _kind: str, default: str | None, _required: int) -> None:
         if default is not None:
@@ -201,7 +201,7 @@ class _Tree:
             raise InputError(f"{self.place}: a default value of the attribute {where}; write it out in the elements")
 
     def _skipped(self, name: str, _is_parameter: int) -> None:
-        raise InputError(f"{self.place}: uses the entity {name[:60]!r}; entities are refused")
+        raise InputError(f"{self.place}: uses the entity {name[:60]!r}; entities are not supported")
 
     def _external(self, *_of_it: object) -> int:
         raise InputError(f"{self.place}: refers to another file; nothing else is read")

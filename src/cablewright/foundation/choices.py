@@ -32,8 +32,9 @@ ReadFormatName = Literal[
 ]
 """Format of another program whose robots are read."""
 WrittenFormatName = Literal[
-    "wirex", "mjcf", "urdf", "stl", "glb", "klipper", "reprapfirmware", "linuxcnc", "gcode", "slicer", "ros2"
-]
+    "wirex", "mjcf", "urdf", "stl", "glb", "klipper", "reprapfirmware", "linuxcnc", "gcode", "slicer", "ros2", "maslow",
+    "maslow-classic", "wallplotter", "polargraph",
+]  # fmt: skip
 """Format of another program that is written."""
 RrfVersionName = Literal["3.5", "3.6", "3.7"]
 """Version of RepRapFirmware for which files are written."""

@@ -30,7 +30,7 @@ from cablewright.foundation.errors import InputError
 from cablewright.foundation.file_output import whole_file
 from cablewright.foundation.toml_input import read_bytes
 
-LAYOUT: Final = 3
+LAYOUT: Final = 4
 """Layout of what is saved: one more whenever a ``SAVED`` changes. State of another layout is refused by its number."""
 
 _MAGIC: Final = b"CWSNAP\x00\x01"
@@ -302,7 +302,7 @@ def read_snapshots(path: Path, *, is_signed: IsSigned | None = None) -> dict[str
     if length > min(_MAX_HEAD, len(body)) or zlib.crc32(body) != check:
         raise InputError(f"{path}: the snapshot is cut or damaged")
     if not signed:
-        raise InputError(f"{path}: not signed by this user, so that nobody knows who made it")
+        raise InputError(f"{path}: not signed by this user, so its author is unknown")
     try:
         head = _Head.model_validate_json(bytes(body[:length]))
     except ValidationError as error:

@@ -41,7 +41,7 @@ from cablewright.machine.sensors.line_angles import LINE_ANGLES
 from cablewright.machine.settings import MachineSettings, RoomSettings
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
-from cablewright.robot import Robot
+from cablewright.robot import Line, Robot
 
 _MIN_WALL: Final = 3.0  # m; a shorter face is a window or a corner
 _TOLERANCE: Final = 1e-6  # m, of faces on one line
@@ -70,7 +70,7 @@ def observer_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[
     if not mounted or sensor is None:
         missing = "line_angles" if mounted else "horizontal lidar"
         raise InputError(f"machine {settings.name!r}: has no {missing}, which the estimation needs")
-    nominal = [line.winch.drum_radius for line in robot.lines]
+    nominal = [line.winch.drum_radius for line in _wound(robot)]
     radii = tuple(radius for radius in nominal if radius is not None)
     if len(radii) < robot.m:
         raise InputError(f"robot {robot.name!r}: a winch without drum_radius, which the estimation needs")
@@ -133,9 +133,14 @@ def started_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[L
         sigmas["distance_sigma"] = max(distance.deviation, 1e-4)
     if line_angles is not None:
         sigmas["zero_sigma"] = line_angles.bias
-    coils = [coil_of(line, winch) for line in robot.lines]
+    coils = [coil_of(line, winch) for line in _wound(robot)]
     layers = CoilLayers(coils, winch.held, winch.pitch, winch.radius_deviation, winch.radius_turns)
     return StartedSettings(chain, FilterSettings(chain, **sigmas, layers=layers))
+
+
+def _wound(robot: Robot) -> list[Line]:
+    """Return the lines, and in place of those with a counterweight, whose drum never turns, the first that has one."""
+    return [robot.lines[robot.hosts[0]] if i in robot.hung else line for i, line in enumerate(robot.lines)]
 
 
 @dataclass(frozen=True, eq=False)

@@ -63,7 +63,7 @@ class Replay(Pictured):
         Figure("robot", "", "Name of the robot.", "head.robot.name"),
         Figure("plant", "", "Plant of the simulated machine.", "head.plant"),
         Figure("seed", "1", "Seed of the simulated machine.", "head.seed"),
-        Figure("severity", "", "How far the simulated machine was off what is described; null of any other machine.",
+        Figure("severity", "", "Deviations of the simulated machine from its description; null for any other machine.",
                "head.severity"),
         Figure("estimator", "", "The estimator: paper, filter or encoders."),
         Figure("steps", "1", "Number of steps in the log."),
@@ -116,7 +116,7 @@ class Replay(Pictured):
             Figure("max", "s", "Largest processor time of a step."),
         )),
         Figure("faults", "", "Faults that the estimates reported.", lambda of: list(of.faults.items()),
-               parts=fault_figures("from", "to")),
+               name="sensor messages", parts=fault_figures("from", "to")),
         Figure("notes", "", "Errors of the log file.", detail=True),
     )  # fmt: skip
     HEADLINES: ClassVar = ("status", "robot", "estimator", "steps", "valid_share")

@@ -45,8 +45,8 @@ class RestPose:
 def rest_pose(robot: Robot | Model) -> RestPose:
     """Return the first pose of a few near the middle of the frame that the robot holds, unrotated, at rest.
 
-    Of a robot with fewer winches than freedoms, weight decides the rotation. Where it holds none of them, the first is
-    returned with ``held`` False and the reason as a note; its tensions are not those of an equilibrium.
+    Of a robot with fewer winches than degrees of freedom, weight decides the rotation. Where it holds none of them, the
+    first is returned with ``held`` False and the reason as a note; its tensions are not those of an equilibrium.
     """
     model = Model.of(robot)
     places = _places(model.robot)
@@ -95,16 +95,21 @@ def _places(robot: Robot) -> Array:
     return np.asarray(low + np.array(shares) * (high - low))
 
 
-def _poses(model: Model, places: Array) -> Array:
-    """The poses (k, n) with the nozzle there; NaN where gravity or a plane decides."""
-    poses = np.array(model.unrotated_at(places))
+def decided_by_weight(model: Model) -> list[int]:
+    """Return the columns of a pose (n,) that gravity decides, on a robot with fewer winches than degrees of freedom."""
     missing = model.freedoms - model.winches
     if model.robot.sharing and 0 < missing < 3 < model.n:  # parallel lines hold a body's rotation together
         missing = 3
+    if model.robot.platform.plane is not None or missing <= 0:
+        return []
+    return [3, 4, 5, 1, 0][6 - model.n :][:missing]  # rotations first, of a body
+
+
+def _poses(model: Model, places: Array) -> Array:
+    """The poses (k, n) with the nozzle there; NaN where gravity or a plane decides."""
+    poses = np.array(model.unrotated_at(places))
+    poses[:, decided_by_weight(model)] = np.nan
     if model.robot.platform.plane is not None:
         normal = np.abs(np.array(model.free_directions)[:3]).sum(axis=1)
         poses[:, int(np.argmin(normal))] = np.nan
-    elif missing > 0:
-        free = [3, 4, 5, 1, 0][6 - model.n :]  # rotations first, of a body
-        poses[:, free[:missing]] = np.nan
     return poses

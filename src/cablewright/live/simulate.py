@@ -45,7 +45,7 @@ class Simulation(Pictured):
         Figure("robot", "", "Name of the robot.", "head.robot.name"),
         Figure("machine", "", "Name of the machine's settings.", "head.settings.name"),
         Figure("plant", "", "Motion of the machine: dynamic, or quasi-static.", "head.plant"),
-        Figure("severity", "", "How far the machine is off what is described: ideal, typical, rough, or own numbers.",
+        Figure("severity", "", "Deviations of the machine from its description: ideal, typical, rough, or own numbers.",
                "head.severity"),
         Figure("built", "", "What that says of the machine as built.", "head.built", "as built"),
         Figure("seed", "1", "Seed of the robot as built, the path and all noise.", "head.seed"),

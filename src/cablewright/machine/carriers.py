@@ -53,7 +53,7 @@ class YawDrive(Description):
     """A geared drive that turns the drum about its axis, against the suspension that the lines carry.
 
     ``max_speed``, rad/s, and ``max_torque`` are the drum's; ``travel``: how far it turns to either side. ``held``: yaw
-    of the drum that a print holds. It needs no encoder: the lidars measure the drum's yaw.
+    of the drum that a print holds. It needs no encoder, as lidars measure the drum's yaw, and may have one.
     """
 
     max_speed: Factor

@@ -6,7 +6,8 @@ import numpy as np
 
 from cablewright.foundation.errors import InputError
 from cablewright.machine.settings import WinchSettings
-from cablewright.models.coil import Coil, wind
+from cablewright.models.coil import TURN, Coil, wind
+from cablewright.models.drum import drum_of
 from cablewright.robot import Line, Robot
 
 
@@ -33,19 +34,25 @@ def coil_of(
 ) -> Coil:
     """Return the cable of a *line* on its drum, regularly wound, or with the deviations of `wind` by *random*.
 
-    Raises `InputError` for a line without drum radius or cable diameter, or with a build-up of its own.
+    Where the line's drum has a ``build_up``, radii follow that law, and not the *settings*' pitch.
+
+    Raises `InputError` for a line without drum radius or cable diameter, or with more cable than its build-up allows.
     """
     if line.winch.drum_radius is None or line.cable.diameter is None:
         missing = "winch.drum_radius" if line.winch.drum_radius is None else "cable.diameter"
         raise InputError(f"line {line.name!r} gives no {missing}, which the cable on its winch needs")
-    if line.winch.build_up is not None:
-        raise InputError(f"line {line.name!r} gives winch.build_up; a machine file's [winch] has layers in its place")
+    core, pitch, growth = line.winch.drum_radius, settings.pitch, 0.0
+    drum = drum_of(line)
+    if drum is not None and drum.build_up > 0.0:  # its radius is linear in its angle
+        core, pitch = float(drum.radii(np.asarray(settings.held))), 0.0
+        growth = TURN * drum.build_up * drum.radius**2
     return wind(
         settings.capacity,
-        line.winch.drum_radius,
+        core,
         settings.width,
         line.cable.diameter,
-        settings.pitch,
+        pitch,
+        growth=growth,
         random=random,
         radius_walk=radius_walk,
         sideways_walk=sideways_walk,

@@ -22,6 +22,7 @@ from cablewright.machine.sensors.lidars import LidarName, LidarSettings
 from cablewright.machine.sensors.retraction import RetractionDrive
 from cablewright.machine.sensors.sensor import Sensor, SensorSheet
 from cablewright.machine.sensors.tensions import LOAD_CELLS, MOTOR_TORQUES, TensionSensor
+from cablewright.machine.sensors.yaw_encoder import YAW_ENCODER
 from cablewright.printing.beads import Bead
 
 MAX_WALLS: Final = 200
@@ -188,6 +189,9 @@ class MachineSettings(_WithSensors):
             raise refusal(
                 "yaw_drive", f'must be left out where kind is "{self.kind}": [drives] has no axis for it', ("drum",)
             )
+        if real and self.retraction is not None:
+            why = f'must be left out where kind is "{self.kind}": [drives] has no axis for it'
+            raise refusal("retraction", f"{why}, and the platform keeps its platform.retraction.length")
         if drives is not None and self.kind == "canopen" and not drives.channel:
             raise refusal("channel", "must be given on CAN", ("drives",))
         if drives is not None and self.kind == "ethercat" and drives.interface == LOOPBACK:
@@ -200,6 +204,8 @@ class MachineSettings(_WithSensors):
             raise refusal("drum", "must be given, or [body] for a rigid platform")
         if self.drum is not None and self.body is not None:
             raise refusal("body", "must be left out where there is a [drum]: a platform is a point or a body")
+        if self.sensor(YAW_ENCODER) is not None and (self.drum is None or self.drum.yaw_drive is None):
+            raise refusal("yaw_encoder", "needs drum.yaw_drive, whose angle it measures")
         if self.retraction is not None and self.body is None:
             raise refusal("retraction", "needs [body]: a point platform has no length")
         return self

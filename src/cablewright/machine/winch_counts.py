@@ -126,7 +126,7 @@ class CountFile:
         except ValidationError as error:
             first = error.errors(include_url=False, include_context=False)[0]
             where = ".".join(map(str, first["loc"])) or "the file"
-            raise InputError(f"{self.path}: {where}: {first['msg']}; home the machine anew") from None
+            raise InputError(f"{self.path}: {where}: {first['msg']}; home the machine again") from None
         if (found.robot, found.lines) != (self._robot, self._lines) or {len(found.counts), len(found.raw)} != {
             len(self._lines)
         }:

@@ -90,6 +90,7 @@ def wind(
     diameter: float,
     pitch: float,
     *,
+    growth: float = 0.0,
     random: np.random.Generator | None = None,
     radius_walk: float = 0.0,
     sideways_walk: float = 0.0,
@@ -97,10 +98,10 @@ def wind(
 ) -> Coil:
     """Wind at least *capacity* (m) of cable of that *diameter* (m) on a drum of that *width* (m), to and fro.
 
-    *core*: radius of the first layer's cable axis; *pitch*: increase of the radius per layer. With *random*, radius and
-    position of each turn deviate by first-order Gauss-Markov processes of standard deviations *radius_walk* and
-    *sideways_walk* with a correlation length of *memory* turns. Raises `InputError` for a drum too narrow for one turn,
-    a *radius_walk* over a sixth of the radius, or too many turns.
+    *core*: radius of the first layer's cable axis; *pitch*: increase of the radius per layer; *growth*: besides, per
+    turn, m. With *random*, radius and position of each turn deviate by first-order Gauss-Markov processes of standard
+    deviations *radius_walk* and *sideways_walk* with a correlation length of *memory* turns. Raises `InputError` for a
+    drum too narrow for one turn, a *radius_walk* over a sixth of the radius, or too many turns.
     """
     per_layer = turns_per_layer(width, diameter)
     if per_layer < 1:
@@ -114,7 +115,7 @@ def wind(
     layer, place = np.divmod(index, per_layer)
     across = (place + 0.5) / per_layer - 0.5
     sideways = width * np.where(layer % 2 == 0, across, -across)
-    radii = core + pitch * layer
+    radii = core + pitch * layer + growth * index
     if random is not None:
         radii = radii + radius_walk * _walk(len(index), memory, random)
         sideways = np.clip(sideways + sideways_walk * _walk(len(index), memory, random), -0.5 * width, 0.5 * width)

@@ -7,11 +7,6 @@ from typing import Any
 from cablewright.foundation.results import Figure
 
 
-def _word(found: Any) -> str | list[str]:
-    """What became of the solve, in the words of commands."""
-    return found.status.word if found.single else [each.word for each in found.status]
-
-
 def _in_plane(found: Any) -> bool:
     """Whether a plane carries the platform."""
     return found.model.robot.platform.plane is not None
@@ -23,7 +18,12 @@ def _turns_in_plane(found: Any) -> bool:
 
 
 FIGURES = (
-    Figure("status", "", "What became of the solve.", _word),
+    Figure(
+        "status",
+        "",
+        "What became of the solve.",
+        lambda found: found.status.word if found.single else [each.word for each in found.status],
+    ),
     Figure("robot", "", "Name of the robot.", "model.robot.name"),
     Figure("cable", "", "Cable law.", "model.fidelity.cable"),
     Figure("sheave", "", "Sheave law; null where each sheave is as built.", "model.fidelity.sheave", detail=True),

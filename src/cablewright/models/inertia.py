@@ -47,8 +47,8 @@ def mass_root(robot: Robot, poses: Array) -> Array:
 def compensates(robot: Robot) -> bool:
     """Whether lengths can hold the platform of a *robot* on its path while it accelerates.
 
-    They cannot with fewer winches than freedoms, whose platform moves as it swings; nor, to the model here, with
-    counterweights, which accelerate too.
+    They cannot with fewer winches than degrees of freedom, whose platform moves as it swings; nor, to the model here,
+    with counterweights, which accelerate too.
     """
     return robot.winches >= robot.freedoms and not robot.hung
 

@@ -29,6 +29,18 @@ _UNITS: Final = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)  # m, of whole mm and their
 _ON_GRID: Final = 1e-4  # of a unit
 
 
+def on_plane(robot: Robot, job: Job) -> Job:
+    """Return a *job* of G-code with its axes and its origin in the robot's plane, where that has a ``gcode_zero``.
+
+    What the job gives stays.
+    """
+    plane = robot.platform.plane
+    if plane is None or plane.gcode_zero is None or job.gcode is None or job.axes is not None:
+        return job
+    origin = {} if "origin" in job.model_fields_set else {"origin": plane.gcode_zero}
+    return job.model_copy(update={"axes": plane.directions, **origin})
+
+
 def sampled(
     robot: Robot, job: Job, toolpath: Toolpath, room: Room = MEMORY, beads: Beads | None = None
 ) -> tuple[Samples, float]:

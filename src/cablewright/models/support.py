@@ -66,7 +66,7 @@ class Capability(StrEnum):
     CHECK = "check"
     PATH = "poses along a path or over a grid"
     BRACKET = "bracket"
-    SURVEY = "a survey of exits"
+    SURVEY = "a survey of exit points"
     CALIBRATION = "calibration"
     ELASTIC_CALIBRATION = "calibration of lines that stretch"
     SIMULATION = "the simulated machine"
@@ -190,7 +190,6 @@ FEATURES: Final = (
 SPATIAL: Final = "counterweight pulley winch-aside platform-sheave platform-pulley tilted-swivel guides spatial-mount"
 """Features of lines that are more than a winch and a cable in one vertical plane."""
 
-_DRIVEN: Final = "counterweight shared-winch"  # no estimator by lidars and no homing covers them
 _TURNING: Final = "swivel universal-joint pulley platform-sheave platform-pulley"
 _OWN_WINCH: Final = "Give each line a winch of its own"
 _WINCH_OR_URDF: Final = f"{_OWN_WINCH}, or export urdf, which has no lines"
@@ -220,7 +219,7 @@ _ROWS: Final = (
     (_C.SLACK_SETS, _REJECTED, "shared-winch", "The drum decides their lengths: use forward with longer lengths"),
     (_C.SLACK_SETS, _REJECTED, "few-winches", "Each line is needed at a given pose: use forward with longer lengths"),
     (_C.CHECK, Coverage.NOT_CHECKED, "mount",
-     "exit points that give together, as two on one post: each gives under its own line alone"),
+     "coupled mounts, as two exit points on one post: each mount deflects under its own line only"),
     (_C.CHECK, Coverage.NOT_CHECKED, "shared-winch",
      "lengths without compensation take each line to have a winch of its own"),
     (_C.CHECK, Coverage.NOT_CHECKED, "counterweight",
@@ -239,15 +238,13 @@ _ROWS: Final = (
     (_C.ELASTIC_CALIBRATION, _REJECTED, "guides tilted-swivel advantage cables few-lines-in-plane",
      "Calibrate with cable = rigid"),
     (_C.SIMULATION, _REJECTED, "weightless no-gravity no-diameter no-drum-radius", _IN_FILE),
-    (_C.SIMULATION, _REJECTED, "offset-point", "Give all lines the platform_point [0, 0, 0]"),
     (_C.MACHINE_FILE, _REJECTED, "weightless no-diameter no-drum-radius no-gravity", _IN_FILE),
     (_C.PRINT, _REJECTED, "free-position few-shared-winches", "Use check, or inverse at poses"),
     (_C.ESTIMATION, _REJECTED, "free-position", "Use forward with the measured lengths"),
-    (_C.ROOM_ESTIMATION, _REJECTED, f"{_DRIVEN} body", "Use the estimator encoders"),
+    (_C.ROOM_ESTIMATION, _REJECTED, "body", "Use the estimator encoders"),
     (_C.ROOM_ESTIMATION, _REJECTED, "weightless no-drum-radius", _IN_FILE),
     (_C.ESTIMATION, _REJECTED, "no-diameter no-drum-radius", _IN_FILE),
-    (_C.HOMING, _REJECTED, f"{_DRIVEN} free-position retraction", "Use forward with the measured lengths"),
-    (_C.DRIVES, _REJECTED, "counterweight shared-winch", _OWN_WINCH),
+    (_C.HOMING, _REJECTED, "free-position few-shared-winches", "Use forward with the measured lengths"),
     (_C.DRIVES, _REJECTED, "no-diameter no-drum-radius", _IN_FILE),
     (_C.SERVE, _REJECTED, "free-position few-shared-winches", "Use inverse at poses"),
     (_C.KLIPPER, _REJECTED, "free-position few-shared-winches few-lines-in-plane", _WINCH_OR_URDF),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -46,6 +47,38 @@ class WinchLines:
     def alone(self) -> Mask:
         """Which lines have a winch for themselves, (m,): the torque of its motor is theirs."""
         return np.array([host >= 0 and np.count_nonzero(self.host == host) == 1 for host in self.host])
+
+    @cached_property
+    def senses(self) -> Array:
+        """Return which lines each drum winds, (w, m): 1 or -1 of a line on it, see ``sense``, 0 of all others."""
+        found = np.zeros((len(self.hosts), len(self.host)))
+        wound = np.flatnonzero(self.winch >= 0)
+        found[self.winch[wound], wound] = self.sense[wound]
+        return found
+
+    @cached_property
+    def opposed(self) -> Mask:
+        """Which drums wind one line up as they pay another out, (w,): their torque is a difference of tensions."""
+        return np.asarray((self.senses == -1.0).any(axis=1))
+
+    def torques(self, tensions: Array, arms: Array) -> Array:
+        """Return the torque (..., w), N m, with which cables turn each drum outwards.
+
+        *tensions* (..., m), N, of one cable of each line; *arms* (..., m), m: its radius, once for each cable.
+        """
+        return np.asarray(np.where(self.sense, tensions * arms, 0.0) @ self.senses.T)
+
+    def tensions(self, torques: Array, arms: Array, expected: Array) -> Array:
+        """Return the tensions (m,), N, nearest to those *expected* (m,), N, that give the *torques* (w,), N m.
+
+        That of a line alone on its drum follows from the torque; *arms* (m,) as in `torques`. A counterweight keeps
+        what is expected of it.
+        """
+        if self.plain:
+            return np.asarray(torques / arms)
+        turned = self.senses * np.where(self.sense, arms, 0.0)
+        missed = (torques - turned @ expected) / (turned * turned).sum(axis=1)
+        return np.asarray(expected + turned.T @ missed)
 
     def of_lines(self, turned: ArrayLike) -> Array:
         """Return by how much each line's drum turns, (m,), paying out, as winches have *turned*, (w,)."""

@@ -195,7 +195,7 @@ class _FromFile:
             if missing > _SHARE:
                 how = "the middle one" if by_e is None else self._by_e
                 self.notes.append(
-                    f"{100.0 * missing:.0f} % of what is laid has no width in the comments: {how} is used"
+                    f"{100.0 * missing:.0f} % of the material has no width in the comments: {how} is used"
                 )
             return self._filled(self.wide, by_e), COMMENTS
         if by_e is not None:

@@ -11,7 +11,7 @@ import os
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Final, Literal, Self
 
 import numpy as np
 from annotated_types import Ge, Le
@@ -64,11 +64,16 @@ def _possible(speed: float) -> float:
 
 
 _Speed = Annotated[Speed, Ge(1e-6), AfterValidator(_possible), Field(json_schema_extra={"maximum": _MAX_SPEED})]
+_Unit = tuple[float, float, float]
 _Coordinate = Annotated[Length, Ge(-MAX_COORDINATE), Le(MAX_COORDINATE)]
 
 
 DEFAULT_STEP = 0.05
 """Maximum distance between samples, m, where neither the job nor a robot gives it."""
+
+
+CORNER: Final = 1.0 / 12.0
+"""Corner deviation, as a share of the width of strands, where the job gives none: 5 mm for the assumed strand."""
 
 
 class Motion(Description):
@@ -84,8 +89,11 @@ class Motion(Description):
     print_speed: _Speed = 0.3
     travel_speed: _Speed = 0.5
     acceleration: Annotated[Acceleration, Ge(1e-6), Le(1e6)] = 0.5
-    corner_deviation: _Distance = 0.005
-    """Distance between a corner and the arc that replaces it; larger is faster. See `printing/timing.py`."""
+    corner_deviation: _Distance | None = None
+    """Distance between a corner and the arc that replaces it; larger is faster. See `printing/timing.py`.
+
+    None: `CORNER` of the width of the job's strands, and at most that of the assumed one: see `Job.with_corners`.
+    """
     jerk: Annotated[Jerk, Ge(1e-6), Le(1e4)] | None = None
     """Limit of the jerk along the path; None: unlimited."""
     shaping: Literal["auto", "none"] = "auto"
@@ -105,6 +113,11 @@ class Motion(Description):
         return self
 
     @property
+    def corner(self) -> float:
+        """The corner deviation, m; where none is given that of the assumed strand."""
+        return CORNER * Bead().width if self.corner_deviation is None else self.corner_deviation
+
+    @property
     def most_flow(self) -> float:
         """The most material that can be laid, m^3/s; inf where there is no limit."""
         if self.mass_flow_limit is not None and self.density is not None:
@@ -117,7 +130,7 @@ class Motion(Description):
 
     def time_law(self, samples: Samples, room: Room = MEMORY, at_samples: Array | None = None) -> TimeLaw:
         """Return the fastest time law of the samples; *room* and *at_samples* as for `timing.time_law`."""
-        return time_law(samples, self.acceleration, self.corner_deviation, self.jerk, room, at_samples)
+        return time_law(samples, self.acceleration, self.corner, self.jerk, room, at_samples)
 
 
 class Sampling(Description):
@@ -143,6 +156,11 @@ class Job(FileDescription):
     scale: Annotated[float, Field(strict=True, ge=1e-4, le=1e4)] = 1.0
     origin: tuple[_Coordinate, _Coordinate, _Coordinate] = (0.0, 0.0, 0.0)
     """Position of the scaled path's zero, m, machine."""
+    axes: tuple[_Unit, _Unit] | None = None
+    """Directions of the path's X and Y on the machine, where its Z moves the tool and not the platform.
+
+    None: by the robot's `Plane.gcode_zero`, or the machine's axes.
+    """
     bead: Bead = Bead()
     """What it leaves open is taken from G-code, see `beads`."""
     motion: Motion = Motion()
@@ -159,6 +177,8 @@ class Job(FileDescription):
             raise ValueError(f"{' and '.join(given) or 'no path'} given: give one of gcode, [curve] and [helix]")
         if self.material != "E" and self.gcode is None:
             raise refusal("material", "is for G-code; a path in numbers lays material on all of it")
+        if self.axes is not None and np.abs(np.array(self.axes) @ np.transpose(self.axes) - np.eye(2)).max() > 1e-6:
+            raise refusal("axes", "must be two unit vectors at right angles, as [1, 0, 0] and [0, 0, 1]")
         for low, high in pairwise(step.z for step in self.schedule):
             if not low < high:
                 raise refusal("schedule", f"heights must rise; {high:g} m follows {low:g} m")
@@ -188,8 +208,10 @@ class Job(FileDescription):
         if isinstance(self.path, Path):
             step = max((self.sampling.step or DEFAULT_STEP) / self.scale, SHORTEST_ARC_STEP)
             error = max(self.sampling.arc_error / self.scale, SMALLEST_ARC_ERROR)
-            return parse(self.path, step, progress, arc_error=error, material=self.material)
-        return self.path.toolpath()
+            found = parse(self.path, step, progress, arc_error=error, material=self.material)
+        else:
+            found = self.path.toolpath()
+        return found if self.axes is None else found.along(*self.axes)
 
     def beads(self, toolpath: Toolpath, given: Bead | None = None) -> Beads:
         """Return the beads of the moves of the *toolpath*: *given*, or else those of the job file, or of the G-code."""
@@ -198,6 +220,13 @@ class Job(FileDescription):
         if self.gcode is not None:
             return beads_of(toolpath, self.scale, bead if own else None, by)
         return beads_of(toolpath, self.scale, Bead(**bead.model_dump()), by if own else ASSUMED)
+
+    def with_corners(self, beads: Beads) -> Job:
+        """Return the job with a corner deviation: where it gives none, by the typical width of its *beads*."""
+        if self.motion.corner_deviation is not None:
+            return self
+        corner = float(np.clip(CORNER * beads.typical.width, 1e-6, self.motion.corner))
+        return self.model_copy(update={"motion": self.motion.model_copy(update={"corner_deviation": corner})})
 
     def typical_bead(self, toolpath: Toolpath | None = None) -> tuple[Bead, tuple[str, ...]]:
         """Return the bead of the middle of what is laid, and notes on how those of the file differ.
@@ -286,7 +315,7 @@ def doubts(job: Job) -> tuple[str, ...]:
         ("bead.height", bead.height, _WIDE, "m", "mm"),
         ("max_error", job.max_error or 0.0, 2.0 * _WIDE, "m", "mm"),
         ("motion.jerk", motion.jerk or 0.0, _JERKY, "m/s^3", "mm/s^3"),
-        ("motion.corner_deviation", motion.corner_deviation, _WIDE, "m", "mm"),
+        ("motion.corner_deviation", motion.corner, _WIDE, "m", "mm"),
         ("sampling.step", job.sampling.step or 0.0, 2.0 * _WIDE, "m", "mm"),
         ("sampling.arc_error", job.sampling.arc_error, _WIDE, "m", "mm"),
         ("layer_height", getattr(job.path, "layer_height", 0.0), _WIDE, "m", "mm"),

@@ -34,7 +34,9 @@ SHORT: Final = 0.55
 
 _CHORD: Final = 0.05  # of the corner deviation: error of straight lines, in space and time, between two samples
 _SHORTEST_STEP: Final = 1.0 / 16.0  # of the kernel's length, between two samples
-_LOOKS: Final = 4  # times in a segment at which its acceleration is looked at
+_LONGEST_STEP: Final = 0.75  # of the shorter mean, where the law accelerates: straight lines between excite no mode
+_LOOKS: Final = 4  # times in a segment, at least, at which its acceleration is looked at
+_LOOK: Final = 1.0  # of the shorter mean, at most between two of them
 _STEADY: Final = 1e-9  # m/s^2
 _SPAN: Final = 400.0  # of the kernel's length: the longest time that is integrated at once, against rounding
 _ROWS: Final = 20_000  # samples that are worked on at once
@@ -168,11 +170,14 @@ class _Motion:
         excess[:] = 0.0
         for span in self._spans():
             segments = np.arange(len(span.begin))
-            time, _, kernel = span.times(segments, np.full(len(segments), _LOOKS))
+            length, short = 2.0 * span.kernel.reach[:-1], span.kernel.short[:-1]
+            looks = np.maximum(np.ceil((span.end - span.begin) / (_LOOK * short)), _LOOKS).astype(np.int64)
+            time, _, kernel = span.times(segments, looks)
             _, _, vector = span.pieces.mean(time, kernel)
-            most = np.linalg.norm(vector, axis=1).reshape(-1, _LOOKS).max(axis=1)
+            most = np.maximum.reduceat(np.linalg.norm(vector, axis=1), np.cumsum(looks) - looks)
             step = np.sqrt(8.0 * chord / np.maximum(most, _STEADY))  # a chord of an arc is off by a t^2 / 8
-            step = np.maximum(step, 2.0 * span.kernel.reach[:-1] * _SHORTEST_STEP)
+            longest = np.where(most > _STEADY, _LONGEST_STEP * short, np.inf)
+            step = np.clip(step, _SHORTEST_STEP * length, longest)
             counts[span.rows] = np.maximum(np.ceil((span.end - span.begin) / step), 1.0)
             some = np.flatnonzero(most > _STEADY)
             if len(some):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final, Literal, get_args
 
@@ -50,6 +51,11 @@ class Toolpath:
     slicer: str  # program and version that the file names; empty if none
     settings: dict[str, float]  # of the slicer, m, see `annotations.SETTINGS`
     unknown: dict[str, int]  # ignored words, and how often each occurs
+
+    def along(self, x: Sequence[float], y: Sequence[float]) -> Toolpath:
+        """Return the moves with X and Y along two unit vectors, and without Z."""
+        axes = np.array([x, y])
+        return replace(self, start=self.start[:, :2] @ axes, end=self.end[:, :2] @ axes)
 
     @cached_property
     def length(self) -> Array:

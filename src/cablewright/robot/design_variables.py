@@ -120,7 +120,7 @@ def _set_exit_distance(robot: Robot, value: float) -> Robot:
         now = math.dist(exits[i], exits[j])
         if now <= _tolerance(robot):
             names = f"lines {robot.lines[i].name!r} and {robot.lines[j].name!r}"
-            raise InputError(f"the exits of {names} coincide: they have no direction to move apart")
+            raise InputError(f"the exits of {names} coincide: the direction of their motion is undefined")
         middle = [0.5 * (a + b) for a, b in zip(exits[i], exits[j], strict=True)]
         fixed = _corner(robot, exits[i], exits[j]) or middle
         for k in (i, j):

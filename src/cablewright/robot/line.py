@@ -139,9 +139,9 @@ class Line(Description):
         if self.exit_compliance is None:
             return ""
         if not isinstance(self.exit_compliance, float) and self.mount_gives:
-            return "a mount that gives by a matrix"
+            return "a compliant mount with a matrix"
         if isinstance(self.sheave, Eyelet) and self.winch_exit is not None and self._from_axis()[1] > AXIS_TOLERANCE:
-            return "a mount that gives towards a winch aside"
+            return "a compliant mount with the winch beside the axis"
         return ""
 
     @property

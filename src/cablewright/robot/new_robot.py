@@ -112,6 +112,7 @@ class Layout:
     places: Callable[[Outline], list[LineEnds]]
     body: bool = False
     swivel: bool = True
+    zeroed: bool = False
 
 
 def robot_file(outline: Outline) -> str:
@@ -141,6 +142,7 @@ def robot_file(outline: Outline) -> str:
         max_tension=FORCE.write(tension, "N"),
         factor=list(stock.modulus),
         exit=LENGTH.write(three_digits(accuracy), "mm"),
+        zeroed=_ZEROED if form.zeroed else "",
         offset=LENGTH.write(three_digits(0.25 * accuracy), "mm"),
         lines="\n".join(_line(each, form.swivel) for each in places),
     )
@@ -188,7 +190,7 @@ LAYOUTS: Final[Mapping[str, Layout]] = MappingProxyType({
     "suspended": Layout("a point, suspended on lines from above", 4, (3, MAX_LINES), _suspended),
     "over-middle": Layout(
         "a point between low lines and one over the middle, as of Hangprinters", 4, (4, MAX_LINES), _over_middle,
-        swivel=False,
+        swivel=False, zeroed=True,
     ),
     "body": Layout("a body, suspended on 8 crossed lines, as CoGiRo", 8, (8, 8), _body, body=True),
     "planar": Layout("a point in a vertical plane on 4 lines", 4, (4, 4), _planar, swivel=False),
@@ -264,9 +266,13 @@ centre_of_mass = [0.0, 0.0, {half}]
 inertia = [{inertia}, {inertia}, {inertia}]
 nozzle = [0.0, 0.0, {below}]   # assumed: half an edge below the underside"""
 
+_ZEROED: Final = """\
+zeroed_at = [0.0, 0.0, 0.0]   # assumed: all lines are pulled taut and zeroed with the nozzle there
+"""
+
 _TEMPLATE: Final = """\
 # {description}. Lengths without a unit are in m; z points up, the origin is in the middle of the floor.
-# Size, layout, mass and cable are as asked for. Numbers marked "assumed" are not: replace them by what you know.
+# Size, layout, mass and cable are as requested. Numbers marked "assumed" are not: replace them by your own data.
 # All keys: docs/robots.md, or `cablewright schema robot` for an editor.
 
 schema = 1
@@ -300,7 +306,7 @@ tension_limits = ["{min_tension}", "{max_tension}"]  # assumed
 # another name. `cablewright calibrate` finds exit points, `cablewright modulus` the cable's stiffness.
 [uncertainty]
 name = "assumed"
-
+{zeroed}
 [[uncertainty.parameters]]
 name = "exit_point"
 plus_minus = "{exit}"          # along each axis: 1 mm for a metre of the longest side, up to 2 mm

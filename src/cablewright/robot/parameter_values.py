@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final, Literal, TypeVar
 
+from cablewright.foundation.errors import InputError
 from cablewright.foundation.units import Dimension, Vec3
 from cablewright.robot.dead_span import Guide
 from cablewright.robot.line import Line
@@ -123,6 +124,17 @@ def with_compliance(line: Line, path: str, value: float) -> Line:
     """Return the line with another compliance of its mount; 0 where its file says nothing leaves it so."""
     changed: Line = line if value == 0.0 and line.exit_compliance is None else _with(line, path, value)
     return changed
+
+
+def with_build_up(line: Line, _path: str, value: float) -> Line:
+    """Return the line with another build-up of its drum; none where that is 0 or less.
+
+    Raises `InputError` for a line whose file has no build-up, and so no length at which its drum has its radius.
+    """
+    if line.winch.build_up is None:
+        raise InputError(f"build_up: line {line.name!r} has no winch.build_up")
+    winch = line.winch.model_copy(update={"build_up": value if value > 0.0 else None})
+    return line.model_copy(update={"winch": winch})
 
 
 def with_exit(line: Line, path: str, value: float) -> Line:

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
+from typing import Final, Self
+
+from pydantic import model_validator
 
 from cablewright.foundation.units import Length, Vec3
-from cablewright.foundation.validation import Description
+from cablewright.foundation.validation import Description, refusal
 from cablewright.robot.direction import Direction, unit_vector
+
+LEVEL: Final = 1e-9
+"""Share of a plane's normal that is not vertical, below which the plane is level."""
 
 OFF_PLANE = 1e-6
 """Distance from its plane, m, and rotation out of it, rad, up to which a pose counts as in the plane, and is moved into
@@ -19,12 +26,21 @@ class Plane(Description):
     ``normal``: (3,) world, across the plane, not zero, of any length; ``distance``: m, of the plane from the world's
     origin along the normal. The plane takes what acts along its normal, and of a body all moments about other axes.
     ``one_sided``: whether it only pushes, along its normal, as a board does from which the normal points out; false: it
-    holds both ways, as guides do; None: not given, and taken to push alone, which is the safe side.
+    holds both ways, as guides do; None: not given, and taken to push alone, which is the safe side. ``gcode_zero``: m,
+    world, of the zero of G-code whose X and Y are along the plane (see `directions`) and whose Z moves the tool alone,
+    as that of wall plotters and routers; None: G-code is in the world's coordinates.
     """
 
     normal: Direction
     distance: Length = 0.0
     one_sided: bool | None = None
+    gcode_zero: Vec3 | None = None
+
+    @model_validator(mode="after")
+    def _zero_is_in_it(self) -> Self:
+        if self.gcode_zero is not None and abs(self.height(self.gcode_zero)) > OFF_PLANE:
+            raise refusal("gcode_zero", f"is {self.height(self.gcode_zero):g} m off the plane: give a point in it")
+        return self
 
     @property
     def across(self) -> Vec3:
@@ -41,6 +57,19 @@ class Plane(Description):
         """The world's axis across the plane, from 0; None where the plane is tilted."""
         along = [k for k, number in enumerate(self.across) if number]
         return along[0] if len(along) == 1 else None
+
+    @property
+    def directions(self) -> tuple[Vec3, Vec3]:
+        """Unit vectors in the plane: one that is level, to the right as seen against the normal, and one up the plane.
+
+        Of a level plane they are x and y; of one that holds both ways the first points towards x.
+        """
+        x, y, z = self.across
+        level = math.hypot(x, y)
+        if self.pulls and (y > 0.0 or (y == 0.0 and x < 0.0)):
+            x, y, z = -x, -y, -z
+        right = (1.0, 0.0, 0.0) if level < LEVEL else (-y / level + 0.0, x / level + 0.0, 0.0)
+        return right, (y * right[2] - z * right[1], z * right[0] - x * right[2], x * right[1] - y * right[0])
 
     def height(self, point: Iterable[float]) -> float:
         """Return the distance of a point (m, world) from the plane, positive along the normal."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, Final, Self
 
@@ -11,10 +11,11 @@ from pydantic import Field, Strict, StrictBool, WithJsonSchema, model_validator
 
 from cablewright.foundation.errors import InputError, suggestion
 from cablewright.foundation.toml_input import load_model
+from cablewright.foundation.units import Vec3
 from cablewright.foundation.validation import Description, FileDescription, refusal, require_rising
 from cablewright.robot.cable import Cable
 from cablewright.robot.line import MAX_LINES
-from cablewright.robot.parameter_values import Kind, Room
+from cablewright.robot.parameter_values import AXES, Kind, Room
 from cablewright.robot.parameters import KINDS_OF, Described, Parameter, misuse, nominal, parameters_of, why_not
 
 MAX_ENTRIES: Final = 200
@@ -55,6 +56,8 @@ class Range:
     deviation: float | None = None
     min_value: float = field(default=-math.inf, compare=False, repr=False)
     max_value: float = field(default=math.inf, compare=False, repr=False)
+    zeroing: tuple[float, ...] = field(default=(), repr=False)
+    """Of each line, by how much zeroing it pays out more, m per unit of the parameter; empty: lines are not zeroed."""
 
     @property
     def middle(self) -> float:
@@ -173,17 +176,23 @@ class Uncertainty(FileDescription):
     """The uncertain parameters of a robot.
 
     ``coverage``: distance from the nominal value to the ends of the range, in standard deviations, where a deviation
-    is given.
+    is given. ``zeroed_at``: position of the nozzle, m, where all lines were taut and the machine's lengths and
+    coordinates were set to those of this position; None: they count from elsewhere. ``parameters``: with a
+    ``zeroed_at`` by default those of `assumed_uncertainty`.
     """
 
     name: Annotated[str, Field(max_length=100)] = ""
     coverage: Annotated[float, Strict(), Field(gt=0, le=100)] = 2.0
-    parameters: Annotated[tuple[Uncertain, ...], Field(max_length=MAX_ENTRIES)]
+    zeroed_at: Vec3 | None = None
+    parameters: Annotated[tuple[Uncertain, ...], Field(max_length=MAX_ENTRIES)] = ()
 
     @model_validator(mode="after")
     def _is_not_empty(self) -> Self:
-        if not self.parameters:  # not by min_length, which also reports an error where every entry has its own
-            raise refusal("parameters", "must have at least 1 entry")
+        # not by min_length, which also reports an error where every entry has its own
+        if not self.parameters and self.zeroed_at is None:
+            raise refusal(
+                "parameters", "must have at least 1 entry" if "parameters" in self.model_fields_set else "is missing"
+            )
         return self
 
     def of(self, robot: Described, origin: str = "the uncertainty") -> tuple[Range, ...]:
@@ -201,7 +210,7 @@ class Uncertainty(FileDescription):
         """As `of`, with messages that begin with the entry."""
         ranges: list[Range] = []
         givers: dict[tuple[str, str], int] = {}  # by kind and line
-        for index, entry in enumerate(self.parameters):
+        for index, entry in enumerate(self.parameters or assumed_uncertainty(robot).parameters):
             try:
                 found = entry.of(robot, self.coverage)
                 for one in found:
@@ -209,7 +218,21 @@ class Uncertainty(FileDescription):
             except InputError as error:
                 raise InputError(f"parameters[{index}].{error}") from None
             ranges += found
-        return tuple(ranges)
+        if self.zeroed_at is None:
+            return tuple(ranges)
+        return tuple(replace(each, zeroing=_zeroing(robot, each.parameter, self.zeroed_at)) for each in ranges)
+
+
+def _zeroing(robot: Described, parameter: Parameter, place: Vec3) -> tuple[float, ...]:
+    """Return `Range.zeroing`, of straight lines to the nozzle at *place*: as the parameter lengthens them there."""
+    sign = {"exit_point": -1.0, "platform_point": 1.0}.get(parameter.entry.base, 0.0)
+    found = []
+    for line in robot.lines:
+        away = [p + b - a for p, b, a in zip(place, line.platform_point, line.exit_point, strict=True)]
+        own = sign * line.advantage if parameter.line in (None, line.name) else 0.0
+        along = away[AXES.index(parameter.kind[-1])] / math.hypot(*away) if own else 0.0
+        found.append(own * along)
+    return tuple(found)
 
 
 def load_uncertainty(path: str | Path) -> Uncertainty:

@@ -99,7 +99,7 @@ def job_hashes(path: Path, job: Job) -> dict[str, str]:
     return {key: file_hash(file) for key, file in files.items()}
 
 
-def manifest_of(command: str, inputs: Mapping[str, str], options: Mapping[str, object]) -> dict[str, Any]:
+def manifest_of(command: str, inputs: Mapping[str, object], options: Mapping[str, object]) -> dict[str, Any]:
     """Return what identifies a run, as JSON values: *command*, hashes of its *inputs*, its *options*, the version."""
     run = {"schema": 1, "command": command, "cablewright": version("cablewright")}
     manifest: dict[str, Any] = json.loads(json.dumps(run | {"inputs": inputs, "options": options}, default=str))

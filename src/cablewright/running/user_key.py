@@ -50,7 +50,7 @@ def _key() -> bytes:
     own = os.name != "posix" or (found.st_uid == os.geteuid() and not found.st_mode & (stat.S_IRWXG | stat.S_IRWXO))
     if not own or len(key) != _BYTES:
         why = "is no key of this user alone" if len(key) == _BYTES else f"has not the {_BYTES} bytes of a key"
-        raise EnvironmentFault(f"{file}: {why}; remove it, and searches and prints begin anew")
+        raise EnvironmentFault(f"{file}: {why}; remove it, and searches and prints start again")
     return key
 
 

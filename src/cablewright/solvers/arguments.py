@@ -77,8 +77,9 @@ def as_poses(model: Model, values: ArrayLike, what: str, *, free: bool = False) 
 
     A rigid body's pose may be its position alone: unrotated. A rotation vector longer than pi is replaced by the
     equivalent shorter one, with a warning in the log. If *free*, NaN marks the freedoms that gravity decides on a robot
-    with fewer winches than freedoms. Of a position in a plane one coordinate may be NaN, which the plane decides.
-    Raises `InputError` for a wrong count or numbers that are not finite, and for a pose off the platform's plane.
+    with fewer winches than degrees of freedom. Of a position in a plane one coordinate may be NaN, which the plane
+    decides. Raises `InputError` for a wrong count or numbers that are not finite, and for a pose off the platform's
+    plane.
     """
     n, freedoms, plane = model.n, model.freedoms, model.robot.platform.plane
     array = _numbers(values, (n, 3), what, "m and rad")
@@ -118,7 +119,7 @@ def _require_enough_free(model: Model, given: NDArray[np.int64], what: str) -> N
     if not len(wrong):
         return
     if winches >= freedoms and not model.robot.sharing:
-        raise InputError(f"{what}: {model.m} lines hold all {freedoms} freedoms: none can be left free (nan)")
+        raise InputError(f"{what}: {model.m} lines hold all {freedoms} freedoms: none can be free (nan)")
     count = f"{_holders(model)} hold {most} of the {freedoms} freedoms; {wrong[0]} are given"
     free = f"{freedoms - most}" if least == most else f"{freedoms - most} to {freedoms - least}"
     raise InputError(f"{what}: {count}: leave {free} free (nan) for gravity")
@@ -192,7 +193,7 @@ def require_a_load(model: Model) -> None:
         return
     why = "gravity = 0, no external force" if free is None else "the plane carries the whole load"
     if model.winches < model.freedoms:
-        raise InputError(f"{why}: {_holders(model)} leave freedoms that nothing decides")
+        raise InputError(f"{why}: {_holders(model)} leave degrees of freedom undetermined")
     if not model.lines.tension_min.any():
         raise InputError(f"{why}: a line's tension_limits must begin above 0, or all are slack")
 

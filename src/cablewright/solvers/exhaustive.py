@@ -38,8 +38,9 @@ SAVE_EVERY = 5.0  # s between two saved states
 
 REASONS = {
     exclusion.AXIS: "next to the vertical through an exit point",
-    exclusion.SHAPES: "a line's shapes could not be told apart: its dead span only just hangs, or its lever turns over",
-    exclusion.SOFT: "a line may give way there, so that two equilibria could be close together",
+    exclusion.SHAPES: "the shapes of a line could not be separated: it barely carries its dead span, or its lever "
+    "turns over",
+    exclusion.SOFT: "a line can become slack there, so two equilibria can be close together",
     exclusion.UNSEEN: "at most one equilibrium is there, and none was found",
 }
 

@@ -18,6 +18,7 @@ PREFERRED: Final = 2.5
 _SAMPLES: Final = 400  # places of a path at which tensions are judged
 _MARGINS: Final = (1.0, 0.75, 0.5, 0.35, 0.25, 0.15, 0.1, 0.05, 0.0)  # of the least tension, kept above it
 _TAUT: Final = 0.1  # of the range of tensions, kept above the least in a plane, where lines pull against each other
+_PRESSED: Final = 0.5  # of the least press on a plane that only pushes, as least tensions leave it, kept for motion
 _BELOW: Final = 0.05  # of the range of tensions, kept below the largest
 
 
@@ -38,7 +39,8 @@ def with_margin(
     Inverse solutions of it are the tensions that control holds: the least ones within those limits, of a rigid platform
     those nearest to `PREFERRED` times the least. *above* the least and *below* the largest tension, (m,) N, is what
     they have to spare; the share of it that they get is returned, too. *retraction* (k,), m. As it is where lines are
-    not redundant; the limits of a line with a counterweight, whose tension is given, stay as they are.
+    not redundant; the limits of a line with a counterweight, whose tension is given, stay as they are. On a plane that
+    only pushes tensions are no higher than leaves half of the press that the least ones leave.
     """
     robot = model.robot
     if robot.winches <= model.freedoms:
@@ -46,6 +48,9 @@ def with_margin(
     taut = 0.0 if robot.platform.plane is None else _TAUT
     low, high = np.array([line.tension_limits for line in robot.lines]).T
     wide, hung = high - low, np.isin(np.arange(robot.m), robot.hung)
+    pressed = 0.0  # N
+    if robot.platform.may_lift:
+        pressed = -_PRESSED * float(np.max(solve_inverse(model, poses, path=True, retraction=retraction).plane_force))
     for share in _MARGINS:
         least = low + share * np.maximum(np.maximum(low, taut * wide), above)
         most = high - np.maximum(_BELOW * wide, share * np.asarray(below))
@@ -57,7 +62,8 @@ def with_margin(
             for line, own in zip(robot.lines, zip(least.tolist(), most.tolist(), strict=True), strict=True)
         ]
         narrow = _near(replace(model, robot=robot.model_copy(update={"lines": tuple(lines)})))
-        if solve_inverse(narrow, poses, path=True, retraction=retraction).ok.all():
+        held = solve_inverse(narrow, poses, path=True, retraction=retraction)
+        if held.ok.all() and (not pressed > 0.0 or float(np.max(held.plane_force)) <= -pressed):
             return narrow, share
     return _near(model), 0.0
 

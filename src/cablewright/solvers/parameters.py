@@ -16,6 +16,7 @@ from cablewright.models.rotation import matrices, rotations
 from cablewright.models.statics import Equilibrium
 from cablewright.models.stiffness import along_chords
 from cablewright.robot.parameters import Parameter
+from cablewright.robot.uncertainty import Range
 from cablewright.solvers.linearise import Linearisation, TensionChanges, linearise, tension_changes
 
 
@@ -36,6 +37,18 @@ def response(equilibrium: Equilibrium, parameters: Sequence[Parameter], linear: 
         for i, column, per in _columns(equilibrium, parameter):
             out[:, :, k] += linear.motion[:, :, i, column] * per[:, None]
     return out
+
+
+def range_response(equilibrium: Equilibrium, ranges: Sequence[Range], linear: Linearisation | None = None) -> Array:
+    """Return the `response` to the parameters of *ranges*, with the cable that zeroing pays out of each line."""
+    linear = linearise(equilibrium) if linear is None else linear
+    out = response(equilibrium, [each.parameter for each in ranges], linear)
+    return out + linear.motion[..., LENGTH] @ zeroing(ranges, equilibrium.model.m).T
+
+
+def zeroing(ranges: Sequence[Range], m: int) -> Array:
+    """Return by how much zeroing pays out more of *m* lines per unit of k parameters, (k, m), m."""
+    return np.array([each.zeroing or (0.0,) * m for each in ranges]).reshape(-1, m)
 
 
 def at_nozzle(equilibrium: Equilibrium, motion: Array) -> Array:
@@ -72,6 +85,14 @@ def tension_response(
         for i, column, per in _columns(equilibrium, parameter):
             out[:, i, k] += changes.own[:, i, column] * per
     return out
+
+
+def range_tension_response(
+    equilibrium: Equilibrium, ranges: Sequence[Range], motion: Array, changes: TensionChanges
+) -> Array:
+    """Return the `tension_response` to *ranges*, with the cable that zeroing pays out of each line."""
+    out = tension_response(equilibrium, [each.parameter for each in ranges], motion, changes)
+    return out + changes.own[..., LENGTH, None] * zeroing(ranges, equilibrium.model.m).T
 
 
 def _columns(equilibrium: Equilibrium, parameter: Parameter) -> Iterator[tuple[int, int, Array]]:

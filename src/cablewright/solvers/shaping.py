@@ -105,7 +105,7 @@ class JobMotion:
         mode, layers = slowest_mode(robot, job, samples), layer_table(samples, law)
         if isinstance(mode, str):
             return cls(samples, law, samples, law.duration, None, np.nan, mode, layers)
-        shaper = Shaper(mode.period, motion.acceleration, motion.corner_deviation, motion.jerk)
+        shaper = Shaper(mode.period, motion.acceleration, motion.corner, motion.jerk)
         return cls(*shaper.shaped(samples, room), samples, law.duration, shaper, mode.least, "", layers)
 
     @property

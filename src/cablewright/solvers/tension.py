@@ -157,8 +157,8 @@ class Capacity(_AtPoses):
 
     FIGURES: ClassVar = (
         Figure("length", "m", "The arm on which a moment counts as a force."),
-        Figure("feasible", "", "Whether every wrench asked for can be balanced."),
-        Figure("margin", "N", "How far the wrenches asked for are within those that can be made."),
+        Figure("feasible", "", "Whether every requested wrench can be balanced."),
+        Figure("margin", "N", "Margin of the requested wrenches within the available ones."),
         Figure("rank", "1", "Directions of wrench that the lines have."),
     )
     HEADLINES: ClassVar = ("length", "feasible", "margin", "rank")

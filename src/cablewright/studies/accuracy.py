@@ -21,7 +21,7 @@ from cablewright.foundation.paging import Room, in_room, let_go
 from cablewright.foundation.progress import Progress
 from cablewright.foundation.results import Figure, Result
 from cablewright.live.places import Places, workspace_nodes
-from cablewright.models.job_poses import along, sampled
+from cablewright.models.job_poses import along, on_plane, sampled
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
 from cablewright.printing.job import Job, load_job
@@ -258,6 +258,7 @@ def _over_shape(
     require(robot, Capability.PATH)
     if isinstance(where, Job):
         kept = Room(room)
+        where = on_plane(robot, where)
         samples, _ = sampled(robot, where, in_room(where.toolpath(question.progress), kept), kept)
         require_for_samples(len(samples), bytes_each(robot, len(question.ranges), room), "the accuracy")
         places = Places("path", samples.positions, samples.distance)

@@ -19,13 +19,13 @@ from cablewright.analyses.accuracy.tensions import GRID, BestTensions, best_tens
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import AnswerError
 from cablewright.foundation.results import Figure, Result
+from cablewright.models.statics import Equilibrium
+from cablewright.robot.uncertainty import Range
+from cablewright.solvers.linearise import tension_changes
+from cablewright.solvers.parameters import departures, response, tension_response
 
 INNER = 4000
 """Random points inside the box of ranges that are compared with its corners."""
-
-
-def _only_moduli(found: AccuracyAtPose) -> bool:
-    return all(each.parameter.kind == "modulus" for each in found.accuracy.ranges)
 
 
 def _of_row(name: str) -> Callable[[AccuracyAtPose], Any]:
@@ -112,6 +112,9 @@ class AccuracyAtPose(Result):
                _of_row("spread.max_deviation"), shown="mm"),
         Figure("deviation", "m", "Standard deviation of x, y and z.", _of_row("spread.deviation"),
                "standard deviation, x, y, z", shown="mm"),
+        Figure("tension_deviation", "N", "Standard deviation of each line's tension at rest, to first order and by "
+               "lengths alone; a print that measures tensions holds redundant ones nearer.",
+               name="standard deviation of tensions by lengths alone", shown="N"),
         Figure("likely_error", "m", "Error that 95 % of the samples stay within; null unless samples are drawn.",
                _of_row("spread.likely_error"), "error of 95 % of samples", shown="mm"),
         Figure("nonlinearity", "1", "Error of the first-order estimate, as a share of the spread.",
@@ -124,7 +127,8 @@ class AccuracyAtPose(Result):
                detail=True),
         Figure("contributions", "", "Effect of each uncertain parameter alone, largest first.",
                "accuracy.contributions", parts=CONTRIBUTION),
-        Figure("remains", "", "Errors that each compensation leaves.", "_remains", "errors that remain",
+        Figure("remains", "", "Errors that each compensation leaves.",
+               lambda at: tuple(Remaining(*each) for each in at.remains.items()), "errors that remain",
                parts=REMAINING),
         Figure("interior", "", "Points within the ranges, compared with the corners; null where none were tried.",
                "region.interior", "points within the ranges", parts=INTERIOR),
@@ -133,13 +137,14 @@ class AccuracyAtPose(Result):
         Figure("parameters", "", "Labels of the uncertain parameters.", "accuracy.labels", detail=True),
         Figure("vertices", "", "Every corner of the ranges.", "_vertices", parts=CORNER, detail=True),
         Figure("max_error_factors", "1", "Factors on the moduli at the largest error.", _of_row("spread.worst_values"),
-               only=_only_moduli, detail=True),
+               only=lambda at: all(each.parameter.kind == "modulus" for each in at.accuracy.ranges), detail=True),
     )  # fmt: skip
     HEADLINES: ClassVar = ("robot", "compensation", "nominal_error", "max_error", "max_deviation")
 
     accuracy: Accuracy  # one row
     region: Region  # of the corners of the ranges
     remains: dict[str, Accuracy]  # by compensation, each one row; those whose lengths have an equilibrium
+    tension_deviation: Array  # (m,) N
     best: BestTensions | None  # None if tensions cannot be chosen, or have too many freedoms
 
     def _worst_values(self) -> dict[str, float]:
@@ -156,9 +161,6 @@ class AccuracyAtPose(Result):
             f"{1e3 * inner.max_deviation:.3g} mm from the nominal position; the figures of the corners are too small"
         )
         return (*self.accuracy.notes, worse)
-
-    def _remains(self) -> tuple[Remaining, ...]:
-        return tuple(Remaining(*each) for each in self.remains.items())
 
     def _vertices(self) -> tuple[Corner, ...]:
         corners = self.region
@@ -185,4 +187,18 @@ def at_pose(question: AccuracyQuestion, pose: Array, seed: int) -> AccuracyAtPos
     if robot.m - robot.freedoms in GRID and not robot.sharing:
         quick = Vertices() if len(question.ranges) <= ALL_VERTICES else FirstOrder()
         best = best_tensions(there.equilibria, question.ranges, question.method, quick)
-    return AccuracyAtPose(found, corners, remains, best)
+    return AccuracyAtPose(found, corners, remains, _tension_deviation(there.equilibria, question.ranges), best)
+
+
+def _tension_deviation(held: Equilibrium, ranges: tuple[Range, ...]) -> Array:
+    """Standard deviations (m,), N, of the tensions of a batch of one, over ranges in which all values are as likely.
+
+    NaN where its equilibrium is not regular.
+    """
+    parameters, nominal = [each.parameter for each in ranges], np.array([each.nominal for each in ranges])
+    try:
+        off = tension_response(held, parameters, response(held, parameters), tension_changes(held))[0]
+    except AnswerError:
+        return np.full(held.model.m, np.nan)
+    ends = departures(parameters, nominal, np.array([[each.low, each.high] for each in ranges]).T)
+    return np.asarray(np.sqrt(off**2 @ (np.ptp(ends, axis=0) ** 2 / 12.0)))

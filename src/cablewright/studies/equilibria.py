@@ -73,7 +73,7 @@ def _read(file: Path, question: str) -> ExhaustiveSearch | None:
     if found is None or {"question", "signature", *_COUNTS} - found.values.keys() or {*_ARRAYS} - found.arrays.keys():
         raise InputError(f"{file}: no state of a search; remove it or choose another --out")
     if found.values["question"] != question:
-        log.warning("%s: a search of other inputs or by other kernels; it begins anew", file)
+        log.warning("%s: a search of other inputs or by other kernels; it starts again", file)
         return None
     given = str(found.values["signature"])
     if not is_signed(_content(found), bytes.fromhex(given) if _is_hex(given) else b""):

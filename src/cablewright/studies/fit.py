@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import ClassVar, Final
 
@@ -13,6 +15,7 @@ from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.foundation.progress import Progress, silent
 from cablewright.foundation.results import Figure, Pictured
+from cablewright.models.job_poses import on_plane
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.printing.stl import read_stl
@@ -89,31 +92,35 @@ def fit(
 ) -> Fit:  # fmt: skip
     """Return where a *part* fits, a job or an STL file in mm, standing on the height at which its file has it.
 
+    Where the frame begins above that, it stands on the frame's floor; in a plane that is not level it is anywhere.
     *max_error*: m, as of `reach`; *turns*: rotations that are tried. Where it fits it is verified at its points, with
     all physics. Raises `InputError` as `reach`, and `AnswerError` where the robot reaches nothing.
     """
     if turns < 1:
         raise InputError(f"turns = {turns}: must be at least 1")
-    points = _points(part)
+    points = _points(on_plane(robot, part) if isinstance(part, Job) else part)
     found = reach(robot, max_error=max_error, progress=progress)
     if not found.cells.any():
         raise AnswerError(f"robot {robot.name!r} holds its nozzle nowhere in its frame within its limits")
-    flat = robot.platform.plane is not None
-    angles = np.zeros(1) if flat else np.arange(turns) * math.pi / turns
+    upright = any(len(axis) == 1 for axis in found.axes[:2])
+    angles = np.zeros(1) if upright or robot.platform.plane else np.arange(turns) * math.pi / turns
+    floor = float(found.axes[2][0])
+    place = _Placing(found, upright, floor if floor > points[:, 2].min() and not upright else None)
     best = (0.0, 0.0, np.zeros(3))
     for number, angle in enumerate(angles):
         progress("placing", number, len(angles))
         if best[0] >= 1.0 and best[1] == 0.0:
             break  # a part is turned where it does not fit else
-        best = max(best, _largest(found, points, float(angle), best[0], flat), key=lambda each: each[0])
+        best = max(best, place.largest(points, float(angle), best[0]), key=lambda each: each[0])
     progress("placing", len(angles), len(angles))
     scale, angle, centre = best
     model = Model.full(robot)
     turned = _turned(points, angle)
-    while scale > 0.0 and not held_at(model, _at(turned, scale, centre)).ok.all():
+    while scale > 0.0 and not held_at(model, place.at(turned, scale, centre)).ok.all():
         scale = scale * _SHRUNK if scale > _CLOSER else 0.0
-    origin = _origin(turned, min(scale, 1.0) if scale else 1.0, centre)
-    return Fit(robot, points, found, scale, angle, origin, _limit(robot, model, turned, scale, centre))
+    origin = centre - place.middle(turned) * (min(scale, 1.0) if scale else 1.0)
+    limit = _limit(robot, model, lambda larger: place.at(turned, max(scale, 0.01) * larger, centre))
+    return Fit(robot, points, found, scale, angle, origin, limit)
 
 
 def _points(part: Job | str | Path) -> Array:
@@ -121,8 +128,10 @@ def _points(part: Job | str | Path) -> Array:
     if isinstance(part, Job):
         toolpath = part.toolpath()
         laid = toolpath.extruding
-        ends = np.concatenate([toolpath.start[laid], toolpath.end[laid]])
-        points = ends * part.scale + np.array([0.0, 0.0, part.origin[2]])
+        start, end = toolpath.start[laid], toolpath.end[laid]
+        shares = np.linspace(0.0, 1.0, 2 + POINTS // max(len(start), 1))[:, None, None]
+        places = (start + shares * (end - start)).reshape(-1, 3)
+        points = places * part.scale + np.array([0.0, 0.0, part.origin[2]])
     else:
         if Path(part).suffix.lower() != ".stl":
             raise InputError(f"{part}: must be a job's TOML or G-code, or an STL file in mm")
@@ -138,51 +147,67 @@ def _turned(points: Array, angle: float) -> Array:
     return np.asarray(points @ np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]]))
 
 
-def _middle(turned: Array) -> Array:
-    """Return the middle of the box around points (k, 3), m, at the height z = 0, from which a part is scaled."""
-    middle = 0.5 * (turned.min(axis=0) + turned.max(axis=0))
-    return np.array([middle[0], middle[1], 0.0])
+@dataclass(frozen=True, eq=False)
+class _Placing:
+    """Places of a part in a reach: at the height of its file, or with its foot on a ``floor`` above that, m.
+
+    In an ``upright`` plane it is at any height.
+    """
+
+    reach: Reach
+    upright: bool
+    floor: float | None
+
+    def middle(self, turned: Array) -> Array:
+        """Return the point of a part, (3,) m, from which it is scaled: the middle of its plan, or of it."""
+        low, high = turned.min(axis=0), turned.max(axis=0)
+        middle = 0.5 * (low + high)
+        if not self.upright:
+            middle[2] = 0.0 if self.floor is None else low[2]
+        return np.asarray(middle)
+
+    def at(self, turned: Array, scale: float, centre: Array) -> Array:
+        """Return the points (k, 3), m, of a part with that middle at *centre*."""
+        return np.asarray((turned - self.middle(turned)) * scale + centre)
+
+    def largest(self, points: Array, angle: float, least: float) -> tuple[float, float, Array]:
+        """Return the largest scale at an *angle*, rad, that exceeds *least*, and where the part's middle is, (3,) m."""
+        turned = _turned(points, angle)
+        best = (least, angle, np.zeros(3))
+        heights = self.reach.axes[2] if self.upright else np.array([self.floor or 0.0])
+        tried = [axis if len(axis) == 1 else np.linspace(axis[0], axis[-1], _PLACES)
+                 for axis in (*self.reach.axes[:2], heights)]  # fmt: skip
+        for place in product(*tried):
+            centre = np.array(place)
+            scale = self._largest_at(turned, centre, best[0])
+            if scale > best[0]:
+                best = (scale, angle, centre)
+        return best
+
+    def _largest_at(self, turned: Array, centre: Array, least: float) -> float:
+        """Return the largest scale, or one that is not over *least* where there is none."""
+
+        def fits(scale: float) -> bool:
+            return bool(self.reach.within(self.at(turned, scale, centre)).all())
+
+        low, high = least, 2.0 * max(least, 0.05)
+        if low > 0.0 and not fits(low * (1.0 + _CLOSER)):
+            return 0.0
+        while high < _LARGEST and fits(high):
+            low, high = high, 2.0 * high
+        while high - low > 0.5 * _CLOSER * high and high >= _CLOSER:
+            between = 0.5 * (low + high)
+            low, high = (between, high) if fits(between) else (low, between)
+        return low
 
 
-def _at(turned: Array, scale: float, centre: Array) -> Array:
-    return np.asarray((turned - _middle(turned)) * scale + centre)
+def _limit(robot: Robot, model: Model, placed_at: Callable[[float], Array]) -> str:
+    """Return what keeps the part from being larger: the frame, or the line whose tension is out of bounds.
 
-
-def _origin(turned: Array, scale: float, centre: Array) -> Array:
-    """Return where the part's own zero is, (3,) m."""
-    return np.asarray(centre - _middle(turned) * scale)
-
-
-def _largest(found: Reach, points: Array, angle: float, least: float, flat: bool) -> tuple[float, float, Array]:
-    """Return the largest scale at an *angle*, rad, that exceeds *least*, and the middle of the part, (3,) m."""
-    turned = _turned(points, angle)
-    best = (least, angle, np.zeros(3))
-    x, y, _ = found.axes
-    for px in np.linspace(x[0], x[-1], _PLACES):
-        for py in y[:1] if flat and len(y) == 1 else np.linspace(y[0], y[-1], _PLACES):
-            centre = np.array([px, py, 0.0])
-            low, high = best[0], 2.0 * max(best[0], 0.05)
-            if low > 0.0 and not found.within(_at(turned, low * (1.0 + _CLOSER), centre)).all():
-                continue
-            while high < _LARGEST and found.within(_at(turned, high, centre)).all():
-                low, high = high, 2.0 * high
-            while high - low > 0.5 * _CLOSER * high:
-                between = 0.5 * (low + high)
-                if found.within(_at(turned, between, centre)).all():
-                    low = between
-                else:
-                    high = between
-                if high < _CLOSER:
-                    break
-            if low > best[0]:
-                best = (low, angle, centre)
-    return best
-
-
-def _limit(robot: Robot, model: Model, turned: Array, scale: float, centre: Array) -> str:
-    """Return what keeps the part from being larger: the frame, or the line whose tension is out of bounds."""
+    *placed_at*: points (k, 3), m, of a part so many times as large.
+    """
     for more in (1.02, 1.05, 1.1, 1.2, 1.5, 2.0):
-        placed = _at(turned, max(scale, 0.01) * more, centre)
+        placed = placed_at(more)
         for k, name in enumerate("xyz"):
             if placed[:, k].min() < robot.scene.frame_min[k] or placed[:, k].max() > robot.scene.frame_max[k]:
                 return f"the frame's box along {name}"

@@ -30,7 +30,7 @@ from cablewright.foundation.progress import Progress, silent
 from cablewright.foundation.results import Figure
 from cablewright.foundation.triangle_mesh import TriangleMesh
 from cablewright.models.fidelity import CableLaw, SheaveLaw
-from cablewright.models.job_poses import along, sampled
+from cablewright.models.job_poses import along, on_plane, sampled
 from cablewright.models.solids import Obstacle, of_mesh
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.printing.beads import Bead, Beads
@@ -54,7 +54,7 @@ class JobInterference(Distances):
         *FIGURES,
         Figure("job", "", "Name of the job.", "job.name"),
         Figure("samples", "1", "Number of samples of the path.", lambda found: len(found.samples)),
-        Figure("bead_width", "m", "Width of a strand in the middle of what is laid.", "beads.typical.width", digits=3,
+        Figure("bead_width", "m", "Median width of the strands.", "beads.typical.width", digits=3,
                only=lambda found: found.beads is not None, shown="mm"),
         Figure("bead_height", "m", "Its height.", "beads.typical.height", digits=3,
                only=lambda found: found.beads is not None, shown="mm"),
@@ -213,6 +213,7 @@ def _over_job(
     room: Room,
 ) -> JobInterference:
     """Distances at each sample of *job* from everything, with the part as far as it is printed by then."""
+    job = on_plane(model.robot, job)
     toolpath = in_room(job.toolpath(report), room)
     beads = in_room(job.beads(toolpath, bead), room)
     samples, _ = sampled(model.robot, job, toolpath, room)

@@ -71,7 +71,7 @@ class MeasuredModes(Pictured):
         Figure("log", "", "The file.", "path"),
         Figure("signal", "", "Readings that were used.", "record.signal"),
         Figure("start", "s", "First time that was used.", "start", digits=5),
-        Figure("duration", "s", "Duration of what was used."),
+        Figure("duration", "s", "Duration of the used record."),
         Figure("rate", "Hz", "Samples a second."),
         Figure("pose", "m, rad", "Pose of the model.", "model.equilibrium.pose"),
         Figure("explained", "1", "Share of the record's energy that the measured modes explain together.",
@@ -85,7 +85,7 @@ class MeasuredModes(Pictured):
         Figure("modes", "", "Measured modes.", "rows", parts=MODES),
         Figure("explanations", "", "Fits of one number each, from 5 % explained on; several may fit.",
                parts=EXPLANATIONS, ranked=True),
-        Figure("notes", "", "What was not found, and what the fits do not show.", detail=True),
+        Figure("notes", "", "Missing results, and limits of the fits.", detail=True),
     )  # fmt: skip
     HEADLINES: ClassVar = ("robot", "log", "measured_damping")
 

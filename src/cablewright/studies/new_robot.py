@@ -38,7 +38,7 @@ class NewRobot(Result):
 
     FIGURES: ClassVar = (
         Figure("name", "", "Name of the robot."),
-        Figure("description", "", "What the robot is, in a sentence."),
+        Figure("description", "", "Description of the robot in a sentence."),
         Figure("folder", "", "Folder that was made."),
         Figure("check", "", "Command that checks the part on the robot."),
         Figure("print", "", "Command that prints it on the simulated machine.", "print_"),

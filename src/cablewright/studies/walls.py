@@ -126,7 +126,7 @@ class Walls(Pictured):
         Figure("length_unit", "", "Unit of lengths in the file, or guessed.", "scan.length_unit"),
         Figure("angle_unit", "", "Unit of angles in the file, or guessed; null for x and y.", "scan.angle_unit"),
         Figure("walls", "", "Walls in sight.", lambda of: [_wall(one) for one in of.lines], parts=WALL),
-        Figure("kinds", "", "Points on no wall, by what they are.", parts=KIND),
+        Figure("kinds", "", "Points on no wall, by kind.", parts=KIND),
         Figure("housing", "", "Parts of the device itself, left out.", parts=HOUSING),
         Figure("device", "", "Device of the scan; null where the file names none.", "scan.device", detail=True),
         Figure("notes", "", "What was guessed, chosen and left out.", detail=True),

@@ -18,7 +18,7 @@ LENGTHS = ("--lengths", "28,28,28,28")
     [
         (["inverse", HOUSE, "--at", "1,2"], "3 numbers are expected"),
         (["inverse", HOUSE, "--at", "1,2,3,4,5,6"], "3 numbers are expected"),
-        (["inverse", HOUSE, "--at", "1,2,nan"], "none can be left free"),
+        (["inverse", HOUSE, "--at", "1,2,nan"], "none can be free"),
         (["inverse", HOUSE, "--at", "1,inf,3"], "finite; got inf"),
         (["inverse", HOUSE, "--at", "1,-inf,3"], "finite; got -inf"),
         (["inverse", HOUSE, "--at", "1,2,1e999"], "finite; got inf"),

@@ -260,7 +260,7 @@ def test_what_is_needed_decides(cli, data: Path, tmp_path: Path) -> None:
     assert answer.json["exit_sigma"] < 0.05
     assert 'class="verdict yes"' in (tmp_path / "new.html").read_text()
     page = re.sub("<[^>]*>", "", (tmp_path / "new.html").read_text()).replace("\xa0", " ")
-    assert "Exit points are known to 18.7 mm (one sigma) or better; lengths of 40 poses fit to 0.03 mm" in page
+    assert "Exit points are known to 14.6 mm (one sigma) or better; lengths of 40 poses fit to 0.03 mm" in page
     assert "--need" in cli("calibrate", "wang2021", data, "--need", "much").refusal
     assert "--need" in cli("calibrate", "wang2021", data, "--need", "-1").refusal
 

@@ -195,8 +195,9 @@ def first_sample(check: Check, layers: LayerTable) -> tuple[Check, LayerTable]:
 def _expected(robot: Robot, samples) -> ExpectedError:
     """An expected error that grows with the height."""
     rms = 4e-3 + 1e-4 * samples.positions[:, 2]
+    tensions = np.array([line.tension_limits for line in robot.lines])
     causes = (ErrorCause("exit_point", 0.9, 2e-3), ErrorCause("modulus", 0.1, 6e-3))
-    return ExpectedError(7e-3, int(rms.argmax()), rms, causes, assumed_uncertainty(robot).of(robot), 0.01, 0)
+    return ExpectedError(7e-3, int(rms.argmax()), rms, causes, assumed_uncertainty(robot).of(robot), 0.01, 0, tensions)
 
 
 def _findings(robot: Robot, samples, tensions):

@@ -254,7 +254,7 @@ def test_warnings(folder):
     found = dataclasses.replace(study.accuracy, spread=spread, method="first-order")
     changed = dataclasses.replace(study, accuracy=found, rules=rules)
     text = told(write(changed, folder).read_text(encoding="utf-8"))
-    assert "First order is off by up to 6.2 % of the spread" in text
+    assert "First order deviates by up to 6.2 % of the spread" in text
     assert f"{len(spread.unsolved)} solves have no sound equilibrium and are left out" in text
     assert "not over 20 times that of the cable, which wears it: south-west (12.5)" in text
     assert "north-west (25)" not in text

@@ -251,8 +251,8 @@ def test_what_was_checked_is_what_is_loaded(job: Path) -> None:
     assert read_check(job) is None
     for answer, confirmed, said in (
         ("yes", "", ""),
-        ("no", "", "its check said no, which nobody has confirmed: too heavy"),
-        ("no", "0" * 64, "its check said no, which nobody has confirmed: too heavy"),
+        ("no", "", "its check said no, and no operator confirmed this: too heavy"),
+        ("no", "0" * 64, "its check said no, and no operator confirmed this: too heavy"),
         ("no", subject, ""),
         ("failed", subject, "its check did not come to an answer: too heavy"),
     ):

@@ -71,7 +71,7 @@ def test_a_body_is_moved_by_its_nozzle_at_the_rotation_that_it_has(server: Serve
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(executable() is None, reason="no chromium is installed: see README.md, Tests")
+@pytest.mark.skipif(executable() is None, reason="no chromium is installed: see README.md")
 def test_a_layer_is_printed_from_the_page(server: Served) -> None:
     with browser() as chromium, chromium.page(server.address, 1280) as page:
         page.until("location.pathname === '/' && window.operate && operate.view.view")

@@ -14,7 +14,7 @@ import pytest
 
 pytest.importorskip("starlette")
 
-from served import Served
+from served import Served, make_key
 
 TOOL = Path(__file__).parents[3] / "tools" / "fuzz_server.py"
 
@@ -32,12 +32,13 @@ def fuzzer() -> ModuleType:
 
 def test_nothing_foul_is_obeyed(server: Served, fuzzer: ModuleType) -> None:
     kept = server.folder / "orders.jsonl"
+    keys = [make_key(server), make_key(server, "operate")]
     before, jobs = kept.stat().st_size, sorted((server.folder / "jobs").rglob("*"))
     process = server.server()
-    target = fuzzer.Target(server.address, random.Random(7))
+    target = fuzzer.Target(server.address, random.Random(7)).with_keys(keys)
     asyncio.run(fuzzer.fuzz_target(target, 1000, 200))
     obeyed = [json.loads(line) for line in kept.read_bytes()[before:].splitlines()]
-    assert {each["order"] for each in obeyed if "refusal" not in each} <= set(fuzzer.HARMLESS)
+    assert {fuzzer.named(each) for each in obeyed if "refusal" not in each} <= set(fuzzer.HARMLESS)
     assert not [status for status in target.answers if status.startswith("5") and status != "503"]
     assert sum(target.answers.values()) >= 700
     assert sorted((server.folder / "jobs").rglob("*")) == jobs

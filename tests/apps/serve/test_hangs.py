@@ -106,7 +106,7 @@ def test_what_moves_by_hand_ends_with_the_page_that_ordered_it(server: Served) -
         watching.until(lambda state: state["state"] == "idle" and not np.any(state["speeds"]), 5.0)
         assert watching.state["reason"] == "stopped by order"
         told = [text for *_, text in watching.state["events"]]
-        assert any("nobody operates any more" in text for text in told)
+        assert any("the operator has left" in text for text in told)
 
 
 def test_a_server_that_hangs_ends_what_moves_by_hand(server: Served) -> None:

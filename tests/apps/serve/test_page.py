@@ -18,7 +18,7 @@ from served import RING, Served, client
 
 pytestmark = [
     pytest.mark.clock,
-    pytest.mark.skipif(executable() is None, reason="no chromium is installed: see README.md, Tests"),
+    pytest.mark.skipif(executable() is None, reason="no chromium is installed: see README.md"),
 ]
 
 LOOKS = [(1280, False), (1280, True), (390, False), (390, True)]

@@ -105,7 +105,7 @@ def place(page: Page) -> np.ndarray:
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(executable() is None, reason="no chromium is installed: see README.md, Tests")
+@pytest.mark.skipif(executable() is None, reason="no chromium is installed: see README.md")
 def test_a_machine_in_a_plane_goes_from_enable_to_a_printed_layer(server: Served) -> None:
     plane = cw.load("maslow4").platform.plane
     assert plane is not None
@@ -132,6 +132,7 @@ def test_a_machine_in_a_plane_goes_from_enable_to_a_printed_layer(server: Served
         assert abs(plane.height(jogged)) < 1e-6
         page.run("document.getElementById('goal').value = '0.2, 0.9'")
         click(page, "#goto-yes")
+        page.until("document.getElementById('ask').open")  # once the way was checked
         page.run("document.getElementById('ask-yes').click()")
         page.until(f"{STATE} === 'moving by hand'")
         page.until(f"{STATE} === 'idle'", 60.0)

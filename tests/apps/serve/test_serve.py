@@ -224,7 +224,7 @@ def test_a_job_is_loaded_only_after_its_check_and_a_run_whose_folder_goes_ends(s
         subject = subject_of(folder, load("house-printer"))
         write_check(folder, JobCheck(subject=subject, answer="no", why="too heavy"))
         status, text, _ = server.ask("POST", f"/jobs/{number}/load", "{}", **own)
-        assert (status, text.strip()) == (409, "load: its check said no, which nobody has confirmed: too heavy")
+        assert (status, text.strip()) == (409, "load: its check said no, and no operator confirmed this: too heavy")
         before = first.state["sitting"]
         confirmed = json.dumps({"confirmed": subject})
         assert server.ask("POST", f"/jobs/{number}/load", confirmed, **own)[0] == 200
@@ -281,7 +281,7 @@ def test_a_machine_that_is_not_there(tmp_path: Path, cli) -> None:
     (tmp_path / "drives.toml").write_text(text)
     done = cli("serve", "merlet2023", "--machine", tmp_path / "drives.toml", "--port", 0, "--out", tmp_path / "out")
     assert done.code == 3
-    assert "nobody answers there" in done.err.splitlines()[-1]
+    assert "no drive answers there" in done.err.splitlines()[-1]
 
 
 def test_nothing_went_wrong_unseen(server: Served) -> None:

@@ -20,7 +20,7 @@ from printed import RING
 ROOT = Path(__file__).parents[3]
 EVIL = "</script><img src=x onerror=alert(1)>"
 
-pytestmark = pytest.mark.skipif(executable() is None, reason="no chromium is installed: see README.md, Tests")
+pytestmark = pytest.mark.skipif(executable() is None, reason="no chromium is installed: see README.md")
 
 KINDS = (
     "robot", "markup", "job", "check", "log", "accuracy", "modes", "calibration", "replay", "print", "workspace",

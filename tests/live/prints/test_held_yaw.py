@@ -5,8 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
+from pydantic import ValidationError
 
-from cablewright.foundation.signals import PrintState
+from cablewright.foundation.signals import YAW, Command, PrintState, YawAngle
 from cablewright.live.prints.loop import Printer
 from cablewright.live.prints.plan import MachineTwin, PrintOptions, plan_print, twin_of
 from cablewright.live.prints.print_job import print_job
@@ -14,7 +16,9 @@ from cablewright.live.prints.recorder import checkpoint_of
 from cablewright.live.prints.run import begin_print
 from cablewright.machine.carriers import YawDrive
 from cablewright.machine.log.log import read_log
-from cablewright.machine.simulated.settings import TwinSettings
+from cablewright.machine.sensors.yaw_encoder import YawEncoder
+from cablewright.machine.simulated.settings import Link, TwinSettings
+from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.printing.job import Job
 from cablewright.robot import load
 from twins import TWIN, changed
@@ -76,3 +80,17 @@ def test_a_resumed_print_knows_where_its_drive_is() -> None:
     kept = checkpoint_of(printer)
     again = Printer(plan, machine, lambda place, radii: printer.estimator, saved=kept)
     assert again.yaw.angle == 0.25
+
+
+def test_the_encoder_of_its_drive_shows_how_far_the_drive_has_turned_the_drum() -> None:
+    sheet = YawEncoder(rate=50.0)
+    settings = DRIVEN.with_owner(yaw_encoder=sheet).with_simulation(wire=Link())
+    machine, shown = SimulatedMachine(load("merlet2023"), settings, (0.3, -1.0, 1.2), seed=1), []
+    for _ in range(100):
+        frame = machine.step(Command(machine.time, np.zeros(4), outputs={YAW: 0.2}))
+        shown += [each.angle for each in frame.of(YawAngle)]
+    assert 40 < len(shown) <= 51
+    assert shown[-1] == pytest.approx(machine.rig.yaw.angle, abs=5e-3)
+    assert 0.15 < shown[-1] < 0.21  # 0.2 rad/s for a second
+    with pytest.raises(ValidationError, match=r"needs drum\.yaw_drive"):
+        type(TWIN.owner).model_validate(TWIN.owner.model_dump() | {"yaw_encoder": sheet.model_dump()})

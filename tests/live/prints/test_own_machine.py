@@ -36,18 +36,19 @@ from cablewright.printing.job import Job, Motion
 from cablewright.printing.numeric_path import Helix
 from cablewright.robot import load
 
-RING = Job(
-    name="ring",
-    origin=(0.3, -0.5, 0.0),
-    helix=Helix(radius=0.4, layers=1, layer_height=0.001, first_height=1.0),
-    motion=Motion(print_speed=0.03, travel_speed=0.03, acceleration=0.02),
-)
+RADII = {"dynamic": 0.2, "quasi-static": 0.4}  # m: steps of the latter are twenty times as long
 ON = (Order(OrderKind.RESET), Order(OrderKind.ENABLE))
 START = Order(OrderKind.START)
 
 
 def twin(plant: str) -> MachineTwin:
-    return twin_of(load("merlet2023"), RING, None, PrintOptions(plant=plant))  # type: ignore[arg-type]
+    ring = Job(
+        name="ring",
+        origin=(0.7 - RADII[plant], -0.5, 0.0),
+        helix=Helix(radius=RADII[plant], layers=1, layer_height=0.001, first_height=1.0),
+        motion=Motion(print_speed=0.03, travel_speed=0.03, acceleration=0.02),
+    )
+    return twin_of(load("merlet2023"), ring, None, PrintOptions(plant=plant))  # type: ignore[arg-type]
 
 
 class OwnMachine:

@@ -14,10 +14,13 @@ from cablewright.live.prints.plan import MachineTwin, PrintOptions, plan_print, 
 from cablewright.live.prints.print_job import PrintedJob, print_job
 from cablewright.machine.log.log import read_log
 from cablewright.machine.simulated.settings import FaultPlan, TwinSettings, whole_machine
+from cablewright.models.rotation import motion_between
 from cablewright.printing.job import Job, load_job
 from cablewright.robot import Robot, load
 
 ROBOT = load("cogiro")
+CHI2_OF_POSE = 12.6
+"""Exceeded by one of 20 sums of 6 squares."""
 
 
 def ring(**changes: object) -> Job:
@@ -41,6 +44,20 @@ def planned(job: Job, robot: Robot = ROBOT, machine: str | None = None) -> Machi
     twin = twin_of(robot, job, machine, PrintOptions(plant="quasi-static"))
     plan_print(twin)
     return twin
+
+
+def squared_errors(folder: Path) -> np.ndarray:
+    """Errors of the pose squared over its covariance (k,), of the steps that print: 6 are expected."""
+    found, pose = [], [0, 1, 2, 6, 7, 8]
+    with read_log(folder) as log:
+        for entry in log.entries():
+            assert entry.estimate is not None
+            if entry.progress is None or entry.progress.state is not PrintState.PRINTING:
+                continue
+            true, told = (np.r_[each.position, each.rotation] for each in (entry.truth, entry.estimate))
+            off, covariance = motion_between(true, told), np.array(entry.estimate.covariance)[np.ix_(pose, pose)]
+            found.append(float(off @ np.linalg.solve(covariance, off)))
+    return np.array(found)
 
 
 def test_a_body_prints_within_its_tensions_and_better_than_by_lengths_alone(tmp_path: Path) -> None:
@@ -68,6 +85,17 @@ def test_a_machine_as_built_of_the_severity_typical_prints_and_nothing_is_doubte
     with read_log(tmp_path / "run") as log:
         faults = {fault.sentence for entry in log.entries() for fault in entry.estimate.faults}
     assert not faults
+    assert squared_errors(tmp_path / "run").mean() < CHI2_OF_POSE
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [41, 42, 43, 44])
+def test_a_pose_on_a_typical_machine_is_as_certain_as_its_covariance_says(seed: int, tmp_path: Path) -> None:
+    options = PrintOptions(plant="quasi-static", period=0.5, seed=seed, severity="typical")
+    assert print_job(ROBOT, ring(), tmp_path / "run", options=options).finished
+    squared = squared_errors(tmp_path / "run")
+    assert squared.mean() < CHI2_OF_POSE
+    assert np.mean(squared < CHI2_OF_POSE) > 0.9
 
 
 def test_the_platform_turns_by_the_schedule(tmp_path: Path) -> None:

@@ -162,7 +162,7 @@ def test_a_drive_that_restarts_is_not_commanded_on() -> None:
     found = moving()
     found.rig.drives[1].restart()
     found.step(WinchMode.VELOCITY, SPEEDS, 2)
-    assert "was restarted: open the machine anew" in found.machine.tripped
+    assert "was restarted: open the machine again" in found.machine.tripped
     assert_comes_to_rest(found, 0.5)
     found.step(outputs={RESET: 1.0})
     assert found.machine.tripped
@@ -280,7 +280,7 @@ def test_drives_that_are_not_those_of_the_file_are_refused() -> None:
     def stubborn(found: Bench) -> None:
         found.rig.drives[2].dictionary.stubborn.add((o.QUICK_STOP_OPTION.index, 0))
 
-    wrong(dead, "nodes.north-west.id = 4: nobody answers", EnvironmentFault)
+    wrong(dead, "nodes.north-west.id = 4: no drive answers", EnvironmentFault)
     wrong(profile, "has the profile 401, not 402")
     wrong(twice, "two drives have this number")
     wrong(modes, "no cyclic synchronous torque")

@@ -93,7 +93,7 @@ def test_a_drive_that_does_not_limit_its_speed_under_torque_is_stopped() -> None
     drive._move = unlimited  # type: ignore[method-assign]
     before = found.rig.plant.rig.winches.lengths_out()
     under_torque(found, 60)
-    assert "south-east: its winch went" in found.machine.tripped
+    assert "south-east: its winch moved" in found.machine.tripped
     assert "beyond its speed limit under torque, 0.02 m/s" in found.machine.tripped
     assert braked(found)
     assert np.abs(found.rig.plant.rig.winches.lengths_out() - before).max() < 0.04

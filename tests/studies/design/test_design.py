@@ -164,7 +164,7 @@ def test_constraints_that_cannot_be_met_are_named_with_how_close_it_came() -> No
 def test_constraints_that_exclude_each_other_are_told_as_such() -> None:
     bounds = [DesignConstraint.read("frame_height<=9"), DesignConstraint.read("cable_length>=115")]
     found = design(HOUSE, JOB, HEIGHT, ["expected_error"], bounds, evaluations=10, population=10)
-    assert found.refusal.endswith("each can be met, but not all at once")
+    assert found.refusal.endswith("each can be met, but not all together")
 
 
 def test_an_objective_without_any_value_ends_the_search() -> None:

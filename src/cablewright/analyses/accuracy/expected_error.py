@@ -9,6 +9,9 @@ The path's box is divided into `CELLS` cells a side, and the sample with the lar
 order, stands for its cell. A few machines are solved in all cells: they say how far first order is off in each. With
 this, each machine has its own order of cells, and is solved in the first of them. A machine without a sound equilibrium
 in one of these is beyond any distance.
+
+With the same numbers tensions at rest are off, to first order and by lengths alone: a print that measures tensions
+holds redundant ones nearer.
 """
 
 from __future__ import annotations
@@ -29,8 +32,8 @@ from cablewright.models.rows import Rows, joined
 from cablewright.models.statics import Equilibrium
 from cablewright.printing.path import Samples
 from cablewright.robot.uncertainty import Range
-from cablewright.solvers.linearise import Linearisation
-from cablewright.solvers.parameters import at_nozzle, departures, response
+from cablewright.solvers.linearise import Linearisation, tension_changes
+from cablewright.solvers.parameters import at_nozzle, departures, range_response, range_tension_response
 
 CELLS: Final = 12
 DRAWS: Final = 4000
@@ -44,7 +47,10 @@ SETTLED: Final = 0.005
 """Share of the result by which it may grow in the last cells, for no more to be solved."""
 
 LEVEL: Final = 0.95
-BLOCK: Final = 64  # cells evaluated at once
+_DEVIATIONS: Final = 1.96
+"""Standard deviations within which 95 of 100 machines have a tension: a sum of many small departures."""
+
+BLOCK: Final = 64  # cells evaluated in one call
 TINY: Final = 1e-12  # m: errors to first order that are smaller are taken as this
 INTERPOLATION: Final = "interpolation"
 """Name of the cause that is no number of the robot: lengths are interpolated between samples."""
@@ -103,6 +109,7 @@ class ExpectedError:
     ranges: tuple[Range, ...]
     curvature: float  # how much larger it is than to first order, as a share; NaN if it is not stated
     unsolved: int  # drawn machines without a sound equilibrium at some sample
+    tensions: Array  # (m, 2) N: between which those at rest of each line are expected on the path; NaN: not known
 
     @property
     def unknown(self) -> str:
@@ -158,18 +165,24 @@ class _Cells(Rows):
             errors[at] = np.linalg.norm(effects[at] @ drawn_values + offsets[at, :, None], axis=1)
         return errors
 
-    def solved(self, ranges: tuple[Range, ...], values: Array) -> Array:
-        """Errors (c, S), m, of machines with *values* (S, p) or (c, S, p); infinite without a sound equilibrium."""
+    def solved(self, ranges: tuple[Range, ...], values: Array, zero: Array) -> Array:
+        """Errors (c, S), m, of machines with *values* (S, p) or (c, S, p); infinite without a sound equilibrium.
+
+        *zero*: by how far each is off where its coordinates count from, (S, 3) or (c, S, 3), m; NaN: it is not there.
+        """
         points, _, ok = sampled(SpreadProblem(self.held, self.held.lengths, self.held.pose, ranges), values)
-        errors = np.linalg.norm(points - (self.held.nozzle - self.offsets)[:, None], axis=2)
-        return np.where(ok, errors, np.inf)
+        errors = np.linalg.norm(points - (self.held.nozzle - self.offsets)[:, None] - zero, axis=2)
+        return np.where(ok & np.isfinite(errors), errors, np.inf)
 
 
 class ExpectedErrorSearch:
     """The search along a job's samples, which come block by block."""
 
-    def __init__(self, ranges: Sequence[Range], samples: Samples, seed: int) -> None:
-        """Draw the machines for the path of these *samples*; those that lay material count, or all if none does."""
+    def __init__(self, ranges: Sequence[Range], samples: Samples, seed: int, zero: Equilibrium | None = None) -> None:
+        """Draw the machines for the path of these *samples*; those that lay material count, or all if none does.
+
+        *zero*: the solved row where coordinates count from, whose nozzle each machine takes for that; None: the frame.
+        """
         self._ranges, self._positions = tuple(ranges), samples.positions
         self._counts = samples.extruding if samples.extruding.any() else np.ones(len(samples), dtype=bool)
         self._parameters = [each.parameter for each in ranges]
@@ -181,6 +194,12 @@ class ExpectedErrorSearch:
         self._low = self._positions.min(axis=0)
         self._pitch = np.maximum(np.ptp(self._positions, axis=0), 1e-9) / CELLS
         self._cells: _Cells | None = None
+        self._zero, self._zero_effects = np.zeros((DRAWS, 3)), np.zeros((3, len(ranges)))
+        if zero is not None:
+            points, _, ok = sampled(SpreadProblem(zero, zero.lengths, zero.pose, self._ranges), self._values)
+            self._zero = np.where(ok[0, :, None], points[0] - zero.nozzle, np.nan)
+            self._zero_effects = at_nozzle(zero, range_response(zero, ranges))[0]
+        self._tensions: list[Array] = []  # (m, 2) N, of each block
 
     def take(self, samples: Indices, held: Equilibrium, linear: Linearisation) -> None:
         """Add the solved rows *held* of these *samples*, with their linearisation."""
@@ -188,7 +207,11 @@ class ExpectedErrorSearch:
         if not count.any():
             return
         samples, held, linear = samples[count], held[count], linear[count]
-        effects = at_nozzle(held, response(held, self._parameters, linear))
+        moved = range_response(held, self._ranges, linear)
+        effects = at_nozzle(held, moved) - self._zero_effects
+        off = range_tension_response(held, self._ranges, moved, tension_changes(held))
+        apart = _DEVIATIONS * np.sqrt(off**2 @ self._mean_square)
+        self._tensions.append(np.stack([(held.tensions - apart).min(0), (held.tensions + apart).max(0)], axis=-1))
         offsets = self._interpolation(samples, held, linear)
         rms = np.sqrt((effects**2).sum(axis=1) @ self._mean_square + (offsets**2).sum(axis=1))
         self._rms[samples] = rms
@@ -217,7 +240,7 @@ class ExpectedErrorSearch:
         """Return the expected error of all that was taken."""
         cells = self._cells
         if cells is None:
-            return ExpectedError(np.nan, None, self._rms, (), self._ranges, np.nan, 0)
+            return ExpectedError(np.nan, None, self._rms, (), self._ranges, np.nan, 0, np.full((1, 2), np.nan))
         worst = int(cells.rms.argmax())
         largest = self._largest(cells)
         value = float(_percentile(largest))
@@ -227,20 +250,23 @@ class ExpectedErrorSearch:
         found = sorted(self._causes(cells, worst), key=lambda cause: -cause.share)
         causes = tuple(replace(cause, without=ratio * cause.without) for cause in found)
         unsolved = int(np.isinf(largest).sum())
-        return ExpectedError(value, int(cells.sample[worst]), self._rms, causes, self._ranges, ratio - 1.0, unsolved)
+        low, high = np.moveaxis(np.array(self._tensions), -1, 0)
+        tensions = np.stack([low.min(axis=0), high.max(axis=0)], axis=-1)
+        sample = int(cells.sample[worst])
+        return ExpectedError(value, sample, self._rms, causes, self._ranges, ratio - 1.0, unsolved, tensions)
 
     def _largest(self, cells: _Cells) -> Array:
         """The largest error (S,), m, of each machine, solved in more and more cells until that changes little."""
         straight = cells.straight(self._departures)
-        scouts = _percentile(cells.solved(self._ranges, self._values[:SCOUTS]))
+        scouts = _percentile(cells.solved(self._ranges, self._values[:SCOUTS], self._zero[:SCOUTS]))
         bent = scouts / np.maximum(_percentile(straight[:, :SCOUTS]), TINY)
         ranks = np.argsort(-straight * bent[:, None], axis=0, kind="stable").T  # (S, c)
         largest, first, count = np.zeros(len(ranks)), 0, FIRST
         while first < len(cells):
             before = _percentile(largest)
             chosen = ranks[:, first : first + count]
-            machines = np.repeat(self._values, chosen.shape[1], axis=0)[:, None]
-            errors = cells[chosen.ravel()].solved(self._ranges, machines).reshape(chosen.shape)
+            machines, zero = (np.repeat(each, chosen.shape[1], axis=0)[:, None] for each in (self._values, self._zero))
+            errors = cells[chosen.ravel()].solved(self._ranges, machines, zero).reshape(chosen.shape)
             largest = np.maximum(largest, errors.max(axis=1))
             first, count = first + count, 2 * count
             if _percentile(largest) <= (1.0 + SETTLED) * before or np.isinf(_percentile(largest)):

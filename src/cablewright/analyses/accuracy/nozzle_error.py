@@ -87,13 +87,13 @@ class Accuracy(Result):
                lambda at: _most(at.nominal_error), shown="mm"),
         Figure("max_error", "m", "Largest error (Paty's delta p_max).", lambda at: _most(at.spread.max_error),
                shown="mm"),
-        Figure("max_error_at", "m", "Expected position of the nozzle where the error is largest.", "_worst_place",
-               shown="m"),
+        Figure("max_error_at", "m", "Expected position of the nozzle where the error is largest.",
+               lambda at: _at(at.wanted_nozzle, at.spread.max_error), shown="m"),
         Figure("max_error_values", "", "Values of the uncertain parameters there.", "_worst_values", detail=True),
         Figure("smallest_max_error", "m", "Largest error of the best place.",
                lambda at: -_most(-at.spread.max_error), shown="mm"),
-        Figure("smallest_max_error_at", "m", "Expected position of the nozzle at the best place.", "_best_place",
-               shown="m"),
+        Figure("smallest_max_error_at", "m", "Expected position of the nozzle at the best place.",
+               lambda at: _at(at.wanted_nozzle, -at.spread.max_error), shown="m"),
         Figure("difference", "m", "Largest difference of a place's largest and nominal error (Paty's delta p).",
                lambda at: _most(at.difference), shown="mm"),
         Figure("max_deviation", "m", "Largest distance of the nozzle from its nominal position.",
@@ -102,8 +102,8 @@ class Accuracy(Result):
                "min error, x, y, z", shown="mm"),
         Figure("highest_error", "m", "Max of x, y and z of the error.", lambda at: _ends(np.fmax, at.spread.high),
                "max error, x, y, z", shown="mm"),
-        Figure("max_horizontal_error", "m", "Largest horizontal part of a place's largest error.", "_horizontal",
-               shown="mm"),
+        Figure("max_horizontal_error", "m", "Largest horizontal part of a place's largest error.",
+               lambda at: _most(np.linalg.norm(at.worst_offset[:, :2], axis=1)), shown="mm"),
         Figure("max_vertical_error", "m", "Largest vertical part of a place's largest error.",
                lambda at: _most(np.abs(at.worst_offset[:, 2])), shown="mm"),
         Figure("max_turn", "rad", "Largest angle of the platform from its expected rotation; 0 for a point platform.",
@@ -199,17 +199,8 @@ class Accuracy(Result):
     def _refused(self) -> dict[str, int]:
         return {Status.of(int(code)).word: int((self.codes == code).sum()) for code in np.unique(self.codes) if code}
 
-    def _worst_place(self) -> Array | None:
-        return _at(self.wanted_nozzle, self.spread.max_error)
-
-    def _best_place(self) -> Array | None:
-        return _at(self.wanted_nozzle, -self.spread.max_error)
-
     def _worst_values(self) -> Array | None:
         return _at(self.spread.worst_values, self.spread.max_error)
-
-    def _horizontal(self) -> float:
-        return _most(np.linalg.norm(self.worst_offset[:, :2], axis=1))
 
     @property
     def contributions(self) -> tuple[Contribution, ...]:
@@ -232,7 +223,7 @@ class Accuracy(Result):
     def notes(self) -> tuple[str, ...]:
         """What to know before the figures are used."""
         curved, lost = _most(self.spread.nonlinearity), int(self.spread.unsolved.sum())
-        off = f"first order is off by up to {100.0 * curved:.2g} % of the spread"
+        off = f"first order deviates by up to {100.0 * curved:.2g} % of the spread"
         notes = []
         if curved > TOO_CURVED and self.method == "first-order":
             notes.append(f"{off}: all figures of the spread are estimates; --method vertices solves the corners")
@@ -244,7 +235,9 @@ class Accuracy(Result):
             if not each.low <= each.nominal <= each.high
         ]
         if any(line.mount_gives for line in self.robot.lines):
-            notes.append("each exit point gives under its own line alone: two on one post give together, uncounted")
+            notes.append(
+                "each mount deflects under its own line only: coupled mounts, as two on one post, are not included"
+            )
         if lost:
             solves = "solve has" if lost == 1 else "solves have"
             notes.append(

@@ -25,7 +25,7 @@ from cablewright.models.rows import rows_of
 from cablewright.models.statics import Equilibrium
 from cablewright.robot.uncertainty import Range
 from cablewright.solvers.forward import solve_again
-from cablewright.solvers.parameters import at_nozzle, departures, response
+from cablewright.solvers.parameters import at_nozzle, departures, range_response, zeroing
 
 SOLVES = 32_768  # forward problems between two progress reports: bounds memory and the time until an interrupt acts
 LIKELY = 0.95  # share of samples within the likely error
@@ -223,7 +223,10 @@ def settled(problem: SpreadProblem, values: Array) -> Equilibrium:
         packed = rows_of(packed, np.repeat(np.arange(places), each))
     lengths = np.repeat(problem.commanded, each, axis=0)
     parameters = [one.parameter for one in problem.ranges]
-    changed, paid_out = varied(base.model.robot, packed, parameters, values.reshape(-1, k), lengths)
+    values = values.reshape(-1, k)
+    nominal = [each.nominal for each in problem.ranges]
+    lengths = lengths + (values - nominal) @ zeroing(problem.ranges, base.model.m)
+    changed, paid_out = varied(base.model.robot, packed, parameters, values, lengths)
     return solve_again(base, changed, paid_out, each)
 
 
@@ -243,7 +246,7 @@ class _Linear:
     def of(cls, problem: SpreadProblem) -> _Linear:
         """Linearise at the problem's nominal equilibria."""
         nominal = problem.nominal
-        motion = response(nominal, [each.parameter for each in problem.ranges])
+        motion = range_response(nominal, problem.ranges)
         translation, rotation = at_nozzle(nominal, motion), motion[:, 3:]
         low, high = problem.departures(np.array([[each.low, each.high] for each in problem.ranges]).T)
         shift, half = 0.5 * (low + high), 0.5 * (high - low)

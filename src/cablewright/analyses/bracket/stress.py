@@ -125,8 +125,8 @@ class Design(Result):
         Figure("axle_stress", "Pa", "Largest bending stress of the axle.", name="axle", shown="MPa"),
         Figure("safety", "1", "Smallest ratio of a part's yield strength to its stress.", digits=3),
         Figure("max_displacement", "m", "Largest displacement of base or lever.", shown="mm"),
-        Figure("platform_motion", "m, rad", "Motion of the platform because the brackets give way, lengths held; null "
-               "where cables are rigid.", detail=True),
+        Figure("platform_motion", "m, rad", "Motion of the platform by the compliance of the brackets at constant "
+        "lengths; null for rigid cables.", detail=True),
         Figure("platform_displacement", "m", "Norm of the translation in platform_motion; null where cables are rigid.",
                lambda of: np.linalg.norm(of.platform_motion[:3]), "platform moves by", shown="mm"),
         Figure("nodes", "1", "Number of nodes of the meshes of base and cheek."),
@@ -151,7 +151,7 @@ class Design(Result):
                lambda of: of.base_wrench[:3], detail=True),
         Figure("base_moment", "N m", "Moment about the middle of the back of its baseplate, bracket's frame.",
                lambda of: of.base_wrench[3:], detail=True),
-        Figure("sheave_motions", "m", "Displacement of each line's sheave because its bracket gives way, world.",
+        Figure("sheave_motions", "m", "Displacement of each line's sheave by the compliance of its bracket, world.",
                detail=True),
     )  # fmt: skip
     HEADLINES: ClassVar = ("line", "part", "max_von_mises", "safety")

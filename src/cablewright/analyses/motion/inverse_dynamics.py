@@ -124,8 +124,8 @@ def inverse_dynamics(robot: Robot | Model, trajectory: Trajectory, **options: Un
     Weight, loads and the forces of inertia of the platform (Newton and Euler) are in balance with the lines at each
     time; cables, sheaves and winches are massless, and nothing swings. *options*: as `inverse`, which chooses the
     tensions. Where none are within the limits, the answer is no at that time, as for `inverse`. Raises `InputError` for
-    a robot with fewer winches than freedoms or with counterweights, for a body that turns and has no inertia, and for
-    poses of another number of coordinates.
+    a robot with fewer winches than degrees of freedom or with counterweights, for a body that turns and has no inertia,
+    and for poses of another number of coordinates.
 
     Examples
     --------
@@ -142,7 +142,7 @@ def inverse_dynamics(robot: Robot | Model, trajectory: Trajectory, **options: Un
         width = trajectory.poses.shape[1]
         raise InputError(f"trajectory: its poses have {width} coordinates; those of {model.robot.name} have {model.n}")
     if not compensates(model.robot):
-        why = "counterweights" if model.robot.hung else "fewer winches than freedoms"
+        why = "counterweights" if model.robot.hung else "fewer winches than degrees of freedom"
         raise InputError(f"inverse dynamics: robot {model.robot.name!r} has {why}; not supported. Use simulate")
     turning = trajectory.velocities[:, 3:].any() or trajectory.accelerations[:, 3:].any()
     rates = trajectory.velocities[:, 3:] if turning else None

@@ -14,7 +14,7 @@ from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError, require_positive
 from cablewright.foundation.frames import COORDINATES
 from cablewright.foundation.results import Figure, Pictured
-from cablewright.models.job_poses import poses_at, sampled
+from cablewright.models.job_poses import on_plane, poses_at, sampled
 from cablewright.models.rotation import rotations, turn_between
 from cablewright.printing.job import Job, load_job
 from cablewright.printing.path import Samples
@@ -175,7 +175,10 @@ class Trajectory(Pictured):
             raise InputError(f"job {read.name}: motion.jerk = {read.motion.jerk:g}: leave it out for a trajectory")
         if any(step.rotation is not None or step.retraction is not None for step in read.schedule):
             raise InputError(f"job {read.name}: schedule: a trajectory does not turn or retract; give poses to spline")
-        samples, _ = sampled(robot, read, read.toolpath())
+        read = on_plane(robot, read)
+        toolpath = read.toolpath()
+        read = read.with_corners(read.beads(toolpath))
+        samples, _ = sampled(robot, read, toolpath)
         law = read.time_law(samples)
         end = law.duration if duration is None else min(duration, law.duration)
         require_positive(duration=end)

@@ -34,7 +34,7 @@ class WorkspaceArea(Pictured):
     FIGURES: ClassVar = (
         Figure("status", "", "ok, empty, or not-converged: the error is over the tolerance."),
         *criterion_figures("criterion"),
-        Figure("count", "", "What is measured.", lambda _found: "area", detail=True),
+        Figure("count", "", "Measured quantity.", lambda _found: "area", detail=True),
         Figure("box", "m", "Box that was searched: min and max corner, world.", "box.corners", shown="m"),
         Figure("normal", "", "Axis across the plane: x, y or z; of a tilted plane its unit vector."),
         Figure("area", "m^2", "Area of the workspace."),

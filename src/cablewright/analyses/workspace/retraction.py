@@ -38,7 +38,7 @@ class RetractionStudy(Pictured):
     """Areas of slices at Z heights and L lengths, and the fitted law. A height is that of the middle of its slice."""
 
     FIGURES: ClassVar = (
-        Figure("status", "", "ok; a robot or a workspace that allows no law is refused.", lambda _found: "ok"),
+        Figure("status", "", "ok; a robot or a workspace without a law is an error.", lambda _found: "ok"),
         *(each for each in criterion_figures("held.criterion") if each.key in ("robot", "criterion", "cable", "point")),
         Figure("box", "m", "Box that was searched: min and max corner, world.", "held.box.corners", shown="m"),
         Figure("lengths", "m", "Retraction lengths tried.", "", "constant length", shown="m", along="length"),

@@ -45,29 +45,27 @@ class PlaceOptions:
         typer.Option(
             "--at",
             metavar="X,Y,Z[,RX,RY,RZ]",
-            help="One pose: position, m, and rotation vector, rad; `free` for what gravity decides.",
+            help="One pose: position, m, and rotation vector, rad; `free`: a coordinate that follows from equilibrium.",
         ),
     ] = None
     helix: Annotated[
         str | None,
-        typer.Option("--helix", metavar="RADIUS,PITCH,Z0,Z1", help="Places on a helix about the frame's middle, m."),
+        typer.Option("--helix", metavar="RADIUS,PITCH,Z0,Z1", help="Positions on a helix about the frame's middle, m."),
     ] = None
     path: Annotated[
         Path | None,
-        typer.Option("--path", metavar="JOB", help="Job along whose path the error is found: a TOML or G-code file."),
+        typer.Option("--path", metavar="JOB", help="Job (TOML or G-code): computes the error along its path."),
     ] = None
     plane: Annotated[
-        float | None, typer.Option("--plane", metavar="Z", help="Places in a horizontal square at height Z, m.")
+        float | None, typer.Option("--plane", metavar="Z", help="Positions in a horizontal square at height Z, m.")
     ] = None
     half_width: Annotated[
         float | None,
         typer.Option(
-            "--half-width", metavar="W", help="Half the side of that square, m; by default as far as the frame."
+            "--half-width", metavar="W", help="Half the side of that square, m; by default that of the frame."
         ),
     ] = None
-    workspace: Annotated[
-        bool, typer.Option("--workspace", help="Nodes of a grid that are in the static workspace.")
-    ] = False
+    workspace: Annotated[bool, typer.Option("--workspace", help="Nodes of a grid in the static workspace.")] = False
     step: Annotated[
         float | None,
         typer.Option(
@@ -115,7 +113,7 @@ class UncertaintyOptions:
         typer.Option(
             "--modulus-range",
             metavar="MIN,MAX",
-            help="Factors between which moduli lie, and nothing else is uncertain; by default 0.7,1.3.",
+            help="Range of the factor on each modulus, as the only uncertainty; by default 0.7,1.3.",
         ),
     ] = None
     uncertainty: Annotated[
@@ -126,7 +124,7 @@ class UncertaintyOptions:
             help="File of uncertain parameters; by default the robot file's [uncertainty], or else moduli alone.",
         ),
     ] = None
-    method: Annotated[MethodName, typer.Option("--method", help="How the spread is found.")] = "vertices"
+    method: Annotated[MethodName, typer.Option("--method", help="Method for the range of the error.")] = "vertices"
     samples: Annotated[
         int | None, typer.Option("--samples", help="Number of samples of --method monte-carlo; by default 100000.")
     ] = None
@@ -146,7 +144,7 @@ class UncertaintyOptions:
         return modulus_ranges(machine, low, high)
 
     def spread_method(self) -> Method | str:
-        """How the spread is found. Raises `InputError`."""
+        """Method for the range of the error. Raises `InputError`."""
         if self.method == "monte-carlo":
             return cw.MonteCarlo(100_000 if self.samples is None else self.samples, self.seed)
         if self.samples is not None:
@@ -166,7 +164,8 @@ def accuracy_command(
         CompensationName,
         typer.Option(
             "--compensation",
-            help="Model of the commanded lengths: rigid cables (none), stretch alone, all but sheaves, or everything.",
+            help="Model of the commanded lengths: rigid cables (none), elastic cables, full "
+            "model with eyelets, or full model.",
         ),
     ] = "none",
     home: Annotated[
@@ -174,7 +173,7 @@ def accuracy_command(
         typer.Option(
             "--home",
             metavar="X,Y,Z[,RX,RY,RZ]",
-            help="Pose, m and rad, at which the commanded lengths are true; by default at none.",
+            help="Home pose, m and rad, at which the commanded lengths are exact; by default none.",
         ),
     ] = None,
     tension_limits: Limits = None,
@@ -184,11 +183,10 @@ def accuracy_command(
     executor: ExecutorOptions,
     as_json: AsJson = False,
 ) -> int:
-    """The error of the commanded lengths, and the largest error while parameters are uncertain.
+    """Prints the error of the commanded lengths, and the largest error for uncertain parameters.
 
-    A shape writes a run folder with a report; one pose does so where --out is given. With --workers or --cluster a file
-    beside that folder has what is done, until it is there: the same command resumes. The answer is no (exit 1) if the
-    robot can be held at none of the places.
+    A shape writes a run folder with a report; one pose does so with --out. With --workers or --cluster, the same
+    command resumes an interrupted run. The answer is no (exit 1) if the robot can hold none of the positions.
     """
     from cablewright.running import store
     from cablewright.studies import accuracy

@@ -25,14 +25,14 @@ def bracket_command(
     at: Pose = None,
     job: Annotated[
         Path | None,
-        typer.Option("--job", metavar="JOB", help="Job whose most stressed sample is taken, instead of --at."),
+        typer.Option("--job", metavar="JOB", help="Job: uses the sample with the highest stress, instead of --at."),
     ] = None,
     workspace: Annotated[
         float | None,
         typer.Option(
             "--workspace",
             metavar="STEP",
-            help="Step, m, of a grid over the workspace whose most stressed node is taken.",
+            help="Step, m, of a grid over the workspace: uses the node with the highest stress.",
         ),
     ] = None,
     bracket: Annotated[

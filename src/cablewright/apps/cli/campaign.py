@@ -34,7 +34,7 @@ def campaign_command(
     *,
     robot: RobotName,
     job: JobFile,
-    machines: Annotated[int, typer.Option("--machines", metavar="N", help="How many machines are built.")] = 100,
+    machines: Annotated[int, typer.Option("--machines", metavar="N", help="Number of machines to simulate.")] = 100,
     machine: MachineName = None,
     layers: LayerCount = None,
     estimator: Estimator = None,
@@ -45,13 +45,17 @@ def campaign_command(
     tried: Annotated[
         int | None,
         typer.Option(
-            "--tried", metavar="N", help="Machines on which each tolerance is met exactly too; by default up to 10."
+            "--tried",
+            metavar="N",
+            help="Number of machines that also print with each tolerance set to zero; by default up to 10.",
         ),
     ] = None,
     max_error: Annotated[
         float | None,
         typer.Option(
-            "--max-error", metavar="E", help="Error beside the path, m, within which a print succeeds; else the job's."
+            "--max-error",
+            metavar="E",
+            help="Maximum error beside the path, m, of a successful print; by default the job's.",
         ),
     ] = None,
     out: Annotated[
@@ -61,11 +65,11 @@ def campaign_command(
     executor: ExecutorOptions,
     output: OutputOptions,
 ) -> int:
-    """Each machine is built by a seed of its own and prints the job in closed loop, quasi-static by default.
+    """Each machine has its own seed and prints the job in closed loop, quasi-static by default.
 
-    A print succeeds that ends within the allowed error. Some of the machines also print with each tolerance in turn met
-    exactly: what that changes says which tolerance is worth its price. The campaign can be interrupted: the same
-    command resumes it from --out, with any executor. The answer is no (exit 1) if no machine succeeds.
+    A print succeeds if it ends within the allowed error. Some machines print again with each tolerance set to zero, to
+    find the most valuable tolerance. The same command resumes an interrupted campaign from --out. The answer is no
+    (exit 1) if no machine succeeds.
     """
     from cablewright.studies.campaigns.campaign import DEFAULT_TRIED
 

@@ -25,26 +25,26 @@ def check_command(
         typer.Option(
             "--uncertainty",
             metavar="TOML",
-            help="File of uncertain parameters; by default the robot file's [uncertainty], or else what is assumed.",
+            help="File of uncertain parameters; by default the robot file's [uncertainty], else assumed values.",
         ),
     ] = None,
     clearance: Clearance = 0.0,
     interference: Annotated[
-        bool, typer.Option("--interference/--no-interference", help="Find the distances of lines from everything.")
+        bool, typer.Option("--interference/--no-interference", help="Compute the distances of lines from obstacles.")
     ] = True,
     expected_error: Annotated[
-        bool, typer.Option("--expected-error/--no-expected-error", help="Find the error under uncertain parameters.")
+        bool, typer.Option("--expected-error/--no-expected-error", help="Compute the error for uncertain parameters.")
     ] = True,
     bead: BeadSize = None,
     seed: Seed = 0,
     out: Annotated[Path | None, typer.Option("--out", help="Run folder; by default runs/check-ROBOT-JOB.")] = None,
     as_json: AsJson = False,
 ) -> int:
-    """A run folder keeps a report, all samples and the lengths that the winches have to pay out.
+    """Writes a run folder with a report, all samples and the cable lengths for the winches.
 
-    The answer is no (exit 1) if a sample cannot be held or breaks a limit of the robot file, also while the nozzle
-    accelerates; if lines touch each other, the platform, the frame or the part as it grows; or if the expected error is
-    above the job's max_error. What was not checked is listed.
+    The answer is no (exit 1) if a sample violates a limit of the robot, also while the nozzle accelerates; if lines
+    touch an obstacle; or if the expected error exceeds the job's max_error. `not checked` lists the effects that are
+    not covered.
     """
     from cablewright.apps.report import check as report
     from cablewright.printing.layers import layer_table

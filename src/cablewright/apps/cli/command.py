@@ -14,8 +14,11 @@ from inspect import Parameter, Signature
 from typing import Annotated, Any, NamedTuple, TypeVar, dataclass_transform, get_args, get_origin, get_type_hints
 
 import typer
+from rich.markup import escape
 from typer.core import TyperCommand
 from typer.main import get_command
+
+from cablewright.apps.cli.examples import FURTHER
 
 _Group = TypeVar("_Group")
 
@@ -51,14 +54,20 @@ def options(panel: str | None = None) -> Callable[[type[_Group]], type[_Group]]:
 
 
 def command_of(declared: DeclaredCommand, name: str, summary: str) -> TyperCommand:
-    """The command of typer. Its help is *summary* and the docstring; its epilogue is the example."""
+    """Return the command of typer. Its help is *summary* and the docstring; its epilogue lists the examples."""
     app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
     paragraphs = (summary, *inspect.cleandoc(declared.run.__doc__ or "").split("\n\n"))
     text = "\n\n".join(" ".join(each.split()) for each in paragraphs)
-    app.command(name, help=text, epilog=f"Example:  cablewright {declared.example}")(_callback(declared.run))
+    shown = "\n\n".join(f"cablewright {each}" for each in examples_of(declared, name))
+    app.command(name, help=escape(text), epilog=f"Examples:\n\n{escape(shown)}")(_callback(declared.run))
     made = get_command(app)
     assert isinstance(made, TyperCommand)
     return made
+
+
+def examples_of(declared: DeclaredCommand, name: str) -> list[str]:
+    """Return the examples of a command without the name of the program, each once."""
+    return list(dict.fromkeys((declared.example, *FURTHER.get(name, ()))))
 
 
 def _callback(run: Callable[..., int]) -> Callable[..., int]:
@@ -97,12 +106,12 @@ def _value(name: str, hint: Any, given: Mapping[str, Any]) -> Any:
 
 
 def _in_panel(hint: Any, panel: str | None) -> Any:
-    """The annotation of an option with the heading under which help lists it."""
-    if panel is None or get_origin(hint) is not Annotated:
+    """Return the annotation of an option with its heading in the help; brackets in its text are no markup."""
+    if get_origin(hint) is not Annotated:
         return hint
     kind, option = get_args(hint)
-    if isinstance(option, type(typer.Argument())):
-        return hint
     option = copy(option)
-    option.rich_help_panel = panel
+    option.help = escape(option.help or "")
+    if not isinstance(option, type(typer.Argument())):
+        option.rich_help_panel = panel
     return Annotated[kind, option]

@@ -20,9 +20,7 @@ def curves_command(
     area: Annotated[
         str, typer.Option("--area", metavar="X,Y", help="Sides of the rectangle that encloses each curve, m.")
     ] = "3.6,8",
-    count: Annotated[
-        int, typer.Option("--count", metavar="N", help="Number of curves that are drawn at random.")
-    ] = 200,
+    count: Annotated[int, typer.Option("--count", metavar="N", help="Number of random curves.")] = 200,
     seed: Seed = 0,
     crossings: Annotated[
         int, typer.Option("--crossings", metavar="N", help="Minimum number of self-intersections of each curve.")
@@ -32,9 +30,9 @@ def curves_command(
     ] = 0.3,
     output: OutputOptions,
 ) -> int:
-    """The curves are smooth, cross themselves, and lie within a rectangle; the one that covers it best comes first.
+    """The curves are smooth, cross themselves, and lie within a rectangle. The one with the best coverage comes first.
 
-    --plot draws all of them to choose from; a job names its curve by number and seed.
+    --plot draws all of them. A job selects its curve by number and seed.
     """
     x, y = numbers(area, "--area", 2) or []
     with progress() as show:

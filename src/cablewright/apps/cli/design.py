@@ -29,13 +29,14 @@ class SearchOptions:
             help="Differential evolution or CMA-ES for one objective, NSGA-II for several; by default de, or nsga2.",
         ),
     ] = None
-    evaluations: Annotated[int, typer.Option("--evaluations", metavar="N", help="Candidates in all.")] = 400
+    evaluations: Annotated[int, typer.Option("--evaluations", metavar="N", help="Total number of candidates.")] = 400
     population: Annotated[
-        int | None, typer.Option("--population", metavar="N", help="Candidates at a time; by default 6 a variable.")
+        int | None,
+        typer.Option("--population", metavar="N", help="Candidates per generation; by default 6 a variable."),
     ] = None
     seed: Seed = 0
     criterion: Annotated[
-        CriterionName, typer.Option("--criterion", help="What must hold in the workspace, for figures of it.")
+        CriterionName, typer.Option("--criterion", help="Criterion of the workspace, for its figures.")
     ] = "exact"
     inertia: Annotated[
         InertiaName,
@@ -70,13 +71,13 @@ class GoalOptions:
         typer.Option(
             "--objective",
             metavar="FIGURE",
-            help="What is to be good; repeat it for a front. tension_margin, expected_error, lowest_frequency, "
+            help="Figure to optimise; repeat it for a front. tension_margin, expected_error, lowest_frequency, "
             "clearance, max_torque, cable_length, cost, volume, boundary_frequency, ..",
         ),
     ]
     constraint: Annotated[
         list[str] | None,
-        typer.Option("--constraint", metavar="FIGURE>=VALUE", help="What must hold, SI; >= or <=; repeat it."),
+        typer.Option("--constraint", metavar="FIGURE>=VALUE", help="Constraint, SI, with >= or <=; repeatable."),
     ] = None
     price: Annotated[
         list[str] | None,
@@ -90,7 +91,9 @@ class GoalOptions:
     symmetry: Annotated[
         str | None,
         typer.Option(
-            "--symmetry", metavar="x|y|x,y", help="Mirrors through the frame's middle: what varies at a line, mirrored."
+            "--symmetry",
+            metavar="x|y|x,y",
+            help="Mirror planes through the frame's middle: also vary the mirrored lines.",
         ),
     ] = None
 
@@ -123,11 +126,11 @@ def design_command(
     executor: ExecutorOptions,
     as_json: AsJson = False,
 ) -> int:
-    """Candidates are judged at places that stand for the whole part; the limits of the hardware must hold there.
+    """Evaluates candidates at a few positions that represent the whole part, within the limits of the hardware.
 
-    The folder --out gets robot.toml, the best candidate or of several objectives the most balanced one, up to two
-    others, a report, and every result: the same command resumes an interrupted search, with any executor. Check the
-    robot with `check` on the whole job. The answer is no (exit 1) if no candidate meets all constraints and limits.
+    The folder --out gets robot.toml (the best or most balanced candidate), up to two others, a report, and all results.
+    The same command resumes an interrupted search. Run `check` on the result. The answer is no (exit 1) if no candidate
+    meets all constraints.
     """
     described = cw.load(robot)
     stem = () if job is None else (job.stem,)

@@ -49,14 +49,17 @@ def import_command(
     ] = None,
     nozzle_below: Annotated[
         str | None,
-        typer.Option("--nozzle-below", metavar="L", help="Of a Hangprinter: its nozzle below where its lines meet."),
+        typer.Option(
+            "--nozzle-below",
+            metavar="L",
+            help="Of a Hangprinter: distance of the nozzle below the point where its lines meet.",
+        ),
     ] = None,
     as_json: AsJson = False,
 ) -> int:
     """Reads WireX, CASPR, and settings of Hangprinters (RepRapFirmware, Klipper), Maslows and wall plotters.
 
-    What the file has and a robot file has not, and what had to be assumed, is told on stderr and in comments of the
-    file that is written. See docs/exchange.md.
+    Lists lost and assumed data on stderr and as comments in the new file. See docs/exchange.md.
     """
     from cablewright.exchange.formats import ImportOptions, read_robot
     from cablewright.exchange.result import Imported
@@ -182,7 +185,7 @@ def export_command(
     ],
     made_for: Annotated[
         TargetName | None,
-        typer.Option("--for", help="Of gcode: rrf or klipper, whose own kinematics moves lines; of slicer: a slicer."),
+        typer.Option("--for", help="Of gcode: rrf or klipper, with firmware kinematics; of slicer: a slicer."),
     ] = None,
     bead: BeadSize = None,
     schema_version: Annotated[
@@ -192,13 +195,14 @@ def export_command(
     motion: MotionOptions,
     as_json: AsJson = False,
 ) -> int:
-    """Klipper, RepRapFirmware and LinuxCNC take a job, ros2 a log; they get a folder. The others describe the robot.
+    """Klipper, RepRapFirmware and LinuxCNC need a job, ros2 a log; they write a folder. Other formats describe a robot.
 
-    What the robot has and the format has not is told on stderr and in comments of the files. See docs/exchange.md.
+    Lists lost data on stderr and as comments in the files. See docs/exchange.md.
     """
     from cablewright.exchange.firmware import FIRMWARE
     from cablewright.exchange.result import Exported
     from cablewright.exchange.ros.bag import ros_bag
+    from cablewright.exchange.walls.written import WALLS
     from cablewright.exchange.wirex_output import wirex
     from cablewright.foundation.file_output import write_whole
 
@@ -218,6 +222,8 @@ def export_command(
     if job is None:
         if target == "wirex":
             found, content = wirex(described, schema_version or "0.32"), b""
+        elif target in WALLS:
+            found, content = WALLS[target](described), b""
         else:
             found, content = _at_pose(target, described, at)
         write_whole(out, content or found.text.encode(), parents=True)
@@ -251,7 +257,7 @@ def _at_pose(target: str, robot: cw.Robot, at: str | None) -> tuple[ExportedFile
         raise AnswerError(f"no pose of the platform: {held.sentence()}", held.status)
     if target == "urdf":
         return urdf(robot, held.pose), b""
-    mesh, lost = shapes(robot, held.pose), ("all but shapes of frame, exits and platform, for looking",)
+    mesh, lost = shapes(robot, held.pose), ("all data except shapes of frame, exit points and platform, for viewing",)
     return ExportedFile("", lost), mesh.stl() if target == "stl" else mesh.glb()
 
 

@@ -32,10 +32,10 @@ def fit_command(
     ] = None,
     output: OutputOptions,
 ) -> int:
-    """Places, and rotations if it fits at none, are tried on a grid of what the nozzle reaches; the best is verified.
+    """Tries positions, and rotations if none fits, on a grid of reachable points, and verifies the best one.
 
-    The answer is no (exit 1) if the part fits at no place at its own scale. Lines against the part, motion and winches
-    are not counted: `check` does.
+    The answer is no (exit 1) if the part fits nowhere at its own scale. `check` covers lines against the part, motion
+    and winches.
     """
     from cablewright.studies.fit import fit
 

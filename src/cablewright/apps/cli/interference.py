@@ -29,7 +29,7 @@ def interference_command(
     at: Pose = None,
     mesh: Annotated[
         Path | None,
-        typer.Option("--mesh", metavar="FILE.stl", help="Mesh of the part, instead of the strands that the job lays."),
+        typer.Option("--mesh", metavar="FILE.stl", help="Mesh of the part, instead of the strands of the job."),
     ] = None,
     mesh_scale: Annotated[
         float, typer.Option("--mesh-scale", metavar="F", help="Size in m of one unit of the mesh; 0.001 for mm.")
@@ -38,22 +38,23 @@ def interference_command(
     ends: Annotated[
         float,
         typer.Option(
-            "--ends", metavar="D", help="Length of cable at its ends, m, not compared with what it is tied to."
+            "--ends",
+            metavar="D",
+            help="Length of cable at each end, m, that is not compared with the object at that end.",
         ),
     ] = 0.1,
     tolerance: Annotated[
         float,
-        typer.Option("--tolerance", metavar="D", help="Max distance of a line from the chords that stand for it, m."),
+        typer.Option("--tolerance", metavar="D", help="Maximum distance of a line from the chords that replace it, m."),
     ] = 1e-3,
     bead: BeadSize = None,
     laws: LawOptions,
     retraction: Retraction = None,
     output: OutputOptions,
 ) -> int:
-    """Lines sag and stretch. Either a pose or a job is given; along a job the part grows as it is printed.
+    """Lines sag and stretch. Give a pose or a job; along a job the part grows.
 
-    The answer is no (exit 1) if a line touches something or is nearer to it than --clearance, or if a pose cannot be
-    held.
+    The answer is no (exit 1) if a distance is below --clearance, or if the lines cannot hold a pose.
     """
     if (job is None) == (at is None):
         raise InputError("interference: expected either a JOB or --at X,Y,Z")

@@ -21,70 +21,72 @@ from cablewright.foundation.errors import AnswerError, CablewrightError, InputEr
 
 COMMANDS = {
     "Model": {
-        "show": ("show.show_command", "A robot to look at in a browser, alone or with a job, a run or a log."),
-        "inverse": ("statics.inverse_command", "Lengths and tensions of the lines that hold the platform at a pose."),
-        "forward": ("statics.forward_command", "Pose of the platform for given unstrained lengths."),
+        "show": ("show.show_command", "Show a robot in a browser, alone or with a job, a run or a log."),
+        "inverse": ("statics.inverse_command", "Compute cable lengths and tensions from a pose."),
+        "forward": ("statics.forward_command", "Compute the pose of the platform from cable lengths."),
         "equilibria": (
             "statics.equilibria_command",
-            "All equilibria of given unstrained lengths that a search finds.",
+            "Find all equilibria of given cable lengths.",
         ),
     },
     "Analyse": {
-        "accuracy": ("accuracy.accuracy_command", "Position error of the nozzle under uncertain parameters."),
-        "workspace": ("workspace.workspace_command", "Volume, boundary and slices of the workspace by a criterion."),
-        "retraction": ("workspace.retraction_command", "Best retraction length of the end-effector at each height."),
-        "modes": ("modes.modes_command", "Stiffness and natural frequencies of the platform on its lines."),
-        "trade": ("trade.trade_command", "Workspace against lowest frequency while design parameters vary."),
-        "design": ("design.design_command", "Exits, platform and limits with which a robot serves its part best."),
+        "accuracy": ("accuracy.accuracy_command", "Compute the position error for uncertain parameters."),
+        "workspace": ("workspace.workspace_command", "Compute volume, boundary and slices of the workspace."),
+        "retraction": ("workspace.retraction_command", "Find the best retraction of the end-effector by height."),
+        "modes": ("modes.modes_command", "Compute stiffness, natural frequencies and modes."),
+        "trade": ("trade.trade_command", "Compare workspace and lowest frequency over designs."),
+        "design": ("design.design_command", "Optimise exit points, platform and limits for a part."),
         "interference": (
             "interference.interference_command",
-            "Distances of the lines from each other, platform, frame, part.",
+            "Compute distances between lines and obstacles.",
         ),
-        "bracket": ("bracket.bracket_command", "Stress in the brackets of the sheaves, by finite elements."),
+        "bracket": ("bracket.bracket_command", "Compute the stress in sheave brackets (finite elements)."),
     },
     "Calibrate": {
         "survey": (
             "calibration.room.survey_command",
-            "Exit points, sheave axes and walls from a total station's markers.",
+            "Compute exit points from markers of a total station.",
         ),
-        "poses": ("calibration.poses.poses_command", "Poses to measure for a calibration."),
+        "poses": ("calibration.poses.poses_command", "Choose the poses to measure for a calibration."),
         "calibrate": (
             "calibration.calibrate.calibrate_command",
-            "Exit points and home lengths from length changes at poses.",
+            "Estimate exit points and home lengths from data.",
         ),
         "simulate-calibration": (
             "calibration.calibrate.simulate_calibration_command",
-            "Simulated measurements to try `calibrate` with.",
+            "Simulate the measurements of a calibration.",
         ),
-        "modulus": ("calibration.tensile.modulus_command", "Young's modulus of a cable from a tensile test."),
-        "creep": ("calibration.tensile.creep_command", "Creep and stiffness of a cable from a test that holds a load."),
+        "modulus": ("calibration.tensile.modulus_command", "Compute Young's modulus of a cable from a tensile test."),
+        "creep": ("calibration.tensile.creep_command", "Compute creep of a cable from a test under load."),
         "walls": (
             "calibration.room.walls_command",
-            "Walls in a lidar's scan, and the lidar's place in a surveyed room.",
+            "Find walls in a lidar scan, and the lidar's position.",
         ),
     },
     "Print": {
-        "check": ("check.check_command", "Whether a robot can print a job, how far off, and the winch lengths for it."),
-        "fit": ("fit.fit_command", "Whether a part fits a robot: where, turned how, how large, and what limits it."),
-        "print": ("print_job.print_job_command", "Print a job closed-loop, on a simulated machine or on drives."),
-        "campaign": ("campaign.campaign_command", "Print a job on many machines that the tolerances allow."),
-        "simulate": ("simulate.simulate_command", "Drive a simulated machine along a path and log its sensors."),
-        "drives": ("drives.command.drives_command", "Winches of a real machine on CANopen drives, or virtual ones."),
-        "serve": ("serve.serve_command", "Watch and operate a machine in a browser, simulated or on drives."),
-        "replay": ("simulate.replay_command", "Run the estimation on a log and compare it with the truth in it."),
+        "check": ("check.check_command", "Check whether a robot can print a job, and how accurately."),
+        "fit": ("fit.fit_command", "Find position, rotation and scale at which a part fits."),
+        "print": ("print_job.print_job_command", "Print a job on a simulated machine or on drives."),
+        "campaign": ("campaign.campaign_command", "Print a job on many simulated machines with tolerances."),
+    },
+    "Operate": {
+        "simulate": ("simulate.simulate_command", "Simulate a machine along a path and log its sensors."),
+        "drives": ("drives.command.drives_command", "Scan, enable, home and jog the drives of a machine."),
+        "serve": ("serve.serve_command", "Operate a machine, simulated or real, in a browser."),
+        "replay": ("simulate.replay_command", "Run the estimators on a log and report their errors."),
     },
     "Tools": {
-        "robots": ("robots.robots_command", "Robots of the library, or the file of one."),
-        "new": ("robots.new_command", "Files of a robot of your own, from its size, layout, mass and cable."),
-        "import": ("exchange.import_command", "A robot from a file of another program."),
-        "export": ("exchange.export_command", "A robot, and a job, as files of another program."),
-        "machines": ("simulate.machines_command", "Simulated machines of the library, or the file of one."),
-        "schema": ("robots.schema_command", "JSON Schema of robot, job, machine and other files, for editors."),
-        "warm": ("robots.warm_command", "Compile kernels now, rather than when a command needs them."),
-        "curves": ("curves.curves_command", "Random closed curves to print, ranked by how well they cover an area."),
+        "robots": ("robots.robots_command", "List the robots of the library, or print one's file."),
+        "new": ("robots.new_command", "Create the files of a new robot."),
+        "import": ("exchange.import_command", "Convert a robot file of another program."),
+        "export": ("exchange.export_command", "Write a robot or a job for another program."),
+        "machines": ("simulate.machines_command", "List the machines of the library, or print one's file."),
+        "schema": ("robots.schema_command", "Print the JSON Schema of a kind of file, for editors."),
+        "warm": ("robots.warm_command", "Compile the numerical kernels before their first use."),
+        "curves": ("curves.curves_command", "Draw random closed curves to print."),
     },
 }
-"""Commands by group: the function that is each, in a module of `apps.cli`, and what it answers."""
+"""Commands by group: the function in a module of `apps.cli`, and the first line of the help."""
 
 INTERRUPTED, BAD_INPUT, ENVIRONMENT = 130, 2, 3
 LOOK_AGAIN = 0.1  # s after an interruption: whether it is handled
@@ -114,8 +116,8 @@ def command(name: str) -> TyperCommand:
 
 app = typer.Typer(
     name="cablewright",
-    help="Models, checks, calibrates and simulates cable-driven parallel robots that print large parts.",
-    epilog="`cablewright COMMAND --help` shows the options of a command and an example.",
+    help="Model, check, calibrate, simulate and operate cable-driven parallel robots that print large parts.",
+    epilog="`cablewright COMMAND --help` shows the options of a command and examples.",
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
 )

@@ -30,7 +30,7 @@ def modes_command(
     robot: RobotOptions,
     at: Pose = None,
     boundary: Annotated[
-        bool, typer.Option("--boundary", help="Modes along the boundary of the workspace instead of at one pose.")
+        bool, typer.Option("--boundary", help="Compute modes along the boundary of the workspace instead of one pose.")
     ] = False,
     log: Annotated[
         Path | None,
@@ -38,14 +38,14 @@ def modes_command(
     ] = None,
     signal: Annotated[
         SwingSignal | None,
-        typer.Option("--signal", help="Readings of the log to use; by default the first of these that it has."),
+        typer.Option("--signal", help="Readings of the log to use; by default the first of these in the log."),
     ] = None,
     span: Annotated[
         str | None,
         typer.Option(
             "--span",
             metavar="T0,T1",
-            help="Times of the log to use, s; by default the longest rest of the winches, of a CSV file all.",
+            help="Times of the log to use, s; by default the longest rest of the winches; of a CSV file all.",
         ),
     ] = None,
     geometric: Geometric = True,
@@ -56,10 +56,10 @@ def modes_command(
     region: OrientedRegionOptions,
     output: OutputOptions,
 ) -> int:
-    """The platform swings on its lines as on springs without mass; winches stand still and nothing damps.
+    """The platform swings on massless springs; winches stand still, without damping.
 
-    Either at one pose, --at, or with --boundary at the outermost nodes of a grid over the workspace, with all modes
-    at the pose whose lowest frequency is the lowest. With --log also frequencies and damping of a recorded swing.
+    Give one pose with --at, or use --boundary for the outermost nodes of a grid over the workspace. --log compares the
+    modes with frequencies and damping of a recorded swing.
     """
     from cablewright.analyses.workspace.boundary_modes import GRID
     from cablewright.studies.measured_modes import measured_modes

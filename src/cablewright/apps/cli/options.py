@@ -69,8 +69,8 @@ Estimator = Annotated[
     EstimatorName | None,
     typer.Option(
         "--estimator",
-        help="Chain of Merlet and Papegay 2023, Kalman filter of all sensors, or encoders alone; by default the "
-        "filter, where the machine has its sensors.",
+        help="Estimator of Merlet and Papegay 2023, Kalman filter of all sensors, or encoders "
+        "alone; by default the filter, if the machine has its sensors.",
     ),
 ]
 LayerCount = Annotated[
@@ -79,16 +79,15 @@ LayerCount = Annotated[
 Period = Annotated[float, typer.Option("--period", metavar="T", help="Time step of the quasi-static plant, s.")]
 Plant = Annotated[
     PlantName,
-    typer.Option(
-        "--plant", help="Motion of the machine: with inertia in steps of 10 ms, or from equilibrium to equilibrium."
-    ),
+    typer.Option("--plant", help="Simulation with inertia in steps of 10 ms, or quasi-static."),
 ]
 Severity = Annotated[
     SeverityName | None,
     typer.Option(
         "--severity",
-        help="How far walls, mounts, clocks and sensors are off what is described, people, gaps of the link, creep, "
-        "friction, frames that give and wind; by default as in the machine's file.",
+        help="Size of the deviations from the description: walls, mounts, clocks, sensors, "
+        "people, link gaps, creep, friction, compliance, wind; by default that of the "
+        "machine file.",
     ),
 ]
 Pose = Annotated[
@@ -96,7 +95,8 @@ Pose = Annotated[
     typer.Option(
         "--at",
         metavar="X,Y,Z[,RX,RY,RZ]",
-        help="Pose of the platform: position, m, and rotation vector, rad; `free` for what gravity decides.",
+        help="Pose of the platform: position, m, and rotation vector, rad; `free`: a coordinate "
+        "that follows from equilibrium.",
     ),
 ]
 Lengths = Annotated[str, typer.Option("--lengths", metavar="L1,..,Lm", help="Unstrained length of each line, m.")]
@@ -107,7 +107,7 @@ LengthsOrLog = Annotated[
     ),
 ]
 Clearance = Annotated[
-    float, typer.Option("--clearance", metavar="D", help="Distance under which a line is too near, m; 0: touching.")
+    float, typer.Option("--clearance", metavar="D", help="Minimum distance of a line from obstacles, m; 0: contact.")
 ]
 Limits = Annotated[
     str | None,
@@ -115,25 +115,27 @@ Limits = Annotated[
 ]
 Box = Annotated[
     str | None,
-    typer.Option("--box", metavar="X0,X1,Y0,Y1,Z0,Z1", help="Box that is searched, m; by default the robot's frame."),
+    typer.Option("--box", metavar="X0,X1,Y0,Y1,Z0,Z1", help="Search box, m; by default the robot's frame."),
 ]
 CalibrationPlanFile = Annotated[
     Path | None,
     typer.Option(
         "--plan",
         metavar="PLAN.toml",
-        help="What is unknown, sigmas and datum; by default the TOML file beside the data.",
+        help="Plan file: unknowns, sigmas and datum; by default the TOML file beside the data.",
     ),
 ]
 Retraction = Annotated[
     float | None, typer.Option("--retraction", metavar="L", help="Retraction length of the end-effector, m.")
 ]
 SheaveChoice = Annotated[
-    SheaveLaw | None, typer.Option("--sheave", help="Sheave law; by default each sheave as it is built.")
+    SheaveLaw | None, typer.Option("--sheave", help="Sheave law; by default the sheaves of the robot file.")
 ]
 Geometric = Annotated[
     bool,
-    typer.Option("--geometric/--no-geometric", help="Count the stiffness that tension adds for the frequencies."),
+    typer.Option(
+        "--geometric/--no-geometric", help="Include the geometric stiffness (from tension) in the frequencies."
+    ),
 ]
 Tensions = Annotated[
     TensionChoice | None,
@@ -203,12 +205,12 @@ class RegionOptions(LawOptions):
 
     criterion: Annotated[
         CriterionName | None,
-        typer.Option("--criterion", help="What must hold in the workspace; by default exact. Only static counts sag."),
+        typer.Option("--criterion", help="Criterion of the workspace; by default exact. Only static includes sag."),
     ] = None
     box: Box = None
     point: Annotated[
         PointName | None,
-        typer.Option("--point", help="Point of the platform that is at a place; by default the nozzle."),
+        typer.Option("--point", help="Point of the platform that the position refers to; by default the nozzle."),
     ] = None
     cable: Annotated[
         CableLaw | None,
@@ -238,7 +240,7 @@ class OrientedRegionOptions(RegionOptions):
         typer.Option(
             "--orientations",
             metavar="RX,RY,RZ;...",
-            help="Rotation vectors, rad, under each of which the criterion must hold; by default no rotation.",
+            help="Rotation vectors, rad: the criterion must hold for each; by default no rotation.",
         ),
     ] = None
     retraction: Retraction = None
@@ -277,7 +279,7 @@ class CountOptions:
     """How a volume is found."""
 
     count: Annotated[
-        CountName, typer.Option("--count", help="A volume with an error, or the nodes of a grid that are inside.")
+        CountName, typer.Option("--count", help="Compute a volume with an error, or count the nodes of a grid.")
     ] = "volume"
     grid: Annotated[
         int | None, typer.Option("--grid", metavar="N", help="Nodes along each side of the box; by default 41.")

@@ -121,23 +121,25 @@ def _rate(done: float) -> str:
 class _Plain:
     """Progress for a log: a line every few seconds."""
 
-    EVERY = 2.0
+    EVERY = 8.0  # s
 
     def __init__(self) -> None:
-        self.stage, self.begin, self.last = "", 0.0, 0.0
+        self.stage, self.begin, self.last, self.before, self.done = "", 0.0, 0.0, 0, 0
 
     def restart(self) -> None:
-        """Count the time of the present stage from now on."""
+        """Count the time of the present stage from now on, and only the units that follow."""
         self.begin = self.last = time.monotonic()
+        self.before = self.done
 
     def __call__(self, stage: str, done: int, total: int) -> None:
         now = time.monotonic()
         if stage != self.stage:
-            self.stage, self.begin, self.last = stage, now, now
-        if now - self.last < self.EVERY or not done:
+            self.stage, self.begin, self.last, self.before = stage, now, now, 0
+        self.done = done
+        if now - self.last < self.EVERY or done <= self.before:
             return
         self.last = now
-        rate = done / (now - self.begin)
+        rate = (done - self.before) / (now - self.begin)
         tell(f"{stage}: {100 * done // total} % of {total}, {_rate(rate)}, {(total - done) / rate:.0f} s left")
 
 

@@ -43,35 +43,48 @@ class SimulatedOptions:
         typer.Option(
             "--place-layers",
             metavar="N",
-            help="Stop after each N layers and measure where the platform is, for encoders alone; by default never.",
+            help="Stop after every N layers to measure the platform's position, for encoders alone; by default never.",
         ),
     ] = 0
     place_sigma: Annotated[
-        str, typer.Option("--place-sigma", metavar="D", help="Standard deviation of that in each coordinate.")
+        str,
+        typer.Option(
+            "--place-sigma", metavar="D", help="Standard deviation of the measured position in each coordinate."
+        ),
     ] = "1 mm"
     place_every: Annotated[
         str | None,
         typer.Option(
-            "--place-every", metavar="T", help="Measure it where the path begins, and each T of time; by default never."
+            "--place-every",
+            metavar="T",
+            help="Measure the position at the start of the path and at intervals of T; by default never.",
         ),
     ] = None
     place_stops: Annotated[
         int,
-        typer.Option("--place-stops", metavar="S", help="Stop at S places each time, spread evenly along one layer."),
+        typer.Option(
+            "--place-stops",
+            metavar="S",
+            help="Number of positions to measure each time, evenly spaced along one layer.",
+        ),
     ] = 1
     place_learn: Annotated[
         bool,
         typer.Option(
-            "--place-learn", help="Learn from all places how far each line is off, and how much it creeps and gives."
+            "--place-learn",
+            help="Estimate length error, creep and compliance of each line from all measured positions.",
         ),
     ] = False
     place_tensions: Annotated[
-        bool, typer.Option("--place-tensions", help="Correct what a place leaves open of lengths by measured tensions.")
+        bool,
+        typer.Option(
+            "--place-tensions", help="Also correct the lengths by measured tensions at each measured position."
+        ),
     ] = False
     damping: Annotated[
         bool, typer.Option("--damping/--no-damping", help="Damp swings by measured tilt and tensions.")
     ] = True
-    real_time: Annotated[bool, typer.Option("--real-time", help="Wait in each step until its time has come.")] = False
+    real_time: Annotated[bool, typer.Option("--real-time", help="Run at the pace of the clock.")] = False
 
     def require_usual(self, machine: str) -> None:
         """Refuse options of simulations for a *machine* on drives. Raises `InputError`."""
@@ -92,6 +105,24 @@ class RunOptions:
     restart: Annotated[
         bool, typer.Option("--restart", help="Print again from the beginning in the run folder of the same print.")
     ] = False
+    log: Annotated[
+        str,
+        typer.Option(
+            "--log",
+            metavar="every=N",
+            help="Log the first of each N steps, each with an order or a new state, and all scans; by default all.",
+        ),
+    ] = "every=1"
+
+    @property
+    def log_every(self) -> int:
+        """Of so many steps one is logged. Raises `InputError` for a text that does not say it."""
+        from cablewright.machine.log.head import MAX_EVERY
+
+        name, _, number = self.log.partition("=")
+        if name != "every" or not number.isdecimal() or not 1 <= int(number[:9]) <= MAX_EVERY:
+            raise InputError(f"--log = {self.log[:60]!r}: every=N is expected, N from 1 to {MAX_EVERY} steps")
+        return int(number)
 
 
 @command(
@@ -109,13 +140,14 @@ def print_job_command(
     estimator: Estimator = None,
     control: Annotated[
         LawName,
-        typer.Option("--control", help="Control law: of Merlet and Papegay 2023, or by the machine's model."),
+        typer.Option("--control", help="Control law: that of Merlet and Papegay 2023, or model-based."),
     ] = "model",
     height: Annotated[
         HeightRule | None,
         typer.Option(
             "--height",
-            help="Height kept over the structure, or that of the job; by default structure if a lidar sees it.",
+            help="Height above the measured structure, or that of the job; by default structure,"
+            " if a lidar measures it.",
         ),
     ] = None,
     severity: Severity = None,
@@ -123,12 +155,10 @@ def print_job_command(
     run: RunOptions,
     as_json: AsJson = False,
 ) -> int:
-    """A machine file that names drives moves a real machine, by orders that are typed: docs/drives.md.
+    """A machine file with drives moves a real machine, by orders that you type: docs/drives.md.
 
-    The run folder gets the log, the figures (metrics.json), a report and the structure as a mesh.
-
-    A print that was interrupted resumes with --resume and the same options. The answer is no (exit 1) if the machine
-    stops before the end of the job.
+    The run folder gets the log, the figures (metrics.json), a report and a mesh of the structure. Resume an interrupted
+    print with --resume and the same options. The answer is no (exit 1) if the machine stops before the end of the job.
     """
     from cablewright.apps.report import print as report
     from cablewright.foundation.units import DURATION, LENGTH
@@ -148,6 +178,7 @@ def print_job_command(
         severity, place_layers=simulated.place_layers, place_stops=simulated.place_stops,
         place_sigma=quantity(simulated.place_sigma, "--place-sigma", LENGTH), place_learn=simulated.place_learn,
         place_every=every, place_tensions=simulated.place_tensions, damping=simulated.damping,
+        log_every=run.log_every,
     )  # fmt: skip
     try:
         with progress() as show:
@@ -195,6 +226,7 @@ def _print_on_drives(
             layers=layers,
             resume=run.resume,
             restart=run.restart,
+            log_every=run.log_every,
             say=tell,
         )
     page = report.write(found.record, folder, path.name, found.step_times)

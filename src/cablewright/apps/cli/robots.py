@@ -30,7 +30,7 @@ def robots_command(
     name: Annotated[
         str | None,
         typer.Argument(
-            metavar="NAME", help="Robot whose file is printed; without it, all are listed. With --support or a file."
+            metavar="NAME", help="Robot of the library, or with --support a file; without it, list all robots."
         ),
     ] = None,
     support: Annotated[
@@ -38,7 +38,7 @@ def robots_command(
     ] = False,
     as_json: AsJson = False,
 ) -> int:
-    """Start your own description from one of them: `cablewright robots NAME > mine.toml`."""
+    """To start your own robot from one of them: `cablewright robots NAME > mine.toml`."""
     from cablewright.robot import library_text
 
     if support:
@@ -53,7 +53,7 @@ def robots_command(
 @command("new workshop --size 4,4,3 --mass 10 --cable dyneema-2mm", "studies.new_robot:NewRobot")
 def new_command(
     *,
-    name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the robot and of its folder, which is made.")],
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the robot and of its new folder.")],
     layout: Annotated[
         LayoutName | None,
         typer.Option("--layout", help="Arrangement of the lines, see docs/robots.md; by default suspended."),
@@ -73,10 +73,9 @@ def new_command(
     ] = None,
     as_json: AsJson = False,
 ) -> int:
-    """Makes a folder with a robot file, a file of a simulated machine and a first part that the robot can print.
+    """Creates a folder with a robot file, the file of a simulated machine, and a first part that the robot can print.
 
-    What is not given is asked for on a terminal, and else has its default. All that nobody was asked is assumed, and
-    marked so in the files.
+    On a terminal the command asks for missing options; otherwise it takes defaults. The files mark all assumed numbers.
     """
     from cablewright.robot.cable_table import CABLES
     from cablewright.robot.new_robot import LAYOUTS, Outline
@@ -110,7 +109,7 @@ def schema_command(
     *,
     kind: Annotated[FileKind, typer.Argument(metavar="[KIND]", help="Kind of the file.")] = "robot",
 ) -> int:
-    """An editor that knows it completes keys of a file and marks errors."""
+    """An editor with the schema completes keys and marks errors."""
     from cablewright.apps.schemas import json_schema
 
     typer.echo(json.dumps(json_schema(kind), indent=2))
@@ -122,9 +121,9 @@ def warm_command(
     *,
     as_json: AsJson = False,
 ) -> int:
-    """Compiles what most commands need, which the first of them would otherwise wait for, with several processes.
+    """Compiles the kernels that most commands need, in several processes.
 
-    What is kept depends on the version of cablewright, of Python and Numba, and on the processor.
+    The cache depends on the versions of cablewright, Python and Numba, and on the processor.
     """
     from cablewright.apps.compilation import TASKS, prepare
     from cablewright.kernels.cache import open_folder
@@ -182,8 +181,8 @@ class RobotList(Result):
         Figure("robots", "", "The robots of the library.", parts=(
             Figure("name", "", "Name of the robot."),
             Figure("lines", "1", "Number of lines.", "m"),
-            Figure("freedoms", "1", "Freedoms of the platform: 3 of a point, 6 of a body.", "n"),
-            Figure("description", "", "What the robot is, in a sentence."),
+            Figure("freedoms", "1", "Degrees of freedom of the platform: 3 of a point, 6 of a rigid one.", "n"),
+            Figure("description", "", "Description of the robot in a sentence."),
         )),
     )  # fmt: skip
 
@@ -200,7 +199,7 @@ class RobotSupport(Result):
             Figure("capability", "", "What is done with the robot."),
             Figure("verdict", "", "works, not certified, not checked, lost or rejected."),
             Figure("because", "", "What of the robot decides it."),
-            Figure("instead", "", "What to use instead, or what is left out."),
+            Figure("instead", "", "Alternative, or the omitted effect."),
         )),
     )  # fmt: skip
 
@@ -222,7 +221,7 @@ class LibraryFile(Result):
     """A file of the library."""
 
     FIGURES: ClassVar = (
-        Figure("name", "", "Name of what the file describes."),
+        Figure("name", "", "Name of the described object."),
         Figure("file", "", "Text of the TOML file, with its comments."),
     )
 

@@ -24,38 +24,45 @@ def serve_command(
     robot: RobotName,
     machine: MachineName = None,
     host: Annotated[
-        str, typer.Option("--host", metavar="ADDRESS", help="Address to listen at; other than loopback with TLS alone.")
+        str, typer.Option("--host", metavar="ADDRESS", help="Network address; any other than loopback requires TLS.")
     ] = "127.0.0.1",
-    port: Annotated[int, typer.Option("--port", metavar="N", help="Port to listen at; 0: any that is free.")] = 8642,
+    port: Annotated[int, typer.Option("--port", metavar="N", help="Network port; 0: any free port.")] = 8642,
     name: Annotated[
         list[str] | None,
-        typer.Option("--name", metavar="HOST", help="A name by which browsers may call this computer; repeatable."),
+        typer.Option("--name", metavar="HOST", help="Host name that browsers may use for this computer; repeatable."),
     ] = None,
     certificate: Annotated[
         Path | None, typer.Option("--certificate", metavar="PEM", help="Certificate for TLS, with its chain.")
     ] = None,
     key: Annotated[Path | None, typer.Option("--key", metavar="PEM", help="Private key of the certificate.")] = None,
+    camera: Annotated[
+        str,
+        typer.Option(
+            "--camera", metavar="URL", help="Address of a camera's picture, MJPEG or still, that the page shows."
+        ),
+    ] = "",
     at: Annotated[
         str | None,
         typer.Option(
-            "--at", metavar="X,Y,Z[,..]", help="Where the platform of a simulated machine begins, m [and rad]."
+            "--at", metavar="X,Y,Z[,..]", help="Start position of the platform of a simulated machine, m [and rad]."
         ),
     ] = None,
     seed: Seed = 0,
     tried: Annotated[
         bool,
-        typer.Option("--try", help="Operate virtual drives in this process; counts and lengths are kept nowhere."),
+        typer.Option("--try", help="Operate virtual drives in this process; no counts or lengths are saved."),
     ] = False,
     out: Annotated[
         Path | None, typer.Option("--out", metavar="DIR", help="Folder of jobs, runs and orders; runs/serve-ROBOT.")
     ] = None,
 ) -> int:
-    """No performance level is claimed: the hard-wired emergency stop is the builder's, and no browser replaces it.
+    """No performance level is claimed: the builder adds a hard-wired emergency stop, which no browser replaces.
 
-    The page's address, with a token, is shown once. Whoever has it may stop the machine; one page at a time operates
-    it. A machine file that names drives moves a real machine; any other is simulated, at the pace of the clock.
+    The command prints the address of the page once, with a token. Everyone with the address can stop the machine; one
+    page at a time operates it. A machine file with drives moves a real machine; others are simulated at the pace of the
+    clock.
 
-    Needs the extra web (pip install 'cablewright[web]'), and Linux or macOS. Ctrl-C stops the machine and ends.
+    Needs the extra web (pip install 'cablewright[web]'), and Linux or macOS. Ctrl-C stops the machine and quits.
     """
     from tempfile import TemporaryDirectory
 
@@ -66,7 +73,7 @@ def serve_command(
     from cablewright.machine.simulated.machine_file import built_machine
     from cablewright.models.support import Capability, require
 
-    address = Address(host, port, tuple(name or ()), certificate, key)
+    address = Address(host, port, tuple(name or ()), certificate, key, camera)
     require_libraries()
     described = cw.load(robot)
     require(described, Capability.SERVE)

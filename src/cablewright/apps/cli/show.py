@@ -37,10 +37,10 @@ def show_command(
     open_page: Annotated[bool, typer.Option("--open", help="Open the page in the browser.")] = False,
     as_json: AsJson = False,
 ) -> int:
-    """Writes one HTML file that needs no other. Without a job, the robot is at rest near the middle of its frame.
+    """Writes one self-contained HTML file. Without a job, the robot rests near the middle of its frame.
 
-    WHAT is a job (TOML or G-code), the run folder of a check or a print, or a machine's log (MCAP). Lines hang as the
-    statics of the robot file have them; nothing is judged, `check` does that.
+    WHAT is a job (TOML or G-code), the run folder of a check or a print, or a machine's log (MCAP). Lines have the
+    shape of their statics. The page judges nothing; use `check` for that.
     """
     from cablewright.apps.report.show import show_page
     from cablewright.foundation.file_output import write_whole

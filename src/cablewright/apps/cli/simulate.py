@@ -27,20 +27,18 @@ if TYPE_CHECKING:
 def machines_command(
     *,
     name: Annotated[
-        str | None, typer.Argument(metavar="NAME", help="Machine whose file is printed; without it, all are listed.")
+        str | None, typer.Argument(metavar="NAME", help="Machine of the library; without it, list all machines.")
     ] = None,
     robot: Annotated[
         str | None,
-        typer.Option(
-            "--for", metavar="ROBOT", help="Robot for which a machine file is printed, with assumed numbers marked."
-        ),
+        typer.Option("--for", metavar="ROBOT", help="Robot: print a machine file for it, with assumed numbers marked."),
     ] = None,
     as_json: AsJson = False,
 ) -> int:
-    """The file of a machine has its drum, winches, room and sensors, and its simulation; --machine takes one.
+    """A machine file describes platform, winches, room and sensors, and the simulation. Use it with --machine.
 
-    Start your own from one of them, `cablewright machines NAME > mine.toml`, or for your own robot from
-    `cablewright machines --for ROBOT > mine.toml`.
+    Start your own from one of them, `cablewright machines NAME > mine.toml`, or for your robot with `cablewright
+    machines --for ROBOT > mine.toml`.
     """
     from cablewright.machine.files import machine_text
     from cablewright.machine.simulated.machine_file import machine_file
@@ -72,7 +70,7 @@ class DriveOptions:
         float | None, typer.Option("--loop", metavar="L", help="Length of a random closed path to follow, m.")
     ] = None
     hold: Annotated[
-        str | None, typer.Option("--hold", metavar="X,Y,Z", help="Position to stay at instead of a path, m.")
+        str | None, typer.Option("--hold", metavar="X,Y,Z", help="Position to hold instead of a path, m.")
     ] = None
     height: Annotated[float, typer.Option("--height", metavar="Z", help="Height of the path, m.")] = 1.2
     speed: Annotated[float, typer.Option("--speed", metavar="V", help="Speed along the path, m/s.")] = 0.03
@@ -80,7 +78,7 @@ class DriveOptions:
         float | None, typer.Option("--duration", metavar="T", help="Duration, s; by default once along the path.")
     ] = None
     slack: Annotated[
-        float, typer.Option("--slack", metavar="E", help="Excess over a taut line of the line that is slackest, m.")
+        float, typer.Option("--slack", metavar="E", help="Excess of the slackest line over a taut one, m.")
     ] = 0.03
     valve: Annotated[
         float, typer.Option("--valve", metavar="O", help="Opening of the powder's valve, 0 (shut) to 1 (open).")
@@ -105,16 +103,16 @@ class FaultOptions:
         typer.Option(
             "--fault",
             metavar="SOURCE,FROM,TO[,KIND[,SIZE]]",
-            help="Sensor that is silent, or repeats its reading with `stuck`, between two times, s; may be repeated. "
-            "line_angles:LINE is the sensor of one line, as is load_cells:LINE. encoders:LINE,5,100,slip,0.02 counts "
-            "20 mm too much, load_cells:LINE,5,100,offset,50 shows 50 N too much; line:LINE,5,100,broken breaks a "
-            "line, and off_sheave lets it fall off its sheave.",
+            help="Silence a sensor between two times, s; repeatable. With `stuck` it repeats its"
+            " reading. SOURCE:LINE is the sensor of one line. encoders:LINE,5,100,slip,0.02"
+            " counts 20 mm too much; load_cells:LINE,5,100,offset,50 shows 50 N too much; "
+            "line:LINE,5,100,broken breaks a line; off_sheave takes it off its sheave.",
         ),
     ] = None
     wifi_gap: Annotated[
         list[str] | None,
         typer.Option(
-            "--wifi-gap", metavar="FROM,TO", help="Times, s, between which the wireless link is down; may be repeated."
+            "--wifi-gap", metavar="FROM,TO", help="Times, s, between which the wireless link is down; repeatable."
         ),
     ] = None
 
@@ -152,10 +150,10 @@ def simulate_command(
     ] = None,
     output: OutputOptions,
 ) -> int:
-    """The machine is built at random within its tolerances, and its winches are driven by their true lengths.
+    """Builds a random machine within its tolerances and drives its winches by their true lengths.
 
-    So the log shows a machine that moves as intended, for estimators to be tested on. A robot without a machine of its
-    name gets that of merlet2023.
+    So the log shows ideal motion, for tests of estimators. A robot without a machine of its name uses that of
+    merlet2023.
     """
     from cablewright.live.simulate import machine_of
 
@@ -222,8 +220,9 @@ def replay_command(
         ReplayName | None,
         typer.Option(
             "--estimator",
-            help="Chain of Merlet and Papegay 2023, Kalman filter of all sensors, both beside each other, or encoders "
-            "alone; by default the first one for which the machine has the sensors.",
+            help="Estimator of Merlet and Papegay 2023, Kalman filter of all sensors, both side "
+            "by side, or encoders alone; by default the first for which the machine has the"
+            " sensors.",
         ),
     ] = None,
     laser: Annotated[
@@ -234,9 +233,9 @@ def replay_command(
     ] = None,
     output: OutputOptions,
 ) -> int:
-    """The estimation finds position, slack lines and winch drum radii from the sensors in the log alone.
+    """Estimates position, slack lines and winch drum radii from the sensors of the log.
 
-    A log without the truth gives no errors. The answer is no (exit 1) if no step has a valid estimate.
+    A log without the true state gives no errors. The answer is no (exit 1) if no step has a valid estimate.
     """
     from cablewright.live.replay import Replays
 

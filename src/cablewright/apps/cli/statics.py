@@ -41,7 +41,7 @@ def inverse_command(
         typer.Option(
             "--slack",
             metavar="LINE=EXCESS[,LINE=EXCESS]",
-            help="Slack lines and by how much, m, each is longer than taut; a line by name, or by number from 1.",
+            help="Slack lines with their excess, m; a line by name, or by number from 1.",
         ),
     ] = None,
     all_slack_sets: Annotated[
@@ -49,9 +49,9 @@ def inverse_command(
     ] = False,
     as_json: AsJson = False,
 ) -> int:
-    """Unless --slack or --all-slack-sets is given, all lines are taut where that is possible within their limits.
+    """All lines are taut if their limits allow it, unless --slack or --all-slack-sets is given.
 
-    The answer is no (exit 1) if the lines cannot hold the pose, or if a limit of the machine is broken there.
+    The answer is no (exit 1) if the lines cannot hold the pose, or if the pose violates a limit of the robot.
     """
     from cablewright.solvers.inverse import solve_inverse
     from cablewright.studies.one_pose import SlackSets, SolvedPose
@@ -100,19 +100,19 @@ def forward_command(
         typer.Option(
             "--length-error",
             metavar="D[,..,Dm]",
-            help="Error of the lengths, m, for a box that is proved to contain the pose.",
+            help="Error of the lengths, m: prints a box that is proved to contain the pose.",
         ),
     ] = None,
     budget: Annotated[
-        int | None, typer.Option("--budget", help="Max number of parts of the lengths for that box; by default 20000.")
+        int | None, typer.Option("--budget", help="Maximum number of subdivisions for that box; by default 20000.")
     ] = None,
     as_json: AsJson = False,
 ) -> int:
-    """Lines may be slack. Without --guess the solve needs no start; of several equilibria it finds one.
+    """Lines may be slack. Without --guess the solver needs no start pose; of several equilibria it finds one.
 
-    --lengths may be a CSV file: a machine's log, or the lengths.csv of a check, solved row by row along the path.
+    --lengths can be a CSV file: the log of a machine, or lengths.csv of a check, solved row by row.
 
-    The answer is no (exit 1) if none is found, a cable would break, or a requested proof fails.
+    The answer is no (exit 1) if there is no equilibrium, if a cable would break, or if a requested proof fails.
     """
     from cablewright.solvers.forward import solve_forward
     from cablewright.studies.one_pose import SolvedPose
@@ -210,12 +210,12 @@ def equilibria_command(
     retraction: Retraction = None,
     as_json: AsJson = False,
 ) -> int:
-    """Lines may be taut or slack, equilibria stable or not. They are found from many starts.
+    """Lines may be taut or slack, equilibria stable or not. The search starts from many poses.
 
-    The starts may miss some: `complete for` says what is proved.
+    It can miss some: `complete for` states the scope of the proof.
 
     The answer is no (exit 1) if none is found, if a line is over its breaking load in every stable one, or if an
-    exhaustive search is not finished.
+    exhaustive search is unfinished.
     """
     model = cw.Model.of(robot.loaded(retraction), sheave=sheave)
     given, within = numbers(lengths, "--lengths") or [], numbers(box, "--box")

@@ -58,7 +58,7 @@ def trade_command(
     clearance: Annotated[
         float,
         typer.Option(
-            "--sheave-clearance", metavar="D", help="Distance of exit points, m, under which sheaves collide."
+            "--sheave-clearance", metavar="D", help="Minimum distance of exit points, m; nearer sheaves collide."
         ),
     ] = 0.1,
     out: Annotated[
@@ -73,10 +73,10 @@ def trade_command(
     executor: ExecutorOptions,
     output: OutputOptions,
 ) -> int:
-    """Each combination of values gives a robot; its workspace and the modes along the boundary are found.
+    """Each combination of values gives a robot, with its workspace and its modes along the boundary.
 
-    A combination is best (not dominated) if no other without colliding sheaves has more volume and a higher lowest
-    frequency. The sweep can be interrupted: the same command resumes it from --out.
+    A combination is not dominated if no other without colliding sheaves has more volume and a higher lowest frequency.
+    The same command resumes an interrupted sweep from --out.
     """
     varied, machine = _varied(vary), robot.loaded()
     file = run_path(out, "trade", machine.name, suffix=".jsonl")

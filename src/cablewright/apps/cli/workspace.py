@@ -46,7 +46,9 @@ def workspace_command(
     ] = None,
     arm: Annotated[
         float,
-        typer.Option("--arm", metavar="L", help="Arm, m, on which the criterion capacity counts a moment as a force."),
+        typer.Option(
+            "--arm", metavar="L", help="Lever arm, m, that converts moments to forces for the criterion capacity."
+        ),
     ] = 1.0,
     mesh: Annotated[
         Path | None,
@@ -55,10 +57,10 @@ def workspace_command(
     executor: ExecutorOptions,
     output: OutputOptions,
 ) -> int:
-    """A place is in the workspace if the criterion holds there under every orientation that is requested.
+    """A position is in the workspace if the criterion holds for every requested orientation.
 
-    The volume is refined at the boundary until its error is small enough. A planar robot, or a flat box, has an area.
-    With --workers or --cluster a file in runs/ has what is done, until there is an answer: the same command resumes.
+    The boundary is refined until the error of the volume is small enough. A planar robot, or a flat box, has an area.
+    With --workers or --cluster, the same command resumes an interrupted run.
     """
     from cablewright.analyses.workspace.criterion import is_planar
 
@@ -139,7 +141,7 @@ def retraction_command(
     max_length: Annotated[
         float | None, typer.Option("--to", metavar="L", help="Max length, m; by default the robot's.")
     ] = None,
-    steps: Annotated[int, typer.Option("--steps", metavar="N", help="Number of lengths tried.")] = 9,
+    steps: Annotated[int, typer.Option("--steps", metavar="N", help="Number of lengths to try.")] = 9,
     heights: Annotated[int, typer.Option("--heights", metavar="N", help="Number of slices of the box.")] = 40,
     tolerance: Annotated[
         float, typer.Option("--tolerance", metavar="T", help="Error of each volume, as a share of it.")
@@ -147,9 +149,9 @@ def retraction_command(
     region: RegionOptions,
     output: OutputOptions,
 ) -> int:
-    """The workspace is found at several constant lengths; each slice of it is largest at some length.
+    """Computes the workspace at several constant lengths, and the best length of each slice.
 
-    The law is the line through these best lengths over the height; the workspace with the law in force is found too.
+    The law is the line through these best lengths over the height. The workspace with this law is computed too.
     """
     with progress() as show:
         found = cw.retraction(

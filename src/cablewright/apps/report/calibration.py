@@ -14,6 +14,7 @@ from cablewright.apps.report.result import along_table, key_figures, part_table
 from cablewright.apps.web.robot_scene import robot_scene
 from cablewright.apps.web.scene import SceneBody, SceneDescription
 from cablewright.calibration.judgement.result import Calibration
+from cablewright.calibration.plan import Known
 
 Pictures = dict[str, bytes]
 
@@ -56,7 +57,7 @@ def _body(found: Calibration, title: str, data: str, pictures: Pictures) -> Iter
         yield section("Residuals of the lengths", *_residuals(found, pictures))
         yield section("How well exit points are known", *_exits(pictures))
         yield section("What one more measurement would bring", *_suggestions(found))
-    yield section("What went in", _inputs(found, data))
+    yield section("Inputs", _inputs(found, data))
     yield section("What is assumed", list_of(_assumed(found)))
 
 
@@ -90,7 +91,7 @@ def _figures(found: Calibration) -> Iterator[tuple[str, str, str]]:
 
 def _open(found: Calibration) -> Iterator[Html]:
     if found.gauge:
-        yield element("p", "The measurements do not determine these freedoms; the datum fixes them:")
+        yield element("p", "The measurements do not determine these combinations; the datum fixes them:")
         yield list_of(list(found.gauge))
     else:
         yield element("p", "Nothing: the data determine all unknowns.")
@@ -99,7 +100,7 @@ def _open(found: Calibration) -> Iterator[Html]:
         yield element("p", f"Datum: {held} as in the robot file.")
     else:
         yield element("p", "Datum: inner. Exit points, as a whole, keep the place and direction of the robot file.")
-    yield element("p", "The least known combinations of what is not open:")
+    yield element("p", "The least known of the determined combinations:")
     yield part_table(found, "weakest")
 
 
@@ -107,8 +108,8 @@ def _residuals(found: Calibration, pictures: Pictures) -> Iterator[Html]:
     yield picture(
         pictures["residuals"],
         "Residual of each line's length at each pose",
-        "One mark for each length that is used. Each pose absorbs as many errors as it has freedoms, so residuals are "
-        "smaller than the encoders' sigma.",
+        "One mark for each length that is used. Each pose absorbs as many errors as it has degrees of freedom, so "
+        "residuals are smaller than the encoders' sigma.",
     )
     if found.rejected:
         yield part_table(found, "rejected")
@@ -149,9 +150,16 @@ def _inputs(found: Calibration, data: str) -> Html:
         ("groups of lines", "; ".join(f"{each.name}: {', '.join(each.lines)}" for each in plan.groups)),
         ("datum", ", ".join(plan.datum) or "inner"),
         ("priors", ", ".join(f"{each.name} ±{each.deviation:g}" for each in plan.priors)),
+        ("known", ", ".join(f"{each.name} {_said(each)}" for each in plan.known)),
         ("program", program()),
     ]
     return table(("what", "value"), [row for row in rows if row[1]])
+
+
+def _said(known: Known) -> str:
+    """Return value and standard deviation of a number that counts as known, as far as the plan gives them."""
+    value = "" if known.value is None else f"{known.value:g}"
+    return value + ("" if known.deviation is None else f" ±{known.deviation:g}")
 
 
 def _assumed(found: Calibration) -> list[str]:
@@ -163,7 +171,7 @@ def _assumed(found: Calibration) -> list[str]:
     begin = "the winch exit, unstrained" if found.problem.elastic else "the exit point"
     return [
         lines[found.problem.cable],
-        "Errors of each kind of sensor are independent, normal and alike in all lines and poses.",
+        "Errors of each kind of sensor are independent and normal, with one sigma for all lines and poses.",
         "Sigma is of the first order: where a tilt is known to a few degrees only, its errors are not normal.",
         f"Lengths count from {begin}; home lengths are those where counts are zero, whichever pose that is.",
     ]

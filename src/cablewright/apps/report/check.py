@@ -68,7 +68,7 @@ def _body(digest: Digest, title: str, pictures: Pictures) -> Iterator[Html]:
     yield section("Worst place of every limit", findings_table(digest))
     if digest.check.expected is not None and digest.check.expected.causes:
         yield section("Expected error, and what makes it", *_expected(digest.check, digest.check.expected))
-    yield section("The path, and how far off it is without compensation", *_path(digest, pictures))
+    yield section("The path, and its error without compensation", *_path(digest, pictures))
     yield section("Tension of each line", *_tensions(digest, pictures))
     if "motion" in pictures:
         yield section("Error by motion", *_motion(digest.check, pictures))
@@ -166,8 +166,9 @@ def _errors(digest: Digest, pictures: Pictures) -> Iterator[Html]:
     yield picture(
         pictures["error-height"],
         "Error against the height of the nozzle, without and with partial compensation, and expected with full",
-        "Moves that lay material. Full line: the median at that height; dotted: the largest. With full compensation "
-        "the model meets the path: what is left is by uncertain numbers, here its root mean square.",
+        "Moves that lay material. Full line: the median at that height; dotted: the largest. With full "
+        "compensation the model meets the path. The rest is due to uncertain numbers; the curve is "
+        "its root mean square.",
     )
 
 

@@ -1,4 +1,4 @@
-"""What went into a report, and what the model takes for granted, as the robot file says it."""
+"""Inputsto a report, and what the model takes for granted, as the robot file says it."""
 
 from __future__ import annotations
 
@@ -171,7 +171,7 @@ def _speeds(digest: Digest) -> str:
         speeds = "as fast as winches, flow and the speeds that the job gives allow"
     return (
         f"{speeds}, acceleration "
-        f"{motion.acceleration:g} m/s², corners rounded for the speed by {quantity(motion.corner_deviation, 'm')}"
+        f"{motion.acceleration:g} m/s², corners rounded for the speed by {quantity(motion.corner, 'm')}"
     )
 
 

@@ -62,7 +62,7 @@ def _body(found: Pictured, title: str, png: bytes | None) -> Iterator[Html]:
         if len(value) > _LONG or "\n" in value:
             yield section(label, list_of(value.split("\n")))
     if png is not None:
-        yield picture(png, f"{title}: what the figures say", "")
+        yield picture(png, f"{title}: meaning of the figures", "")
     scene = scene_of(found, title)
     if scene is not None:
         yield section("In three dimensions", view(scene))

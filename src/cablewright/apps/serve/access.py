@@ -10,7 +10,8 @@ import time
 from collections import OrderedDict
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Any, Final
+from typing import Final
+from urllib.parse import urlsplit
 
 TOKEN_LETTERS: Final = 43
 """Of a token: 256 bits."""
@@ -44,6 +45,14 @@ REPORT_POLICY: Final = (
     b"sandbox allow-scripts; default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'; "
     b"frame-ancestors 'none'"
 )
+
+
+def policy_with(camera: str) -> bytes:
+    """What the page may load, where it shows the picture at the address *camera* too; empty: none."""
+    if not camera:
+        return POLICY
+    parts = urlsplit(camera)
+    return POLICY.replace(b"img-src 'self'", f"img-src 'self' {parts.scheme}://{parts.netloc}".encode())
 
 
 def new_token() -> str:
@@ -167,78 +176,3 @@ class Access:
 def is_safe(method: str) -> bool:
     """Whether a request of this method changes nothing."""
     return method in _SAFE
-
-
-class Guard:
-    """ASGI: nothing passes that `Access` does not let in, and every answer has the headers of `HEADERS`."""
-
-    def __init__(self, app: Any, access: Access) -> None:
-        """Before *app*."""
-        self.app, self.access = app, access
-
-    async def __call__(self, scope: Any, receive: Any, send: Any) -> None:
-        """One request or socket."""
-        if scope["type"] == "lifespan":
-            await self.app(scope, receive, send)
-            return
-        refusal = self._refusal(scope)
-        if refusal is not None and scope["type"] == "websocket":
-            await receive()
-            await send({"type": "websocket.close", "code": 1008})
-            return
-        told = _with_headers(send, _is_report(scope["path"]))
-        if refusal is not None:
-            status, text, page = refusal
-            if page and scope["method"] == "GET":
-                await self.app(scope | {"path": "/enter", "raw_path": b"/enter"}, receive, told)
-                return
-            await told({
-                "type": "http.response.start",
-                "status": status,
-                "headers": [(b"content-type", b"text/plain; charset=utf-8")],
-            })  # fmt: skip
-            await told({"type": "http.response.body", "body": text.encode()})
-            return
-        await self.app(scope, receive, told)
-
-    def _refusal(self, scope: Any) -> tuple[int, str, bool] | None:
-        """Status and text of what is not let in, and whether the page that asks for the token may answer."""
-        access, headers, path = self.access, scope["headers"], scope["path"]
-        if not access.knows_host(headers):
-            return 421, "this server does not answer to that name\n", False
-        origin = access.origin_of(headers)
-        if path.startswith("/foxglove/"):
-            return (403, "that origin may not read here\n", False) if origin == "foreign" else None
-        is_socket = scope["type"] == "websocket"
-        if origin not in (None, "own"):
-            return 403, "requests from other origins are refused\n", False
-        if path == "/enter" or path in PUBLIC:
-            return None
-        session = access.session_of(headers)
-        if session is None:
-            return 401, "a token is needed: the one that `cablewright serve` showed when it started\n", path == "/"
-        if session != "bearer" and origin is None and (is_socket or not is_safe(scope["method"])):
-            return 403, "a request that changes something names its origin\n", False
-        if path != "/stop" and not access.allows(session):
-            return 429, "too many requests\n", False
-        scope["session"] = session
-        return None
-
-
-PUBLIC: Final = frozenset({"/static/enter.js", "/static/operate.css", "/static/icon.svg"})
-"""What is shown to those who have not entered a token."""
-
-
-def _is_report(path: str) -> bool:
-    return path.endswith("/report")
-
-
-def _with_headers(send: Any, report: bool) -> Any:
-    own = HEADERS if not report else ((HEADERS[0][0], REPORT_POLICY), *HEADERS[1:])
-
-    async def told(message: Any) -> None:
-        if message["type"] == "http.response.start":
-            message["headers"] = [*message.get("headers", ()), *own]
-        await send(message)
-
-    return told

@@ -10,8 +10,10 @@ import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, field
+from math import isfinite
 from typing import Any, Final
 
+import numpy as np
 from starlette.applications import Starlette
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, PlainTextResponse, RedirectResponse, Response
@@ -19,34 +21,38 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
 from cablewright.apps.serve import foxglove
-from cablewright.apps.serve.access import Guard
 from cablewright.apps.serve.assets import ASSETS, asset
-from cablewright.apps.serve.checks import Checks
+from cablewright.apps.serve.guard import Guard
 from cablewright.apps.serve.live import Live
 from cablewright.apps.serve.operators import Client
+from cablewright.apps.serve.reach import reach
 from cablewright.apps.serve.served import Served
-from cablewright.apps.serve.uploads import PARTS, TooLarge, Uploads
+from cablewright.apps.serve.slicers.desk import SENDING, Desk
+from cablewright.apps.serve.slicers.gcode_notes import largest_picture
+from cablewright.apps.serve.slicers.keys import Keys
+from cablewright.apps.serve.slicers.moonraker import Moonraker
+from cablewright.apps.serve.slicers.octoprint import OctoPrint
+from cablewright.apps.serve.uploads import PARTS, TooLarge
 from cablewright.foundation.errors import EnvironmentFault, InputError
+from cablewright.live.serve.jobs import GCODE
 from cablewright.live.serve.messages import LoadMessage
 
 _ENTER: Final = 1024  # bytes of the message with a token
 _SMALL: Final = 4096  # bytes of any other
 _REPORTS: Final = 5.0  # s between looks for runs without a report
-_PARALLEL: Final = 2  # uploads at a time
-_SENDING: Final = 300  # s for one of them
 
 
 @dataclass(eq=False, kw_only=True)
 class Page(Served):
     """All that the routes share."""
 
-    uploads: Uploads
-    checks: Checks
+    keys: Keys
     _readers: int = 0
-    _sending: asyncio.Semaphore = field(default_factory=lambda: asyncio.Semaphore(_PARALLEL))
+    _reaching: asyncio.Semaphore = field(default_factory=lambda: asyncio.Semaphore(1))
 
     def application(self) -> Guard:
         """The whole application, guarded."""
+        desk = Desk(self)
         routes = [
             Route("/", self.index),
             Route("/enter", self.enter, methods=["GET", "POST"]),
@@ -58,14 +64,21 @@ class Page(Served):
             Route("/jobs/{job}/check", self.check, methods=["POST"]),
             Route("/jobs/{job}/load", self.load, methods=["POST"]),
             Route("/jobs/{job}/report", self.job_report),
+            Route("/jobs/{job}/picture", self.picture),
             Route("/jobs/{job}", self.remove, methods=["DELETE"]),
             Route("/close", self.load, methods=["POST"]),
+            Route("/reach", self.reach, methods=["POST"]),
             Route("/runs", self.runs),
+            Route("/runs/{run}/notes", self.notes, methods=["PUT"]),
             Route("/runs/{run}/report", self.run_report),
+            Route("/keys", self.api_keys, methods=["GET", "POST"]),
+            Route("/keys/{key}", self.remove_key, methods=["DELETE"]),
+            *OctoPrint(desk).routes(),
+            *Moonraker(desk).routes(),
             WebSocketRoute("/live", self.live),
             WebSocketRoute("/foxglove/{token}", self.foxglove),
         ]
-        return Guard(Starlette(routes=routes, lifespan=self._tasks), self.access)
+        return Guard(Starlette(routes=routes, lifespan=self._tasks), self.access, self.keys, self.camera)
 
     @asynccontextmanager
     async def _tasks(self, _app: Starlette) -> AsyncIterator[None]:
@@ -143,11 +156,11 @@ class Page(Served):
         job, part = request.path_params["job"], request.path_params["part"]
         if part not in PARTS:
             return PlainTextResponse("there is no such part of a job\n", 404)
-        if self._sending.locked():
+        if self.sending.locked():
             return PlainTextResponse("others are sending; try again\n", 429)
 
         async def take() -> dict[str, Any]:
-            async with self._sending, asyncio.timeout(_SENDING):
+            async with self.sending, asyncio.timeout(SENDING):
                 return {"bytes": await self.uploads.put(job, part, request.stream())}
 
         return await _tried(take)
@@ -206,9 +219,76 @@ class Page(Served):
         """The report of a job's check."""
         return await _report_of(self.uploads.job_report, request.path_params["job"])
 
+    async def api_keys(self, request: Request) -> Response:
+        """List the API keys of slicers, or make one: its text is shown once."""
+        if request.method == "GET":
+            return JSONResponse(self.keys.told())
+        if self._operator(request) is None:
+            return _not_operating()
+        given = await _json(request)
+
+        async def make() -> dict[str, Any]:
+            text, key = await asyncio.to_thread(self.keys.make, given.get("name"), given.get("scope"))
+            return {"key": text} | key.told()
+
+        return await _tried(make)
+
+    async def remove_key(self, request: Request) -> Response:
+        """Remove an API key, which is valid no more."""
+        if self._operator(request) is None:
+            return _not_operating()
+        number = request.path_params["key"]
+
+        async def remove() -> dict[str, Any]:
+            await asyncio.to_thread(self.keys.remove, number)
+            return {"removed": number}
+
+        return await _tried(remove)
+
     async def runs(self, _request: Request) -> Response:
         """List all runs."""
         return JSONResponse(await asyncio.to_thread(self.uploads.runs, self.checks.busy))
+
+    async def notes(self, request: Request) -> Response:
+        """Keep what a person notes of a run."""
+        if self._operator(request) is None:
+            return _not_operating()
+        text = (await _body(request, _SMALL)).decode("utf-8", "replace")
+        run = request.path_params["run"]
+
+        async def keep() -> dict[str, Any]:
+            return {"notes": await asyncio.to_thread(self.uploads.keep_notes, run, text)}
+
+        return await _tried(keep)
+
+    async def reach(self, request: Request) -> Response:
+        """Whether the platform can be held on the straight way to a place, before that is ordered."""
+        if self._operator(request) is None:
+            return _not_operating()
+        goal = (await _json(request)).get("position")
+
+        async def found() -> dict[str, Any]:
+            head, platform = self.feed.head, self.feed.state.get("platform") or {}
+            if head is None or not platform.get("valid"):
+                raise InputError("the position is not known: enable the machine, or home it")
+            if not _is_place(goal):
+                raise InputError("position: three numbers, m, are expected")
+            begin = np.array([*platform["position"], *platform["rotation"]], dtype=float)[: head.robot.n]
+            low, high = (np.array(each) for each in self.feed.sitting["frame"])
+            async with self._reaching:
+                return await asyncio.to_thread(reach, head.robot, begin, np.array(goal, dtype=float), low, high)
+
+        return await _tried(found)
+
+    async def picture(self, request: Request) -> Response:
+        """The picture of the part that a slicer has put into a job's G-code."""
+        try:
+            found = await asyncio.to_thread(largest_picture, self.uploads.job(request.path_params["job"]) / GCODE)
+        except (InputError, OSError):
+            found = None
+        if found is None:
+            return PlainTextResponse("there is no picture in it\n", 404)
+        return Response(found.content, media_type="image/png")
 
     async def run_report(self, request: Request) -> Response:
         """The report of a run."""
@@ -272,7 +352,7 @@ async def _tried(work: Callable[[], Any]) -> Response:
     except InputError as reason:
         return PlainTextResponse(f"{reason}\n", 409)
     except TimeoutError:
-        return PlainTextResponse(f"it was not sent within {_SENDING} s\n", 408)
+        return PlainTextResponse(f"it was not sent within {SENDING:g} s\n", 408)
     except (EnvironmentFault, OSError) as reason:
         return PlainTextResponse(f"{reason}\n", 507)
     except ClientDisconnect:
@@ -284,6 +364,13 @@ async def _report_of(read: Callable[[str], bytes], name: str) -> Response:
         return Response(await asyncio.to_thread(read, name), media_type="text/html; charset=utf-8")
     except (InputError, OSError) as reason:
         return PlainTextResponse(f"{reason}\n", 404)
+
+
+def _is_place(value: object) -> bool:
+    """Whether it is three finite numbers."""
+    return (
+        isinstance(value, list) and len(value) == 3 and all(isinstance(v, int | float) and isfinite(v) for v in value)
+    )
 
 
 def _not_operating() -> Response:

@@ -13,7 +13,8 @@ _PAGE, _VIEWER = "cablewright.apps.serve", "cablewright.apps.web"
 _HTML, _SCRIPT, _STYLE = "text/html; charset=utf-8", "text/javascript; charset=utf-8", "text/css; charset=utf-8"
 
 _SCRIPTS: Final = (
-    "main", "link", "words", "state", "lines", "orders", "questions", "jog", "chart", "view", "jobs", "enter",
+    "main", "texts", "words", "link", "state", "next", "lines", "orders", "questions", "printing", "jog", "plan",
+    "chart", "view", "camera", "console", "jobs", "runs", "slicers", "enter",
 )  # fmt: skip
 ASSETS: Final = MappingProxyType(
     {f"{name}.js": (_PAGE, "page", _SCRIPT) for name in _SCRIPTS}

@@ -44,6 +44,7 @@ class Feed:
     shapes: Shapes | None = None
     scene: bytes | None = None
     topics: bytes = b"[]"
+    stops: int = 0  # that were sent, by whoever
     _seen: int = 0
     _sitting_seen: int = 0
     _news: asyncio.Condition = field(default_factory=asyncio.Condition)
@@ -82,6 +83,7 @@ class Feed:
             "beat": self.beat(),
             "age": min(age, 1e6),
             "operator": self._operator(),
+            "stops": self.stops,
             "watching": len(self.operators.clients),
             "curves": self._curves() if self.operators.clients else None,
         }

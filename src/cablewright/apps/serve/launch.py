@@ -7,6 +7,7 @@ import importlib.util
 import ipaddress
 import json
 import logging
+import re
 import secrets
 import socket
 import ssl
@@ -19,8 +20,10 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
+from urllib.parse import urlsplit
 
 from cablewright.apps.serve.access import Access, new_token
+from cablewright.apps.serve.slicers.keys import Keys
 from cablewright.apps.serve.worker import write_station
 from cablewright.foundation.errors import EnvironmentFault, InputError
 from cablewright.live.prints.run import alone_in, make_folder
@@ -33,6 +36,8 @@ from cablewright.running.locks import locked
 _LOOK: Final = 0.5  # s between looks at the server
 _AGAIN: Final = 1.0  # s at least between two starts of it
 _LIBRARIES: Final = ("starlette", "uvicorn", "websockets")
+_HOST: Final = re.compile(r"([A-Za-z0-9.-]{1,253}|\[[0-9a-fA-F:]+\])(:\d{1,5})?")
+_PATH: Final = re.compile(r"[A-Za-z0-9/._~%&=?+@:,-]*")
 _LOOPBACK: Final = ("localhost", "127.0.0.1", "[::1]")
 
 
@@ -40,7 +45,7 @@ _LOOPBACK: Final = ("localhost", "127.0.0.1", "[::1]")
 class Address:
     """Where the page is served. ``names``: by which other computers call this one.
 
-    ``certificate`` and ``certificate_key``: files for TLS.
+    ``certificate`` and ``certificate_key``: files for TLS. ``camera``: of a picture of the machine, MJPEG or still.
     """
 
     host: str = "127.0.0.1"
@@ -48,6 +53,7 @@ class Address:
     names: tuple[str, ...] = ()
     certificate: Path | None = None
     certificate_key: Path | None = None
+    camera: str = ""
 
     def __post_init__(self) -> None:
         """Raise `InputError` for an address at which the page must not be."""
@@ -70,6 +76,23 @@ class Address:
             if not name or any(each in name for each in " /:@\\?#") or len(name) > 253:
                 raise InputError(f"--name = {name!r}: a host's name without port is expected")
         self._require_certificate()
+        if self.camera:
+            self._require_camera()
+
+    def _require_camera(self) -> None:
+        """Refuse an address that says more than where a picture is: it is sent to all who watch."""
+        start = f"--camera = {self.camera[:80]!r}:"
+        try:
+            parts = urlsplit(self.camera)
+            parts.port  # noqa: B018  # raises where it is none
+        except ValueError as reason:
+            raise InputError(f"{start} {reason}") from None
+        if parts.scheme not in ("http", "https") or not _HOST.fullmatch(parts.netloc) or len(self.camera) > 300:
+            raise InputError(f"{start} http://HOST[:PORT]/PATH is expected, or https, without a name and a password")
+        if not _PATH.fullmatch(parts.path + parts.query) or parts.fragment:
+            raise InputError(f"{start} letters of an address are expected, without spaces, quotes and #")
+        if self.certificate is not None and parts.scheme == "http":
+            raise InputError(f"{start} browsers show no picture by http on a page by https: give its https address")
 
     def _require_certificate(self) -> None:
         if self.certificate is None:
@@ -161,6 +184,7 @@ class Server:
             "hosts": sorted(access.hosts),
             "port": self.port,
             "folder": str(self.folder.absolute()),
+            "camera": self.address.camera,
             "certificate": None if self.address.certificate is None else str(self.address.certificate),
             "certificate_key": None if self.address.certificate_key is None else str(self.address.certificate_key),
         }
@@ -231,6 +255,7 @@ def _serve(
 ) -> None:
     listen = listening(address)
     write_station(folder, station.robot, owner)
+    Keys(folder)  # a damaged file is refused here
     interrupted = threading.Event()
 
     def show() -> None:

@@ -54,7 +54,9 @@ class Live:
         feed, version, sitting = self.page.feed, 0, ""
         try:
             hello = {"t": "hello", "page": client.secret, "number": client.number}
-            await self.socket.send_text(to_json(hello | {"foxglove": self.page.access.view_token}).decode())
+            await self.socket.send_text(
+                to_json(hello | {"foxglove": self.page.access.view_token, "camera": self.page.camera}).decode()
+            )
             while True:
                 if feed.sitting_text != sitting:
                     sitting = feed.sitting_text
@@ -139,7 +141,7 @@ class Live:
         elif kind not in CALMING and (late := self._late(given)):
             why = late
         elif not client.orders.take():
-            why = "too many orders at once"
+            why = "too many orders at the same time"
         elif not self._sent(client, kind, given.get("arguments", {}), number):
             why = "its arguments are no numbers, or the control does not answer"
         if why:

@@ -21,6 +21,7 @@ from cablewright.apps.serve.application import Page
 from cablewright.apps.serve.checks import Checks
 from cablewright.apps.serve.feed import Feed
 from cablewright.apps.serve.operators import Operators
+from cablewright.apps.serve.slicers.keys import Keys
 from cablewright.apps.serve.uploads import Uploads
 from cablewright.live.serve.link import ServerLink
 
@@ -31,6 +32,7 @@ _MAX_OPEN = 256  # connections
 
 def page_of(given: dict[str, Any]) -> Page:
     """The page of a configuration."""
+    folder = Path(given["folder"])
     link = ServerLink.of(*(given[name] for name in ("state", "sitting", "lease", "orders", "stops")))
     access = Access(
         bytes.fromhex(given["key"]),
@@ -39,10 +41,17 @@ def page_of(given: dict[str, Any]) -> Page:
         given["port"],
         given["certificate"] is not None,
     )
-    folder, operators = Path(given["folder"]), Operators()
-    uploads = Uploads(folder)
-    feed = Feed(link, operators, folder)
-    return Page(access=access, link=link, feed=feed, operators=operators, uploads=uploads, checks=Checks(uploads))
+    operators, uploads = Operators(), Uploads(folder)
+    return Page(
+        access=access,
+        link=link,
+        feed=Feed(link, operators, folder),
+        operators=operators,
+        uploads=uploads,
+        checks=Checks(uploads),
+        keys=Keys(folder),
+        camera=given["camera"],
+    )
 
 
 def main() -> None:

@@ -18,6 +18,7 @@ from cablewright.foundation.arrays import Array
 from cablewright.live.logged_lines import hanging_lines
 from cablewright.live.rest_pose import rest_pose
 from cablewright.machine.log.head import LogHead
+from cablewright.models.job_poses import on_plane
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
@@ -56,8 +57,9 @@ def live_scene(head: LogHead, job: Job | None = None) -> dict[str, Any]:
 
 
 def _path(robot: Robot, job: Job) -> PathScene | None:
+    job = on_plane(robot, job)
     toolpath = job.toolpath()
-    motion = JobMotion.of(robot, *driven_job(robot, job))
+    motion = JobMotion.of(robot, *driven_job(robot, job, toolpath=toolpath))
     samples, law = motion.samples, motion.law
     if len(samples.positions) > _MOST:
         return None

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from cablewright.apps.serve.operators import person
-from cablewright.foundation.errors import InputError
+from cablewright.foundation.errors import InputError, printable
 from cablewright.foundation.file_output import write_whole
 from cablewright.foundation.toml_input import read_bytes
 from cablewright.live.serve.control import JOBS, RUN, RUNS
@@ -36,10 +36,18 @@ REPORT: Final = "report"
 PAGE: Final = "report.html"
 FAILED: Final = "report-failed"
 
+DRAINED: Final = 1 << 30
+"""Bytes of a file that is too large that are read, so that its sender sees the answer."""
+
+NOTES: Final = "notes.txt"
+MAX_NOTES: Final = 2000
+"""Letters that are kept of what a person notes of a run."""
+
+METRICS: Final = "metrics.json"
+_RESULTS: Final = ("max_error_in_space", "max_path_error", "max_height_error", "material_mass", "duration")
 _MAX_REPORT: Final = 64 << 20  # bytes
 _SMALL: Final = 1 << 20  # bytes of a file of ours
 _RUN: Final = re.compile(r"\d{8}-\d{6}-[a-z0-9-]{1,60}")
-_DRAINED: Final = 1 << 30  # bytes of one that is too large that are read before the answer
 _MOST_RUNS: Final = 200  # that are listed
 
 
@@ -53,16 +61,19 @@ class Uploads:
 
     folder: Path
 
-    def new_job(self, name: object) -> str:
-        """Make the folder of a new job; return its number. Raises `InputError` where there are too many."""
+    def new_job(self, name: object, **about: object) -> str:
+        """Make the folder of a new job; return its number. Raises `InputError` where there are too many.
+
+        *about*: of one that a slicer has sent: ``file``, its name there; ``by``, its key; ``wants_print``.
+        """
         jobs = self.folder / JOBS
         kept = [each for each in jobs.iterdir() if each.is_dir()]
         if len(kept) >= MAX_JOBS:
             raise InputError(f"there are {len(kept)} jobs already; at most {MAX_JOBS} are kept: remove one")
         number = secrets.token_hex(8)
         (jobs / number).mkdir(mode=0o700)
-        about = {"name": person(name) or "job", "utc": time.time()}
-        write_whole(jobs / number / ABOUT, json.dumps(about).encode())
+        written = {"name": person(name) or "job", "utc": time.time()} | about
+        write_whole(jobs / number / ABOUT, json.dumps(written).encode())
         return number
 
     async def put(self, number: str, part: str, data: AsyncIterator[bytes]) -> int:
@@ -70,7 +81,7 @@ class Uploads:
         folder, name = self.job(number), PARTS[part]
         if (folder / name).exists():
             raise InputError(f"{part}: was sent already; a changed file is another job")
-        room = min(MAX_BYTES[name], MAX_TOTAL - await asyncio.to_thread(self._size))
+        room = await asyncio.to_thread(self._room, name)
         whole, size = bytearray(), 0
         async for piece in data:  # to its end, so that whoever sends it reads the answer
             size += len(piece)
@@ -78,15 +89,29 @@ class Uploads:
                 whole += piece
             else:
                 whole.clear()
-            if size > _DRAINED:
+            if size > DRAINED:
                 break
-        if size > room:
-            limit = f"at most {MAX_BYTES[name] >> 10} KiB" if room == MAX_BYTES[name] else "no more room for jobs"
-            raise TooLarge(f"{part} of {self.name(number)!r}: too large; {limit}")
-        if not whole:
-            raise InputError(f"{part} of {self.name(number)!r}: is empty")
+        self._require_room(number, part, size, room)
         await asyncio.to_thread(write_whole, folder / name, bytes(whole))
-        return len(whole)
+        return size
+
+    def put_whole(self, number: str, part: str, content: bytes) -> None:
+        """Write a file of a new job. Raises `InputError`, `TooLarge`, `EnvironmentFault`."""
+        name = PARTS[part]
+        self._require_room(number, part, len(content), self._room(name))
+        write_whole(self.job(number) / name, content)
+
+    def _room(self, name: str) -> int:
+        """Bytes that a file of that name may have now."""
+        return min(MAX_BYTES[name], MAX_TOTAL - self._size())
+
+    def _require_room(self, number: str, part: str, size: int, room: int) -> None:
+        if size > room:
+            most = MAX_BYTES[PARTS[part]]
+            limit = f"at most {most >> 10} KiB" if room == most else "no more room for jobs: remove one"
+            raise TooLarge(f"{part} of {self.name(number)!r}: too large; {limit}")
+        if not size:
+            raise InputError(f"{part} of {self.name(number)!r}: is empty")
 
     def remove(self, number: str) -> None:
         """Remove a job. Raises `InputError` for one that is not there."""
@@ -112,17 +137,22 @@ class Uploads:
                 "id": folder.name,
                 "name": str(about.get("name", ""))[:40],
                 "utc": about.get("utc", 0.0),
+                "file": str(about.get("file", "")),
+                "by": str(about.get("by", "")),
+                "wants_print": about.get("wants_print") is True,
                 "parts": [part for part, name in PARTS.items() if (folder / name).is_file()],
+                "has_picture": about.get("has_picture") is True,
+                "bytes": sum((folder / name).stat().st_size for name in PARTS.values() if (folder / name).is_file()),
                 "busy": busy.get(folder.name, ""),
                 "check": None if check is None else check.model_dump(),
             })  # fmt: skip
         return sorted(found, key=lambda each: -each["utc"])
 
-    def runs(self, busy: dict[str, str]) -> list[dict[str, Any]]:
-        """All runs, the newest first."""
+    def runs(self, busy: dict[str, str], most: int = _MOST_RUNS) -> list[dict[str, Any]]:
+        """The newest runs, at *most* so many, the newest first."""
         found = []
         folders = sorted((each for each in (self.folder / RUNS).iterdir() if _RUN.fullmatch(each.name)), reverse=True)
-        for folder in folders[:_MOST_RUNS]:
+        for folder in folders[:most]:
             about = _values(folder / RUN)
             found.append({
                 "name": folder.name,
@@ -130,9 +160,18 @@ class Uploads:
                 "reason": about.get("reason", ""),
                 "late": {"up_to": about.get("late_up_to"), "counts": about.get("late")},
                 "has_report": (folder / PAGE).is_file(),
+                "notes": _text(folder / NOTES),
+                **_before_and_after(folder),
                 "busy": busy.get(folder.name, ""),
             })  # fmt: skip
         return found
+
+    def keep_notes(self, name: str, text: str) -> str:
+        """Keep what a person notes of a run; return it. Raises `InputError`, `EnvironmentFault`."""
+        lines = [printable(line.rstrip()) for line in text[:MAX_NOTES].splitlines()]
+        kept = "\n".join(lines).strip()
+        write_whole(self.run_folder(name) / NOTES, kept.encode())
+        return kept
 
     def unreported(self) -> list[str]:
         """Runs that have ended and have no report, nor was one tried."""
@@ -168,6 +207,25 @@ class Uploads:
 
     def _size(self) -> int:
         return sum(each.stat().st_size for each in (self.folder / JOBS).glob("*/*") if each.is_file())
+
+
+def _before_and_after(folder: Path) -> dict[str, Any]:
+    """What was checked of the job of a run, and what came of it: name, verdict and expected error; measured errors."""
+    inputs = (read_manifest(folder) or {}).get("inputs")
+    checked = inputs.get("check") if isinstance(inputs, dict) else None
+    found = _values(folder / METRICS)
+    return {
+        "check": checked if isinstance(checked, dict) else None,
+        "result": {name: found[name] for name in _RESULTS if isinstance(found.get(name), int | float)},
+    }
+
+
+def _text(path: Path) -> str:
+    """The text in a small file of ours; empty where there is none."""
+    try:
+        return read_bytes(path, _SMALL, "file").decode("utf-8", "replace")
+    except InputError:
+        return ""
 
 
 def _values(path: Path) -> dict[str, Any]:

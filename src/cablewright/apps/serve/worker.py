@@ -9,11 +9,12 @@ import json
 import os
 import sys
 import threading
+from math import isfinite
 from pathlib import Path
 from shutil import rmtree
 from typing import Any, Final
 
-from cablewright.apps.serve.uploads import REPORT, Uploads
+from cablewright.apps.serve.uploads import METRICS, REPORT, Uploads
 from cablewright.foundation.errors import CablewrightError
 from cablewright.foundation.file_output import whole_folder, write_whole
 from cablewright.live.serve.jobs import JobCheck, load_served, subject_of, write_check
@@ -88,8 +89,14 @@ def check_job(folder: Path, number: str) -> JobCheck:
             report.write(found, part, layer_table(found.samples, found.law))
         scene = live_scene(LogHead(robot, owner, owner.period), job)
         write_whole(own / SCENE, json.dumps(scene, allow_nan=False).encode())
+        error = found.expected.value if found.expected is not None else float("inf")
         answer = JobCheck(
-            subject=subject, answer="yes" if found.feasible else "no", why=found.verdict[:4000], has_report=True
+            subject=subject,
+            answer="yes" if found.feasible else "no",
+            why=found.verdict[:4000],
+            has_report=True,
+            expected_error=error if isfinite(error) else None,
+            duration=found.law.duration,
         )
     except CablewrightError as error:
         answer = JobCheck(subject=subject, answer="failed", why=str(error))
@@ -113,7 +120,7 @@ def report_run(folder: Path, name: str) -> None:
     with alone_in(run):
         record, _ = finish(run, path.track, path.print_speed, attitude=path.attitude)
         report.write(record, run, job.name)
-        write_whole(run / "metrics.json", json.dumps(record.to_dict(), allow_nan=False, default=str).encode())
+        write_whole(run / METRICS, json.dumps(record.to_dict(), allow_nan=False, default=str).encode())
 
 
 def main(arguments: list[str]) -> int:

@@ -18,7 +18,7 @@ from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.paging import RowExtremes, let_go
 from cablewright.foundation.progress import Progress, silent
-from cablewright.models.job_poses import along, sampled
+from cablewright.models.job_poses import along, on_plane, sampled
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.printing.path import MAX_SAMPLES
@@ -44,9 +44,10 @@ def extent(robot: Robot) -> float:
 
 def job_scene(robot: Robot, job: Job, progress: Progress = silent) -> SceneDescription:
     """A job on a robot, with nothing judged: its path, and the robot at rest along it."""
+    job = on_plane(robot, job)
     toolpath = job.toolpath(progress)
     bead = job.beads(toolpath).typical
-    motion = JobMotion.of(robot, *driven_job(robot, job, sampled(robot, job, toolpath)[0]))
+    motion = JobMotion.of(robot, *driven_job(robot, job, sampled(robot, job, toolpath)[0], toolpath))
     samples, law = motion.samples, motion.law
     poses, retraction = along(robot, job, samples)
     progress("states along the path", 0, 1)

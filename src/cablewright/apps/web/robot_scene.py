@@ -67,7 +67,7 @@ def scene_of(found: Pictured, title: str) -> SceneDescription | None:
     if isinstance(found, JobInterference) and found.closest is not None:
         return one_state(found.closest.equilibrium[0], title, "where a line is nearest to something, at rest")
     if isinstance(found, Interference | Modes) and found.equilibrium.single:
-        return one_state(found.equilibrium, title, "at the pose that was asked for, at rest")
+        return one_state(found.equilibrium, title, "at the requested pose, at rest")
     if isinstance(found, Replay | Replays):
         first = found if isinstance(found, Replay) else found.first
         return log_scene(Path(first.log))
@@ -109,4 +109,4 @@ def study_scene(study: AccuracyStudy, title: str) -> SceneDescription:
 def place_scene(found: AccuracyAtPose, title: str) -> SceneDescription:
     """The robot at the pose."""
     own = solve_inverse(Model(found.accuracy.robot), found.accuracy.wanted[0])
-    return one_state(own, title, "at the pose that was asked for, at rest")
+    return one_state(own, title, "at the requested pose, at rest")

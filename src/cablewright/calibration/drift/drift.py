@@ -16,7 +16,7 @@ from typing import ClassVar, Final
 import numpy as np
 
 from cablewright.calibration.drift.record import CalibrationRecord, load_record
-from cablewright.calibration.judgement.model_doubt import STRETCH_NAME, believed_of_sensors, stretch_of
+from cablewright.calibration.judgement.model_doubt import believed_of_sensors, stretch_of
 from cablewright.calibration.judgement.sigmas import kind_of
 from cablewright.calibration.judgement.suspects import (
     CHANGE_PARTS,
@@ -28,6 +28,7 @@ from cablewright.calibration.judgement.suspects import (
     beside,
 )
 from cablewright.calibration.measurements import Measured, read_measured
+from cablewright.calibration.plan import STRETCH
 from cablewright.calibration.poses.elastic import ElasticProblem, problem_of
 from cablewright.calibration.poses.fit import fit, fitted_poses
 from cablewright.calibration.poses.problem import CalibrationProblem, Derivatives, StraightProblem
@@ -132,7 +133,7 @@ FIGURES = (
     Figure("false_alarm", "1", "Probability below which something moved.", name="limit"),
     Figure("changes", "", "What explains the measurements, in the order in which it was named.", name="what changed",
            parts=CHANGE_PARTS),
-    Figure("rest", "1", "Probability of what these changes leave unexplained.", only=lambda of: bool(of.changes),
+    Figure("rest", "1", "Probability of the unexplained rest.", only=lambda of: bool(of.changes),
            digits=2),
     Figure("lines", "", "The length of each line, as if it alone changed.", parts=(
         Figure("line", "", "The line."),
@@ -251,7 +252,7 @@ def _problem(model: Model, measured: Measured, known: CalibrationRecord) -> Cali
 
     And with what is believed of sensors that the calibration did not have.
     """
-    plan, considered = known.plan, [each for each in known.considered if each.name != STRETCH_NAME]
+    plan, considered = known.plan, [each for each in known.considered if each.name != STRETCH]
     names = (*plan.unknowns, *(each.name.partition(".")[0] for each in considered), *_FREED)
     names += tuple(believed_of_sensors(measured, plan.sigma))
     shared = (*plan.shared, *(each.name for each in considered if each.line is None and KINDS[each.name].per_line))
@@ -276,7 +277,7 @@ def _of_record(problem: CalibrationProblem, known: CalibrationRecord) -> tuple[A
     It is 0 of what the record does not know to be uncertain, and what is believed of sensors that it does not know.
     """
     its = {(each.name, each.line): at for at, each in enumerate((*known.values, *known.considered))}
-    mine = [*((each.kind, each.line) for each in problem.unknowns), (STRETCH_NAME, None)]
+    mine = [*((each.kind, each.line) for each in problem.unknowns), (STRETCH, None)]
     both = [(here, its[name]) for here, name in enumerate(mine) if name in its]
     here, there = (np.array(side) for side in zip(*both, strict=True))
     theta, by = problem.start.copy(), np.ones(len(both))
@@ -384,4 +385,4 @@ def _notes(measured: Measured, known: CalibrationRecord, new_home: bool, moved: 
     if new_home:
         yield "home is new: lengths at home are not tested"
     elif moved:
-        yield "if lengths were set to zero anew since the calibration, say --new-home"
+        yield "if the lengths were zeroed since the calibration, give --new-home"

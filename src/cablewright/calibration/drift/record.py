@@ -19,7 +19,7 @@ from pydantic import Field, Strict, model_validator
 
 from cablewright.calibration.judgement.result import Calibration
 from cablewright.calibration.judgement.suspects import Evidence, Explanation, Suspect, beside
-from cablewright.calibration.plan import SIGMAS, CalibrationPlan, Group, Sigmas
+from cablewright.calibration.plan import SIGMAS, CalibrationPlan, Group, Known, Sigmas
 from cablewright.calibration.poses.observability import azimuth_offsets, motions, open_freedoms
 from cablewright.calibration.sensors.measurement_kinds import SIGMA_OF
 from cablewright.calibration.unknowns import Unknown, unknowns_of
@@ -70,6 +70,7 @@ class CalibrationRecord(FileDescription):
     unknowns: Annotated[tuple[str, ...], Field(min_length=1, max_length=20)]
     shared: Annotated[tuple[str, ...], Field(max_length=20)] = ()
     groups: Annotated[tuple[Group, ...], Field(max_length=_MAX_UNKNOWNS)] = ()
+    known: Annotated[tuple[Known, ...], Field(max_length=_MAX_UNKNOWNS)] = ()
     sigma: Sigmas
     values: Annotated[tuple[KnownValue, ...], Field(min_length=1, max_length=_MAX_UNKNOWNS)]
     considered: Annotated[tuple[KnownValue, ...], Field(max_length=_MAX_UNKNOWNS)] = ()
@@ -107,7 +108,8 @@ class CalibrationRecord(FileDescription):
     @property
     def plan(self) -> CalibrationPlan:
         """The plan of later measurements: the same unknowns, and the sigmas that were found."""
-        return CalibrationPlan(unknowns=self.unknowns, shared=self.shared, groups=self.groups, sigma=self.sigma)
+        named = {name: getattr(self, name) for name in ("unknowns", "shared", "groups", "known", "sigma")}
+        return CalibrationPlan(**named)
 
     def unknowns_in(self, robot: Robot, where: str) -> tuple[Unknown, ...]:
         """Return the unknowns of *robot*. Raises `InputError` if it is not the robot whose calibration this is."""
@@ -149,6 +151,7 @@ def record_of(found: Calibration, data: str | Path, date: datetime) -> Calibrati
         unknowns=plan.unknowns,
         shared=plan.shared,
         groups=plan.groups,
+        known=plan.known,
         sigma=sigma,
         values=tuple(KnownValue(name=one.kind, line=one.line, value=value, sigma=s) for one, value, s in told),
         considered=tuple(

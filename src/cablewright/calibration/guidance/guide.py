@@ -245,7 +245,7 @@ FIGURES = (
     Figure("sigma", "m", "Largest standard deviation of a coordinate of an exit point; null before there are enough "
            "poses.", name="exit points known to", digits=3, shown="mm"),
     Figure("sigma_next", "m", "That after the next poses.", name="after these poses", digits=3, shown="mm"),
-    Figure("need", "m", "What is needed.", digits=3, shown="mm"),
+    Figure("need", "m", "Required value.", digits=3, shown="mm"),
     Figure("more", "1", "Number of further poses after which that is reached; null where poses alone do not reach it.",
            name="further poses until then"),
     Figure("next", "", "The poses to measure, in an order with short travel.", "next_poses", "poses to measure",
@@ -286,7 +286,7 @@ class Guidance(Result):
     def to_measure(self) -> Measured:
         """The next poses, with the counts to move to."""
         counts, poses = (np.array([getattr(each, name) for each in self.next_poses]) for name in ("counts", "pose"))
-        return Measured(counts, poses)
+        return Measured(counts, poses, by_drum=() if self.found is None else self.found.problem.measured.by_drum)
 
     @property
     def reasons(self) -> tuple[str, ...]:
@@ -375,7 +375,7 @@ def _words(advice: str, known: Known, size: int, then: float, more: int | None, 
         return "stop: exit points are known as well as is needed, and nothing speaks against it"
     first = f"measure these {size} poses"
     if known.missing:
-        return f"{first}: with fewer nothing can be told yet"
+        return f"{first}: fewer poses give no result"
     if more is not None and more > 0:
         return f"{first}; after about {more} more exit points are known to {1e3 * need:.3g} mm"
     if more == 0:

@@ -1,62 +1,74 @@
 """What a wrong model adds to sigmas: numbers of the robot file that count as known, and scatter from pose to pose.
 
-Known numbers are considered (Schmidt 1966): each is believed to a standard deviation, the data say how far off it is,
-and what that shifts is added to the covariance: little where data deny a shift, all of it where they show one or cannot
-tell. Beside it stands the covariance by the scatter of poses and of surveyed points (a sandwich, clustered, HC3).
+Known numbers are considered (Schmidt 1966): each is assumed to a standard deviation, the data estimate its error, and
+the shift by that error adds to the covariance. Each kind of number has an even chance to be exact, so the result is an
+average over all subsets of kinds, weighted by their evidence (Bayesian model averaging): a kind that the data deny adds
+next to nothing, one that they show or cannot tell adds its part. The covariance by the scatter of poses and of surveyed
+points (a sandwich, clustered, HC3) replaces a smaller one where it exceeds what noise explains.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import Final, NamedTuple
 
 import numpy as np
 
 from cablewright.calibration.measurements import SENSORS, Measured
-from cablewright.calibration.plan import Sigmas
+from cablewright.calibration.plan import STRETCH, Sigmas
 from cablewright.calibration.poses.fit import PoseFit
 from cablewright.calibration.poses.observability import Information, projected
 from cablewright.calibration.poses.problem import CalibrationProblem, Derivatives
+from cablewright.calibration.sensors.known_numbers import known_deviation, uncertain
+from cablewright.calibration.unknowns import Unknown
 from cablewright.foundation.arrays import Array
 from cablewright.models.creep import hour_compliance
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
-from cablewright.robot import Eyelet, Line
+from cablewright.robot import Eyelet, Line, Robot
 from cablewright.solvers.inverse import solve_inverse
 
 RADIUS: Final = 0.03  # of a sheave's radius: the cable's own radius may be in it or not
+IMPORTED: Final = 0.1  # of the build-up in the file, as a drum's width or a cable's packing is known
 BUILD_UP: Final = 2e-3  # 1/m: a layer of 4 mm cable on a drum of 0.1 m, every 20 m
-STRETCH: Final = 1.0  # of that by the file's stiffness, where lines count as stiff
+ENTIRELY: Final = 1.0  # of that by the file's stiffness, where lines count as stiff
 MODULUS: Final = 0.2  # of the file's, where lines stretch
 CELL: Final = 0.01  # of a load cell's scale: the class of ordinary ones
 MOUNT: Final = 0.2  # of the compliance in the file, where mounts give
-STRETCH_NAME: Final = "stretch"
 _STRETCH_WORDS: Final = "stretch of all lines over that by the file"
 _LEAST: Final = 0.05  # of the information: min that is left without a pose
+_CHANCE: Final = 2.0  # standard deviations of a variance by scatter, up to which noise explains it
 
 
 @dataclass(frozen=True)
 class Considered:
     """A number of the file that counts as known: how far off the data say it is."""
 
-    name: str  # in the registry, or `STRETCH_NAME`
+    name: str  # in the registry, or `STRETCH`
     line: str | None
     words: str
     unit: str
     value: float  # how far off, as far as it is believed and the data say
     sigma: float
     shift: float  # m, what that does to a coordinate of an exit point, at most
+    probability: float = 0.0  # that its kind is in error, by the data, from an even chance
+    share: float = 0.0  # of the variance of the least known coordinate of an exit point
 
 
 @dataclass(frozen=True, eq=False)
 class ModelDoubt:
-    """The covariance of the free unknowns with what a wrong model adds, and the q numbers that were considered."""
+    """The covariance of the free unknowns with what a wrong model adds, and the q numbers that were considered.
+
+    `largest`: the variances (k,) if every number were in error as assumed, and scatter counted in full.
+    """
 
     joint: Array  # (k + q, k + q): of the unknowns, then of how far off these numbers are
     considered: tuple[Considered, ...]
     assumed: Array  # (k, k) covariance of the unknowns by these numbers, which more poses hardly make smaller
+    largest: Array
 
     @property
     def covariance(self) -> Array:
@@ -73,37 +85,40 @@ def model_doubt(problem: CalibrationProblem, found: PoseFit, posterior: Informat
     noise, here = posterior.covariance * scale**2, problem.derivatives(found.theta, found.poses, found.weights)
     if found.code != 0 or not here.whole.all():
         nothing = np.full_like(noise, np.nan)
-        return ModelDoubt(nothing, (), nothing)
+        return ModelDoubt(nothing, (), nothing, np.diag(nothing))
     if not (np.isfinite(found.cost) and 0.0 < scale < np.inf):
-        return ModelDoubt(noise, (), np.zeros_like(noise))
+        return ModelDoubt(noise, (), np.zeros_like(noise), np.diag(noise))
     rows, by_numbers, numbers = _considered(problem, found)
     k = len(found.theta)
     by_all = np.concatenate([rows.by_unknown[..., :k], by_numbers], axis=2)
     off, reduced, _ = projected(replace(rows, by_unknown=by_all))
-    known, other = reduced[..., :k].reshape(-1, k), reduced[..., k:].reshape(-1, len(numbers))
+    flat = reduced.reshape(-1, reduced.shape[-1])
+    known, other = flat[:, :k], flat[:, k:]
     others = here.others_by_unknown
     motion = -posterior.covariance @ (known.T @ other)  # (k, q): of the unknowns, as the numbers change
-    considered, exits = [], problem.named("exit_point")
-    joint = np.zeros((k + len(numbers),) * 2)
+    exits, joint = problem.named("exit_point"), np.zeros((k + len(numbers),) * 2)
     joint[:k, :k] = noise
-    if len(numbers):
-        left = np.concatenate([other + known @ motion, others @ motion])  # of the rows, once the unknowns follow
-        spread = _spread(left / scale, np.array([each.sigma for each in numbers]))
-        value = -spread @ (other.T @ off.ravel()) / scale**2
+    largest, considered = np.diag(noise).copy(), tuple[Considered, ...]()
+    if numbers:
+        left = (
+            np.concatenate([other + known @ motion, others @ motion]) / scale
+        )  # of the rows, once the unknowns follow
+        found_off = _found_off(left, -(other.T @ off.ravel()) / scale**2, numbers)
         shown = np.concatenate([motion, np.eye(len(numbers))])
-        joint += shown @ (spread + np.outer(value, value)) @ shown.T
-        for at, each in enumerate(numbers):
-            shift = float(np.abs(motion[exits, at] * value[at]).max(initial=0.0))
-            considered.append(replace(each, value=float(value[at]), sigma=float(spread[at, at] ** 0.5), shift=shift))
+        joint += shown @ found_off.averaged @ shown.T
+        largest += np.einsum("ka,ab,kb->k", motion, found_off.full, motion)
+        considered = tuple(_told(numbers, found_off, motion[exits], np.diag(noise)[exits]))
     distances, points = len(problem.plan.distances), len(problem.plan.points)  # their rows have no pose
     alone = np.arange(distances)[:, None], distances + np.arange(3 * points).reshape(-1, 3)
     clusters = _Clusters(off, reduced[..., :k]), *(_Clusters(here.others[at], others[at]) for at in alone)
     unmeasured = np.delete(others, np.concatenate([at.ravel() for at in alone]), axis=0)
-    scatter = _by_scatter(clusters, unmeasured, posterior)
+    scatter, explained = _by_scatter(clusters, unmeasured, posterior, scale)
     assumed = joint[:k, :k] - noise
-    larger = np.sqrt(np.maximum(np.diag(scatter) / np.maximum(np.diag(joint)[:k], 1e-300), 1.0))
+    larger = np.sqrt(
+        np.where(scatter > explained, np.maximum(scatter / np.maximum(np.diag(joint)[:k], 1e-300), 1.0), 1.0)
+    )
     larger = np.append(larger, np.ones(len(numbers)))
-    return ModelDoubt(joint * np.outer(larger, larger), tuple(considered), assumed)
+    return ModelDoubt(joint * np.outer(larger, larger), considered, assumed, np.maximum(largest, scatter))
 
 
 def _spread(rows: Array, believed: Array) -> Array:
@@ -117,6 +132,61 @@ def _spread(rows: Array, believed: Array) -> Array:
     return np.asarray(root @ root.T)
 
 
+class _FoundOff(NamedTuple):
+    """Errors of the q numbers that are considered: value and covariance with all in error, and averages."""
+
+    value: Array  # (q,)
+    spread: Array  # (q, q)
+    averaged: Array  # (q, q) second moment, over which kinds are in error
+    probability: Array  # (q,) that each is in error
+
+    @property
+    def full(self) -> Array:
+        """The second moment (q, q) with all in error."""
+        return self.spread + np.outer(self.value, self.value)
+
+
+def _found_off(rows: Array, pull: Array, numbers: Sequence[Considered]) -> _FoundOff:
+    """Return the errors of *numbers* by *rows* (g, q) of sigma 1 and their *pull* (q,), the rows times the residuals.
+
+    Each kind is in error or exact, with even chances before the data; sensors count as one kind each.
+    """
+    kinds = [each.name.partition("_" if each.name.partition("_")[0] in SENSORS else ".")[0] for each in numbers]
+    of = np.array([list(dict.fromkeys(kinds)).index(kind) for kind in kinds])
+    believed = np.array([each.sigma for each in numbers])
+    evidence, subsets, values, spreads = [], [], [], []
+    for chosen in product((True, False), repeat=int(of.max()) + 1):
+        subset = np.array(chosen)[of]
+        spread = _spread(rows, believed * subset)
+        scaled = rows * (believed * subset)
+        size = np.linalg.slogdet(np.eye(len(of)) + scaled.T @ scaled)[1]
+        values.append(spread @ pull)
+        evidence.append(0.5 * float(pull @ values[-1] - size))
+        subsets.append(subset)
+        spreads.append(spread)
+    share = np.exp(np.array(evidence) - max(evidence))
+    share /= share.sum()
+    moments = np.array(spreads) + np.einsum("sa,sb->sab", values, values)
+    return _FoundOff(values[0], spreads[0], np.einsum("s,sab->ab", share, moments), share @ np.array(subsets))
+
+
+def _told(numbers: Sequence[Considered], off: _FoundOff, motion: Array, noise: Array) -> Iterator[Considered]:
+    """Yield *numbers* with their errors, by the *motion* (e, q) and the variance by *noise* (e,) of exit points."""
+    parts = motion * (motion @ off.averaged)
+    total = noise + parts.sum(axis=1)
+    share = parts[np.argmax(total)] / total.max() if len(total) and total.max() > 0.0 else np.zeros(len(numbers))
+    for at, each in enumerate(numbers):
+        shift = float(np.abs(motion[:, at] * off.value[at]).max(initial=0.0))
+        yield replace(
+            each,
+            value=float(off.value[at]),
+            sigma=float(off.spread[at, at] ** 0.5),
+            shift=shift,
+            probability=float(off.probability[at]),
+            share=float(share[at]),
+        )
+
+
 class _Clusters(NamedTuple):
     """Rows that may be off together: of c poses or surveyed points, r each."""
 
@@ -124,21 +194,29 @@ class _Clusters(NamedTuple):
     rows: Array  # (c, r, k)
 
 
-def _by_scatter(clusters: Sequence[_Clusters], others: Array, posterior: Information) -> Array:
-    """Return the covariance (k, k) by how *clusters* scatter, as if each were left out once, and *others* by sigma."""
+def _by_scatter(
+    clusters: Sequence[_Clusters], others: Array, posterior: Information, scale: float
+) -> tuple[Array, Array]:
+    """Return the variances (k,) by how *clusters* scatter, as if each were left out once, and *others* by sigma.
+
+    Beside them: the variances up to which noise alone explains the scatter, *scale* its sigma over that of the weights.
+    """
     values, vectors = np.linalg.eigh(posterior.covariance)
     kept = values > 1e-14 * max(values.max(initial=0.0), 1e-300)
     root = vectors[:, kept] * np.sqrt(values[kept])  # (k, r): unknowns of sigma 1
-    known = others @ root
-    found = known.T @ known
+    found = np.sum((others @ root @ root.T) ** 2, axis=0)
+    expected, spread = found.copy(), np.zeros_like(found)
     for off, rows in clusters:
         own = rows @ root
         left = np.eye(own.shape[1]) - np.einsum("nea,nfa->nef", own, own)
         sizes, turned = np.linalg.eigh(left)
         whole = np.einsum("nef,nf,ngf->neg", turned, 1.0 / np.maximum(sizes, _LEAST), turned)
-        change = np.einsum("nea,nef,nf->na", own, whole, np.where(np.isfinite(off), off, 0.0))
-        found = found + change.T @ change
-    return np.asarray(root @ found @ root.T)
+        by_row = np.einsum("ka,nea,nef->nkf", root, own, whole)
+        found += np.sum(np.einsum("nkf,nf->nk", by_row, np.where(np.isfinite(off), off, 0.0)) ** 2, axis=0)
+        by_noise = scale**2 * np.einsum("nkf,nfg,nkg->nk", by_row, left, by_row)
+        expected += by_noise.sum(axis=0)
+        spread += 2.0 * np.sum(by_noise**2, axis=0)
+    return found, expected + _CHANCE * np.sqrt(spread)
 
 
 def _considered(problem: CalibrationProblem, found: PoseFit) -> tuple[Derivatives, Array, list[Considered]]:
@@ -146,35 +224,57 @@ def _considered(problem: CalibrationProblem, found: PoseFit) -> tuple[Derivative
     robot, plan, names = problem.robot, problem.plan, []
     if "sheave_radius" not in plan.unknowns and any(not isinstance(line.sheave, Eyelet) for line in robot.lines):
         names.append("sheave_radius")
-    if not {"build_up", "drum_radius"} & set(plan.unknowns):
+    if "build_up" not in plan.unknowns and ("drum_radius" not in plan.unknowns or problem.measured.by_drum):
         names.append("build_up")
     if problem.elastic and "modulus" not in plan.unknowns:
         names.append("modulus")
     if "exit_compliance" not in plan.unknowns and any(_gives(line) for line in robot.lines):
         names.append("exit_compliance")
-    shared = tuple(name for name in names if name not in ("sheave_radius", "exit_compliance"))
+    wound = any(line.winch.build_up for line in robot.lines)
+    shared = tuple(name for name in names if name in ("build_up", "modulus") and not (wound and name == "build_up"))
     sensors = believed_of_sensors(problem.measured, plan.sigma)
     names += [name for name in sensors if name not in plan.unknowns]
-    more = {"unknowns": (*plan.unknowns, *names), "shared": (*plan.shared, *shared)}
-    wider = problem.with_plan(plan.model_copy(update=more))
-    theta = np.append(found.theta, wider.free[len(problem.free_unknowns) :])  # those found, and the file's
-    rows = wider.derivatives(theta, found.poses, found.weights)
+    names += dict.fromkeys(name for name in uncertain(plan) if name not in (*names, STRETCH))
+    wider, rows = with_more(problem, found, names, shared)
     share = max(creep_share(line) for line in robot.lines)
-    sigmas = {"build_up": BUILD_UP, "modulus": math.hypot(MODULUS, share)} | sensors
+    sigmas = {"modulus": math.hypot(MODULUS, share)} | sensors
     numbers, columns = [], []
     for at, each in enumerate(wider.free_unknowns[len(found.theta) :], len(found.theta)):
         start = float(wider.start[wider.unknowns.index(each)]) * each.size
-        sigma = sigmas.get(each.name, (MOUNT if each.name == "exit_compliance" else RADIUS) * start)
+        sigma = known_deviation(plan, each.name, each.line)
+        if sigma is None:
+            sigma = sigmas.get(each.name) or _believed(robot, each, start)
         if sigma > 0.0:
             numbers.append(Considered(each.kind, each.line, each.label, each.unit, 0.0, sigma, 0.0))
             columns.append(rows.by_unknown[..., at] / each.size)
     stretch = None if problem.elastic else stretch_of(problem, found.theta, found.poses)
     if stretch is not None:
+        given = known_deviation(plan, STRETCH, None)
+        sigma = math.hypot(ENTIRELY, share) if given is None else given
+    if stretch is not None and sigma > 0.0:
         columns.append(np.zeros((problem.poses, problem.per_pose)))
         columns[-1][:, : robot.m] = problem.of_poses(found.weights)[:, : robot.m] * stretch
-        sigma = math.hypot(STRETCH, share)
-        numbers.append(Considered(STRETCH_NAME, None, _STRETCH_WORDS, "1", 0.0, sigma, 0.0))
+        numbers.append(Considered(STRETCH, None, _STRETCH_WORDS, "1", 0.0, sigma, 0.0))
     return rows, np.stack(columns, axis=2) if columns else np.zeros((problem.poses, problem.per_pose, 0)), numbers
+
+
+def with_more(
+    problem: CalibrationProblem, found: PoseFit, names: Sequence[str], shared: Sequence[str]
+) -> tuple[CalibrationProblem, Derivatives]:
+    """Return the problem with more unknowns *names*, some *shared* by all lines, and its rows at a fit and the file."""
+    plan = problem.plan
+    more = {"unknowns": (*plan.unknowns, *names), "shared": (*plan.shared, *shared)}
+    wider = problem.with_plan(plan.model_copy(update=more))
+    theta = np.append(found.theta, wider.free[len(problem.free_unknowns) :])
+    return wider, wider.derivatives(theta, found.poses, found.weights)
+
+
+def _believed(robot: Robot, number: Unknown, start: float) -> float:
+    """Return the standard deviation assumed of a number of lines, by its value in the file or in the fit, *start*."""
+    if number.name == "build_up":
+        own = [line.winch.build_up or 0.0 for line in robot.lines if number.of_line(line.name)]
+        return IMPORTED * max(own) or BUILD_UP
+    return (MOUNT if number.name == "exit_compliance" else RADIUS) * start
 
 
 def creep_share(line: Line) -> float:
@@ -195,18 +295,23 @@ def believed_of_sensors(measured: Measured, sigma: Sigmas) -> dict[str, float]:
 
 
 def stretch_of(problem: CalibrationProblem, theta: Array, poses: Array) -> Array | None:
-    """Return by how much each line (N, m) stretches by the file's stiffness, m; None if nothing says what loads them.
+    """Return by how much each line (N, m) stretches by the file's stiffness, m; None as `loads_of`."""
+    tensions = loads_of(problem, theta, poses)
+    compliance = 1.0 / np.array([line.cable.stiffness for line in problem.robot.lines])
+    return None if tensions is None else np.asarray(tensions * problem.lengths(theta, poses) * compliance)
 
-    With the tensions of equilibria, measured ones, or the least that hold the pose.
+
+def loads_of(problem: CalibrationProblem, theta: Array, poses: Array) -> Array | None:
+    """Return the tensions (N, m), N: of equilibria, measured ones, or the least that hold the pose; 0 where none do.
+
+    None where nothing loads the lines, or says how.
     """
     robot = problem.robot
-    lengths = problem.lengths(theta, poses)
-    compliance = 1.0 / np.array([line.cable.stiffness for line in robot.lines])
     tensions = problem.known_tensions(theta, poses)
     if tensions is None:
-        if not (robot.scene.gravity > 0.0 and robot.m >= robot.freedoms):  # nothing loads them, or says how
+        if not (robot.scene.gravity > 0.0 and robot.m >= robot.freedoms):
             return None
         exits = np.broadcast_to(problem.points(theta), (problem.poses, robot.m, 3))
         model = Model(robot, Fidelity.of(CableLaw.RIGID))
         tensions = solve_inverse(model, poses, exit_points=np.ascontiguousarray(exits)).tensions
-    return np.asarray(np.nan_to_num(tensions) * lengths * compliance)
+    return np.asarray(np.nan_to_num(tensions))

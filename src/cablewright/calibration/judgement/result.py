@@ -9,6 +9,7 @@ from typing import Any, ClassVar, Final
 
 import numpy as np
 
+from cablewright.calibration.judgement.effects import Effect
 from cablewright.calibration.judgement.gross_errors import Rejected
 from cablewright.calibration.judgement.model_doubt import ModelDoubt, model_doubt
 from cablewright.calibration.judgement.suspects import CHANGE_PARTS, Explanation
@@ -28,6 +29,7 @@ from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.results import Figure, Pictured
 from cablewright.robot import Robot
 
+_MATTERS: Final = 0.1  # share of a variance from which on it is worth a measurement
 _MIN_SIGMA: Final = 1e-6  # m, of the encoders in suggestions
 
 
@@ -61,7 +63,7 @@ FIGURES = (
     Figure("poses", "1", "Number of poses measured.", "problem.poses"),
     Figure("unknowns", "1", "Number of unknowns, those of the poses included.", "alone.total"),
     Figure("rank", "1", "Number of unknowns that the data alone determine.", "alone.rank", "determined by the data"),
-    Figure("gauge", "", "Freedoms that the data alone leave open.", name="left open"),
+    Figure("gauge", "", "Combinations that the data alone do not determine.", name="left open"),
     Figure("datum", "", "What fixes the frame: exit points held, or inner: on average as in the robot file.",
            lambda found: found.problem.plan.datum or ("inner",)),
     Figure("weakest", "", "Least known combinations of unknowns that are not open.", name="least known combinations",
@@ -79,13 +81,30 @@ FIGURES = (
            along="unknown"),
     Figure("noise_sigma", "SI", "Standard deviation by the noise of the measurements alone, by its name.",
            partial(_by_label, "noise_sigma"), along="unknown", detail=True),
-    Figure("considered", "", "Numbers of the robot file that count as known: how far off they may be.",
+    Figure("model_sigma", "SI", "Standard deviation if every number that is considered were as wrong as assumed.",
+           partial(_by_label, "model_sigma"), along="unknown", detail=True),
+    Figure("sigma_advice", "", "Which standard deviation to use; its largest source.", detail=True),
+    Figure("considered", "", "Numbers of the robot file that count as known, with their possible errors.",
            lambda of: of.doubt.considered, detail=True, parts=(
         Figure("words", "", "The number."),
-        Figure("value", "SI", "How far off the data say it is, as far as it is believed."),
+        Figure("value", "SI", "Error by the data, weighted by its credibility."),
         Figure("sigma", "SI", "Standard deviation of that."),
         Figure("unit", "", "Unit of both."),
         Figure("shift", "m", "What that moves a coordinate of an exit point by, at most."),
+        Figure("probability", "1", "Probability by the data that its kind of number is in error, 0.5 before them."),
+        Figure("share", "1", "Share of the variance of the least known coordinate of an exit point."),
+    )),
+    Figure("effects", "", "Effects that the model may lack: which the data ask for, by the held-out error of lengths.",
+           only=lambda of: bool(of.effects), parts=(
+        Figure("name", "", "Name of the effect.", name="effect"),
+        Figure("words", "", "What it is.", name="number"),
+        Figure("value", "SI", "The number by the data.", digits=3),
+        Figure("sigma", "SI", "Standard deviation of it.", digits=2),
+        Figure("unit", "", "Unit of both."),
+        Figure("before", "m", "Held-out error without it.", name="held-out error without", digits=3, shown="mm"),
+        Figure("after", "m", "Held-out error with it.", name="with", digits=3, shown="mm"),
+        Figure("fall", "1", "Fall of the held-out error.", digits=2, shown="%"),
+        Figure("chosen", "", "Whether it is in the model."),
     )),
     Figure("changes", "SI", "Change from the robot file; null for what is not in it.", name="change", digits=3,
            along="unknown"),
@@ -109,8 +128,8 @@ FIGURES = (
         Figure("sigma_before", "m", "Standard deviation of the exit points without it, root mean square.", "before",
                "sigma before", 3, shown="mm"),
         Figure("sigma_after", "m", "That with it.", "after", "sigma after", 3, shown="mm"),
-        Figure("open_before", "1", "Number of open freedoms without it.", name="open before"),
-        Figure("open_after", "1", "Number of open freedoms with it.", name="open after"),
+        Figure("open_before", "1", "Number of undetermined combinations without it.", name="open before"),
+        Figure("open_after", "1", "Number of undetermined combinations with it.", name="open after"),
     )),
     Figure("last", "", "Date and data of the calibration before, which this one is compared with.",
            name="last calibration",
@@ -153,6 +172,7 @@ class Calibration(Pictured):
     notes: tuple[str, ...]
     verdict: str = "good"
     reasons: tuple[str, ...] = ()
+    effects: tuple[Effect, ...] = ()  # with models = "auto"
     accepted: bool = False  # a doubtful one is taken as it is
     last: str = ""  # the calibration before
     moved: Explanation | None = None  # what is different from it
@@ -198,7 +218,7 @@ class Calibration(Pictured):
 
     @cached_property
     def covariance(self) -> Array:
-        """Covariance of the unknowns (k, k), with datum and priors: of noise, or larger where the model is in doubt."""
+        """Covariance of the unknowns (k, k), with datum and priors: of noise and of possible errors of the model."""
         return self._of_all(self.doubt.covariance)
 
     @cached_property
@@ -216,6 +236,22 @@ class Calibration(Pictured):
     def noise_sigma(self) -> Array:
         """Standard deviations of the unknowns (k,) by the noise of the measurements alone."""
         return np.asarray(np.sqrt(np.diag(self._of_all(self.posterior.covariance * self.scale**2)).clip(min=0.0)))
+
+    @property
+    def model_sigma(self) -> Array:
+        """Standard deviations of the unknowns (k,) if every number that is considered were as wrong as assumed."""
+        return np.asarray(np.sqrt(np.diag(self._of_all(np.diag(self.doubt.largest))).clip(min=0.0)))
+
+    @property
+    def sigma_advice(self) -> str:
+        """Which standard deviation to use, and which number that counts as known makes most of it, in a sentence."""
+        worst = max(self.doubt.considered, key=lambda each: each.share, default=None)
+        if worst is None or worst.share < _MATTERS:
+            return "use sigma: noise makes nearly all of it"
+        return (
+            f"use sigma: the {worst.words} makes {100.0 * worst.share:.2g} % of the variance of the least known "
+            f"coordinate; measure it (known) or find it (unknowns)"
+        )
 
     @cached_property
     def doubt(self) -> ModelDoubt:

@@ -16,16 +16,18 @@ from scipy import special
 from cablewright.calibration.judgement.consistency import others_of, predicted_halves, together
 from cablewright.calibration.judgement.permuted_lines import better_arrangement, motion, stray
 from cablewright.calibration.judgement.result import Calibration
-from cablewright.calibration.judgement.sigmas import estimates_encoders, kind_fits
+from cablewright.calibration.judgement.sigmas import estimates_encoders, kind_fits, leverages
 from cablewright.calibration.measurements import SENSORS
 from cablewright.calibration.poses.bounds import at_bound
 from cablewright.calibration.poses.fit import PoseFit, yaw_between
 from cablewright.calibration.poses.observability import Information, beyond_frames, combination, remedy
 from cablewright.calibration.poses.problem import CalibrationProblem
 from cablewright.calibration.sensors.exit_points import across_rows
-from cablewright.calibration.sensors.measurement_kinds import SIGMA_OF
+from cablewright.calibration.sensors.measurement_kinds import KINDS, SIGMA_OF
 from cablewright.calibration.unknowns import exit_rows
 from cablewright.foundation.arrays import Array
+from cablewright.kernels.fitting.calibration_residuals import COORDINATE
+from cablewright.robot.parameter_values import AXES
 
 _NO_FIT: Final = 0.01  # max rms over the frame's diagonal; above, the equations are not those of the machine
 _TOO_LARGE: Final = 10.0  # max rms over the given sigma
@@ -155,6 +157,7 @@ def judged(found: Calibration, need: float, rough: float) -> tuple[str, tuple[st
         return "bad", tuple(each for each in (other, found.reason) if each)
     doubts = [*_moved(found, rough), *_turned(found, rough), *_left_out(found), *_sigma_of_positions(found)]
     doubts += [*_together(found), *_unexplained(found, need), *_halves(found), *_denied(found, need)]
+    doubts += [*_along_axes(found)]
     if doubts or _elsewhere(found, rough):
         other = better_arrangement(found.problem, found.fit, rough)
         doubts = [_Reason(other, True)] * bool(other) + doubts
@@ -215,14 +218,15 @@ def _moved(found: Calibration, rough: float) -> Iterator[_Reason]:
         if over[worst] > _ROUNDING * math.dist(scene.frame_min, scene.frame_max):
             label = [each.label for each in found.unknowns if each.name == "exit_point"][worst]
             yield _Reason(
-                f"{label} moves by {away[worst]:.3g} m from the file, where it is said to be right to {rough:.3g} m "
+                f"{label} moves by {away[worst]:.3g} m from the file, but its stated tolerance is {rough:.3g} m "
                 "(--rough): are the data of this robot?",
                 True,
             )
     for prior in problem.plan.priors:
-        for unknown, change in zip(found.unknowns, found.changes, strict=True):
-            if prior.is_of(unknown) and abs(change) > _PRIOR[0] * prior.deviation:
-                times = abs(change) / prior.deviation
+        for unknown, change, value in zip(found.unknowns, found.changes, found.values, strict=True):
+            off = abs(change if prior.value is None else value - prior.value)
+            if prior.is_of(unknown) and not prior.alike and off > _PRIOR[0] * prior.deviation:
+                times = off / prior.deviation
                 moved = f"{unknown.label} moves by {times:.3g} times the {prior.deviation:g} of its prior"
                 yield _Reason(f"{moved}, limit {_PRIOR[0]:g}", times > _PRIOR[1])
 
@@ -329,6 +333,28 @@ def _unexplained(found: Calibration, need: float) -> Iterator[_Reason]:
             )
 
 
+def _along_axes(found: Calibration) -> Iterator[_Reason]:
+    """Measured positions that are further off along one axis than along the others: a sigma of all hides it."""
+    problem, rows = found.problem, found.problem.rows
+    kind, axis = (each[: problem.per_pose] for each in (rows.kind, rows.other))
+    if not (kind == COORDINATE).any():
+        return
+    used = problem.of_poses(found.fit.weights) > 0.0
+    free = np.where(used, 1.0 - leverages(problem, found.fit), 0.0)
+    squares = problem.derivatives(found.fit.theta, found.fit.poses).residual ** 2
+    told = problem.factors.get(KINDS[COORDINATE].words, 1.0)
+    for at, name in enumerate(AXES):
+        own = (kind == COORDINATE) & (axis == at)
+        total = float(free[:, own].sum())
+        square = told**2 * float(squares[:, own][used[:, own]].sum())
+        if total >= 1.0 and square > _RATIO[0] ** 2 * total and special.chdtrc(total, square) < _LEVEL:
+            yield _Reason(
+                f"positions are {math.sqrt(square / total):.3g} times as far off along {name} as their sigma explains, "
+                f"limit {_RATIO[0]:g}: the model has an error along {name}; --models auto looks for it",
+                False,
+            )
+
+
 def _denied(found: Calibration, need: float) -> Iterator[_Reason]:
     """Numbers of the file that count as known and that the data deny, if that moves exit points by what matters."""
     wrong = [each for each in found.doubt.considered if abs(each.value) > _BEYOND * each.sigma and each.shift > need]
@@ -337,8 +363,9 @@ def _denied(found: Calibration, need: float) -> Iterator[_Reason]:
         unit = "" if worst.unit == "1" else f" {worst.unit}"
         times = abs(worst.value) / worst.sigma
         yield _Reason(
-            f"the data ask for {worst.value:+.3g}{unit} of {worst.words}, {times:.3g} sigmas from what is assumed, and "
-            f"that moves exit points by {_mm(worst.shift)}, limit {_mm(need)}: model it, or make it an unknown",
+            f"the data ask for {worst.value:+.3g}{unit} of {worst.words}, {times:.3g} sigmas from the assumed "
+            f"value, and this moves exit points by {_mm(worst.shift)}, limit {_mm(need)}: model it, or "
+            "make it an unknown",
             False,
         )
 
@@ -349,8 +376,8 @@ def _halves(found: Calibration) -> Iterator[_Reason]:
     if worst is not None and worst.ratio > _RATIO[0] and worst.probability < _LEVEL:
         first, last = worst.poses
         yield _Reason(
-            f"poses {first + 1} to {last + 1} are {worst.ratio:.3g} times as far from what the others predict as noise "
-            f"explains, limit {_RATIO[0]:g}: did something slip or change between?",
+            f"poses {first + 1} to {last + 1} are {worst.ratio:.3g} times as far from the prediction of the others "
+            f"as noise explains, limit {_RATIO[0]:g}: did something slip or change between?",
             worst.ratio > _RATIO[1],
         )
 

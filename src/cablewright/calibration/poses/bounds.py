@@ -16,6 +16,7 @@ from cablewright.foundation.errors import InputError
 from cablewright.models.parameters import lines_of
 from cablewright.robot import Robot
 from cablewright.robot.mount import MOST
+from cablewright.robot.winch import MAX_BUILD_UP
 
 SHARES: Final = {
     "length_scale": (0.9, 1.1),
@@ -43,7 +44,7 @@ def ranges(robot: Robot, unknowns: Sequence[Unknown], plan: CalibrationPlan, sta
 
     The offset of a load cell is at most its largest reading, or the line's max tension where that is more: one that was
     set to zero under a load reads the rest. The length out, offset and count, is positive at every pose. Raises
-    `InputError` for bounds in the plan that are not of an unknown, or that exclude the file's value.
+    `InputError` for bounds in the plan that are not of an unknown, or that exclude the file's value or that of a prior.
     """
     diagonal = math.dist(robot.scene.frame_min, robot.scene.frame_max)
     found = np.zeros((2, len(unknowns)))
@@ -52,7 +53,8 @@ def ranges(robot: Robot, unknowns: Sequence[Unknown], plan: CalibrationPlan, sta
             found[:, at] = np.array(SHARES[each.name]) * start[at]
         elif each.name in OF_NOTHING:
             low, high = OF_NOTHING[each.name]
-            found[:, at] = low / each.size, max(high / each.size, min(2.0 * start[at], MOST / each.size))
+            most = MAX_BUILD_UP if each.name == "build_up" else MOST
+            found[:, at] = low / each.size, max(high / each.size, min(2.0 * start[at], most / each.size))
         elif each.name == "length_offset":
             most = max(robot.lines[i].advantage for i in lines_of(robot, each))  # cable beyond the exit point
             found[:, at] = -measured.counted[:, lines_of(robot, each)].min(), 3.0 * AWAY * diagonal * most
@@ -61,6 +63,15 @@ def ranges(robot: Robot, unknowns: Sequence[Unknown], plan: CalibrationPlan, sta
         else:
             found[:, at] = start[at] - AWAY * diagonal, start[at] + AWAY * diagonal
     _bound(found, robot, unknowns, plan, start)
+    for index, prior in enumerate(plan.priors):
+        for at, each in enumerate(unknowns):
+            value = None if prior.value is None or not prior.is_of(each) else prior.value / each.size
+            if value is not None and not found[0, at] <= value <= found[1, at]:
+                low, high = found[:, at] * each.size
+                raise InputError(
+                    f"priors[{index}]: value = {prior.value:g} of {each.label} is out of its range, {low:.4g} to "
+                    f"{high:.4g} {each.unit}; change it or give bounds"
+                )
     return found
 
 
@@ -75,7 +86,8 @@ def _bound(found: Array, robot: Robot, unknowns: Sequence[Unknown], plan: Calibr
         for at, each in enumerate(unknowns):
             if each.name == bound.name and (bound.lines is None or any(each.of_line(line) for line in bound.lines)):
                 found[:, at] = bound.min / each.size, bound.max / each.size
-                if each.in_file and not found[0, at] <= start[at] <= found[1, at]:
+                told = any(prior.is_of(each) and prior.value is not None for prior in plan.priors)
+                if each.in_file and not told and not found[0, at] <= start[at] <= found[1, at]:
                     raise InputError(
                         f"{where}: {each.label} is {start[at] * each.size:g} in the file, out of the bounds"
                     )
@@ -88,7 +100,9 @@ def _largest(robot: Robot, unknown: Unknown, measured: Measured) -> float:
     if measured.tensions is None:
         return 0.0
     of = lines_of(robot, unknown)
-    return max(float(np.abs(measured.tensions[:, of]).max()), *(robot.lines[i].tension_limits[1] for i in of))
+    return max(
+        float(np.abs(np.nan_to_num(measured.tensions[:, of])).max()), *(robot.lines[i].tension_limits[1] for i in of)
+    )
 
 
 def at_bound(values: Array, limits: Array, start: Array) -> tuple[Mask, Mask]:

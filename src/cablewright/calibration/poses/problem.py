@@ -19,7 +19,8 @@ from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import CalibrationPlan
 from cablewright.calibration.poses.bounds import ranges
 from cablewright.calibration.sensors.exit_points import distance_rows, held_by_datum, linear_rows, mounts_tell_yaw
-from cablewright.calibration.sensors.load_cells import load_on, wrench_of_load
+from cablewright.calibration.sensors.known_numbers import put_known
+from cablewright.calibration.sensors.load_cells import filled_tensions, load_on, wrench_of_load
 from cablewright.calibration.sensors.sensor_rows import ENCODER_SIGMA, sensor_rows
 from cablewright.calibration.unknowns import (
     Unknown,
@@ -118,7 +119,8 @@ class CalibrationProblem(ABC):
         unknowns = unknowns_of(robot, plan.unknowns, plan.shared, cls.elastic, plan.grouped)
         if not unknowns:
             raise InputError("unknowns: must name at least one number")
-        lines, target = numbers_of_lines(robot), targets(robot, unknowns)
+        lines, target = numbers_of_lines(robot, measured.by_drum, cls.elastic), targets(robot, unknowns)
+        put_known(robot, lines, plan)
         start = np.array([each.entry.nominal or 0.0 for each in unknowns])
         start[target[target >= 0]] = lines[target >= 0]
         if cls.elastic:  # equilibria count what gives
@@ -140,7 +142,7 @@ class CalibrationProblem(ABC):
             both = np.concatenate(full[:-1], axis=1), full[-1]
             return np.concatenate([each.reshape(-1, *shape) for each in both])
 
-        tensions = np.zeros((count, robot.m)) if measured.tensions is None else measured.tensions
+        tensions = filled_tensions(robot, measured, cls.elastic)
         rows = MeasurementRows(
             freedoms=robot.n if cls.elastic else robot.freedoms,  # equilibria of elastic lines stay in the plane
             start=np.arange(count + 1, dtype=np.int64) * per_pose,
@@ -301,9 +303,11 @@ class CalibrationProblem(ABC):
         *given* (N, m): how much less cable lies beyond the winches as mounts of exits and springs give, m.
         """
         lines = self.line_numbers(theta)
-        out = self.lengths(theta, states) - lines[:, straight_line.OFFSET] - given
-        left = 1.0 - 2.0 * lines[:, straight_line.BUILD_UP] * out  # square of the radius, as a share
-        first = 2.0 * out / (1.0 + np.sqrt(np.maximum(left, 0.0)))
+        offset, wound = lines[:, straight_line.OFFSET], lines[:, straight_line.WOUND]
+        out, twice = self.lengths(theta, states) - offset - given, 2.0 * lines[:, straight_line.BUILD_UP]
+        first = 1.0 - twice * np.where(wound == 0.0, 0.0, offset - wound)  # square of the radius, as a share
+        left = first - twice * out
+        first = 2.0 * out / (np.sqrt(np.maximum(first, straight_line.LEAST_SQUARE)) + np.sqrt(np.maximum(left, 0.0)))
         return np.asarray(first / lines[:, straight_line.SCALE])
 
     @property

@@ -5,13 +5,14 @@ Lines that stretch start from the answer of straight ones, at equilibria near it
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import replace
 from itertools import chain, islice, repeat
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
+from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import CalibrationPlan
 from cablewright.calibration.poses.elastic import ElasticProblem, given_by_lines
 from cablewright.calibration.poses.fit import (
@@ -43,6 +44,7 @@ from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
 
 _ELASTIC: Final = ("modulus", "exit_compliance")
+_OF_CELLS: Final = ("tension_offset", "tension_scale")
 _SAG: Final = 5e-3  # m: min sigma of lengths of straight lines
 _SAGGING: Final = 0.02  # of the platform's weight: min sigma of tensions along straight lines
 _FITS: Final = 5.0  # max cost per redundant measurement of an accepted fit: 0.5 is expected
@@ -237,6 +239,7 @@ def _with_azimuths(problem: CalibrationProblem, theta: Array, poses: Array, know
     if not len(rows_of):
         return theta
     rows, changed = problem.derivatives(theta, poses, np.ones(len(problem.values))), theta.copy()
+    rows.residual[problem.of_poses(problem.weights) == 0.0] = np.nan  # blank cells
     middle = problem.limits.mean(axis=0)
     for at in np.flatnonzero(azimuth_offsets(problem.free_unknowns)):
         own = rows_of[rows.by_unknown[0, rows_of, at] != 0.0]
@@ -283,17 +286,35 @@ def straight_plan(problem: ElasticProblem) -> CalibrationPlan:
     plan, robot = problem.plan, problem.robot
     min_tension = _SAGGING * robot.platform.mass * robot.scene.gravity
     exact = {"encoder": max(plan.sigma.encoder or 0.0, _SAG), "tension": max(plan.sigma.tension, min_tension)}
-    kept = {
-        **{
-            name: tuple(each for each in getattr(plan, name) if each not in _ELASTIC) for name in ("unknowns", "shared")
-        },
-        **{
-            name: tuple(each for each in getattr(plan, name) if each.name not in _ELASTIC)
-            for name in ("groups", "priors", "bounds")
-        },
-        "sigma": plan.sigma.model_copy(update=exact),
+    return _without(plan, _ELASTIC).model_copy(update={"sigma": plan.sigma.model_copy(update=exact)})
+
+
+def _without(plan: CalibrationPlan, names: Collection[str]) -> CalibrationPlan:
+    """Return the plan without the unknowns of these *names*."""
+    kept: dict[str, Any] = {
+        key: tuple(each for each in getattr(plan, key) if each not in names) for key in ("unknowns", "shared")
     }
+    for key in ("groups", "priors", "bounds"):
+        kept[key] = tuple(each for each in getattr(plan, key) if each.name not in names)
     return plan.model_copy(update=kept)
+
+
+def near_poses(
+    model: Model, measured: Measured, plan: CalibrationPlan, seed: int, rough: float, progress: Progress = silent
+) -> Measured:
+    """Return the data with poses by the other sensors where tensions have no start values of them, or blank cells.
+
+    Straight lines have rows of tensions only near the poses, and those of blank cells are eliminated there. Where the
+    others do not determine the poses, nothing changes.
+    """
+    guessed = measured.guess is not None and bool(np.isfinite(measured.guess).all())
+    if measured.tensions is None or (guessed and not np.isnan(measured.tensions).any()):
+        return measured
+    others = replace(measured, tensions=None)
+    alone = StraightProblem.of(model.robot, others, _without(plan, (*_ELASTIC, *_OF_CELLS)), hold=False)
+    if surplus_per_pose(alone) < 1:
+        return measured
+    return replace(measured, near=best_fit(alone, seed, rough, progress).poses)
 
 
 def _relaxed(problem: ElasticProblem, straight: CalibrationProblem, found: PoseFit) -> tuple[Array, Array]:
@@ -314,9 +335,9 @@ def _relaxed(problem: ElasticProblem, straight: CalibrationProblem, found: PoseF
 def equilibria_at(problem: ElasticProblem, found: Model, poses: Array) -> Equilibrium:
     """Return equilibria at *poses*, with tensions near the measured ones. Raises `AnswerError` if there are none."""
     robot, measured = problem.robot, problem.measured
-    tensions, limits = measured.tensions, None
-    if tensions is not None:
-        tensions = tensions.clip(min=1e-3 * robot.platform.mass * robot.scene.gravity)
+    tensions, limits = None, None
+    if measured.tensions is not None:
+        tensions = problem.rows.tensions.clip(min=1e-3 * robot.platform.mass * robot.scene.gravity)
         limits = float(tensions.min() / _WIDER), float(tensions.max() * _WIDER)
     held = solve_inverse(
         Model(found.robot, problem.model.fidelity, limits), given_by_lines(robot, poses), preferred=tensions

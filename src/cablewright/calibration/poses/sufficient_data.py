@@ -12,6 +12,7 @@ from cablewright.calibration.sensors.load_cells import require_tensions
 from cablewright.calibration.sensors.positions import check_plane
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
+from cablewright.models.parameters import lines_of
 from cablewright.robot import Eyelet, Robot
 
 _APART = 1e-3  # m: poses with smaller differences in all lengths count as one
@@ -106,7 +107,19 @@ def check(problem: CalibrationProblem) -> None:
     for name in problem.plan.unknowns:
         column = _lacks(problem, name)
         if column is not None:
-            raise InputError(f"unknowns: {name}: {measured.origin} has no column {column}, so nothing would tell it")
+            raise InputError(f"unknowns: {name}: {measured.origin} has no column {column}, so no data determine it")
+    for each in problem.unknowns:
+        sensor = each.name.partition("_")[0]
+        if sensor not in ("tension", "swivel") or any(prior.is_of(each) for prior in problem.plan.priors):
+            continue
+        if np.isnan(getattr(measured, SENSORS[sensor][0])[:, lines_of(problem.robot, each)]).all():
+            raise InputError(f"unknowns: {each.label}: {measured.origin} has no reading of it; give it a prior")
+    wound = [line.name for line in problem.robot.lines if line.winch.build_up is not None]
+    if "build_up" in problem.plan.unknowns and wound and not measured.by_drum:
+        raise InputError(
+            f"unknowns: build_up: {measured.origin} has lengths, in which the winch.build_up of line {wound[0]!r} is "
+            "counted already; give turns of the drum, as in 'dl_1 (turns)', or leave build_up out"
+        )
     if not problem.elastic:
         require_tensions(problem.robot, measured)
     needed = min_poses(problem)

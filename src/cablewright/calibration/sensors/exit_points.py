@@ -94,15 +94,21 @@ def linear_rows(
     prior = [] if plan.across is None else [across_rows(robot, unknowns) / plan.across]
     if keep_yaw:
         prior.append(_yaw_row(robot, unknowns) / _YAW)
+    given: list[Array] = []
     for at, each in enumerate(plan.priors):
         if each.name.partition(".")[0] not in plan.unknowns:
             raise InputError(f"priors[{at}]: {each.name} is not among the unknowns")
         for name in each.lines or ():
             line_index(robot, name, f"priors[{at}]")
-        weights = [each.is_of(unknown) * unknown.size / each.deviation for unknown in unknowns]
-        prior.append(np.diag(weights)[np.flatnonzero(weights)])
+        weights = np.array([each.is_of(unknown) * unknown.size / each.deviation for unknown in unknowns])
+        own = np.diag(weights)[np.flatnonzero(weights)]
+        if each.alike:
+            own = own - np.repeat(own.mean(axis=0, keepdims=True), len(own), axis=0)
+        prior.append(own)
+        given.append(own @ start if each.value is None else np.full(len(own), each.value / each.deviation))
     rows, measured = np.concatenate([*surveyed, *level, *prior]), 3 * len(plan.points) + 2 * len(level)
-    return rows, np.append(values, rows[len(values) :] @ start), np.arange(len(rows)) >= measured
+    before = rows[len(values) : len(rows) - sum(map(len, given))] @ start
+    return rows, np.concatenate([values, before, *given]), np.arange(len(rows)) >= measured
 
 
 def _is_exit(unknowns: Sequence[Unknown], line: str, axis: int) -> Mask:

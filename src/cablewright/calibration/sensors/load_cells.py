@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Final
 
 import numpy as np
 
 from cablewright.calibration.measurements import Measured
-from cablewright.calibration.sensors.measurement_kinds import SensorRows
-from cablewright.calibration.unknowns import free_directions
+from cablewright.calibration.plan import Sigmas
+from cablewright.calibration.sensors.measurement_kinds import SensorRows, present
+from cablewright.calibration.unknowns import free_directions, numbers_of_lines
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
-from cablewright.kernels.fitting import calibration_residuals
+from cablewright.kernels.fitting import calibration_residuals, straight_line
 from cablewright.models.plane import within
 from cablewright.models.rotation import placed
 from cablewright.robot import Robot
+
+_UNKNOWN: Final = 1e6  # N: sigma of a blank cell where directions are chosen
 
 
 def require_tensions(robot: Robot, measured: Measured) -> None:
@@ -25,44 +29,94 @@ def require_tensions(robot: Robot, measured: Measured) -> None:
     for line in robot.lines if measured.tensions is None else ():
         if line.gives_by:
             raise InputError(
-                f"{measured.origin}: no column f_1: line {line.name!r} has {line.gives_by}, and straight lines tell by "
-                "measured tensions only how far that gives; measure them, or calibrate with --cable elastic"
+                f"{measured.origin}: no column f_1: line {line.name!r} has {line.gives_by}, and straight lines "
+                "need measured tensions for its compliance; measure them, or calibrate with --cable "
+                "elastic"
             )
 
 
-def tension_rows(robot: Robot, measured: Measured, sigma: float) -> Iterator[SensorRows]:
+def tension_rows(robot: Robot, measured: Measured, sigma: Sigmas) -> Iterator[SensorRows]:
     """Yield the rows of the tensions of lines that stretch, one a line."""
     if measured.tensions is not None:
-        yield SensorRows(calibration_residuals.TENSION, measured.tensions, 1.0 / sigma, np.arange(robot.m))
+        spread = _deviations(measured.tensions, sigma)
+        yield SensorRows(calibration_residuals.TENSION, *present(measured.tensions, spread), np.arange(robot.m))
 
 
-def balance_rows(robot: Robot, measured: Measured, sigma: float) -> Iterator[SensorRows]:
+def _deviations(tensions: Array, sigma: Sigmas) -> Array:
+    """Return the standard deviation (N, m) of *tensions*, N: of the load cell, and of the friction on the way to it."""
+    return np.asarray(np.hypot(sigma.tension, sigma.friction * np.nan_to_num(tensions)))
+
+
+def balance_rows(robot: Robot, measured: Measured, sigma: Sigmas) -> Iterator[SensorRows]:
     """Yield the rows of measured tensions: the wrench they leave unbalanced, along directions of independent errors.
 
-    A tension's error acts along its line, so the wrench has the covariance sigma^2 sum w w^T, w = pull (u, r x u). The
-    directions u are those from the file's exit points to the platform points at the start values of the poses.
+    A tension's error acts along its line, so the wrench has the covariance sum sigma^2 w w^T, w = pull (u, r x u). The
+    directions u are those of the file's lines at the start values of the poses. Along
+    the w of a blank cell nothing is known: rows are across those, and as many do not count.
     """
-    guess, n, plane = measured.guess, robot.n, robot.platform.plane
     if measured.tensions is None:
         return
-    if guess is None:
-        raise InputError(f"{measured.origin}: tensions f_1.. require columns x,y,z, start values of the poses")
-    if np.isnan(guess).any():
-        row = measured.place(int(np.argmax(np.isnan(guess).any(axis=1))))
-        raise InputError(f"{measured.origin}, {row}: x, y, z are blank; with tensions f_1.. a start value is required")
-    guess, free = within(plane, guess), free_directions(robot)
-    points = placed(guess, [line.platform_point for line in robot.lines])
-    away = points - np.array([line.exit_point for line in robot.lines])
-    u = away / np.linalg.norm(away, axis=2)[..., None]
-    pull = np.array([line.advantage * line.cables for line in robot.lines])[:, None]
-    w = pull * np.concatenate([u, np.cross(points - guess[:, None, :3], u)], axis=2)[..., :n]
-    w = w @ free  # a plane carries the rest
-    spread = np.einsum("nmi,nmj->nij", w, w)
+    poses, free = _start_poses(robot, measured), free_directions(robot)
+    w = _wrenches(robot, poses)
+    blank = np.isnan(measured.tensions)
+    spread = np.einsum("nm,nmi,nmj->nij", np.where(blank, 0.0, _deviations(measured.tensions, sigma) ** 2), w, w)
     size = np.einsum("nii->ni", spread)[:, None] * np.eye(robot.freedoms)  # m and N: small is relative to the same row
-    along = np.linalg.inv(np.linalg.cholesky(spread + 1e-6 * size)) / sigma
-    extra = np.zeros((len(guess), robot.freedoms, 6))
-    extra[..., :n] = along @ free.T
-    yield SensorRows(calibration_residuals.BALANCE, np.zeros(extra.shape[:2]), 1.0, extra=extra)
+    spread += 1e-6 * size + np.einsum("nm,nmi,nmj->nij", blank * _UNKNOWN**2, w, w)
+    along = np.linalg.inv(np.linalg.cholesky(spread))
+    extra = np.zeros((len(poses), robot.freedoms, 6))
+    extra[..., : robot.n] = along @ free.T
+    weights = np.ones(extra.shape[:2])
+    if blank.any():
+        sizes, ways = np.linalg.eigh(spread)
+        known = np.arange(robot.freedoms) < robot.freedoms - blank.sum(axis=1, keepdims=True)  # the least uncertain
+        extra[..., : robot.n] = np.swapaxes(ways / np.sqrt(sizes)[:, None], 1, 2) @ free.T
+        weights = known.astype(float)
+    yield SensorRows(calibration_residuals.BALANCE, np.zeros(extra.shape[:2]), weights, extra=extra)
+
+
+def _start_poses(robot: Robot, measured: Measured) -> Array:
+    """Return poses (N, n) near those of the data. Raises `InputError` for a row without a start value."""
+    near = measured.guess if measured.near is None else measured.near
+    if near is None:
+        raise InputError(f"{measured.origin}: tensions f_1.. require columns x,y,z, start values of the poses")
+    if np.isnan(near).any():
+        row = measured.place(int(np.argmax(np.isnan(near).any(axis=1))))
+        raise InputError(f"{measured.origin}, {row}: x, y, z are blank; with tensions f_1.. a start value is required")
+    return within(robot.platform.plane, near)
+
+
+def _wrenches(robot: Robot, poses: Array) -> Array:
+    """Return the wrench (N, m, p) of a tension of 1 N in each line at *poses* (N, n), in what the platform is free.
+
+    A line goes from its sheave to its platform point; where that is inside the sheave, from the exit point.
+    """
+    points = placed(poses, [line.platform_point for line in robot.lines])
+    away = points - np.array([line.exit_point for line in robot.lines])
+    u, free = away / np.linalg.norm(away, axis=2)[..., None], np.zeros(12)
+    for at, line in enumerate(numbers_of_lines(robot)):
+        for pose, (x, y, z) in enumerate(points[:, at].tolist()):
+            straight_line.over_sheave(line, x, y, z, free)
+            u[pose, at] = free[1:4] if np.isfinite(free[0]) else u[pose, at]
+    pull = np.array([line.advantage * line.cables for line in robot.lines])[:, None]
+    w = pull * np.concatenate([u, np.cross(points - poses[:, None, :3], u)], axis=2)[..., : robot.n]
+    return np.asarray(w @ free_directions(robot))  # a plane carries the rest
+
+
+def filled_tensions(robot: Robot, measured: Measured, elastic: bool) -> Array:
+    """Return the tensions (N, m), N; in blank cells those that balance the load best, of *elastic* lines their mean."""
+    if measured.tensions is None:
+        return np.zeros((len(measured.counted), robot.m))
+    blank, tensions = np.isnan(measured.tensions), np.nan_to_num(measured.tensions)
+    if not blank.any():
+        return tensions
+    if elastic:
+        means = tensions.sum(axis=0) / np.maximum((~blank).sum(axis=0), 1)
+        return np.where(blank, np.where(blank.all(axis=0), means.mean(), means), tensions)
+    poses = _start_poses(robot, measured)
+    w = _wrenches(robot, poses)
+    left = wrench_of_load(load_on(robot), poses) @ free_directions(robot) + np.einsum("nmi,nm->ni", w, tensions)
+    found = np.einsum("nim,ni->nm", np.linalg.pinv(np.swapaxes(w * blank[..., None], 1, 2)).swapaxes(1, 2), -left)
+    return np.where(blank, found, tensions)
 
 
 def load_on(robot: Robot) -> Array:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from cablewright.foundation.arrays import Array
@@ -20,6 +21,11 @@ class SensorRows(NamedTuple):
     line: ArrayLike = 0
     other: ArrayLike = 0
     extra: ArrayLike = 0
+
+
+def present(values: Array, sigma: Array | float) -> tuple[Array, Array]:
+    """Return *values* and their weights by *sigma*, both 0 where a value is NaN: such a row does not count."""
+    return np.nan_to_num(values), np.where(np.isnan(values), 0.0, 1.0 / sigma)
 
 
 @dataclass(frozen=True)

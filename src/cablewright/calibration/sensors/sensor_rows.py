@@ -26,9 +26,9 @@ def sensor_rows(robot: Robot, measured: Measured, plan: CalibrationPlan, elastic
     encoder = calibration_residuals.PAID_OUT if elastic else calibration_residuals.ENCODER
     yield SensorRows(encoder, measured.counted, 1.0 / (plan.sigma.encoder or ENCODER_SIGMA), np.arange(robot.m))
     if elastic:
-        yield from tension_rows(robot, measured, plan.sigma.tension)
+        yield from tension_rows(robot, measured, plan.sigma)
     yield from position_rows(robot, measured)
     yield from angle_rows(robot, measured, plan.sigma)
     if not elastic:
-        yield from balance_rows(robot, measured, plan.sigma.tension)
+        yield from balance_rows(robot, measured, plan.sigma)
     yield from contact_rows(robot, measured, plan)

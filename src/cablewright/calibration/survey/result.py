@@ -51,9 +51,7 @@ WALL: Final = (
 MARKER: Final = (
     Figure("point", "", "Name of the marker.", name="marker"),
     Figure("feature", "", "Feature that the marker is on.", name="on"),
-    Figure(
-        "residual", "m", "Distance from what was fitted; null where no other marker checks it.", digits=3, shown="mm"
-    ),
+    Figure("residual", "m", "Distance from the fit; null without a redundant marker.", digits=3, shown="mm"),
     Figure("sigma", "m", "Expected size of the residual.", name="expected", digits=3, shown="mm"),
     Figure("repeat", "m", "Root mean square of its shots about their mean; null for one shot.", digits=3, shown="mm"),
     Figure("shots", "1", "Number of shots."),
@@ -61,7 +59,7 @@ MARKER: Final = (
 )
 FRAME: Final = (
     Figure("along", "", "Wall that y follows, x into the room; or instrument: its own x and y."),
-    Figure("origin", "", "station: below the instrument; exits: in the middle of the exit points."),
+    Figure("origin", "", "station: below the instrument; `exits`: in the middle of the exit points."),
     Figure("zero_height", "", "What z = 0 is: floor, height (floor by the instrument's height), or instrument."),
     Figure("rotation", "rad", "Rotation of the frame from the instrument's.", detail=True),
     Figure("offset", "m", "Offset of the frame from the instrument's.", detail=True),
@@ -166,7 +164,7 @@ class Survey(Pictured):
         Figure("axes", "", "Axes of the sheaves and of their swivels.", parts=AXIS),
         Figure("walls", "", "Walls, floor and ceiling.", lambda of: _named(of.walls, WALL, "name"), parts=WALL),
         Figure("residuals", "", "Residuals of the markers.", parts=MARKER),
-        Figure("covariance", "m^2", "Covariance of the coordinates of all exits: exit point, then winch exit.",
+        Figure("covariance", "m^2", "Covariance of the coordinates of all exit points and winch exits, in this order.",
                detail=True),
         Figure("notes", "", "What a careful person would ask.", detail=True),
     )  # fmt: skip

@@ -29,11 +29,11 @@ FIGURES = (
     Figure("stiffness", "N", "EA by the quick part of the stretch.", name="axial stiffness EA", shown="kN"),
     Figure("stiffness_sigma", "N", "Standard deviation of EA.", name="its sigma", shown="kN", digits=2),
     Figure(
-        "expansion", "1/K", "Thermal expansion; absent where the temperature tells none.",
+        "expansion", "1/K", "Thermal expansion; absent without a sufficient change of temperature.",
         only=lambda own: own.expansion is not None,
     ),
     Figure(
-        "activation_energy", "J/mol", "By which it creeps faster when warmer; absent where the test tells none.",
+        "activation_energy", "J/mol", "Activation energy of the creep rate; absent if the test does not determine it.",
         only=lambda own: own.activation_energy is not None, shown="kJ/mol", digits=3,
     ),
     Figure(
@@ -49,7 +49,7 @@ FIGURES = (
         only=lambda own: own.humidity_exponent is not None, digits=2,
     ),
     Figure(
-        "temperature", "°C", "Mean under load, at which it creeps as told here; absent if not recorded.",
+        "temperature", "°C", "Mean under load, reference of the creep law; absent if not recorded.",
         only=lambda own: own.temperature is not None, shown="°C", digits=3,
     ),
     Figure(
@@ -73,7 +73,7 @@ FIGURES = (
             Figure("sigma", "1/N", "Standard deviation of the compliance.", digits=2, shown="1/N"),
         ),
     ),
-    Figure("noise", "m", "Root mean square of what the law leaves of the elongation.", digits=2),
+    Figure("noise", "m", "Root mean square of the residual of the elongation.", digits=2),
     Figure("widened", "1", "By how much correlated residuals widen the variances.", digits=3),
     Figure("robot_file", "", "What a robot file has of this creep.", "robot_file_text", name="for the robot file"),
     Figure("uncertainty_file", "", "Creep from 0 to that at the end of the test, for an uncertainty file.",
@@ -381,7 +381,7 @@ def _fitted(test: TensileTest, columns: Array, strain: Array) -> _Fit:
     scaled = columns / sizes
     u, s, vt = np.linalg.svd(scaled, full_matrices=False)
     if not s[-1] * _ALIKE > s[0]:
-        raise InputError(f"{test.origin}: stretch and creep cannot be told apart by these forces and times")
+        raise InputError(f"{test.origin}: these forces and times do not separate stretch from creep")
     found = (vt.T @ ((u.T @ strain) / s)) / sizes
     residuals = strain - columns @ found
     wider = _widening(residuals)
@@ -413,11 +413,11 @@ def _notes(test: TensileTest, fit: _Fit, taus: tuple[float, ...], expands: bool)
         if size < _BELOW_ZERO * sigma:
             yield f"{name} is below 0: the cable does not creep by this law"
         elif sigma > abs(size):
-            yield f"{name} is smaller than its sigma: this test does not tell it from the others"
+            yield f"{name} is smaller than its sigma: this test does not separate it from the others"
     if test.temperature is None:
         yield "no column 'temperature': what its changes stretch counts as creep"
     elif not expands:
-        yield f"the temperature changes by under {_VARIES:g} K: the expansion is not told"
+        yield f"the temperature changes by under {_VARIES:g} K: the expansion is unknown"
 
 
 def _spell(seconds: float) -> str:

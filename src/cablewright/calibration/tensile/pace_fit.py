@@ -111,7 +111,10 @@ def pace_notes(
             yield "the activation energy is below 0: no cable creeps more slowly when warmer; check the temperatures"
     for each in whole.unknowns:
         if each not in told.unknowns:
-            yield f"the climate changes, but the test does not tell the {each.name.replace('_', ' ')} to {each.sure:g}"
+            yield (
+                f"the climate changes, but the test does not determine the {each.name.replace('_', ' ')} to "
+                f"{each.sure:g}"
+            )
     if whole.temperature is None and test.temperature is not None:
         low, high = test.temperature.min(), test.temperature.max()
         yield f"temperatures from {low:g} to {high:g} are neither in K nor in degrees Celsius: no activation energy"

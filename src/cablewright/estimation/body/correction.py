@@ -35,11 +35,16 @@ def correct(settings: BodySettings, state: BodyState, acceleration: float) -> Sl
         state.wound.paid - state.wound.measured_at,
     )
     load(settings, state.layout, state.belief.unknowns, state.belief.covariance, state.load_path.follow(state.tensions))
+    for sensor in settings.sensors:
+        walked = (state.latest.time - state.window.begin) * sensor.walk(state.layout)
+        state.belief.covariance[np.diag_indices(len(walked))] += walked
     state.wound.measured_at = state.wound.paid
     measurement.set_gradients(state)
     slopes = measurement.slopes_of(state)
     measured = None if slopes is None else measurement.measurement_of(settings, state, slopes, acceleration)
-    if slopes is None or measured is None or not diagnosis.fits(settings, state, measured, acceleration):
+    if slopes is None or measured is None or not len(measured.innovation):
+        return slopes
+    if not diagnosis.fits(settings, state, measured, acceleration):
         return slopes
     before, base, covariance = (
         state.belief.unknowns.copy(),

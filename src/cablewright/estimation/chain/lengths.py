@@ -20,13 +20,23 @@ _TOLERANCE: Final = 1e-4  # m, of the drum's position
 
 
 def visibly_slack(settings: SlacknessSettings, state: SlacknessState) -> Mask:
-    """Lines (m,) whose angle determines the excess: they have a reading, and sag enough for it."""
-    return np.isfinite(state.excess) & (state.differences > settings.visible_angle)
+    """Lines (m,) whose angle determines the excess: they have a reading, and sag enough for it.
+
+    That of a line with a counterweight is given by the weight.
+    """
+    wound = settings.model.lines.counterweight == 0.0
+    return np.asarray(np.isfinite(state.excess) & (state.differences > settings.visible_angle) & wound)
 
 
 def current_excess(settings: SlacknessSettings, state: SlacknessState, taut: Taut, lengths: Array) -> Array:
     """Excess (m,), m: by the angle of lines that are visibly slack, by length of the others."""
     return np.where(visibly_slack(settings, state), state.excess, lengths - taut.lengths)
+
+
+def followed(tracker: Tracker, lengths: Array) -> Array:
+    """Return *lengths* (m,), m, with those that counterweights have where *tracker* is."""
+    hung = tracker.model.lines.counterweight > 0.0
+    return np.where(hung, tracker.solved.lengths[0], lengths) if hung.any() else lengths
 
 
 def _slackest(settings: SlacknessSettings, state: SlacknessState, taut: Taut) -> tuple[int, float] | None:
@@ -84,7 +94,7 @@ def move_to(
         status = tracker.step(trial)
         if status is not Status.OK:
             return lengths, status
-        lengths = trial
+        lengths = followed(tracker, trial)
         if float(np.abs(target - tracker.pose).max()) < _TOLERANCE:
             break
     return lengths, Status.OK

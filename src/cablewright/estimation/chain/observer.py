@@ -40,6 +40,7 @@ from cablewright.estimation.time_buffer import TimeBuffer
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import Status
 from cablewright.foundation.signals import Distance, Encoders, Estimate, Inertial, Scan, SensorFrame, frozen
+from cablewright.models.winch_lines import WinchLines
 from cablewright.solvers.continuation import TrackerSettings
 from cablewright.solvers.taut import taut_at
 
@@ -71,7 +72,7 @@ def start(settings: ObserverSettings) -> ObserverState:
         checks=ReadingChecks(
             FaultMonitor(dict(settings.timeouts)),
             None if settings.clock is None else ClockLead(settings.clock),
-            settings.model.m,
+            WinchLines.of(settings.model.robot),
         ),
         slackness=no_reading,
         turns=Turns(TimeBuffer(3, HISTORY_LENGTH), TimeBuffer(3, HISTORY_LENGTH)),
@@ -159,7 +160,7 @@ def _predict_lengths(settings: ObserverSettings, state: ObserverState, reading: 
     if state.tracker is None:
         _watch_standing(state, reading.time, rotation, dt)
     if state.drum_angles is None:
-        state.drum_angles = np.zeros(len(reading.counts))
+        state.drum_angles = np.zeros(settings.model.m)
         return
     if rotation is None:
         if dt > 0.0:
@@ -200,6 +201,7 @@ def _predict_position(settings: ObserverSettings, state: ObserverState, dt: floa
         state.monitor.report("encoders", "lost", f"the equilibrium could not be followed: {status.value}")
         return
     state.monitor.clear("encoders", "lost")
+    state.lengths = lengths.followed(tracker, paid_out)
     moved = tracker.pose - before
     state.odometry.position = state.odometry.position + moved
     state.odometry.distance_without_floor += float(np.sqrt(moved @ moved))
@@ -376,7 +378,7 @@ def _update_radii(settings: ObserverSettings, state: ObserverState, found: Array
         elif float(np.abs(found - last_lengths).max()) > _STUCK_ENCODER_ERROR:
             state.monitor.report("encoders", "stand", "no winch drum turns by its counts, but lengths change")
             return
-    known = np.isfinite(state.slackness.excess)
+    known = np.isfinite(state.slackness.excess) & (settings.model.lines.counterweight == 0.0)
     state.radius = drum_radius.step(settings.radius, state.radius, found, state.drum_angles, known)
 
 

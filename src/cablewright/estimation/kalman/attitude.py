@@ -23,7 +23,7 @@ from cablewright.kernels.covariance import add_multiples
 
 _READINGS: Final = 10  # of the accelerometer, for one update
 _INTERVAL: Final = 0.1  # s between updates
-_QUIET_TIME: Final = 3.0  # s without shaking, after which it begins anew
+_QUIET_TIME: Final = 3.0  # s without shaking, after which it starts again
 _MAX_SHAKING: Final = 20.0  # s
 _LEANING: Final = 3e-4  # rad, of each update that the suspension contradicts: after some of them a wrong tilt is right
 _MAX_NIS: Final = 20.0  # of one update, as it counts for the sensor's consistency

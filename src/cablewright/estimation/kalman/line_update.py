@@ -40,6 +40,7 @@ _SHAPE_ERROR: Final = 0.01  # of an angle near the platform
 _SHAKEN_TIME: Final = 2.0  # s after an acceleration that encoders do not show, without updates
 _MAX_SHAKEN: Final = 10.0  # s from the first that is refused, in which updates are left out
 _CHI2_OF_LINES: Final = 31.8  # exceeded by one of 10 000
+_WEIGHT_EXCESS: Final = 1e-4  # m, of the excess that a counterweight gives its line
 _UNKNOWN_SLACK_NOISE: Final = 0.02  # m per root metre that B moves, where it is not known which line is slack
 
 
@@ -67,11 +68,28 @@ def update_jacobian(settings: FilterSettings, state: FilterState, *, at_once: bo
     h = state.hung.sag.forces(excess(state))
     sag = lines.spans * (lines.weight * c) ** 2 * taut.free**3 / (12.0 * h**3)
     stretching = state.lines.compliances * stretches(lines, taut)
-    stiffness = 1.0 / (stretching + sag + 1e-12)
+    stiffness = np.where(lines.counterweight > 0.0, 0.0, 1.0 / (stretching + sag + 1e-12))
     weighted = taut.toward.T * stiffness  # (3, m)
     state.hung.stiffness = weighted @ taut.toward
     state.hung.jacobian = np.asarray(np.linalg.solve(state.hung.stiffness, weighted), dtype=np.float64)
     state.hung.by_compliance = -state.hung.jacobian * (stiffness * stretching)
+    if settings.hung is not None:
+        _hang_weights(state, lines.counterweight, c)
+
+
+def _hang_weights(state: FilterState, weights: Array, cosines: Array) -> None:
+    """Let lines with counterweights of *weights* (m,), N, have the excess that these give them, at B wherever it is."""
+    lay, P = state.layout, state.P
+    assert state.taut is not None  # as found just now
+    assert state.hung.sag is not None
+    hung = np.flatnonzero(weights)
+    rows = lay.lengths.start + hung
+    given = state.taut.lengths + state.hung.sag.excess(np.maximum(weights, 1.0) * cosines)
+    state.lines.lengths = np.where(weights > 0.0, given, state.lines.lengths)
+    P[rows] = state.taut.toward[hung] @ P[lay.position]
+    P[:, rows] = P[rows].T
+    P[np.ix_(rows, rows)] = state.taut.toward[hung] @ P[np.ix_(range(P.shape[0]), rows)][lay.position]
+    P[rows, rows] += _WEIGHT_EXCESS**2
 
 
 def excess(state: FilterState) -> Array:
@@ -92,8 +110,10 @@ def predict(settings: FilterSettings, state: FilterState, rotation: Array, dt: f
     unseen = J @ stretched
     moved = J @ paid_out + unseen
     state.motion.coasted[:3] += unseen
-    state.lines.lengths = state.lines.lengths + paid_out + stretched
     assert state.taut is not None  # `begin` has found it
+    if settings.hung is not None:
+        paid_out = paid_out + np.where(settings.hung, state.taut.toward @ moved, 0.0)  # their lines follow B
+    state.lines.lengths = state.lines.lengths + paid_out + stretched
     state.lines.loosened = state.lines.loosened + paid_out + stretched - state.taut.toward @ moved
     state.motion.position = state.motion.position + moved
     if dt > 0.0 and any(rotation.tolist()):

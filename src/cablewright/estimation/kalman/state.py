@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -15,7 +16,7 @@ from cablewright.estimation.kalman.ground_map import GroundMap
 from cablewright.estimation.kalman.sag import Sag
 from cablewright.estimation.known_machine import KnownMachine
 from cablewright.estimation.reading_checks import ClockedState
-from cablewright.foundation.arrays import Array
+from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import InputError
 
 _LONG_GAP: Final = 0.15  # s, of a step and a half
@@ -96,6 +97,12 @@ class FilterSettings:
                     raise InputError(f"{name} = {value:g}: a finite number from 0 on is expected")
             elif name not in ("machine", "layers") and not 0.0 < value < math.inf:
                 raise InputError(f"{name} = {value:g}: a finite number over 0 is expected")
+
+    @cached_property
+    def hung(self) -> Mask | None:
+        """Which lines have a counterweight, (m,); None: none has."""
+        found = np.asarray(self.machine.model.lines.counterweight > 0.0)
+        return found if found.any() else None
 
 
 class FilterLayout(NamedTuple):

@@ -38,10 +38,14 @@ UNDERSTOOD: Final[Mapping[str, frozenset[str]]] = MappingProxyType({
 })  # fmt: skip
 """Commands that a target has and that do not move it. ``T``: a tool by any number."""
 
-MACROS: Final = (
-    "EXCLUDE_OBJECT", "SET_FAN_SPEED", "SET_HEATER_TEMPERATURE", "SET_PRESSURE_ADVANCE", "TEMPERATURE_WAIT", "RESPOND",
-)  # fmt: skip
-"""Beginnings of Klipper's own commands that move nothing."""
+MACROS: Final = frozenset({
+    "EXCLUDE_OBJECT", "EXCLUDE_OBJECT_DEFINE", "EXCLUDE_OBJECT_START", "EXCLUDE_OBJECT_END", "EXCLUDE_OBJECT_RESET",
+    "SET_FAN_SPEED", "SET_HEATER_TEMPERATURE", "SET_PRESSURE_ADVANCE", "TEMPERATURE_WAIT", "RESPOND",
+})  # fmt: skip
+"""Klipper's own commands that move nothing; a macro of another name may do anything."""
+
+NO_MACROS: Final = "P0"
+"""What RepRapFirmware takes after a tool's number for running none of the macros of a change, which may move."""
 
 HARMFUL: Final[Mapping[str, str]] = MappingProxyType(
     {
@@ -125,7 +129,7 @@ class Beside:
         if not text:
             return f"; {printable(raw)[:LONGEST]}\n" if raw else ""
         if (macro := MACRO.match(text)) is not None:
-            if self.target == "klipper" and macro[0].startswith(MACROS):
+            if self.target == "klipper" and macro[0] in MACROS:
                 return printable(raw.partition(";")[0].strip()) + "\n"
             return self._drop(macro[0])
         words = split(text)[0]
@@ -136,7 +140,9 @@ class Beside:
             heads = heads[:1]
         parts = [words[k:end] for k, end in zip(heads, [*heads[1:], len(words)], strict=True)]
         kept = [part for part in parts if self._is_kept(part)]
-        if kept and heads == [0]:
+        if self.target == "reprapfirmware":
+            kept = [[part[0], (NO_MACROS[0], NO_MACROS[1:])] if part[0][0] == "T" else part for part in kept]
+        if kept == parts and heads == [0]:
             return printable(_bare(raw))[:LONGEST] + "\n"
         return "".join(f"{' '.join(letter + digits for letter, digits in part)}\n" for part in kept)
 

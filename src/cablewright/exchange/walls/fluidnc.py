@@ -44,7 +44,7 @@ def read_wall_plotter(path: Path, cable: str | None = None) -> ImportedRobot:
         elif key.endswith(".steps_per_mm"):
             lost.add("axes: steps_per_mm and drivers: an export has --microsteps, --full-steps and --gear")
     assumed.add("origin: where the firmware starts, X0 Y0")
-    wall = Wall(left, right, winches=winches)
+    wall = Wall(left, right, winches=winches, is_zeroed=True)
     robot = wall_robot(path, wall, "A wall plotter on two belts", cable, assumed)
     return ImportedRobot(robot, "FluidNC's WallPlotter", lost.all, assumed.all)
 

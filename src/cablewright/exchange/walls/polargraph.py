@@ -9,7 +9,9 @@ import ast
 import math
 import operator
 import re
+import warnings
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -36,6 +38,9 @@ OF_MAKELANGELO: Final = (
 
 _WORD = re.compile(r"([A-Z])\s*([-+.0-9]+)")
 _DEFINE = re.compile(r"\s*#\s*define\s+(\w+)[ \t]+(.+)")
+_ENABLED = re.compile(r"\s*#\s*define\s+(\w+)\s*(?://.*|/\*.*)?")
+_CONDITION = re.compile(r"\s*#\s*(if|ifdef|ifndef|elif|else|endif)\b\s*(.*)")
+_SWITCHES = re.compile(r"(!?)\s*(ENABLED|DISABLED|defined|ANY|EITHER|ALL|BOTH)\s*\(([\w\s,]+)\)")
 _COMMENT = re.compile(r"//|/\*")
 _OPERATORS: Final[Mapping[type, Callable[..., float]]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
@@ -114,20 +119,68 @@ def _codes(path: Path, codes: tuple[str, ...]) -> dict[str, _Words]:
     return found
 
 
+@dataclass(frozen=True)
+class _Condition:
+    """An #if that is open. ``holds``: what follows it; ``taken``: whether a branch has held yet; None: not known."""
+
+    text: str
+    holds: bool | None
+    taken: bool | None
+
+
 class _Defines:
     """The numbers that a ``Configuration.h`` defines, by their names; some are sums of others."""
 
     def __init__(self, path: Path) -> None:
         self.path, self.texts = path, {}
         self.places: dict[str, str] = {}
+        self.unclear: dict[str, str] = {}  # names under a condition that is not known, and the condition
+        conditions: list[_Condition] = []
         for number, text in enumerate(
             read_bytes(path, MAX_BYTES, "Configuration.h").decode("utf-8", "replace").splitlines(), 1
         ):
-            if match := _DEFINE.fullmatch(text):
-                self.texts[match[1]] = _COMMENT.split(match[2], maxsplit=1)[0].strip()
-                self.places[match[1]] = f"{path}, line {number}: {match[1]}"
-        if not re.search(r"^\s*#\s*define\s+POLARGRAPH\b(?!_)", path.read_text("utf-8", "replace"), re.MULTILINE):
+            if match := _CONDITION.fullmatch(text):
+                self._enter(conditions, match[1], _COMMENT.split(match[2], maxsplit=1)[0].strip(), number)
+                continue
+            given = _ENABLED.fullmatch(text) or _DEFINE.fullmatch(text)
+            if given is None or any(each.holds is False for each in conditions):
+                continue
+            self.texts[given[1]] = _COMMENT.split(given[2], maxsplit=1)[0].strip() if given.re is _DEFINE else ""
+            self.places[given[1]] = f"{path}, line {number}: {given[1]}"
+            self.unclear.pop(given[1], None)
+            if (open_one := next((each for each in conditions if each.holds is None), None)) is not None:
+                self.unclear[given[1]] = open_one.text
+        if conditions:
+            raise InputError(f"{path}: #{conditions[-1].text} has no #endif: is the file whole?")
+        if "POLARGRAPH" not in self.texts:
             raise InputError(f"{path}: POLARGRAPH is not defined: another kinematics of Marlin")
+
+    def _enter(self, conditions: list[_Condition], word: str, text: str, number: int) -> None:
+        """Follow a directive. Raises `InputError` for one without its #if."""
+        if word in ("if", "ifdef", "ifndef"):
+            asked = text if word == "if" else f"{'!' if word == 'ifndef' else ''}defined({text})"
+            holds = self._holds(asked)
+            conditions.append(_Condition(f"{word} {text}"[:60], holds, holds))
+            return
+        if not conditions:
+            raise InputError(f"{self.path}, line {number}: #{word} without an #if: is the file whole?")
+        before = conditions.pop()
+        if word != "endif":
+            own = True if word == "else" else self._holds(text)
+            holds = False if before.taken else own if before.taken is False else None if own is not False else False
+            taken = True if True in (before.taken, holds) else None if None in (before.taken, holds) else False
+            conditions.append(_Condition(f"{word} {text}".strip()[:60], holds, taken))
+
+    def _holds(self, text: str) -> bool | None:
+        """Return whether switches are defined; None for any other condition."""
+        match = _SWITCHES.fullmatch(text)
+        if match is None:
+            return {"1": True, "0": False}.get(text)
+        known = [name.strip() in self.texts for name in match[3].split(",")]
+        holds = any(known) if match[2] in ("ANY", "EITHER") else all(known)
+        if match[2] == "DISABLED":
+            holds = not any(known)
+        return holds is not bool(match[1])
 
     def metres(self, name: str) -> float:
         """Return a length. Raises `InputError`."""
@@ -142,11 +195,15 @@ class _Defines:
     def _value(self, name: str, depth: int) -> float:
         if name not in self.texts:
             raise InputError(f"{self.path}: has no #define {name}, mm")
+        if name in self.unclear:
+            raise InputError(f"{self.places[name]} stands under #{self.unclear[name]}: give it without that condition")
         return self._number(self.texts[name], name, depth)
 
     def _number(self, text: str, name: str, depth: int) -> float:
         try:
-            value = self._of(ast.parse(text, mode="eval").body, depth)
+            with warnings.catch_warnings():  # of a text as 1and, which is refused below
+                warnings.simplefilter("ignore", SyntaxWarning)
+                value = self._of(ast.parse(text, mode="eval").body, depth)
         except (SyntaxError, ArithmeticError, KeyError, ValueError, RecursionError, MemoryError):
             value = math.nan
         if not math.isfinite(value):

@@ -16,6 +16,7 @@ from cablewright.robot import Robot
 
 BELT: Final = "belt-at5-10mm"
 PEN: Final = 0.3  # kg, assumed
+ORIGIN: Final = (0.0, 0.0, 0.0)
 _SIDES: Final = ("left", "right")
 
 Place = tuple[float, float]
@@ -27,7 +28,7 @@ class Wall:
 
     ``left``, ``right``: m, where the belts leave; ``low``: m, the lowest y of the platform; None: unknown. ``lean``:
     rad, of the wall from the vertical. ``mass``: kg, ``cable``: its table; None: assumed. ``winches``: table of the
-    left and the right winch.
+    left and the right winch. ``is_zeroed``: whether belts are zeroed with the platform at the origin.
     """
 
     left: Place
@@ -37,6 +38,7 @@ class Wall:
     mass: float | None = None
     cable: Mapping[str, Any] | None = None
     winches: tuple[Mapping[str, float], Mapping[str, float]] = field(default=({}, {}))
+    is_zeroed: bool = False
 
 
 def wall_robot(path: Path, wall: Wall, title: str, cable: str | None, assumed: Notes) -> Robot:
@@ -77,7 +79,7 @@ def wall_robot(path: Path, wall: Wall, title: str, cable: str | None, assumed: N
         "platform": {
             "kind": "point",
             "mass": mass,
-            "plane": {"normal": out, "distance": 0.0, "one_sided": bool(wall.lean)},
+            "plane": {"normal": out, "distance": 0.0, "one_sided": bool(wall.lean), "gcode_zero": ORIGIN},
         },
         "lines": [
             {"name": side, "exit_point": at, "sheave": {"kind": "eyelet"}, "cable": table, "tension_limits": limits}
@@ -85,6 +87,9 @@ def wall_robot(path: Path, wall: Wall, title: str, cable: str | None, assumed: N
             for side, at, winch in zip(_SIDES, exits, wall.winches, strict=True)
         ],
     }
+    if wall.is_zeroed:
+        assumed.add("uncertainty.zeroed_at: belts are zeroed with the pen at the origin")
+        given["uncertainty"] = {"zeroed_at": ORIGIN}
     return validated(Robot, given, path)
 
 

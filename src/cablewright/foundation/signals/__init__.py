@@ -30,6 +30,7 @@ from cablewright.foundation.signals.scan import Scan
 from cablewright.foundation.signals.states import Estimate, Fault, PrintState, Progress, Truth
 from cablewright.foundation.signals.swivels import Swivels
 from cablewright.foundation.signals.tensions import Tensions
+from cablewright.foundation.signals.yaw_angle import YawAngle
 
 __all__ = [
     "ORDER_LIFE",
@@ -66,6 +67,7 @@ __all__ = [
     "Tensions",
     "Truth",
     "WinchMode",
+    "YawAngle",
     "frozen",
     "miscounted",
     "per_line",

@@ -32,6 +32,7 @@ from cablewright.kernels.fitting.straight_line import (
     over_sheave,
     paid_out,
     per_tension,
+    swivel_frame,
     turning,
 )
 from cablewright.kernels.newton import along_columns
@@ -41,7 +42,7 @@ from cablewright.kernels.statics.platform import place_platform
 # Kinds of rows, and the meaning of their `line`, `other` (indices of lines or axes) and `extra` (six numbers):
 ENCODER = 0  # line
 COORDINATE = 1  # other: the axis of the pose, 3 to 5 of a rotation, whose measured vector is extra[:3]
-SWIVEL = 2  # line: azimuth of its free cable, rad
+SWIVEL = 2  # line: angle of its free cable about the swivel's axis, rad, see `straight_line.swivel_frame`
 TILT = 3  # other: 0 about x, 1 about y, rad: of the platform against the plumb line
 REACH = 4  # extra: a point of the world, a point of the platform: their distance, m
 PLANE = 5  # extra: unit normal, a point of the platform: its distance along the normal from the origin, m
@@ -217,8 +218,8 @@ def _given(rows, work, count, i, tension, ax, ay, az):
 def _wound(rows, work, count, i, counted):
     """Minus the true length of *counted*, offset included; appends derivatives by offset, scale and build-up."""
     line = work.lines[i]
-    out, per_scale, per_build_up = paid_out(line, counted)
-    count = _put(rows, work, count, i, OFFSET, -1.0)
+    out, per_scale, per_build_up, per_offset = paid_out(line, counted)
+    count = _put(rows, work, count, i, OFFSET, -1.0 - per_offset)
     count = _put(rows, work, count, i, SCALE, -per_scale)
     count = _put(rows, work, count, i, BUILD_UP, -per_build_up)
     return -line[OFFSET] - out, count
@@ -251,11 +252,14 @@ def _swivel(rows, i, value, pose, work):
     line, free = work.lines[i], work.free
     ax, ay, az = _arm(work, i)
     over_sheave(line, pose[0] + ax, pose[1] + ay, pose[2] + az, free)
-    dx, dy = pose[0] + ax - line[EXIT], pose[1] + ay - line[EXIT + 1]
-    square = max(dx * dx + dy * dy, MIN_DISTANCE * MIN_DISTANCE)
-    count = _by_point(rows, work, i, 0, ax, ay, az, -dy / square, dx / square, 0.0)
+    dx, dy, dz = pose[0] + ax - line[EXIT], pose[1] + ay - line[EXIT + 1], pose[2] + az - line[EXIT + 2]
+    ox, oy, oz, qx, qy, qz = swivel_frame(line)
+    cosine, sine = dx * ox + dy * oy + dz * oz, dx * qx + dy * qy + dz * qz
+    square = max(cosine * cosine + sine * sine, MIN_DISTANCE * MIN_DISTANCE)
+    c, s = cosine / square, sine / square
+    count = _by_point(rows, work, i, 0, ax, ay, az, c * qx - s * ox, c * qy - s * oy, c * qz - s * oz)
     count = _put(rows, work, count, i, SWIVEL_OFFSET, -1.0)
-    return _wrapped(atan2(dy, dx) - value - line[SWIVEL_OFFSET]), count
+    return _wrapped(atan2(sine, cosine) - value - line[SWIVEL_OFFSET]), count
 
 
 @jit

@@ -15,14 +15,18 @@ from cablewright.kernels import jit
 # cable runs from exit point to platform. Pull: the force on the platform over the tension of a cable. Axis: unit vector
 # of the swivel's axis, world; the side is with it or against it. Compliance: how far the exit's mount gives along its
 # force, m/kN, so that it compares with lengths. From: unit vector to where the cable comes from, 0 if on that mount.
+# Wound: the length, from the exit point, at which the drum has its radius and build-up; 0: that at zero counts.
 # Mount: a compliance matrix besides, xx, yy, zz, xy, xz, yz, m/kN, world. Spring: how far one at the winch gives per
 # tension of a cable, m/N. Neither is ever an unknown.
 EXIT, POINT, RADIUS, SIDE, OFFSET, SCALE, BUILD_UP = 0, 3, 6, 7, 8, 9, 10
 TENSION_OFFSET, TENSION_SCALE, SWIVEL_OFFSET, TILT_OFFSET, YAW_OFFSET = 11, 12, 13, 14, 16
 SPANS, PULL, AXIS, COMPLIANCE, FROM, MOUNT, SPRING = 17, 18, 19, 22, 23, 26, 32
-COLUMNS = 33
+WOUND = 33
+COLUMNS = 34
 GIVING = (COMPLIANCE, *range(MOUNT, SPRING + 1))
 PER_NEWTON = 1e-3  # of the compliance
+LEAST_SQUARE = 1e-6  # of a drum's radius, as a share: it is empty
+MIN_TILT = 1e-12  # 1 less the vertical part of an axis that counts as vertical
 MIN_DISTANCE = 1e-9  # m: shorter distances have no direction
 
 
@@ -58,15 +62,39 @@ def over_sheave(line, x, y, z, free):
 
 
 @jit
+def swivel_frame(line):
+    """Unit vectors across the swivel's axis: that of angle 0, and that of a right angle about the axis.
+
+    Angle 0 is along world x as far as that is across the axis, of an axis nearly along x along y. Angles of a vertical
+    axis are azimuths, whichever way it points.
+    """
+    ax, ay, az = line[AXIS], line[AXIS + 1], line[AXIS + 2]
+    if abs(az) > 1.0 - MIN_TILT:
+        return 1.0, 0.0, 0.0, 0.0, 1.0, 0.0
+    along, x, y = (ax, 1.0, 0.0) if abs(ax) < 0.9 else (ay, 0.0, 1.0)
+    ox, oy, oz = x - along * ax, y - along * ay, -along * az
+    size = sqrt(ox * ox + oy * oy + oz * oz)
+    ox, oy, oz = ox / size, oy / size, oz / size
+    qx, qy, qz = cross(ax, ay, az, ox, oy, oz)
+    return ox, oy, oz, qx, qy, qz
+
+
+@jit
 def paid_out(line, counted):
-    """True length of *counted*, m, and its derivatives by the scale and the build-up.
+    """True length of *counted*, m, and its derivatives by the scale, the build-up and the offset.
 
     The square of the spool's radius falls linearly with the length paid out, so the radius with its angle: the true
     radius, of which the scale is the share. The build-up is per true metre, as that of a robot file.
     """
-    first = line[SCALE] * counted  # if the radius stayed
+    first, build_up = line[SCALE] * counted, line[BUILD_UP]  # if the radius stayed
     half = 0.5 * first * first
-    return first - line[BUILD_UP] * half, counted * (1.0 - line[BUILD_UP] * first), -half
+    if line[WOUND] == 0.0:
+        return first - build_up * half, counted * (1.0 - build_up * first), -half, 0.0
+    more = line[OFFSET] - line[WOUND]
+    share = sqrt(max(1.0 - 2.0 * build_up * more, LEAST_SQUARE))  # of the radius, at zero counts
+    by_share = first / share
+    out = share * first - build_up * half
+    return out, counted * (share - build_up * first), -half - by_share * more, -by_share * build_up
 
 
 @jit

@@ -13,6 +13,7 @@ import numpy as np
 from cablewright.control.homing import Homing
 from cablewright.control.manual import MAX_SPEED
 from cablewright.control.procedure import Procedure
+from cablewright.control.take_up import pulls_of
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError, UnknownName
 from cablewright.foundation.signals import Drives, DriveState, Order, OrderKind, PrintState, Tensions
@@ -119,9 +120,9 @@ def jog_winch(
     ends: Callable[[], bool],
     port: OpenPort = None,
 ) -> DriveSession:
-    """Turn the winch of one *line*, m/s of cable, while *held*; positive pays out. Raises as `write`."""
+    """Turn the winch that is named for one *line*, m/s of cable, while *held*; positive pays out. Raises as `write`."""
     machine = RealMachine.of(robot, settings, state, port)
-    names = [each.name for each in robot.lines]
+    names = list(robot.winch_names)
     if line not in names:
         raise UnknownName("line", line, names)
     jog = machine.winch_jog(names.index(line), speed)
@@ -252,7 +253,7 @@ def _lines(machine: RealMachine, watching: Watching) -> tuple[DriveLine, ...]:
     pulls = () if step is None else step.frame.of(Tensions)
     if not drives:
         return tuple(DriveLine(name, DriveState.OFF) for name in names)
-    tensions = pulls[0].tensions.tolist() if pulls else [float("nan")] * len(names)
+    tensions = pulls_of(pulls[0], machine.arms).tolist() if pulls else [float("nan")] * len(names)
     rows = zip(names, drives[0].states, tensions, drives[0].faults, strict=True)
     return tuple(DriveLine(*row) for row in rows)
 

@@ -13,7 +13,7 @@ from cablewright.machine.drives.identity import Identity
 _IDENTITY: Final = (
     Figure("node", "1", "Number of the node."),
     Figure("line", "", "Line whose drive it is by the machine file; null: none."),
-    Figure("name", "", "Name that the device tells (0x1008)."),
+    Figure("name", "", "Name that the device reports (0x1008)."),
     Figure("profile", "1", "Its profile (0x1000); of drives it is 402."),
     Figure("serial", "1", "Its serial number (0x1018)."),
     Figure("rated_torque", "N m", "Rated torque of its motor (0x6076)."),
@@ -117,7 +117,7 @@ class DriveSession(Result):
         Figure("action", "", "What was asked: write, enable, release, jog, tension or home."),
         Figure("status", "", "done, or refused."),
         Figure("reason", "", "Why it was not done; empty where it was.", detail=True),
-        Figure("position", "m", "Where the platform was found; null where nobody looked for it.",
+        Figure("position", "m", "Measured position of the platform; null without a measurement.",
                only=lambda of: of.position is not None),
         Figure("rotation", "rad", "Rotation vector of a rigid platform there.", only=lambda of: of.rotation is not None,
                shown="deg"),

@@ -77,15 +77,17 @@ class LengthKeeper:
         except InputError:  # beyond the drum's turns
             return None
 
-    def tensions(self, shown: Array, lengths: Array) -> Array:
-        """Tensions (m,), N, by those that drives *show* at the smallest radius, where *lengths* (m,), m, are out."""
-        reckoning, found = self.reckoning, shown.copy()
+    def tensions(self, torques: Array, lengths: Array, expected: Array) -> Array:
+        """Tensions (m,), N, by *torques* (w,), N m, of the drums, where *lengths* (m,), m, are out.
+
+        *expected* (m,), N: see `WinchLines.tensions`.
+        """
+        reckoning, arms = self.reckoning, np.zeros(len(lengths))
         for i, (coil, out) in enumerate(zip(reckoning.coils, lengths.tolist(), strict=True)):
-            if coil is None:
-                continue
-            held = min(max(reckoning.total_length - out, 0.0), float(coil.wound[-1]))
-            found[i] *= float(coil.radii.min()) / coil.radius(coil.angle(held))
-        return found
+            if coil is not None:
+                held = min(max(reckoning.total_length - out, 0.0), float(coil.wound[-1]))
+                arms[i] = coil.radius(coil.angle(held)) * self.robot.lines[i].cables
+        return reckoning.winches.tensions(torques, arms, expected)
 
     def accept(self, lengths: Array, counts: NDArray[np.int64], pose: Array) -> None:
         """Take lengths (m,), m, that homing has passed at *counts*, with their *pose* (n,), and write them.
@@ -112,7 +114,7 @@ class LengthKeeper:
         except ValidationError as error:
             first = error.errors(include_url=False, include_context=False)[0]
             where = ".".join(map(str, first["loc"])) or "the file"
-            raise InputError(f"{self.path}: {where}: {first['msg']}; remove it and home the machine anew") from None
+            raise InputError(f"{self.path}: {where}: {first['msg']}; remove it and home the machine again") from None
         lines = tuple(line.name for line in self.robot.lines)
         counted = len(found.counts), len(found.lengths)
         if (found.robot, found.lines) != (self.robot.name, lines) or counted != (self.robot.winches, self.robot.m):
@@ -120,14 +122,14 @@ class LengthKeeper:
         turns = len(found.rotation or ())
         if 3 + turns != self.robot.n:
             what = "a rotation, which no point has" if turns else "no rotation, which a rigid platform has"
-            raise InputError(f"{self.path}: rotation: holds {what}; remove the file and home the machine anew")
+            raise InputError(f"{self.path}: rotation: holds {what}; remove the file and home the machine again")
         return found
 
 
 class KeptEstimator:
     """The estimator of a machine whose lengths are known since it was homed; before that no position is valid.
 
-    Nothing of it is saved with a print: it begins anew by homing.
+    Nothing of it is saved with a print: it starts again by homing.
     """
 
     SAVED: ClassVar[Saved] = ()
@@ -170,9 +172,10 @@ class KeptEstimator:
         keeper, out = self._keeper, self._lengths
         if out is None or not frame.of(Tensions) or not np.isfinite(out).all():
             return frame
+        unknown = np.full(len(out), np.nan)  # of lines on one drum
         readings = [
-            replace(each, tensions=frozen(keeper.tensions(each.tensions, out)))
-            if isinstance(each, Tensions) and len(each.tensions) == len(out)
+            replace(each, tensions=frozen(keeper.tensions(each.torques, out, unknown)))
+            if isinstance(each, Tensions) and each.torques is not None
             else each
             for each in frame.readings
         ]
@@ -188,9 +191,10 @@ class KeptEstimator:
             pulls
             and self._carried.is_due(frame.time)
             and estimate.valid
-            and len(pulls[-1].tensions) == len(estimate.lengths)
+            and pulls[-1].torques is not None
+            and self.tensions is not None
         ):
-            tensions = keeper.tensions(pulls[-1].tensions, estimate.lengths)
+            tensions = keeper.tensions(pulls[-1].torques, estimate.lengths, self.tensions)
             pose = np.concatenate([estimate.position, estimate.rotation])[: keeper.robot.n]
             keeper.doubt = self._carried.judge(pose, tensions, frame.time, keeper.laid())
             if keeper.doubt:
@@ -230,7 +234,7 @@ def warm(keeper: LengthKeeper, pose: Array) -> None:
 
     reckoning = keeper.reckoning
     held = solve_inverse(reckoning.model, hung(reckoning.model, pose[None]))[0].checked()
-    lengths, counts = held.lengths, np.zeros(len(held.lengths), dtype=np.int64)
+    lengths, counts = held.lengths, np.zeros(keeper.robot.winches, dtype=np.int64)
     begun = homed(reckoning, lengths, counts, held.pose)
     for now in (0.01, 0.02, 0.2):  # the last one ends a measurement of a rigid platform
         readings = (Encoders(now, counts), Tensions("motor_torques", now, held.tensions))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gc
 import json
-import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -27,19 +26,27 @@ from cablewright.live.prints.loop import Operator, Printer
 from cablewright.live.prints.print_job import PrintedJob
 from cablewright.live.prints.record import finish
 from cablewright.live.prints.recorder import (
-    CHECKPOINT_INTERVAL,
     FolderRecorder,
     Timing,
     checkpoint_of,
     read_checkpoint,
 )
-from cablewright.live.prints.run import CHECKPOINT, PrintRun, alone_in, clear_folder, make_folder, require_folder
+from cablewright.live.prints.run import (
+    CHECKPOINT,
+    PrintRun,
+    alone_in,
+    clear_folder,
+    folder_log,
+    make_folder,
+    require_folder,
+)
 from cablewright.live.prints.snapshot_writer import SnapshotWriter
 from cablewright.machine.drives.bus import Port
 from cablewright.machine.log.head import LogHead
-from cablewright.machine.log.log import read_log, write_log
+from cablewright.machine.log.log import read_log
 from cablewright.machine.log.segments import next_segment
 from cablewright.machine.settings import MachineSettings, extruding
+from cablewright.models.job_poses import on_plane
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
@@ -138,6 +145,7 @@ def print_on_drives(
     layers: int | None = None,
     resume: bool = False,
     restart: bool = False,
+    log_every: int = 1,
     say: Callable[[str], None] = lambda _line: None,
     progress: Progress | None = None,
     port: Callable[[], Port] | None = None,
@@ -145,10 +153,12 @@ def print_on_drives(
     """Print a *job* on the real machine of *settings*, as *operator* orders; the print in *folder* can be resumed.
 
     *state*: path without suffix of the machine's counts and lengths. *inputs* identify robot and job, see
-    `store.manifest_of`. Raises `InputError`, `AnswerError` and `EnvironmentFault` before anything moves.
+    `store.manifest_of`. *log_every*: see `LogHead.every`. Raises `InputError`, `AnswerError` and `EnvironmentFault`
+    before anything moves.
     """
     if job.robot not in (None, robot.name):
         raise InputError(f"job {job.name!r}: robot = {job.robot!r}, but the robot is {robot.name!r}")
+    job = on_plane(robot, job)
     toolpath = job.toolpath()
     job, samples = driven_job(robot, job, toolpath=toolpath)
     bead, differing = job.typical_bead(toolpath)
@@ -156,6 +166,7 @@ def print_on_drives(
     machine = RealMachine.of(robot, owner, state, port)
     path = path_of(robot, job, samples, owner, machine.estimator, law, layers)
     options = {"control": law, "layers": layers, "machine": owner.model_dump(mode="json")}
+    options |= {} if log_every == 1 else {"log_every": log_every}
     manifest = manifest_of("print", inputs, options)
     option = "--restart" if restart else "--resume" if resume else ""
     require_folder(folder, manifest, option)
@@ -182,7 +193,7 @@ def print_on_drives(
         run = PrintRun(folder, machine.machine, printer, Timing(owner.period))
         if saved is None:
             write_snapshots(folder / CHECKPOINT, checkpoint_of(printer), sign=signature)
-        head = LogHead(robot, owner, owner.period, kind="real", epoch=epoch)
+        head = LogHead(robot, owner, owner.period, kind="real", epoch=epoch, every=log_every)
         if printer.finished:
             say("the print was finished before: there is nothing to resume")
         else:
@@ -203,7 +214,7 @@ def _run(
 ) -> None:
     log_path = next_segment(run.folder)
     with (
-        write_log(log_path, head, flush_every=CHECKPOINT_INTERVAL, clock=time.monotonic) as log,
+        folder_log(log_path, head, drops=True) as log,
         SnapshotWriter(run.folder / CHECKPOINT, signature) as writer,
     ):
         recorder = _Telling(log, writer, run.timing, progress, say=say, doubt=doubt)
@@ -232,5 +243,5 @@ def _taken_up(folder: Path) -> tuple[dict[str, Snapshot], datetime, float]:
         for entry in log.entries(without=_UNREAD):
             last = max(last, entry.frame.time)
     if epoch is None:
-        raise InputError(f"--resume: {folder}: the log tells no time of its beginning: it is not of a real machine")
+        raise InputError(f"--resume: {folder}: the log has no start time: it is not of a real machine")
     return found, epoch, max((datetime.now(UTC) - epoch).total_seconds(), last + _GAP)

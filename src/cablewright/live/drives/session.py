@@ -5,6 +5,7 @@ Each order is that of the person who typed the command; whatever goes wrong afte
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -14,7 +15,6 @@ import numpy as np
 
 from cablewright.control import manual
 from cablewright.control.guide import TimedPath
-from cablewright.control.held_lengths import held_at
 from cablewright.control.homing import Homing, HomingSettings
 from cablewright.control.manual import ManualSettings
 from cablewright.control.procedure import Procedure
@@ -48,7 +48,6 @@ _RESETS: Final = 3  # orders to reset before a session gives up
 _RESET_WAIT: Final = 0.5  # s between them
 _ORDER_PERIODS: Final = 3  # from an order to the drives
 _SLOW: Final = Motion(print_speed=0.01, travel_speed=0.01, acceleration=0.05)  # m/s, m/s^2
-_SAMPLES: Final = 2000  # of a path, for its torques
 _OVER: Final = 1.2  # of a drive's own limit: where the guard stops
 
 
@@ -79,8 +78,8 @@ class RealMachine:
         require_limits(robot, settings)
         drives = drives_of(robot, settings, port)
         bus_machine = DriveMachine(drives, settings)
-        lines = [line.name for line in robot.lines]
-        counted = Remembering(bus_machine, CountFile(state.with_name(state.name + ".counts.json"), robot.name, lines))
+        counts = CountFile(state.with_name(state.name + ".counts.json"), robot.name, robot.winch_names)
+        counted = Remembering(bus_machine, counts)
         keeper = LengthKeeper(state.with_name(state.name + ".lengths.json"), robot, settings)
         keeper.machine = counted
         return cls(robot, settings, drives, bus_machine, counted, keeper)
@@ -89,9 +88,20 @@ class RealMachine:
     def take_up(self) -> TakeUpSettings:
         """How slack is taken up."""
         assert self.settings.drives is not None
-        names = tuple(line.name for line in self.robot.lines)
         radius = max(axis.scale.radii[1] for axis in self.drives.axes)
-        return TakeUpSettings(names, self.settings.drives.tension, self.keeper.reckoning.counts_per_radian, radius)
+        return TakeUpSettings(
+            self.robot.winch_names,
+            self.settings.drives.tension,
+            self.keeper.reckoning.counts_per_radian,
+            radius,
+            arms=self.arms,
+            opposed=self.drives.winches.opposed,
+        )
+
+    @property
+    def arms(self) -> Array:
+        """Torque of each drum over the tension of one cable on it, (w,) m, at the smallest radius."""
+        return np.array([axis.scale.radii[0] * axis.scale.cables for axis in self.drives.axes])
 
     def homing(self, guess: Array, place: Array | None = None) -> Homing:
         """The procedure that homes it, near *guess* (n,) if nothing is saved; *place* (n,): measured by a person.
@@ -141,13 +151,14 @@ class RealMachine:
         assert own is not None
         manual.require_run_out(speed, own.jog_deceleration, self.delay, own.jog_run_out)
 
-    def winch_jog(self, line: int, speed: float) -> WinchJog:
+    def winch_jog(self, winch: int, speed: float) -> WinchJog:
         """The procedure that turns one winch by hand at *speed*, m/s of cable. Raises `InputError`."""
-        own, radius = self.settings.drives, self.drives.axes[line].scale.radii[1]
+        own, scale, opposed = self.settings.drives, self.drives.axes[winch].scale, self.drives.winches.opposed
         assert own is not None
         most = own.jog_tension or own.tension
-        limits = -PULLS * own.tension, own.jog_deceleration, own.jog_run_out, self.delay
-        return WinchJog(WinchJogSettings(line, len(self.robot.lines), speed, most, radius, *limits))
+        least = -math.inf if opposed.any() else -PULLS * own.tension
+        limits = least, own.jog_deceleration, own.jog_run_out, self.delay, self.arms, scale.opposed
+        return WinchJog(WinchJogSettings(winch, self.robot.winches, speed, most, scale.radii[1], *limits))
 
     def printer(
         self,
@@ -191,16 +202,13 @@ class RealMachine:
 
     def _require_torque(self, plan: PrintPlan) -> None:
         """Raise `InputError` where the drives cannot hold the tensions that the control chooses on a path."""
-        path, places = plan.path, plan.path.track.positions
-        if path.attitude is None:
-            chosen = places[np.linspace(0, len(places) - 1, min(len(places), _SAMPLES)).astype(np.int64)]
-            pulls = solve_inverse(plan.velocity.model, chosen, path=True).tensions
-        else:
-            held = held_at(plan.velocity.model, *poses_at(plan.velocity.model, path, chosen_places(path)))
-            assert held is not None  # as the plan has found
-            pulls = held.tensions
-        for axis, most in zip(self.drives.axes, np.nanmax(pulls, axis=0).tolist(), strict=True):
-            torque = most * axis.scale.radii[1]
+        poses, retraction = poses_at(plan.velocity.model, plan.path, chosen_places(plan.path))
+        pulls = solve_inverse(plan.velocity.model, poses, path=True, retraction=retraction).tensions
+        winches = self.drives.winches
+        largest = np.array([axis.scale.radii[1] for axis in self.drives.axes])[winches.winch]
+        arms = largest * [line.cables for line in self.robot.lines]
+        torques = np.nanmax(np.abs(winches.torques(pulls, arms)), axis=0)
+        for axis, torque in zip(self.drives.axes, torques.tolist(), strict=True):
             if torque > axis.scale.max_torque:
                 why = f"line {axis.name} needs {torque:.3g} N m of its drum; its drive has {axis.scale.max_torque:.3g}"
                 raise InputError(f"the job is too heavy for the drives: {why}")

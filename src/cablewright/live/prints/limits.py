@@ -47,7 +47,7 @@ from cablewright.solvers.shaping import SLOWEST, SlowestMode
 _SPEED_FACTOR: Final = 3.0  # speed limit as a multiple of the job's fastest motion ...
 _SWING_SPEED: Final = 0.05  # ... plus this, m/s, for a swinging drum
 _BODY_GAIN: Final = 4.0  # 1/s, of a rigid platform's errors: its estimate is by the lengths, and does not swing
-_BEYOND: Final = 0.02  # m beyond the frame for a rigid platform, whose path may begin on the floor
+_BEYOND: Final = 0.02  # m beyond the frame where the platform's path is the nozzle's, and may begin on the floor
 _DRUM_SPEED: Final = 1.2  # of a winch's own limit: where the machine stops
 _RAMP_TIMES: Final = (0.05, 0.5)  # s: shortest and longest ramp of a stop
 _LOAD_SHARE: Final = 0.5  # share of a line's breaking load at which the machine stops
@@ -195,7 +195,7 @@ def _stretch_damped(
 ) -> tuple[VelocitySettings, tuple[str, ...]]:
     """Return the *velocity* that damps swings in which lines stretch, as far as it can, and notes of how far.
 
-    It takes measured tensions, of lines that are all taut. Lengths of fewer winches than freedoms, or with
+    It takes measured tensions, of lines that are all taut. Lengths of fewer winches than degrees of freedom, or with
     counterweights, do not hold the platform against its inertia; a drum with several lines cannot follow each.
     """
     model = velocity.model
@@ -240,7 +240,7 @@ def _is_over_structure(rule: HeightRule | None, settings: MachineSettings, estim
 def _limits(robot: Robot, settings: MachineSettings, path: TimedPath, period: float) -> SupervisorSettings:
     """The limits at which the machine stops, or waits."""
     fastest, barrier, scene = max(path.print_speed, path.travel_speed), settings.sensor(BARRIER), robot.scene
-    beyond = 0.0 if path.attitude is None else _BEYOND
+    beyond = 0.0 if path.attitude is None and path.lift > 0.0 else _BEYOND
     x, y, z = scene.frame_min
     far_x, far_y, far_z = scene.frame_max
     return SupervisorSettings(

@@ -323,13 +323,15 @@ class Printer:
         return float(np.linalg.norm(there - self._manual.position))
 
     def _is_tensioned(self) -> bool:
-        """Whether lines have about their tensions on the path: those that the control chooses."""
+        """Whether lines with winches have about their tensions on the path: those that the control chooses."""
         own = self.plan.velocity
         chooses = own.model.m > own.model.freedoms and own.law == "model" and not own.manage_slack
         if not (chooses or self.plan.path.attitude is not None) or self.estimator.tensions is None:
             return True
         waited, wanted = self.time - self.supervisor.state_start > _TENSIONING_TIME, self.velocity.chosen
-        return waited or (wanted is not None and self.velocity.tension_error <= _TENSIONED * float(wanted.min()))
+        if waited or wanted is None:
+            return waited
+        return self.velocity.tension_error <= _TENSIONED * float(wanted[list(own.model.robot.hosts)].min())
 
     def _decide(self, frame: SensorFrame, verdict: Verdict, estimate: Estimate, target: Target, dt: float) -> Command:
         now = frame.time
@@ -396,7 +398,7 @@ class Printer:
             if not float(np.abs(command.winch_speeds).max()) <= most:
                 raise InputError(f"command.winch_speeds: over {most:g} rad/s")
         except InputError as error:
-            supervisor.fail(self.supervisor, command.time, f"the control went wrong: {error}")
+            supervisor.fail(self.supervisor, command.time, f"the control failed: {error}")
             self._stop = StopState(np.zeros(self.machine.abilities.winches), StopKind.HOLD)
             return self._standing(command.time, frozen(self._stop.speeds), WinchMode.HOLD)
         return command

@@ -22,6 +22,7 @@ from cablewright.live.prints.limits import path_of, planned
 from cablewright.live.prints.loop import PrintPlan
 from cablewright.live.prints.structure import CELLS_PER_BEAD
 from cablewright.machine.files import machine_names
+from cablewright.machine.log.head import MAX_EVERY
 from cablewright.machine.sensors.barrier import BARRIER
 from cablewright.machine.settings import MachineSettings, extruding, require_robot
 from cablewright.machine.simulated.machine_file import built_machine
@@ -30,6 +31,7 @@ from cablewright.machine.simulated.settings import TwinSettings, whole_machine
 from cablewright.machine.simulated.severities import with_severity
 from cablewright.machine.simulated.severity_tables import SEVERITIES
 from cablewright.machine.simulated.simulated_machine import PLANTS
+from cablewright.models.job_poses import on_plane
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
 from cablewright.printing.job import Job
@@ -65,7 +67,7 @@ class PrintOptions:
     layer. ``place_tensions``: measured tensions tell what a place leaves open of its lengths. ``place_learn``: all
     places together teach by how much lengths are off, creep and follow the mounts that give, see `learnt_lengths`.
     ``damping``: of a swinging drum by the platform, where its tilt is measured, and of swings in which lines stretch,
-    where tensions are measured; on a plant that swings.
+    where tensions are measured; on a plant that swings. ``log_every``: see `LogHead.every`.
     """
 
     estimator: str | None = None
@@ -85,6 +87,7 @@ class PrintOptions:
     place_stops: int = 1
     place_learn: bool = False
     damping: bool = True
+    log_every: int = 1
 
     def __post_init__(self) -> None:
         """Raise `UnknownName` for an unknown choice, `InputError` for a number that cannot be."""
@@ -99,6 +102,8 @@ class PrintOptions:
             raise InputError(f"place sigma = {self.place_sigma:g} m: must be from 0 to 1 m")
         if not (self.place_every == 0.0 or _LEAST_EVERY <= self.place_every < math.inf):
             raise InputError(f"place every = {self.place_every:g} s: must be {_LEAST_EVERY:g} s or more, or 0: never")
+        if not 1 <= self.log_every <= MAX_EVERY:
+            raise InputError(f"log every = {self.log_every}: must be from 1 to {MAX_EVERY} steps")
         if not 1 <= self.place_stops <= _MOST_STOPS:
             raise InputError(f"place stops = {self.place_stops}: must be from 1 to {_MOST_STOPS}")
 
@@ -144,6 +149,7 @@ def twin_of(
     require_robot(given.owner, robot.name)
     chosen = choices.estimator or best_estimator(given.owner)
     _require_places(choices, chosen, robot, given.owner)
+    job = on_plane(robot, job)
     toolpath = job.toolpath()
     asked, (job, samples) = job, driven_job(robot, job, samples, toolpath=toolpath)
     bead, differing = job.typical_bead(toolpath)

@@ -84,8 +84,7 @@ class FolderRecorder:
         now = time.monotonic()
         if last or now - self._saved >= CHECKPOINT_INTERVAL:
             self._saved = now
-            self.log.flush()
-            self.writer.put(checkpoint_of(printer))
+            self.writer.put(checkpoint_of(printer), after=self.log.flush())
         if self.progress is not None and self._steps % _PROGRESS_STEPS == 0:
             length = round(1e3 * printer.plan.path.track.length)
             self.progress("printing, mm", round(1e3 * step.progress.distance), length)

@@ -209,8 +209,8 @@ class PrintRecord(Result):
                "estimation_error.mean", detail=True, shown="mm"),
         Figure("estimation_error_variance", "m^2", "Variance of the estimated less the true distance beside the path.",
                "estimation_error.variance", detail=True, shown="cm^2"),
-        Figure("severity", "", "How far the simulated machine was off what is described: ideal, typical, rough, or own "
-               "numbers.", "head.severity", only=_is_simulated),
+        Figure("severity", "", "Deviations of the simulated machine from its description: ideal, typical, rough, "
+        "or own numbers.", "head.severity", only=_is_simulated),
         Figure("built", "", "What that says of the machine as built.", "head.built", "as built", only=_is_simulated),
         Figure("print_speed", "m/s", "Speed that the job requires.", shown="cm/s", name="required speed", detail=True),
         _range("yaw", "rad", "Estimated yaw of the drum.", "deg"),
@@ -221,7 +221,7 @@ class PrintRecord(Result):
         Figure("barrier_stops", "1", "Number of stops by the light barrier.", name="stops by the light barrier"),
         Figure("refills", "1", "Number of refills of the drum."),
         Figure("faults", "", "Faults that the estimates reported.", lambda of: list(of.faults.items()),
-               parts=fault_figures("since", "until")),
+               name="sensor messages", parts=fault_figures("since", "until")),
         Figure("notices", "1", "Number of steps with each notice of the machine, by notice.",
                name="steps with a notice", detail=True),
         Figure("lines", "", "Load and motion of each line.", parts=LineUse.FIGURES, detail=True),

@@ -40,7 +40,7 @@ from cablewright.live.prints.recorder import (
 from cablewright.live.prints.snapshot_writer import SnapshotWriter
 from cablewright.machine.interface import Machine
 from cablewright.machine.log.head import LogHead
-from cablewright.machine.log.log import read_log, write_log
+from cablewright.machine.log.log import LogWriter, read_log, write_log
 from cablewright.machine.log.segments import FIRST_SEGMENT, JOINED_NAME, log_files, next_segment
 from cablewright.machine.paced import Paced
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
@@ -136,16 +136,22 @@ def run_print(
                 seed=seed,
                 epoch=log_epoch(folder, real_time),
                 home=tuple(begin.tolist()),
+                every=twin.choices.log_every,
             )
             path = next_segment(folder)
             if begun is not None:  # before anything is laid, so that a log never stands alone
                 write_snapshots(folder / CHECKPOINT, checkpoint_of(printer), sign=signature)
             with (
-                write_log(path, head, flush_every=CHECKPOINT_INTERVAL, clock=time.monotonic) as log,
+                folder_log(path, head, drops=real_time) as log,
                 SnapshotWriter(folder / CHECKPOINT, signature) as writer,
             ):
                 _run(run, twin.choices, FolderRecorder(log, writer, run.timing, progress), real_time)
         return run
+
+
+def folder_log(path: Path, head: LogHead, *, drops: bool) -> AbstractContextManager[LogWriter]:
+    """Return a log of a run folder, in a thread; *drops*: see `LogWriter`."""
+    return write_log(path, head, flush_every=CHECKPOINT_INTERVAL, clock=time.monotonic, threaded=True, drops=drops)
 
 
 def log_epoch(folder: Path, real_time: bool) -> datetime | None:
@@ -214,7 +220,7 @@ def _taken_up(twin: MachineTwin, plan: PrintPlan, folder: Path) -> tuple[Simulat
         started(twin.robot, twin.path), twin.settings, found["machine"], seed=choices.seed, plant=choices.plant
     )
     if machine.time > 0.0 and not _has_log(folder):
-        why = f"the log is missing, without which nobody knows what was printed until {CHECKPOINT}"
+        why = f"the log is missing, so the printed material is unknown until {CHECKPOINT}"
         raise InputError(f"--resume: {folder}: {why}: put it back, or --restart to print all again")
     return machine, Printer(plan, machine, _maker(twin, machine), now=machine.time, saved=found)
 

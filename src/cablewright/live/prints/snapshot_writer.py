@@ -23,11 +23,15 @@ class SnapshotWriter:
         self._last.set_result(None)
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="snapshots")
 
-    def put(self, snapshots: Mapping[str, Snapshot]) -> None:
-        """Write *snapshots* soon, in place of any that wait. Raises the `EnvironmentFault` of the last write."""
+    def put(self, snapshots: Mapping[str, Snapshot], after: Future[None] | None = None) -> None:
+        """Write *snapshots* soon, in place of any that wait, once *after* has ended. Raises the last write's fault."""
         if not self._last.cancel() and self._last.done():
             self._last.result()
-        self._last = self._thread.submit(write_snapshots, self._path, snapshots, sign=self._sign)
+        self._last = self._thread.submit(self._write, snapshots, after)
+
+    def _write(self, snapshots: Mapping[str, Snapshot], after: Future[None] | None) -> None:
+        if after is None or after.exception() is None:  # a checkpoint is never ahead of its log
+            write_snapshots(self._path, snapshots, sign=self._sign)
 
     def __enter__(self) -> Self:
         return self

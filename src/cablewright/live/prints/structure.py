@@ -167,7 +167,7 @@ class PrintedStructure(Result):
                name="mass seen by the scans", shown="%", digits=3),
         Figure("estimated_volume", "m^3", "Volume by the scans, where it is over 5 mm high; null without scans.",
                lambda of: of.estimated_mass / of.density, detail=True),
-        Figure("density", "kg/m^3", "Density of what was laid.", detail=True),
+        Figure("density", "kg/m^3", "Density of the laid material.", detail=True),
         Figure("max_height", "m", "Largest height; the true one where it is known.", "highest"),
         Figure("mean_difference", "m", "Mean of the height by the scans less the true one; null where one of them is "
                "not known.", "difference.mean", "mean height difference, scans less true"),

@@ -12,7 +12,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -20,8 +20,8 @@ from cablewright.foundation.errors import CablewrightError, EnvironmentFault, In
 from cablewright.foundation.file_output import write_whole
 from cablewright.live.prints import loop
 from cablewright.live.prints.loop import StepRecorder
-from cablewright.live.prints.recorder import CHECKPOINT_INTERVAL, FolderRecorder, Timing
-from cablewright.live.prints.run import CHECKPOINT, alone_in, make_folder
+from cablewright.live.prints.recorder import FolderRecorder, Timing
+from cablewright.live.prints.run import CHECKPOINT, alone_in, folder_log, make_folder
 from cablewright.live.prints.snapshot_writer import SnapshotWriter
 from cablewright.live.serve.events import Events
 from cablewright.live.serve.jobs import folder_of, load_served, read_check, subject_of
@@ -30,7 +30,6 @@ from cablewright.live.serve.messages import LoadMessage
 from cablewright.live.serve.operator import PageOperator
 from cablewright.live.serve.station import Sitting, Station
 from cablewright.live.serve.telling import Telling, told_sitting, waiting_state
-from cablewright.machine.log.log import write_log
 from cablewright.machine.log.segments import FIRST_SEGMENT
 from cablewright.printing.job import Job
 from cablewright.running.store import MANIFEST, manifest_of
@@ -171,14 +170,16 @@ class Control:
         """What keeps a run in its folder. Raises `EnvironmentFault`."""
         folder = self.folder / RUNS / run
         make_folder(folder)
-        inputs = {"job": job, "subject": subject_of(folder_of(self.folder / JOBS, job), self.station.robot)}
+        own = folder_of(self.folder / JOBS, job)
+        inputs: dict[str, Any] = {"job": job, "subject": subject_of(own, self.station.robot)}
+        if (check := read_check(own)) is not None:
+            told = check.model_dump(include={"answer", "why", "expected_error", "duration"})
+            inputs["check"] = told | {"name": sitting.job.name if sitting.job is not None else ""}
         manifest = manifest_of("serve", inputs, {"machine": sitting.head.settings.model_dump(mode="json")})
         write_whole(folder / MANIFEST, json.dumps(manifest, indent=2).encode() + b"\n")
         with (
             alone_in(folder),
-            write_log(
-                folder / FIRST_SEGMENT, sitting.head, flush_every=CHECKPOINT_INTERVAL, clock=time.monotonic
-            ) as log,
+            folder_log(folder / FIRST_SEGMENT, sitting.head, drops=True) as log,
             SnapshotWriter(folder / CHECKPOINT, signature) as writer,
         ):
             yield FolderRecorder(log, writer, timing)

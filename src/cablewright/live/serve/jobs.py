@@ -40,6 +40,11 @@ class JobCheck(BaseModel):
     answer: Literal["yes", "no", "failed"]
     why: Annotated[str, Field(max_length=4000)]
     has_report: bool = False
+    expected_error: float | None = None
+    """m, that 95 of 100 machines stay below; None where it was not stated."""
+
+    duration: float | None = None
+    """s, of the print at the planned speed."""
 
     def refusal(self, subject: str, confirmed: str) -> str:
         """Why the job may not be loaded; an empty text: it may. *confirmed*: the subject that a person has read of."""
@@ -48,7 +53,7 @@ class JobCheck(BaseModel):
         if self.subject != subject:
             return "it was checked before its files or the robot changed: check it again"
         if self.answer == "no" and confirmed != subject:
-            return f"its check said no, which nobody has confirmed: {self.why}"
+            return f"its check said no, and no operator confirmed this: {self.why}"
         return ""
 
 

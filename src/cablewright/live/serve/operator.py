@@ -18,7 +18,7 @@ from cablewright.live.serve.events import Events
 from cablewright.live.serve.link import ControlLink
 from cablewright.live.serve.messages import LoadMessage, OrderMessage
 
-_NOBODY: Final = "the control: nobody operates any more"
+_NOBODY: Final = "the control: the operator has left"
 _TOO_OLD: Final = f"the control: it was ordered over {ORDER_LIFE:g} s ago"
 _GOING_ON: Final = (OrderKind.RESUME, OrderKind.REFILLED)
 _HANDLED: Final = (PrintState.TENSIONING, PrintState.HOMING, PrintState.MANUAL)

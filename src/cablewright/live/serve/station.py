@@ -34,6 +34,7 @@ from cablewright.machine.paced import Paced
 from cablewright.machine.settings import MachineSettings, extruding
 from cablewright.machine.simulated.settings import TwinSettings
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
+from cablewright.models.job_poses import on_plane
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job, Motion
 from cablewright.robot import Robot
@@ -150,6 +151,7 @@ class DriveStation:
             raise InputError(f"job {job.name!r}: robot = {job.robot!r}, but the robot is {self.robot.name!r}")
         samples, owner = None, self.settings
         if job is not None:
+            job = on_plane(self.robot, job)
             toolpath = job.toolpath()
             job, samples = driven_job(self.robot, job, toolpath=toolpath)
             owner = extruding(owner, job.typical_bead(toolpath)[0], job.motion.print_speed)

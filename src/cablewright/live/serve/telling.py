@@ -36,6 +36,7 @@ from cablewright.live.serve.operator import PageOperator
 from cablewright.live.serve.station import Sitting
 from cablewright.machine.log.head import written_head
 from cablewright.machine.log.messages import encode, encode_frame
+from cablewright.machine.log.segments import CLOSING_TOPIC
 from cablewright.machine.log.topics import Signal
 from cablewright.models.plane import directions
 from cablewright.models.winch_lines import WinchLines
@@ -207,8 +208,7 @@ class Telling:
 
 
 def _told_frame(step: Step) -> tuple[str, float, bytes]:
-    topic, data = encode_frame(step.frame)
-    return topic, step.frame.time, data
+    return CLOSING_TOPIC, step.frame.time, encode_frame(step.frame)
 
 
 def _lines(estimate: Estimate, tensions: Array | None) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""The drives that a machine file gives to the lines of a robot."""
+"""The drives that a machine file gives to the winches of a robot."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from cablewright.robot import Robot
 
 
 def axes_of(robot: Robot, settings: MachineSettings) -> tuple[Axis, ...]:
-    """The drive of each line, in their order. Raises `InputError` as `require_drives` and `scales_of`."""
+    """The drive of each winch, in their order. Raises `InputError` as `require_drives` and `scales_of`."""
     drives = require_drives(settings, robot)
     return tuple(
         Axis(line.name, drives.nodes[line.name].id, scale, drives.brake_time, _valve(drives, line.name))
-        for line, scale in zip(robot.lines, scales_of(robot, settings), strict=True)
+        for line, scale in zip(robot.winch_lines, scales_of(robot, settings), strict=True)
     )
 
 
@@ -26,8 +26,8 @@ def _valve(settings: WinchDriveSettings, line: str) -> int:
 
 
 def require_drives(settings: MachineSettings, robot: Robot) -> WinchDriveSettings:
-    """The drives of a machine of *robot*. Raises `InputError` where it has none, or not one for each line."""
-    drives, lines = settings.drives, [line.name for line in robot.lines]
+    """The drives of a machine of *robot*. Raises `InputError` where it has none, or not one for each winch."""
+    drives, lines = settings.drives, robot.winch_names
     if drives is None:
         why = 'kind = "canopen" or "ethercat" and a table [drives] are expected'
         raise InputError(f"machine {settings.name!r}: kind = {settings.kind!r}: has no real drives; {why}")

@@ -25,6 +25,7 @@ from cablewright.machine.drives.parameters import (
 from cablewright.machine.drives.settings import LOOPBACK, WinchDriveSettings
 from cablewright.machine.drives.statistics import BusStatistics, cyclic_load
 from cablewright.machine.settings import MachineSettings
+from cablewright.models.winch_lines import WinchLines
 from cablewright.robot import Robot
 
 _MAX_LOAD: Final = 0.7
@@ -41,18 +42,17 @@ def open_port(settings: WinchDriveSettings) -> Port:
 
 
 class CanopenDrives:
-    """The drives of a robot's lines, as its machine file has them."""
+    """The drives of a robot's winches, as its machine file has them."""
 
     def __init__(self, robot: Robot, settings: MachineSettings, port: Callable[[], Port] | None = None) -> None:
         """*port* opens the bus; None: that of the file. Raises `InputError` for a file that does not fit the robot."""
         drives = require_drives(settings, robot)
-        lines = tuple(line.name for line in robot.lines)
-        load = cyclic_load(len(lines), settings.period, drives.bitrate)
+        load = cyclic_load(robot.winches, settings.period, drives.bitrate)
         if load > _MAX_LOAD:
-            why = f"{len(lines)} drives in steps of {settings.period:g} s take {load:.0%} of the bus"
+            why = f"{robot.winches} drives in steps of {settings.period:g} s take {load:.0%} of the bus"
             raise InputError(f"drives.bitrate = {drives.bitrate}: {why}; at most {_MAX_LOAD:.0%} is allowed")
         self.settings, self._machine = drives, settings
-        self.axes = axes_of(robot, settings)
+        self.axes, self.winches = axes_of(robot, settings), WinchLines.of(robot)
         self._make_port = port or (lambda: open_port(drives))
         self._network: Network | None = None
         self._closed_statistics = BusStatistics()
@@ -94,7 +94,7 @@ class CanopenDrives:
         self._bus.require_alone()
         if found is None:
             raise EnvironmentFault(
-                f"drives.nodes.{axis.name}.id = {axis.node}: nobody answers; check wiring and number"
+                f"drives.nodes.{axis.name}.id = {axis.node}: no drive answers; check wiring and number"
             )
         found.require(axis.name, self.settings.rated_torque)
 

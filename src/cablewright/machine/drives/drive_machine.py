@@ -327,7 +327,7 @@ class DriveMachine:
 
     def _trouble(self, axis: Axis) -> str:
         if axis.restarted:
-            return f"{axis.name}: its drive was restarted: open the machine anew"
+            return f"{axis.name}: its drive was restarted: open the machine again"
         if self._silent(axis):
             return f"{axis.name}: its drive does not answer"
         return f"{axis.name}: {axis.fault}" if axis.state in IN_FAULT else ""
@@ -346,8 +346,11 @@ class DriveMachine:
         if not any(axis.pending for axis in axes):
             counts = np.array([axis.counts for axis in axes], dtype=np.int64)
             counts.flags.writeable = False
-            tensions = frozen([axis.scale.tension(axis.torque) for axis in axes])
-            readings += [Encoders(time, counts), Tensions("motor_torques", time, tensions)]
+            lines = self._drives.winches
+            tensions = np.array([axis.scale.tension(axis.torque) for axis in axes])[lines.winch]
+            torques = frozen([-axis.torque for axis in axes])
+            alone = frozen(np.where(lines.alone, tensions, np.nan))
+            readings += [Encoders(time, counts), Tensions("motor_torques", time, alone, torques)]
         if self._fresh:
             readings.append(self._drive_reading(time))
         readings += self._input_readings(time)
@@ -419,7 +422,7 @@ def _sensors(drives: WinchDriveSettings) -> frozenset[str]:
 def _require_tensions(settings: MachineSettings, drives: WinchDriveSettings) -> None:
     """Raise `InputError` where tensions are not read, or the file has sensors that nobody reads."""
     if settings.sensor(MOTOR_TORQUES) is None:
-        why = "drives are enabled only where tensions are read; add the table: they tell their torque"
+        why = "drives are enabled only with measured tensions; add the table: drives report their torque"
         raise InputError(f"machine {settings.name!r}: no [motor_torques]: {why}")
     if settings.sensor(ENCODERS) is None:
         raise InputError(f"machine {settings.name!r}: no [encoders]: the drives' positions are read by it; add it")

@@ -23,9 +23,9 @@ _TEXTS: Final = {
     0x4210: FaultText("the drive is too hot", "let it cool; check its fan and the load"),
     0x4310: FaultText("the motor is too hot", "let it cool; check the load and the brake"),
     0x5441: FaultText("safe torque off is active", "close the emergency-stop chain, find out who opened it"),
-    0x7121: FaultText("the motor is blocked", "check the brake, and what the line is caught on"),
+    0x7121: FaultText("the motor is blocked", "check the brake, and whether the line is caught"),
     0x7180: FaultText("the motor turns too fast", "check 0x6080 and the load: a line may be broken"),
-    0x7305: FaultText("the encoder is faulty", "check its cable; home the machine anew"),
+    0x7305: FaultText("the encoder is faulty", "check its cable; home the machine again"),
     0x8110: FaultText("CAN: frames were lost", "check termination, shields and the bus load"),
     0x8120: FaultText("CAN: error passive", "check termination and cable"),
     0x8130: FaultText("the heartbeat of the computer is missing", "find out why the program stopped or was held up"),
@@ -63,8 +63,3 @@ def fault_line(code: int) -> str:
     """An error code as one line: ``0x8611 following error: the load is ...``."""
     text = fault_text(code)
     return f"0x{code:04X} {text.meaning}: {text.remedy}"
-
-
-def known_faults() -> dict[int, FaultText]:
-    """All codes with a text of their own."""
-    return dict(_TEXTS)

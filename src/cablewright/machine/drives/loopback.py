@@ -51,7 +51,7 @@ class LoopbackPort:
             self._socket.settimeout(None)
         except OSError:
             self._socket.close()
-            why = "nobody answers there; `cablewright drives --virtual FILE` starts virtual drives"
+            why = "no drive answers there; `cablewright drives --virtual FILE` starts virtual drives"
             raise EnvironmentFault(f"drives: the bus loopback {number} cannot be opened: {why}") from None
 
     def now(self) -> float:

@@ -29,10 +29,8 @@ class Object:
 
     def pack(self, value: int) -> bytes:
         """The bytes of a value; one that is too large is at the end of the range."""
-        low, high = (
-            (-(1 << 8 * self.size - 1), (1 << 8 * self.size - 1) - 1) if self.signed else (0, (1 << 8 * self.size) - 1)
-        )
-        return min(max(value, low), high).to_bytes(self.size, "little", signed=self.signed)
+        end = 1 << 8 * self.size - self.signed
+        return min(max(value, -end if self.signed else 0), end - 1).to_bytes(self.size, "little", signed=self.signed)
 
     def unpack(self, data: bytes) -> int:
         """The value of the first bytes."""

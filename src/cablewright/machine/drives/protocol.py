@@ -9,16 +9,21 @@ from cablewright.machine.drives.axis import Axis, Setpoint
 from cablewright.machine.drives.identity import Identity
 from cablewright.machine.drives.parameters import ObjectParameter
 from cablewright.machine.drives.statistics import BusStatistics
+from cablewright.models.winch_lines import WinchLines
 
 
 class WinchDrives(Protocol):
-    """The drives of all winches, in the order of the lines."""
+    """The drives of all winches, in the order of the lines that these are named for."""
 
     def scan(self) -> tuple[Identity, ...]:
         """Who is on the bus, of this machine or not; no parameter is written. Raises `EnvironmentFault`."""
 
     def read(self) -> dict[str, list[tuple[ObjectParameter, int | None]]]:
         """What should be written, and what each drive has, by line; None: it has no such object. Raises as `open`."""
+
+    @property
+    def winches(self) -> WinchLines:
+        """Which lines are on which drum."""
 
     @property
     def axes(self) -> Sequence[Axis]:

@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from cablewright.foundation.errors import InputError
 from cablewright.machine.coils import coil_of
 from cablewright.machine.settings import MachineSettings
 from cablewright.models.support import Capability, require
+from cablewright.models.winch_lines import WinchLines
 from cablewright.robot import Robot
 
 
@@ -20,7 +23,8 @@ class Scale:
     motor's rated torque per N m. All three have the sign of the node's direction. ``ratio``: turns of the motor for one
     of the drum. ``radii``: smallest and largest at which cable leaves, m. ``max_speed``: rad/s; ``max_torque``: N m:
     limits of the drum.
-    ``cables``: side by side on it; tension is that of one.
+    ``cables``: on it that pull one way; tension is that of one. On an ``opposed`` drum others pull the other way, so
+    that a tension is the difference that its torque shows.
     """
 
     counts: float
@@ -31,6 +35,7 @@ class Scale:
     max_speed: float
     max_torque: float
     cables: int = 1
+    opposed: bool = False
 
     @property
     def speed_of_cable(self) -> float:
@@ -47,23 +52,25 @@ class Scale:
 
 
 def scales_of(robot: Robot, settings: MachineSettings) -> tuple[Scale, ...]:
-    """The scale of each line of *robot*. Raises `InputError` for limits that a drive cannot be given.
+    """The scale of each winch of *robot*. Raises `InputError` for limits that a drive cannot be given.
 
     The limit of a drum's speed is the least of the machine's and the robot's, that of the cable at the largest radius;
-    of its torque the least of both and of the line's largest tension at the smallest radius.
+    of its torque the least of both and of its lines' largest tensions at the smallest radius.
     """
     require(robot, Capability.DRIVES)
-    drives, winch, found = settings.drives, settings.winch, []
+    drives, winch, lines, found = settings.drives, settings.winch, WinchLines.of(robot), []
     assert drives is not None
     per_radian = winch.counts * winch.ratio / math.tau
-    for line in robot.lines:
+    cables = np.array([line.cables for line in robot.lines])
+    strengths = cables * np.array([line.tension_limits[1] for line in robot.lines])
+    for line, senses, opposed in zip(robot.winch_lines, lines.senses, lines.opposed.tolist(), strict=True):
         coil = coil_of(line, winch)
         low, high = float(coil.radii.min()), coil.radius(coil.angle(winch.held))
         sign = drives.nodes[line.name].direction
         speed_unit = float(winch.counts) if drives.speed_unit is None else drives.speed_unit
         own_speed, own_torque = line.winch.max_speed, line.winch.max_torque
         max_speed = min(winch.max_speed, math.inf if own_speed is None else own_speed / high)
-        strongest = line.tension_limits[1] * line.cables * low
+        strongest = low * max(float(strengths @ (senses == way)) for way in (1.0, -1.0))
         max_torque = min(winch.max_torque, strongest, math.inf if own_torque is None else own_torque)
         torque = 1000.0 / (winch.ratio * drives.rated_torque)
         if not 1.0 <= max_torque * torque <= 65535.0:
@@ -78,7 +85,8 @@ def scales_of(robot: Robot, settings: MachineSettings) -> tuple[Scale, ...]:
                 (low, high),
                 max_speed,
                 max_torque,
-                line.cables,
+                int(cables @ (senses == 1.0)),
+                opposed,
             )
         )
     return tuple(found)

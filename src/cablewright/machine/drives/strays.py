@@ -62,7 +62,9 @@ class StrayWatch:
         name = axes[worst].name
         if under_torque[worst]:
             size = f"{1e3 * lengths[worst]:.0f} mm"
-            return f"{name}: its winch went {size} beyond its speed limit under torque, {self._own.tension_speed:g} m/s"
+            return (
+                f"{name}: its winch moved {size} beyond its speed limit under torque, {self._own.tension_speed:g} m/s"
+            )
         return astray(name, lengths[worst])
 
 

@@ -180,7 +180,7 @@ def _notice(value: Any) -> Notice:
 
 
 def _listed(values: Any) -> Any:
-    return np.asarray(values).tolist()
+    return values.tolist() if isinstance(values, np.ndarray) else np.asarray(values).tolist()
 
 
 def _vector(names: str) -> FieldKind:

@@ -22,6 +22,9 @@ from cablewright.robot import Robot
 
 NEWEST_SCHEMA: Final = 2
 _BEGIN: Final = datetime(1970, 1, 1, tzinfo=UTC)
+MAX_EVERY: Final = 10_000
+"""Of so many steps a log has one, at most."""
+
 _MAX_HEAD: Final = 1 << 20  # letters; ours has some thousand
 
 VERSIONS: Final = "versions"
@@ -51,7 +54,7 @@ class LogHead:
     ``epoch``: UTC of time 0; None where nobody needs it, as of a simulation, of which one input gives the same bytes.
     ``versions``: of software and firmware, by name. ``simulation``, ``plant`` and ``seed`` are of simulated machines
     alone; a log may lack them. ``home``: pose, m and rad, at which the platform was homed; its retraction then is
-    that of ``robot``.
+    that of ``robot``. ``every``: the log has the first of so many steps.
     """
 
     robot: Robot
@@ -65,6 +68,7 @@ class LogHead:
     epoch: Annotated[AwareDatetime, AfterValidator(_utc)] | None = None
     versions: Annotated[dict[_Text, _Text], Field(max_length=100)] = field(default_factory=_own_version)
     home: Annotated[tuple[_Finite, ...], Field(min_length=3, max_length=6)] | None = None
+    every: Annotated[int, Field(strict=True, ge=1, le=MAX_EVERY)] = 1
 
     def __post_init__(self) -> None:
         """Raise `InputError` for a machine that is not simulated, but has what only a simulation has."""
@@ -110,6 +114,8 @@ def written_head(head: LogHead) -> dict[str, str]:
     about = {"schema": NEWEST_SCHEMA, **_HEAD.dump_python(head, mode="json")}
     if head.home is None:
         del about["home"]
+    if head.every == 1:
+        del about["every"]
     return {key: json.dumps(value) for key, value in about.items()}
 
 

@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Final
 
 from cablewright.foundation.file_output import cannot_write, whole_file
-from cablewright.machine.log.log import SCHEMAS, begin_log
+from cablewright.machine.log.log import SCHEMAS
+from cablewright.machine.log.mcap_writer import McapWriter
 from cablewright.machine.log.segments import JOINED_NAME, Segments, log_files
 
 _MIN_CHUNK: Final = 1 << 20  # bytes
@@ -28,14 +29,13 @@ def join_log(folder: Path) -> Path:
     try:
         with whole_file(path) as file:
             chunk = min(max(_MIN_CHUNK, segments.size // _MAX_CHUNKS), _MAX_CHUNK)
-            writer, channels = begin_log(file, segments.files[0].head, chunk)
+            writer = McapWriter(file, segments.files[0].head, SCHEMAS, chunk)
             for step in segments.steps():
                 for message in step:
                     if message.topic in SCHEMAS:
-                        writer.add_message(
-                            channels.number(message.topic), message.logged, message.data, message.measured
-                        )
-            writer.finish()  # type: ignore[no-untyped-call]
+                        writer.add(*message)
+            writer.end_chunk()
+            writer.finish()
     finally:
         segments.close()
     for each in files:

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
+from concurrent.futures import Future
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import TracebackType
 from typing import IO, Final, Self, TypeVar
-
-from mcap.writer import CompressionType, IndexType, Writer
 
 from cablewright.foundation.errors import EnvironmentFault, InputError
 from cablewright.foundation.file_output import cannot_write, open_no_link
@@ -28,10 +26,13 @@ from cablewright.foundation.signals import (
     Truth,
     miscounted,
 )
+from cablewright.machine.log.disk_thread import DiskThread
 from cablewright.machine.log.head import LogHead, read_head, written_head
-from cablewright.machine.log.mcap_file import HEAD, RawMessage
+from cablewright.machine.log.mcap_file import RawMessage
+from cablewright.machine.log.mcap_writer import McapWriter
 from cablewright.machine.log.messages import decode, encode, encode_frame
 from cablewright.machine.log.segments import CLOSING_TOPIC, Segments, log_files
+from cablewright.machine.log.thinned_steps import Logged, ThinnedSteps
 from cablewright.machine.log.topics import TOPICS, TOPICS_OF, Signal
 from cablewright.machine.log.views import VIEWS, Views
 from cablewright.robot import Robot
@@ -69,19 +70,28 @@ class LogWriter:
         *,
         flush_every: float | None = None,
         clock: Callable[[], float] | None = None,
+        threaded: bool = False,
+        drops: bool = False,
     ) -> None:
         """Begin a log in *file*, open for writing.
 
         With *flush_every* (s), by *clock* or else the machine's own, each step is handed to the operating system within
         that time, so that a killed program loses no more. Without it, a chunk of 256 KiB is written at a time.
+        *threaded*: the file is written in a thread, which may be 64 MiB behind. Then this waits for the disk, or, with
+        *drops*, leaves steps out until there is room, and the next step has a notice that says how many.
         """
         self.head = head
         self._winches = head.robot.winch_names
-        self._file, self._failed = file, False
+        self._file, self._failed, self._drops = file, False, drops
+        self._disk = DiskThread() if threaded else None
         self._flush_every, self._clock, self._flushed = flush_every, clock, -math.inf
+        run = () if self._disk is None else (self._disk.put,)
         with self._writing():
-            self._writer, self._channels = begin_log(file, written_head(head), _CHUNK)
-        self._views, self._epoch = Views(head), head.epoch_ns
+            self._writer = McapWriter(file, written_head(head), SCHEMAS, _CHUNK, *run)
+        self._views, self._epoch, self._thinned = Views(head), head.epoch_ns, ThinnedSteps(head.every)
+        self._lost: Logged | None = None  # the last step, where it was dropped
+        self._gap = 0  # steps dropped since the last that was written
+        self.dropped = 0  # steps
 
     def write(
         self,
@@ -92,31 +102,57 @@ class LogWriter:
         progress: Progress | None = None,
         orders: Sequence[Order] = (),
     ) -> None:
-        """Write one step: its command, readings and orders, and the truth, estimate and progress at its end."""
-        now = self._epoch + round(frame.time * 1e9)
-        counts = self.head.settings.winch.counts
-        signals: tuple[Signal | None, ...] = (command, *frame.readings, *orders, truth, estimate, progress)
+        """Write one step: its command, readings and orders, and the truth, estimate and progress at its end.
+
+        Of a log that is thinned, see `LogHead.every`, the step may wait for the next that is written.
+        """
+        if self._failed:
+            raise EnvironmentFault(f"{self._name}: could not be written before")
+        step = self._thinned.take(Logged(frame, command, truth, estimate, progress, tuple(orders)))
+        if step is None:
+            return
         with self._writing():
-            for signal in signals:
-                if signal is not None:
-                    measured = self._epoch + round(max(signal.time, 0.0) * 1e9)
-                    self._add(*encode(signal, self._winches, counts, self._epoch), now, measured)
-            for topic, data in self._views.messages(frame.time, truth, estimate, progress):
-                self._add(topic, data, now, now)
-            self._add(*encode_frame(frame), now, now)
+            if self._disk is not None and self._disk.full:
+                if self._drops:
+                    self._lost, self.dropped, self._gap = step, self.dropped + 1, self._gap + 1
+                    return
+                self._disk.wait()
+            self._put(step)
         if self._flush_every is not None:
             since = frame.time if self._clock is None else self._clock()
             if since - self._flushed >= self._flush_every - 1e-9:
                 self._flushed = since
                 self.flush()
 
-    def flush(self) -> None:
-        """Hand all that was written to the operating system, which keeps it even if this program is killed."""
-        with self._writing():
-            self._writer.flush()  # type: ignore[no-untyped-call]
+    def _put(self, step: Logged) -> None:
+        """Write the messages of a step."""
+        frame = step.frame
+        if self._gap:
+            notice = Notice(Condition.LOG_BEHIND, f"{self._gap} steps")
+            frame, self._lost, self._gap = replace(frame, notices=(*frame.notices, notice)), None, 0
+        now, add = self._epoch + round(frame.time * 1e9), self._writer.add
+        counts = self.head.settings.winch.counts
+        for signal in (step.command, *frame.readings, *step.orders, step.truth, step.estimate, step.progress):
+            if signal is not None:
+                topic, data = encode(signal, self._winches, counts, self._epoch)
+                add(topic, now, self._epoch + round(max(signal.time, 0.0) * 1e9), data)
+        for topic, data in self._views.messages(frame.time, step.truth, step.estimate, step.progress):
+            add(topic, now, now, data)
+        add(CLOSING_TOPIC, now, now, encode_frame(frame))
 
-    def _add(self, topic: str, data: bytes, now: int, measured: int) -> None:
-        self._writer.add_message(self._channels.number(topic), log_time=now, data=data, publish_time=measured)
+    def flush(self) -> Future[None] | None:
+        """Hand all that was written to the operating system, which keeps it even if this program is killed.
+
+        A log that drops steps does not wait for that: it returns what ends when it is done.
+        """
+        with self._writing():
+            self._writer.flush()
+            if self._disk is None:
+                return None
+            if self._drops:
+                return self._disk.last()
+            self._disk.wait()
+        return None
 
     @contextmanager
     def _writing(self) -> Iterator[None]:
@@ -140,53 +176,40 @@ class LogWriter:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Complete the file, unless it could not be written."""
-        if self._failed:
-            return
-        with self._writing():
-            self._writer.finish()  # type: ignore[no-untyped-call]
-            self._file.flush()
+        try:
+            if not self._failed:
+                with self._writing():
+                    for step in (self._lost, self._thinned.last):
+                        if step is not None:
+                            self._put(step)
+                    self._writer.end_chunk()
+                    if self._disk is not None:
+                        self._disk.wait()
+                    self._writer.finish()
+                    self._file.flush()
+        finally:
+            if self._disk is not None:
+                self._disk.close()
 
 
 @contextmanager
 def write_log(
-    path: Path, head: LogHead, *, flush_every: float | None = 0.5, clock: Callable[[], float] | None = None
+    path: Path,
+    head: LogHead,
+    *,
+    flush_every: float | None = 0.5,
+    clock: Callable[[], float] | None = None,
+    threaded: bool = False,
+    drops: bool = False,
 ) -> Iterator[LogWriter]:
     """A log in a new file at *path*, as `LogWriter`. Raises `EnvironmentFault` where it cannot be written."""
     file = open_no_link(path)
     try:
-        with LogWriter(file, head, flush_every=flush_every, clock=clock) as log:
+        with LogWriter(file, head, flush_every=flush_every, clock=clock, threaded=threaded, drops=drops) as log:
             yield log
     finally:
         with suppress(OSError):  # the writer has reported it already
             file.close()
-
-
-class Channels:
-    """The channels of a file, each from its first message on: no topic is empty."""
-
-    def __init__(self, writer: Writer) -> None:
-        """For what *writer* writes."""
-        self._writer = writer
-        self._numbers: dict[str, int] = {}
-
-    def number(self, topic: str) -> int:
-        """The number of a topic's channel."""
-        if topic not in self._numbers:
-            name, content = SCHEMAS[topic]
-            about = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": name}
-            schema = self._writer.register_schema(name, "jsonschema", json.dumps(about | content).encode())
-            self._numbers[topic] = self._writer.register_channel(topic, "json", schema)
-        return self._numbers[topic]
-
-
-def begin_log(file: IO[bytes], head: Mapping[str, str], chunk: int) -> tuple[Writer, Channels]:
-    """Begin an MCAP file with the *head*; return its writer, and the channels that it will have."""
-    writer = Writer(
-        file, chunk_size=chunk, compression=CompressionType.ZSTD, index_types=IndexType.ALL, enable_crcs=True
-    )
-    writer.start(profile="", library="cablewright")
-    writer.add_metadata(HEAD, dict(head))
-    return writer, Channels(writer)
 
 
 class Log:
@@ -236,7 +259,7 @@ class Log:
         topics = {topic for each in without for topic in ((each,) if isinstance(each, str) else TOPICS_OF[each])}
         topics.discard(CLOSING_TOPIC)
         topics |= VIEWS.keys()
-        last, skipped = -1.0, 0
+        last, skipped, behind = -1.0, 0, 0
         file = self._segments.file
         for step in self._segments.steps(topics):
             origin = str(self._segments.file.path)
@@ -247,15 +270,18 @@ class Log:
             if frame.time > last:
                 if self._segments.file is not file:
                     file = self._segments.file
-                    if frame.time > last + 1.5 * self.head.period:
+                    if frame.time > last + 1.5 * self.head.every * self.head.period:
                         self.notes.append(f"nothing was logged from {last:g} to {frame.time:g} s")
                 notices = frame.notices + ((Notice(Condition.CLOCK_BACK),) if skipped else ())
                 last, skipped = frame.time, 0
+                behind += any(each.condition is Condition.LOG_BEHIND for each in notices)
                 yield _entry(frame.time, notices, signals)
             else:
                 if not skipped:
                     self.notes.append(f"the clock jumps back from {last:g} to {frame.time:g} s: frames left out")
                 skipped += 1
+        if behind:
+            self.notes.append(f"steps are left out in {behind} places: the disk was slower than the log")
 
     def scans_at(self, times: Sequence[float]) -> Iterator[tuple[Scan, ...]]:
         """Yield for each of *times*, s, which rise, the last scan of each lidar by then. Once, in place of `entries`.

@@ -19,6 +19,12 @@ from cablewright.machine.log.topics import TOPICS, Signal, Topic
 
 _BY_NAME: Final = {each.topic: each for each in TOPICS}
 _BY_SIGNAL: Final = {each.signal: each for each in TOPICS if not each.source}
+_WRITERS: Final = {
+    each.topic: tuple((key, each.renamed.get(key, key), kind.write) for key, kind in each.kinds.items())
+    for each in TOPICS
+}
+"""Of each topic: key, attribute, and what makes JSON of it."""
+
 _MAX_RANGE: Final = 99.99  # m, of ranges that are written by table ...
 _STEPS: Final = 1e5  # ... in steps of 10 um: so many a metre
 _NOT_TURNED: Final = XYZW.write((0.0, 0.0, 0.0, 1.0))
@@ -44,14 +50,14 @@ def encode(signal: Signal, winches: Sequence[str], counts_per_turn: int, epoch: 
 
 def _plain(signal: Signal, topic: Topic) -> dict[str, Any]:
     """The signal's attributes by the topic's kinds, without those that are left out."""
-    written = {key: kind.write(getattr(signal, topic.renamed.get(key, key))) for key, kind in topic.kinds.items()}
+    written = {key: write(getattr(signal, name)) for key, name, write in _WRITERS[topic.topic]}
     return {key: value for key, value in written.items() if value is not None}
 
 
-def encode_frame(frame: SensorFrame) -> tuple[str, bytes]:
-    """Return topic and JSON of the message that closes a step: its time, notices and number of readings."""
+def encode_frame(frame: SensorFrame) -> bytes:
+    """Return JSON of the message that closes a step: its time, notices and number of readings."""
     values = {"time": frame.time, "readings": len(frame.readings), "notices": NOTICES.write(frame.notices)}
-    return "/frame", _dump(values)
+    return _dump(values)
 
 
 def decode(name: str, data: bytes, origin: str) -> Signal | SensorFrame | None:

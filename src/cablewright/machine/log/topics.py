@@ -145,6 +145,7 @@ _KINDS: Final[Mapping[object, FieldKind]] = {
     Annotated[float, OR_NAN]: NUMBER_OR_NAN,
     bool: FLAG,
     Array: NUMBERS_OR_NAN,
+    Array | None: NUMBERS_OR_NONE,
     tuple[DriveState, ...]: DRIVE_STATES,
     tuple[str, ...]: TEXTS,
     tuple[bool, ...]: CLOSED,

@@ -110,9 +110,11 @@ class Views:
         self, time: float, truth: Truth | None, estimate: Estimate | None, progress: Progress | None
     ) -> Iterator[tuple[str, dict[str, Any]]]:
         """Yield topic and content of what is due at *time*, s; nothing while no pose is known."""
+        if time < self._due - 1e-9:
+            return
         told = estimate if estimate is not None and estimate.valid else None
         shown = truth if truth is not None else told
-        if shown is None or not np.isfinite(shown.position).all() or time < self._due - 1e-9:
+        if shown is None or not np.isfinite(shown.position).all():
             return
         self._due = time + EVERY
         stamp = self._stamp(time)

@@ -9,14 +9,21 @@ from cablewright.machine.sensors.sensor import Sensor, SensorSheet
 class TensionSensor(SensorSheet):
     """Tensions at the sheaves, N: by load cells, or by the torques of the motors. ``most``: what one shows at most.
 
-    ``gain_deviation``: standard deviation of each one's scale, as a share.
+    ``gain_deviation``: standard deviation of each one's scale, as a share. ``drift``: N, standard deviation by which a
+    zero walks in an hour; None: a tenth of the scale's at ``most``, assumed.
     """
 
     rate: Rate
     deviation: Size
     bias: Size = 0.0
     gain_deviation: Share = 0.0
+    drift: Size | None = None
     most: Factor
+
+    @property
+    def walk(self) -> float:
+        """By how much a zero walks in an hour, as told or assumed, N."""
+        return 0.1 * self.gain_deviation * self.most if self.drift is None else self.drift
 
 
 LOAD_CELLS: Final = Sensor("load_cells", TensionSensor)

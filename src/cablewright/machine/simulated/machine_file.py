@@ -62,7 +62,8 @@ def _point(robot: Robot, gyration: float) -> tuple[str, str, str]:
     """What hangs from a point platform, with that radius of *gyration*, m; how it moves; no sensors on it."""
     mass, gravity = robot.platform.mass, robot.scene.gravity
     inertia = mass * gyration**2
-    valve = _VALVE if robot.platform.plane is None else _TOOL
+    is_tool = robot.platform.plane is not None or any(robot.lines[0].platform_point)
+    valve = _TOOL if is_tool else _VALVE
     drum = _DRUM.format(mass=f"{mass:g}", gyration=LENGTH.write(three_digits(gyration), "mm"), valve=valve)
     motion = _DRUM_MOTION.format(
         damping=three_digits(0.6 * inertia * math.sqrt(gravity / gyration)),
@@ -199,7 +200,7 @@ valve = "20 mm"                 # nozzle, below the lines' point
 """
 
 _TOOL: Final = """\
-valve = "0 mm"                  # the tool works in the platform's plane
+valve = "0 mm"                  # the tool is the platform's origin
 """
 
 _DRUM_MOTION: Final = """\

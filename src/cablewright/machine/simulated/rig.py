@@ -61,6 +61,7 @@ class RigState:
     ground: Ground
     swivels: Array  # (m,) rad, of upright swivels in plan view; NaN of other lines
     winch_tensions: Array  # (m,) N, of one cable before the sheaves and guides
+    yaw: float  # rad, of the drive that turns a drum
 
 
 class Rig:
@@ -167,7 +168,7 @@ class Rig:
         if exits is None:
             return
         if exits.close(self.packed, whole, self.lengths, pose, self.states, ratio, self.work) != 0:
-            raise InputError(f"exits.compliance: robot {self.robot.name!r} has no equilibrium with exits that give")
+            raise InputError(f"exits.compliance: robot {self.robot.name!r} has no equilibrium with compliant mounts")
 
     def _filled(self, robot: Robot) -> Robot:
         """*robot* with the mass of the machine's drum or body, and of a body its centre of mass."""
@@ -267,7 +268,8 @@ class Rig:
         counts = self.winches.counts
         swivels = np.where(self._upright, self._shown[:, machine_step.HEADING], np.nan)
         pulled = truth.tensions * self.unmodelled.ratio
-        return RigState(truth, self.acceleration.copy(), rotation, shown, counts, *air, self.ground, swivels, pulled)
+        acceleration, yaw = self.acceleration.copy(), self.yaw.angle
+        return RigState(truth, acceleration, rotation, shown, counts, *air, self.ground, swivels, pulled, yaw)
 
     def _pour(self, period: float, valve: float) -> list[Notice]:
         """Release powder through the valve; deposit it once the drum has moved by half a cell, or enough has fallen."""

@@ -39,7 +39,7 @@ class KeptResults:
         """Warn once if the file has results and none of them is of this study."""
         if self._file is not None and self._unused:
             what = f"none of its {self._unused} results is of these inputs and this version"
-            log.warning("%s: %s; the study is computed anew", self._path, what)
+            log.warning("%s: %s; the study starts again", self._path, what)
             self._unused = 0
 
     def add(self, results: Mapping[str, str]) -> None:

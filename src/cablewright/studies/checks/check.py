@@ -19,7 +19,7 @@ from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError, UnknownName
 from cablewright.foundation.paging import Room, in_room
 from cablewright.foundation.progress import Progress, silent
-from cablewright.models.job_poses import along, path_box, sampled
+from cablewright.models.job_poses import along, on_plane, path_box, sampled
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
 from cablewright.printing.beads import Bead
@@ -78,24 +78,22 @@ def check(
 
     The job's path is the nozzle's; a rigid platform is unrotated or has the rotation of the job's schedule. Limits are
     compared with the statics and, to first order, with the motion of the platform by the time law. Raises `InputError`
-    for a model under another law, a schedule that it cannot follow, a path many
-    times as large as the frame or a G-code file that cannot be used; `EnvironmentFault` where more memory is needed
-    than is free; an infeasible job raises nothing.
+    for a model under another law, a schedule that it cannot follow, a path many times as large as the frame or a G-code
+    file that cannot be used; `EnvironmentFault` for too little free memory; an infeasible job raises nothing.
     """
-    for name in skip:
-        if name not in SKIPPABLE:
-            raise UnknownName("skip", name, SKIPPABLE)
+    if unknown := [name for name in skip if name not in SKIPPABLE]:
+        raise UnknownName("skip", unknown[0], SKIPPABLE)
     if not (np.isfinite(clearance) and clearance >= 0.0):
         raise InputError(f"clearance = {clearance:g}: must be at least 0 m")
-    report = progress or silent
     full = Model.full(robot, tension_limits=tension_limits)
     robot = full.robot if full.tension_limits is None else full.robot.limited(full.tension_limits)
     require(robot, Capability.CHECK)
-    job = job if isinstance(job, Job) else load_job(job)
+    job = on_plane(robot, job if isinstance(job, Job) else load_job(job))
     kept = Room(room)
-    toolpath = in_room(job.toolpath(report), kept)
+    toolpath = in_room(job.toolpath(report := progress or silent), kept)
     _require_scale(robot, job, toolpath)
     beads = in_room(job.beads(toolpath, bead), kept)
+    job = job.with_corners(beads)
     samples, step = sampled(robot, job, toolpath, kept, beads)
     require_for_samples(len(samples), bytes_each(robot, room), "a check")
     travels: tuple[LedTravel, ...] = ()
@@ -110,7 +108,7 @@ def check(
     poses, drawn = along(robot, job, samples, kept)
     poses = nozzle_on_path(Model.full(robot), poses, samples.positions, drawn)
     path = JobPath(job, samples, motion.law, poses, drawn, beads, kept)
-    walked, chosen = _walked(path, robot, (uncertain.of(robot), skip, seed, report))
+    walked, chosen = _walked(path, robot, (uncertain.of(robot), uncertain.zeroed_at, skip, seed, report))
     expected = None if walked.search is None else walked.search.result()
     extra = (*_clearance(walked.distances, clearance), *_errors(expected, walked.statics.displacement, path))
     findings = ranked((*path.judged(robot, walked), *path.bounded(chosen, walked), *extra))
@@ -170,7 +168,8 @@ def _uncertainty(robot: Robot, given: Uncertainty | None) -> tuple[str, Uncertai
     if given is not None:
         return given.name or "given", given
     if robot.uncertainty is not None:
-        return robot.uncertainty.name or "robot file", robot.uncertainty
+        name = "robot file" if robot.uncertainty.parameters else ASSUMED
+        return robot.uncertainty.name or name, robot.uncertainty
     return ASSUMED, assumed_uncertainty(robot)
 
 

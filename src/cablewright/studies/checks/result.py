@@ -32,6 +32,7 @@ from cablewright.printing.timing import TimeLaw
 from cablewright.printing.toolpath import BY_HEIGHT, Toolpath
 from cablewright.robot import Robot
 from cablewright.robot.plausibility import overstretched, units_inside
+from cablewright.robot.uncertainty import ASSUMED
 from cablewright.solvers.preferred import preferred_note, preferred_tensions
 from cablewright.solvers.shaping import JobMotion
 from cablewright.studies.checks.fastest import Fastest
@@ -105,8 +106,8 @@ class Check(Result):
     FIGURES: ClassVar = (
         Figure("feasible", "", "Whether all that was checked is within its limits."),
         Figure("verdict", "", "The answer in words."),
-        Figure("not_checked", "", "What the answer says nothing about: what was switched off, what the files give no "
-               "numbers for, what the model leaves out."),
+        Figure("not_checked", "", "Effects that the answer does not cover: skipped checks, missing data of the "
+        "files, effects outside the model."),
         Figure("expected_error", "m", "Error that 95 of 100 machines within the uncertainties stay below along all of "
                "the path, with full compensation; null where it was not checked.", "expected.value", digits=3,
                shown="mm"),
@@ -114,7 +115,7 @@ class Check(Result):
                parts=ErrorCause.FIGURES),
         Figure("max_expected_error", "m", "Expected error that the job allows.", "allowed_error",
                "allowed expected error", digits=3, shown="mm"),
-        Figure("bead_width", "m", "Width of a strand in the middle of what is laid.", "beads.typical.width", digits=3,
+        Figure("bead_width", "m", "Median width of the strands.", "beads.typical.width", digits=3,
                shown="mm"),
         Figure("bead_height", "m", "Its height.", "beads.typical.height", digits=3, shown="mm"),
         Figure("bead_by", "", "Where widths and heights of beads are from.", "beads.source", "bead"),
@@ -137,7 +138,7 @@ class Check(Result):
         Figure("clearance", "m", "Smallest distance of a line from another, the platform, the frame and the part as "
                "printed by then; null where it was not checked or there is nothing.", "nearest.margin",
                "clearance of lines", shown="mm"),
-        Figure("clearance_between", "", "Name of that line, and of what it is nearest to.", "nearest.pair"),
+        Figure("clearance_between", "", "Names of that line and of the nearest obstacle.", "nearest.pair"),
         Figure("clearance_place", "", "Place of the sample at that distance.", "nearest_place", parts=PLACE,
                detail=True),
         Figure("layers", "1", "Number of layers of the part.", "toolpath.layer_count"),
@@ -160,9 +161,11 @@ class Check(Result):
         Figure("shaped_from", "Hz", "Frequency of the slowest mode that the motion is shaped for.", "shaping.slowest",
                "shaped for modes from", 3, only=lambda found: found.shaping.shaper is not None),
         Figure("not_shaped", "", "Why the motion is not shaped; empty where it is.", "shaping.why", detail=True),
-        Figure("changed_travels", "", "Travel moves that are lifted or led aside so that lines keep clear, and "
-               "those that no safe way was found for.", "travels", "travel moves changed",
+        Figure("changed_travels", "", "Travel moves with a lift or a detour around obstacles, and those without a "
+        "safe path.", "travels", "travel moves changed",
                only=lambda found: found.job.motion.travel == "safe", parts=LedTravel.FIGURES, detail=True),
+        Figure("corner_deviation", "m", "Largest distance of a rounded corner from the path: of the job, or by the "
+               "width of its strands.", "job.motion.corner", "corners rounded by", 3, shown="mm"),
         Figure("acceleration", "m/s^2", "Acceleration of the job, lowered where its fastest motion would break limits.",
                "job.motion.acceleration", detail=True),
         Figure("fastest_duration", "s", "Duration without the feeds of the file, within limits of winch speed, flow, "
@@ -174,6 +177,10 @@ class Check(Result):
                     np.fmin, "statics.lines.lowest_tension", shown="N"),
         _extreme_of("max_tension", "N", "Largest tension, anywhere along a line, with the motion of the platform.",
                     np.fmax, "statics.lines.highest_tension", shown="N"),
+        Figure("expected_tensions", "N", "Tensions at rest between which 95 of 100 machines within the uncertainties "
+               "are at a sample, by lengths alone: the smallest and the largest; null where not checked.",
+               lambda found: [found.expected.tensions[:, 0].min(), found.expected.tensions[:, 1].max()],
+               "expected tensions by lengths alone", only=lambda found: found.expected is not None, shown="N"),
         _extreme_of("max_plane_force", "N", "Largest force on the plane along its normal, with the motion of "
                     "the platform; positive lifts off a plane that only pushes.", np.fmax, "statics.plane_force",
                     only=lambda found: found.robot.platform.plane is not None, shown="N"),
@@ -202,7 +209,7 @@ class Check(Result):
                   "statics.tensions", median),
         _of_lines("line_max_tension", "N", "Largest tension of each line.", "max tension",
                   "statics.lines.highest_tension"),
-        Figure("line_held_limits", "N", "Limits that the tension of each line keeps at rest, where narrower.",
+        Figure("line_held_limits", "N", "Narrower limits of the tension of each line at rest.",
                lambda found: [line.tension_limits for line in found.chosen.robot.lines], "held limits",
                only=lambda found: found.reserved, shown="N", along="line"),
         Figure("line_preferred_tension", "N", "Tension of each line to which those at rest are nearest, where a print "
@@ -210,6 +217,8 @@ class Check(Result):
                "preferred tension", only=lambda found: found.preferred_tensions is not None, shown="N", along="line"),
         Figure("line_tension_limits", "N", "Min and max tension that is allowed, of each line.",
                lambda found: [line.tension_limits for line in found.robot.lines], "limits", shown="N", along="line"),
+        Figure("line_expected_tensions", "N", "The same of each line.", "expected.tensions",
+               "expected by lengths alone", only=lambda found: found.expected is not None, shown="N", along="line"),
         _of_lines("line_max_length", "m", "Largest unstrained length of each line.", "max length", "lengths"),
         _of_lines("line_max_winch_speed", "m/s", "Largest speed of each cable at its winch.", "max speed",
                   "statics.lines.winch_speed"),
@@ -366,8 +375,17 @@ class Check(Result):
         if units := units_inside([end.tolist() for end in ends], self.robot):
             corners = " to ".join(f"({', '.join(f'{each:.4g}' for each in end)})" for end in ends)
             notes.append(f"the path, {corners} m, is not in the robot: is it, or its origin, in {' or '.join(units)}?")
+        near = self.nearest
+        if near is not None and near.margin < 0.0 and self.robot.n == 3 and not any(self.robot.lines[0].platform_point):
+            notes.append(
+                "lines meet in the nozzle in this robot file: where they meet above it, lines.platform_point says by "
+                "how much (of an import: --nozzle-below)"
+            )
         notes += overstretched(self.robot, LARGEST(self.statics.lines.highest_tension))
         notes += (*self.slower, *self.shaping.notes)
+        own = self.robot.uncertainty
+        if self.expected is not None and self.uncertainty == ASSUMED and own is not None and own.zeroed_at is not None:
+            notes.append("expected error counts from the nozzle at uncertainty.zeroed_at, where lines are zeroed")
         return (*notes, *self.beads.notes, *(() if self.expected is None else self.expected.notes))
 
     @property

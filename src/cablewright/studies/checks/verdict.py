@@ -1,4 +1,4 @@
-"""The verdict of a check, in words that say no more than was shown."""
+"""Sentences of the verdict of a check. They state only results that the check computed."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from cablewright.studies.checks.result import Check
 
 
 def verdict(found: Check, nowhere: int) -> str:
-    """Return the answer of a check in words.
+    """Return the verdict of a check as text.
 
-    *nowhere*: number of places of the frame at which the robot was tried because it holds no sample, and holds none of
-    them either; 0 where that is not so.
+    *nowhere*: number of positions of the frame that were tried because no sample has an equilibrium, if none of these
+    has one either; otherwise 0.
     """
     machine, part = found.robot.name, found.job.name
     if found.feasible:
-        return f"{machine} can print {part}: {'; '.join(_shown(found))}."
+        return f"{machine} can print {part}. {' '.join(_shown(found))}"
     if found.missed.any():
         first = int(np.flatnonzero(found.missed)[0])
         return (
@@ -34,44 +34,44 @@ def verdict(found: Check, nowhere: int) -> str:
         (each.line for each in (worst, *others) if each.limit == TENSION_LIMITS[0] and each.value <= 0.0), None
     ):
         told += (
-            f" Line {slack} goes slack, which this linear model of motion does not follow: cablewright print ROBOT JOB "
-            "--plant dynamic does."
+            f" Line {slack} becomes slack. The linear model of motion does not cover slack lines: simulate the print "
+            "with cablewright print ROBOT JOB --plant dynamic."
         )
     told += "".join(f" At {each.violations} samples {each.limit}." for each in others if each.is_status)
     if nowhere:
         told += (
-            f" Its lines hold the platform at none of {nowhere} places tried in the frame: check tension limits, exit "
-            "points and units of the robot file."
+            f" The lines cannot hold the platform at any of {nowhere} positions tried in the frame: check tension "
+            "limits, exit points and units of the robot file."
         )
     return told
 
 
 def _shown(found: Check) -> list[str]:
-    """What was shown of a job that can be printed."""
-    parts = ["every sample is within all limits"]
+    """Return the results for a job that can be printed, a sentence each."""
+    parts = ["All samples are within the limits."]
     if found.nearest is not None:
-        parts.append(f"lines keep {spell_length(found.nearest.margin)} from all that is described")
+        parts.append(f"Smallest distance between a line and an obstacle: {spell_length(found.nearest.margin)}.")
     if found.expected is not None and found.expected.sample is not None:
-        parts.append(f"95 of 100 machines {_machines(found)} print it to within {spell_length(found.expected.value)}")
+        parts.append(f"Expected position error: {spell_length(found.expected.value)} {_percentile(found)}.")
     if (motion := found.motion) is not None:
         parts.append(
-            f"the platform's motion adds at most {spell_length(motion.largest)}{_swinging(motion.frequency)} with "
-            f"{found.robot.damping} of damping"
+            f"Motion of the platform adds at most {spell_length(motion.largest)}{_swinging(motion.frequency)} with a "
+            f"damping ratio of {found.robot.damping}."
         )
     return parts
 
 
 def _swinging(frequency: float) -> str:
-    """At which frequency the platform swings, in words; empty at rest."""
+    """Return the frequency of the platform's swing as text; empty at rest."""
     return f" at {frequency:.3g} Hz" if frequency > 0.0 else ""
 
 
-def _machines(found: Check) -> str:
-    return "with assumed uncertainties" if found.uncertainty == ASSUMED else "within the given uncertainties"
+def _percentile(found: Check) -> str:
+    return f"(95th percentile, {'assumed' if found.uncertainty == ASSUMED else 'given'} tolerances)"
 
 
 def _broken(found: Check, worst: Finding) -> str:
-    """Which limit is broken, by how much, and where."""
+    """Return the limit that is violated, the worst value and its position."""
     where, total = found.where(worst.sample), len(found.samples)
     if worst.is_status:
         return f"at {worst.violations} of {total} samples {worst.limit}, worst {where}"
@@ -79,24 +79,23 @@ def _broken(found: Check, worst: Finding) -> str:
         one, other = found.nearest.pair
         other = f"line {other}" if found.nearest.kind == "line" else other
         how = "touches" if worst.value <= 0.0 else "comes too near to"
-        least = "" if worst.allowed[0] == 0.0 else f" where at least {spell_length(worst.allowed[0])} is asked for"
+        least = "" if worst.allowed[0] == 0.0 else f" (required: at least {spell_length(worst.allowed[0])})"
         return (
-            f"line {one} {how} {other}, a distance of {spell_length(worst.value)}{least}, {where}; lines are too near "
-            f"to something at {worst.violations} of {total} samples"
+            f"line {one} {how} {other}, distance {spell_length(worst.value)}{least}, {where}; distances are too small "
+            f"at {worst.violations} of {total} samples"
         )
     if worst.limit == EXPECTED_ERROR and not np.isfinite(worst.value):
         assert found.expected is not None
-        return f"its expected error is not stated: {found.expected.unknown}, {where}"
+        return f"the expected error is unknown: {found.expected.unknown}, {where}"
     if worst.limit == EXPECTED_ERROR:
         return (
-            f"95 of 100 machines {_machines(found)} print it to within {spell_length(worst.value)} only, where "
-            f"{spell_length(worst.allowed[1])} is allowed, largest {where}"
+            f"the expected position error is {spell_length(worst.value)} {_percentile(found)}, largest {where} "
+            f"(allowed: at most {spell_length(worst.allowed[1])})"
         )
     if worst.limit == MOVED_ERROR:
         return (
-            f"expected error and error by motion are {spell_length(worst.value)} together, where "
-            f"{spell_length(worst.allowed[1])} is allowed, largest {where}"
-            f"{_swinging(found.statics.frequency[worst.sample])}"
+            f"the sum of expected error and error by motion is {spell_length(worst.value)}, largest {where}"
+            f"{_swinging(found.statics.frequency[worst.sample])} (allowed: at most {spell_length(worst.allowed[1])})"
         )
     line = f" of line {worst.line}" if worst.line else ""
     why = f": {worst.why}" if worst.limit in OF_CHECKS else ""
@@ -104,5 +103,5 @@ def _broken(found: Check, worst: Finding) -> str:
         where += _swinging(found.statics.frequency[worst.sample])
     return (
         f"{worst.limit}{line} is out of bounds at {worst.violations} of {total} samples, worst {worst.value:.4g} "
-        f"{worst.unit} where {worst.bounds()} is allowed, {where}{why}"
+        f"{worst.unit} {where} (allowed: {worst.bounds()}){why}"
     )

@@ -13,8 +13,10 @@ from cablewright.analyses.inertia_forces import fed_forward
 from cablewright.analyses.job_distances import Clearances, JobDistances
 from cablewright.analyses.motion.path_swing import PathSwing, SwingExtremes
 from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import AnswerError
 from cablewright.foundation.paging import Room, blocks, let_go, room_for, write_rows
 from cablewright.foundation.progress import Progress
+from cablewright.foundation.units import Vec3
 from cablewright.models.free_coordinates import free_coordinates
 from cablewright.models.inertia import compensates
 from cablewright.models.statics import Model
@@ -32,8 +34,9 @@ from cablewright.studies.checks.between_samples import BetweenSamples
 from cablewright.studies.checks.own_figures import line_findings, paces
 from cablewright.studies.checks.path_statics import PathStatics
 
-WalkSettings = tuple[Sequence[Range], Collection[str], int, Progress]
-"""Ranges of the uncertain numbers, what to leave out, the seed of the machines drawn, and the progress."""
+WalkSettings = tuple[Sequence[Range], Vec3 | None, Collection[str], int, Progress]
+"""Ranges of the uncertain numbers, where coordinates count from, what to leave out, the seed of the machines drawn, and
+the progress."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,10 +63,26 @@ class JobPath:
     beads: Beads
     room: Room = field(default_factory=Room)  # for what is found
 
-    def walk(self, full: Model, ranges: Sequence[Range], skip: Collection[str], seed: int, report: Progress) -> Walked:
-        """Solve the inverse and forward problems, and look for all that is not in *skip*."""
+    def walk(
+        self,
+        full: Model,
+        ranges: Sequence[Range],
+        zeroed_at: Vec3 | None,
+        skip: Collection[str],
+        seed: int,
+        report: Progress,
+    ) -> Walked:
+        """Solve the inverse and forward problems, and look for all that is not in *skip*.
+
+        Raises `AnswerError` where the nozzle cannot be held at *zeroed_at*.
+        """
         distances = None if "interference" in skip else JobDistances.of(self.beads, self.samples, room=self.room)
-        search = None if "expected-error" in skip else ExpectedErrorSearch(ranges, self.samples, seed)
+        search = None
+        if "expected-error" not in skip:
+            zero = None if zeroed_at is None else solve_inverse(full, full.unrotated_at(np.array([zeroed_at])))
+            if zero is not None and not zero.ok.all():
+                raise AnswerError(f"uncertainty.zeroed_at = {list(zeroed_at or ())} m: {zero[0].sentence()}")
+            search = ExpectedErrorSearch(ranges, self.samples, seed, zero)
         rows, swing = len(self.poses), PathSwing(full)
         solved: PathStatics | None = None
         drop, rise = np.zeros(full.m), np.zeros(full.m)

@@ -108,13 +108,15 @@ def _require_points(
         line = robot.winch_lines[int(np.argmax(np.abs(lengths[k + 1] - lengths[k])))]
         allowed = f", or allow it with --tolerance {1.1 * errors[k]:.2g}" if errors[k] < ALLOWED else ""
         raise AnswerError(
-            f"nozzle at {place} m, {samples.where(k + 1)}: line {line.name!r} jumps, lengths between points are off by "
+            f"nozzle at {place} m, {samples.where(k + 1)}: line {line.name!r} jumps, the interpolation error of "
+            "lengths between points is "
             f"{errors[k]:.2g} m; {tolerance:g} m asked. Where it goes slack, raise the minimum of its "
             f"tension_limits, {line.tension_limits[0]:g} N{allowed}"
         )
     if parts.sum() > MAX_SAMPLES:
         raise InputError(
-            f"lengths between points are off by {errors.max():.2g} m; {tolerance:g} m asked needs more than "
+            f"the interpolation error of lengths between points is {errors.max():.2g} m; {tolerance:g} m asked "
+            "needs more than "
             f"{MAX_SAMPLES} points: give a larger --tolerance, or part of the job by --layers"
         )
 

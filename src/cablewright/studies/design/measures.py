@@ -23,7 +23,7 @@ from cablewright.robot import Robot
 from cablewright.robot.uncertainty import assumed_uncertainty
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.linearise import linearise_where_regular
-from cablewright.solvers.parameters import at_nozzle, departures, response
+from cablewright.solvers.parameters import at_nozzle, departures, range_response
 from cablewright.studies.trade import Combination, TradeSettings, found_for
 
 MACHINES: Final = 500
@@ -123,7 +123,7 @@ def _expected_error(of: DesignCandidate) -> float:
     linear, codes = linearise_where_regular(of.good)
     held, linear = of.good[codes == 0], linear[codes == 0]
     parameters = [each.parameter for each in ranges]
-    effects = at_nozzle(held, response(held, parameters, linear))  # (k, 3, p)
+    effects = at_nozzle(held, range_response(held, ranges, linear))  # (k, 3, p)
     off = departures(parameters, np.array([each.nominal for each in ranges]), drawn(ranges, MACHINES, of.seed))
     largest = np.zeros(MACHINES)
     for each in effects:  # place by place, so that memory is bounded and no sum depends on how many there are

@@ -108,7 +108,9 @@ class Designed(Pictured):
         broken = [*self._missed(nearest), *(f"limit {name} by {share:.1%}" for name, share in broken_by(nearest))]
         alone = [each for each in self.what.constraints if any(each.missed_by(t.figures[each.key]) == 0 for t in known)]
         never = [str(each) for each in self.what.constraints if each not in alone]
-        why = f"; no candidate at all meets {' or '.join(never)}" if never else "; each can be met, but not all at once"
+        why = (
+            f"; no candidate at all meets {' or '.join(never)}" if never else "; each can be met, but not all together"
+        )
         return f"no candidate of {len(self.tried)} meets all constraints: the nearest misses {', '.join(broken)}{why}"
 
     def _missed(self, nearest: Tried) -> list[str]:

@@ -12,7 +12,7 @@ import numpy as np
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import AnswerError, InputError, UnknownName
 from cablewright.foundation.progress import Progress, silent
-from cablewright.models.job_poses import sampled
+from cablewright.models.job_poses import on_plane, sampled
 from cablewright.printing.job import Job, load_job
 from cablewright.robot import Robot, load
 from cablewright.running.executors.executor import Executor, Serial
@@ -89,7 +89,7 @@ def _what(
     found = workspace or default_workspace()
     if job is None:
         return DesignProblem(described, variables, objectives, constraints, None, (), found, seed, prices)
-    loaded = job if isinstance(job, Job) else load_job(job)
+    loaded = on_plane(described, job if isinstance(job, Job) else load_job(job))
     samples, _ = sampled(described, loaded, loaded.toolpath())
     places = places_of(samples)
     without = loaded.model_copy(update={"gcode": None})  # no worker reads it

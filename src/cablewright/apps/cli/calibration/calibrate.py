@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from datetime import UTC, datetime
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -28,7 +29,8 @@ class CheckOptions:
     check: Annotated[
         bool,
         typer.Option(
-            "--check", help="Do not calibrate: tell whether anything moved since ROBOT was calibrated, and which line."
+            "--check",
+            help="Do not calibrate: test whether anything moved since the calibration of ROBOT, and which line.",
         ),
     ] = False
     last: Annotated[
@@ -40,11 +42,9 @@ class CheckOptions:
             "ROBOT.toml, which --out writes.",
         ),
     ] = None
-    false_alarm: Annotated[
-        float, typer.Option("--false-alarm", help="Share of checks that may say so though nothing moved.")
-    ] = 0.01
+    false_alarm: Annotated[float, typer.Option("--false-alarm", help="Probability of a false alarm of --check.")] = 0.01
     new_home: Annotated[
-        bool, typer.Option("--new-home", help="Lengths were set to zero anew since: those at home are not checked.")
+        bool, typer.Option("--new-home", help="Lengths were zeroed since then: do not test the home lengths.")
     ] = False
 
 
@@ -56,15 +56,23 @@ class GuideOptions:
         bool,
         typer.Option(
             "--guide",
-            help="Tell what is known by the poses measured so far, none if there is no DATA.csv yet, which ones to "
-            "measure next, and when to stop. Writes no robot.",
+            help="Report the accuracy reached by the poses in DATA.csv (none if it is absent), "
+            "the poses to measure next, and when to stop. Writes no robot.",
         ),
     ] = False
     count: Annotated[int, typer.Option("--next", help="Number of poses to measure next.")] = 4
     limits: Limits = None
     next_out: Annotated[
-        Path | None, typer.Option("--next-out", metavar="FILE.csv", help="Write these poses, with counts to move to.")
+        Path | None,
+        typer.Option("--next-out", metavar="FILE.csv", help="Write the next poses with their counts to a file."),
     ] = None
+
+
+class Models(StrEnum):
+    """Which effects the model has."""
+
+    FILE = "file"
+    AUTO = "auto"
 
 
 @options()
@@ -91,12 +99,17 @@ class FitOptions:
     cable: Annotated[
         CableLaw, typer.Option("--cable", help="Cable law; elastic and catenary need tensions or measured poses.")
     ] = CableLaw.RIGID
+    models: Annotated[
+        Models,
+        typer.Option(
+            "--models",
+            help="file: the model of the plan; auto: add the effects, such as stretch, that cross-validation asks for.",
+        ),
+    ] = Models.FILE
     keep_all: Annotated[bool, typer.Option("--keep-all", help="Use all rows: do not search for gross errors.")] = False
     need: Annotated[
         str,
-        typer.Option(
-            "--need", metavar="L", help="Standard deviation of exit points that printing needs: m, or like '2 mm'."
-        ),
+        typer.Option("--need", metavar="L", help="Required standard deviation of exit points: m, or like '2 mm'."),
     ] = "2 mm"
 
     def planned(self) -> cw.CalibrationPlan:
@@ -131,7 +144,7 @@ def calibrate_command(
     robot: RobotName,
     fit: FitOptions,
     accept: Annotated[
-        bool, typer.Option("--accept", help="Take a doubtful answer as it is: write it, exit code 0.")
+        bool, typer.Option("--accept", help="Accept a doubtful answer: write the robot, exit code 0.")
     ] = False,
     since: CheckOptions,
     guidance: GuideOptions,
@@ -143,11 +156,10 @@ def calibrate_command(
     ] = None,
     as_json: AsJson = False,
 ) -> int:
-    """Finds exit points, home lengths and what else the plan names, with sigmas, and says what the data leave open.
+    """Estimates exit points, home lengths and other unknowns with sigmas, and lists unobservable directions.
 
-    The verdict is good, doubtful or bad. A doubtful one is a no (exit 1) unless it is accepted, a bad one always is.
-    With a no, no robot is written. Beside a robot that is written stands its record, FILE.calibration.toml: date, data
-    and sigmas, with which later data (--check) and calibrations are compared.
+    The verdict is good, doubtful or bad. A doubtful one is a no (exit 1) without --accept; a bad one is always a no and
+    writes no robot. --out also writes a record, FILE.calibration.toml, for later comparison (--check).
     """
     from cablewright.calibration.drift.record import record_of, record_path, record_text
     from cablewright.robot import file_text, update
@@ -198,6 +210,7 @@ def _found(machine: cw.Robot, fit: FitOptions, seed: int) -> cw.Calibration:
             cable=fit.cable,
             outliers=not fit.keep_all,
             need=fit.needed(),
+            models=fit.models.value,
             progress=show,
         )
 
@@ -249,9 +262,7 @@ class NoiseOptions:
     """Standard deviations of what is simulated."""
 
     noise: Annotated[float, typer.Option("--noise", help="Standard deviation of the encoders, m.")]
-    guess: Annotated[
-        float, typer.Option("--guess", help="Max distance, m, of the guesses x,y,z in the file from the true poses.")
-    ] = 0.05
+    guess: Annotated[float, typer.Option("--guess", help="Maximum error, m, of the guesses x,y,z in the file.")] = 0.05
     tension_noise: Annotated[
         float | None, typer.Option("--tension-noise", help="Add tensions with this standard deviation, N.")
     ] = None
@@ -259,14 +270,18 @@ class NoiseOptions:
         float | None, typer.Option("--swivel-noise", help="Add swivel angles with this standard deviation, rad.")
     ] = None
     tilt_noise: Annotated[
-        float | None, typer.Option("--tilt-noise", help="Add the tilt of a rigid platform with this one, rad.")
+        float | None,
+        typer.Option("--tilt-noise", help="Add the tilt of a rigid platform with this standard deviation, rad."),
     ] = None
     yaw_noise: Annotated[
-        float | None, typer.Option("--yaw-noise", help="Add the yaw of a rigid platform with this one, rad.")
+        float | None,
+        typer.Option("--yaw-noise", help="Add the yaw of a rigid platform with this standard deviation, rad."),
     ] = None
     pose_noise: Annotated[
         float | None,
-        typer.Option("--pose-noise", help="Add measured poses with this one, m and rad, instead of guesses."),
+        typer.Option(
+            "--pose-noise", help="Add measured poses with this standard deviation, m and rad, instead of guesses."
+        ),
     ] = None
 
 
@@ -288,7 +303,7 @@ def simulate_calibration_command(
     ] = None,
     as_json: AsJson = False,
 ) -> int:
-    """ROBOT is taken as the true one. The first pose is home; x,y,z in the file are guesses to start from, not data."""
+    """ROBOT is the true robot. The first pose is home. Columns x,y,z of the file are start values, not data."""
     from cablewright.calibration.measurements import write_measured
 
     machine, given = cw.load(robot), noises

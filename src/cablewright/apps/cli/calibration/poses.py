@@ -25,7 +25,7 @@ def poses_command(
         PoseCriterion,
         typer.Option(
             "--criterion",
-            help="What is made small: the volume of all unknowns' ellipsoid, or an exit point's largest sigma.",
+            help="Minimise the volume of the ellipsoid of all unknowns, or the largest sigma of an exit point.",
         ),
     ] = "d-optimal",
     candidates: Annotated[int, typer.Option("--candidates", help="Number of random poses to choose from.")] = 1000,
@@ -36,9 +36,9 @@ def poses_command(
     out: Annotated[Path | None, typer.Option("--out", metavar="FILE.csv", help="Write the poses as CSV.")] = None,
     as_json: AsJson = False,
 ) -> int:
-    """Chosen among random poses that the lines can hold within their tension limits, in an order that moves little.
+    """Selects among random poses that the lines can hold within their limits, in an order with short travel.
 
-    The sigmas that they promise stand beside those of as many random poses.
+    Prints the resulting sigmas beside those of as many random poses.
     """
     from cablewright.calibration.measurements import write_measured
 

@@ -28,22 +28,22 @@ def survey_command(
         typer.Option(
             "--plan",
             metavar="PLAN.toml",
-            help="What markers are on, the instrument's sigmas and the frame, where not default.",
+            help="Plan file: meaning of markers, sigmas of the instrument, frame.",
         ),
     ] = None,
     robot: Annotated[
         str | None,
-        typer.Option("--robot", metavar="ROBOT", help="Robot whose lines the numbers of the markers count."),
+        typer.Option("--robot", metavar="ROBOT", help="Robot that the line numbers of the markers refer to."),
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option("--out", metavar="FILE.toml", help="Write the robot's file with the exit points that were found."),
+        typer.Option("--out", metavar="FILE.toml", help="Write the robot file with the computed exit points."),
     ] = None,
     output: OutputOptions,
 ) -> int:
-    """The frame has y along the west wall and x into the room, unless the plan says otherwise.
+    """In the result, y points along the west wall and x into the room, unless the plan changes this.
 
-    Each result has its standard deviation, and markers that fit badly are marked.
+    Each result has a standard deviation. Markers with a bad fit are flagged.
     """
     from cablewright.calibration.survey.result import surveyed
     from cablewright.robot import file_text, update
@@ -64,18 +64,18 @@ class ScanOptions:
     """How the scan's file is read."""
 
     unit: Annotated[
-        str | None, typer.Option("--unit", help="Unit of lengths that name none: m, mm, ..; by default guessed.")
+        str | None, typer.Option("--unit", help="Unit of lengths without one: m, mm, ..; by default guessed.")
     ] = None
     angle_unit: Annotated[
         str | None,
-        typer.Option("--angle-unit", help="Unit of angles that name none: rad, deg, ..; by default guessed."),
+        typer.Option("--angle-unit", help="Unit of angles without one: rad, deg, ..; by default guessed."),
     ] = None
     clockwise: Annotated[bool, typer.Option("--clockwise", help="Angles grow clockwise, seen from above.")] = False
     columns: Annotated[
         str | None,
         typer.Option("--columns", metavar="NAMES", help="Columns of a file without a header: angle,distance,.."),
     ] = None
-    within: Annotated[str, typer.Option("--range", metavar="MIN,MAX", help="Ranges that are used, m.")] = "0.05,100"
+    within: Annotated[str, typer.Option("--range", metavar="MIN,MAX", help="Ranges to use, m.")] = "0.05,100"
     mask: Annotated[
         str | None,
         typer.Option(
@@ -83,7 +83,7 @@ class ScanOptions:
         ),
     ] = None
     keep_housing: Annotated[
-        bool, typer.Option("--keep-housing", help="Use also what looks like the lidar's own housing.")
+        bool, typer.Option("--keep-housing", help="Also use points that look like the lidar's housing.")
     ] = False
     noise: Annotated[
         float | None,
@@ -105,9 +105,9 @@ class RoomOptions:
             "--room", metavar="SURVEY.json", help="Room in which to find the lidar: what `survey --json` printed."
         ),
     ] = None
-    yaw: Annotated[
-        str, typer.Option("--yaw", metavar="MIN,MAX", help="Yaw that the lidar may have in the room, deg.")
-    ] = "-45,45"
+    yaw: Annotated[str, typer.Option("--yaw", metavar="MIN,MAX", help="Allowed yaw of the lidar in the room, deg.")] = (
+        "-45,45"
+    )
     laser: Annotated[
         str | None,
         typer.Option("--laser", metavar="WALL=D[,..]", help="Distances from the lidar to walls, measured by hand, m."),
@@ -127,9 +127,9 @@ def walls_command(
     place: RoomOptions,
     output: OutputOptions,
 ) -> int:
-    """Each wall has a direction, a distance and how straight it is; with --room the lidar's place and yaw are found.
+    """Prints direction, distance and straightness of each wall; with --room also position and yaw of the lidar.
 
-    The answer is no (exit 1) if no wall is in sight, or the place is not known.
+    The answer is no (exit 1) if no wall is in sight, or if the position is unknown.
     """
     if place.laser is not None and place.room is None:
         raise InputError(f"--laser = {place.laser!r}: there is no --room whose wall it could be")

@@ -43,7 +43,7 @@ class SpecimenOptions:
     ] = None
     robot: Annotated[
         str | None,
-        typer.Option("--robot", metavar="ROBOT", help="Robot whose cable gives what the other options do not."),
+        typer.Option("--robot", metavar="ROBOT", help="Robot with the cable: default of section and breaking load."),
     ] = None
     line: Annotated[
         str | None, typer.Option("--line", metavar="NAME", help="Line of the robot that has the cable.")
@@ -101,14 +101,14 @@ def modulus_command(
     band: Annotated[
         str,
         typer.Option(
-            "--band", metavar="MIN,MAX", help="Shares of the breaking load between which the modulus is taken."
+            "--band", metavar="MIN,MAX", help="Range of force for the modulus, as shares of the breaking load."
         ),
     ] = "0.05,0.5",
     output: OutputOptions,
 ) -> int:
     """The nominal modulus is the secant of the last full loading over a band of the breaking load (Paty 2021, Eq. 22).
 
-    How far the modulus varies over all branches, the hysteresis and the permanent set are given beside it.
+    Also prints the range of the modulus over all branches, the hysteresis and the permanent set.
     """
     from cablewright.foundation.units import LENGTH
 
@@ -148,10 +148,10 @@ def creep_command(
     ] = "60,1200",
     output: OutputOptions,
 ) -> int:
-    """Stretch and creep are told apart by one fit of the whole history of force: a held load, steps or cycles.
+    """Separates stretch and creep by one fit of the whole history of force: a constant load, steps or cycles.
 
-    The law is that of Voigt elements and logarithmic creep; what it creeps by after which time is given with sigmas.
-    Where the climate changes under load, so is how much faster it creeps when warmer or damper.
+    The law consists of Voigt elements and logarithmic creep, with sigmas. If the climate changes under load, the
+    effects of heat and humidity are fitted too.
     """
     from cablewright.foundation.units import DURATION, LENGTH
 

@@ -29,18 +29,22 @@ class ActionOptions:
 
     place: Annotated[
         str | None,
-        typer.Option("--place", metavar="X,Y,Z[,..]", help="Where you measured the platform, m [and rad], for home."),
+        typer.Option("--place", metavar="X,Y,Z[,..]", help="Measured position of the platform, m [and rad], for home."),
     ] = None
-    line: Annotated[str | None, typer.Option("--line", metavar="NAME", help="Line whose winch turns, for jog.")] = None
+    line: Annotated[str | None, typer.Option("--line", metavar="NAME", help="Line of the winch to move, for jog.")] = (
+        None
+    )
     speed: Annotated[
-        float, typer.Option("--speed", metavar="V", help="Speed of the cable, m/s, positive pays out, for jog --line.")
+        float, typer.Option("--speed", metavar="V", help="Cable speed, m/s, positive pays out, for jog --line.")
     ] = 0.01
     velocity: Annotated[
         str | None, typer.Option("--velocity", metavar="VX,VY,VZ", help="Velocity of the platform, m/s, for jog.")
     ] = None
     seconds: Annotated[
         float | None,
-        typer.Option("--seconds", metavar="T", help="Time for which enable holds the winches, s; else until Ctrl-C."),
+        typer.Option(
+            "--seconds", metavar="T", help="Time in which the winches stay enabled, s; by default until Ctrl-C."
+        ),
     ] = None
 
     def done(self, action: Action, robot: cw.Robot, settings: cw.MachineSettings, state: Path, port: OpenPort) -> Any:
@@ -103,25 +107,27 @@ def drives_command(
     given: ActionOptions,
     tried: Annotated[
         bool,
-        typer.Option("--try", help="Do it on virtual drives in this process, in virtual time; nothing is kept."),
+        typer.Option("--try", help="Use virtual drives in this process, in virtual time; no state is saved."),
     ] = False,
     virtual: Annotated[
         Path | None,
-        typer.Option("--virtual", metavar="FILE", help="Be the drives of a machine file on this computer instead."),
+        typer.Option("--virtual", metavar="FILE", help="Simulate the drives of a machine file on this computer."),
     ] = None,
     at: Annotated[
         str | None,
-        typer.Option("--at", metavar="X,Y,Z[,..]", help="Where the platform of virtual drives begins, m [and rad]."),
+        typer.Option(
+            "--at", metavar="X,Y,Z[,..]", help="Start position of the platform of virtual drives, m [and rad]."
+        ),
     ] = None,
     seed: Annotated[int, typer.Option("--seed", help="Seed of the machine as built behind virtual drives.")] = 0,
     as_json: AsJson = False,
 ) -> int:
-    """Moves the winches of the machine. No performance level is claimed: its builder adds a hard-wired emergency stop.
+    """Moves the winches of the machine. No performance level is claimed: add a hard-wired emergency stop.
 
-    Whoever types `enable`, `jog`, `tension` or `home` resets the drives and enables all winches; they are braked when
-    the command ends, Ctrl-C included. Counts and lengths are kept beside FILE, in .counts.json and .lengths.json.
+    `enable`, `jog`, `tension` and `home` reset the drives and enable all winches. When the command ends, also by
+    Ctrl-C, the brakes close. FILE.counts.json and FILE.lengths.json keep counts and lengths.
 
-    `jog` runs while a key is held: of one winch with --line, of the platform with --velocity; q ends it.
+    `jog` runs while you hold a key: one winch with --line, the platform with --velocity; q quits.
     """
     from tempfile import TemporaryDirectory
 

@@ -1,5 +1,5 @@
 // The path error of the last minute. Gaps are where the machine did not print, or nothing was heard.
-import { at, fixed, put } from "./words.js";
+import { at, fixed, put, t } from "./words.js";
 
 const KEPT = 60; // s
 
@@ -39,6 +39,6 @@ export class Chart {
     }
     pen.stroke();
     const last = known.at(-1);
-    put(at("chart-told"), last ? `By the estimate, positive left of the path; largest in the last minute ${fixed(1e3 * most, 1)} mm.` : "There is an error while the machine prints.");
+    put(at("chart-told"), last ? t("chart.told", { mm: fixed(1e3 * most, 1) }) : t("chart.none"));
   }
 }

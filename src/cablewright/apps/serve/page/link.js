@@ -1,4 +1,6 @@
 // The connection: the latest state comes, orders go. It is made again when it is lost; nothing is kept to be sent later.
+import { t } from "./words.js";
+
 const AGAIN = 500; // ms
 export const STALE = 500; // ms, from which a state is old
 
@@ -23,7 +25,7 @@ export class Link {
     this.socket = socket;
     socket.addEventListener("message", ({ data }) => this.take(JSON.parse(data)));
     socket.addEventListener("close", () => {
-      for (const done of this.waiting.values()) done("the connection was lost: nobody knows whether it arrived");
+      for (const done of this.waiting.values()) done(t("link.lost"));
       this.waiting.clear();
       this.tell("lost", null);
       setTimeout(() => this.again(), AGAIN);
@@ -60,7 +62,7 @@ export class Link {
 
   order(kind, args = {}) { // answers why not; an empty text: it was obeyed
     const id = ++this.count;
-    if (!this.send({ t: "order", id, beat: this.beat, kind, arguments: args })) return Promise.resolve("there is no connection: it was not sent");
+    if (!this.send({ t: "order", id, beat: this.beat, kind, arguments: args })) return Promise.resolve(t("link.none"));
     return new Promise((done) => this.waiting.set(id, done));
   }
 
@@ -73,8 +75,8 @@ export class Link {
   async ask(path, options = {}) { // of an operator; raises what was refused
     const headers = { "x-page": this.page ?? "", ...options.headers };
     const answer = await fetch(path, { ...options, headers }).catch(() => null);
-    if (!answer) throw new Error("the server does not answer");
-    if (!answer.ok) throw new Error((await answer.text()).trim() || `refused (${answer.status})`);
+    if (!answer) throw new Error(t("link.silent"));
+    if (!answer.ok) throw new Error((await answer.text()).trim() || t("link.refused", { status: answer.status }));
     return answer.json();
   }
 }

@@ -1,16 +1,27 @@
 // The operator's page: its parts, each of which listens to the connection.
+import { Camera } from "./camera.js";
 import { Chart } from "./chart.js";
+import { Console } from "./console.js";
 import { Jobs } from "./jobs.js";
 import { Jog } from "./jog.js";
 import { LineTable } from "./lines.js";
 import { Link } from "./link.js";
+import { Next } from "./next.js";
 import { Orders } from "./orders.js";
+import { Plan } from "./plan.js";
+import { Printing } from "./printing.js";
+import { Runs } from "./runs.js";
+import { Slicers } from "./slicers.js";
 import { State } from "./state.js";
 import { LiveView } from "./view.js";
-import { at, clock, make } from "./words.js";
+import { at, clock, make, setTexts, t } from "./words.js";
 
-const link = new Link(), orders = new Orders(link);
-const parts = { link, orders, state: new State(link), lines: new LineTable(link), jog: new Jog(link, orders), chart: new Chart(link), view: new LiveView(link), jobs: new Jobs(link, orders) };
+setTexts();
+const link = new Link(), orders = new Orders(link), printing = new Printing(link, orders), jog = new Jog(link, orders), jobs = new Jobs(link, orders, printing);
+const parts = {
+  link, orders, printing, jog, jobs, state: new State(link), lines: new LineTable(link), plan: new Plan(link, jog), chart: new Chart(link), view: new LiveView(link),
+  runs: new Runs(link, orders), slicers: new Slicers(link, orders), console: new Console(orders, jog), camera: new Camera(link), next: new Next(link, orders, jobs, printing),
+};
 window.operate = parts; // for those who test
 
 let newest = 0, shown = "";
@@ -19,7 +30,7 @@ link.on("state", ({ control }) => {
   const faults = [...(control.faults ?? []), ...(control.notices ?? [])], told = JSON.stringify(faults);
   if (told !== shown) {
     shown = told;
-    at("faults").replaceChildren(...(faults.length ? faults : ["No fault is reported."]).map((text) => make("li", { textContent: text, className: faults.length ? "" : "soft" })));
+    at("faults").replaceChildren(...(faults.length ? faults : [t("faults.none")]).map((text) => make("li", { textContent: text, className: faults.length ? "" : "soft" })));
   }
   const events = control.events ?? [], last = events.at(-1)?.[0] ?? 0;
   if (last === newest) return;

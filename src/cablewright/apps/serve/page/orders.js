@@ -1,30 +1,19 @@
 // Orders: who operates, what leads to a print, and what interrupts it. The control's own table says what a state allows.
 import { Questions } from "./questions.js";
-import { at, make, put } from "./words.js";
+import { at, has, make, put, t } from "./words.js";
 
-const STEPS = [
-  ["reset", "Reset", "once the cause of the fault is gone"], ["enable", "Enable", "brakes open, winches hold"],
-  ["take up", "Take up slack", "line by line, at a low tension"], ["home", "Home", "tests the lengths"], ["start", "Start", "goes to the path and prints"],
-];
-const MORE = [["resume", "Resume"], ["refilled", "Refilled"], ["stop", "End print"], ["release", "Release"]];
-const CLEAR = "Keep everyone clear of the machine.";
-const SURE = {
-  start: ["Start the print?", `The platform moves to the start of the path and prints. ${CLEAR}`],
-  resume: ["Resume the print?", `The platform moves back to the path and prints. ${CLEAR}`],
-  refilled: ["Is the powder refilled?", `The platform then moves back to the path and prints. ${CLEAR}`],
-  "take up": ["Take up slack?", "Winches reel in, line by line. Keep hands off the lines."],
-  home: ["Home?", "Winches reel in, line by line, and the platform may move slowly."],
-  stop: ["End this print?", "The platform slows down along the path. Reset then leads back to idle; the print cannot be resumed after that."],
-};
+const STEPS = ["reset", "enable", "take up", "home", "start"];
+const MORE = ["resume", "refilled", "stop", "release"];
 
 export class Orders {
   constructor(link) {
     this.link = link;
     this.buttons = { pause: at("pause") };
     this.notes = {};
+    this.stops = 0; // how often Stop was pressed here
     this.questions = new Questions(link, () => this.situation, (text) => this.say(text));
-    at("steps").append(...STEPS.map(([kind, text, note]) => make("li", {}, this.button(kind, text), this.notes[kind] = make("small", { textContent: note }))));
-    at("more").append(...MORE.map(([kind, text]) => this.button(kind, text)));
+    for (const [list, kinds] of [["steps", STEPS], ["more", MORE]])
+      at(list).append(...kinds.map((kind) => make("li", {}, this.button(kind), this.notes[kind] = make("small", { textContent: t(`note.${kind}`) }))));
     at("pause").addEventListener("click", () => this.asked("pause"));
     for (const kind of ["pointerdown", "click"]) at("stop").addEventListener(kind, () => this.stop()); // a finger that slips stops, too
     window.addEventListener("keydown", (event) => {
@@ -35,19 +24,18 @@ export class Orders {
     at("take").addEventListener("click", () => link.send({ t: this.mine ? "release" : "take", name: at("name").value }));
     at("share").addEventListener("input", () => put(at("share-told"), `${at("share").value} %`));
     at("share").addEventListener("change", () => this.shared(Number(at("share").value) / 100));
-    at("open").addEventListener("click", () => link.ask("/close", { method: "POST" }).then(() => this.say(""), (reason) => this.say(`${reason.message}.`)));
     at("name").value = localStorage.getItem("name") ?? "";
     at("name").addEventListener("change", () => {
       localStorage.setItem("name", at("name").value);
       if (this.mine) link.send({ t: "take", name: at("name").value });
     });
     link.on("hello", (hello) => { this.number = hello.number; }).on("sitting", (sitting) => { this.sitting = sitting; });
-    link.on("lease", ({ refusal }) => this.say(refusal)).on("jog", ({ refusal }) => this.say(`Jog: ${refusal}.`));
+    link.on("lease", ({ refusal }) => this.say(refusal)).on("jog", ({ refusal }) => this.say(t("jog.rejected", { why: refusal })));
     link.on("state", (message) => this.show(message)).on("lost", () => { this.operator = null; this.questions.look(); this.update(); });
   }
 
-  button(kind, text) {
-    const made = make("button", { type: "button", textContent: text, disabled: true, onclick: () => this.asked(kind) });
+  button(kind) {
+    const made = make("button", { type: "button", textContent: t(`order.${kind}`), disabled: true, onclick: () => this.asked(kind) });
     this.buttons[kind] = made;
     return made;
   }
@@ -59,35 +47,40 @@ export class Orders {
     return this.mine && control ? JSON.stringify([control.sitting, control.state, control.waiting, control.share > 0]) : "";
   }
 
-  async asked(kind) {
-    const place = at("place");
+  async asked(kind) { // whether it was given; why not is said
+    const place = at("place"), key = `sure.${kind}`;
     place.value = "";
-    const sure = !SURE[kind] || await this.sure(...SURE[kind], "Yes", { place: kind === "home" }), given = place.value.trim();
-    if (sure) this.give(kind, kind === "home" && given ? { place: given.split(/[,;\s]+/).map(Number) } : {});
+    const sure = !has(key) || await this.sure(t(key), t(`${key}.text`, { clear: t("clear") }), t("yes"), { place: kind === "home" }), given = place.value.trim();
+    return sure ? this.give(kind, kind === "home" && given ? { place: given.split(/[,;\s]+/).map(Number) } : {}) : t("console.asked");
   }
 
   async shared(share) { // of the planned speed: from 0 % on the platform moves again
     const stands = this.control?.share === 0 && share > 0 && ["ready", "printing"].includes(this.control.state);
-    const sure = !stands || await this.sure("Move on?", `The platform moves at ${Math.round(100 * share)} % of the planned speed. ${CLEAR}`, "Yes");
-    if (sure) this.give("override", { share: [share] });
-    else this.update();
+    const sure = !stands || await this.sure(t("sure.move"), t("sure.move.text", { share: Math.round(100 * share), clear: t("clear") }), t("yes"));
+    if (sure) return this.give("override", { share: [share] });
+    this.update();
+    return t("console.asked");
   }
 
   async give(kind, args) {
     const refusal = await this.link.order(kind, args);
-    this.say(refusal ? `Rejected: ${refusal}.` : "");
+    this.say(refusal ? t("rejected", { why: refusal }) : "");
+    return refusal;
   }
+
+  openMachine() { this.link.ask("/close", { method: "POST" }).then(() => this.say(""), (reason) => this.say(`${reason.message}.`)); }
 
   say(text) { put(at("answer"), text); }
 
   sure(...question) { return this.questions.ask(...question); }
 
   async stop() {
+    this.stops += 1;
     this.questions.end(false);
     const alarm = at("alarm");
     const through = await this.link.stop();
     alarm.hidden = through;
-    put(alarm, through ? "" : "Stop did not get through. Use the emergency stop at the machine.");
+    put(alarm, through ? "" : t("stop.failed"));
     if (!through) setTimeout(() => { alarm.hidden = true; }, 15_000);
   }
 
@@ -95,31 +88,47 @@ export class Orders {
     this.operator = operator;
     this.control = control;
     this.questions.look();
-    put(at("operator"), (this.mine ? `You operate the machine as ${operator.title}.` : operator ? `${operator.title} operates the machine; you watch.` : "Nobody operates the machine.") + (watching > 1 ? ` ${watching} pages are open.` : ""));
-    put(at("take"), this.mine ? "Hand over" : "Operate");
+    const who = operator?.title;
+    put(at("operator"), t(this.mine ? "operator.me" : operator ? "operator.other" : "operator.none", { who }) + (watching > 1 ? t("operator.pages", { n: watching }) : ""));
+    put(at("take"), t(this.mine ? "order.leave" : "order.take"));
     at("take").disabled = Boolean(operator) && !this.mine;
     this.update();
   }
 
+  has(kind) { // whether this machine and sitting have the order at all
+    if (kind === "start") return Boolean(this.sitting?.job);
+    if (kind === "take up") return this.sitting?.procedures.includes("tensioning");
+    if (kind === "home") return this.sitting?.procedures.includes("homing");
+    return kind !== "refilled" || this.sitting?.powder != null;
+  }
+
+  may(kind) { // whether the state gives it an effect
+    const { control } = this;
+    return (this.sitting?.orders[kind] ?? []).includes(control?.state) || (kind === "pause" && Boolean(control?.waiting)); // what waits is withdrawn
+  }
+
+  why(kind) { // why it cannot be given now; empty: it can
+    if (kind === "start" && !this.sitting?.job) return t("why.nojob");
+    if (!this.mine) return this.operator ? t("why.other", { who: this.operator.title }) : t("why.operate");
+    return this.may(kind) ? "" : t("why.state", { states: (this.sitting?.orders[kind] ?? []).join(", ") });
+  }
+
   update() {
-    const { control } = this, state = control?.state, allowed = this.sitting?.orders ?? {}, share = Math.round(100 * (control?.share ?? 1));
+    const { control } = this, share = Math.round(100 * (control?.share ?? 1));
     if (document.activeElement !== at("share") && !this.questions.open) { at("share").value = share; put(at("share-told"), `${share} %`); }
     for (const [kind, button] of Object.entries(this.buttons)) {
-      const has = kind === "start" ? Boolean(this.sitting?.job) : kind === "take up" ? this.has("tensioning") : kind === "home" ? this.has("homing") : kind !== "refilled" || this.sitting?.powder != null;
-      const may = (allowed[kind] ?? []).includes(state) || (kind === "pause" && Boolean(control?.waiting)); // what waits is withdrawn
-      button.disabled = !this.mine || !has || !may;
+      const there = this.has(kind), why = this.why(kind);
+      button.disabled = !there || Boolean(why);
+      button.title = why;
+      if (this.notes[kind]) put(this.notes[kind], why || t(`note.${kind}`));
       const row = button.closest("li");
-      if (row) {
-        row.hidden = !has && kind !== "start";
-        row.classList.toggle("next", !button.disabled);
-      }
+      if (row) row.hidden = !there && kind !== "start";
     }
-    put(this.notes.start, this.sitting?.job ? STEPS.at(-1)[2] : "load a job first: see Jobs");
-    at("open").hidden = state !== "closed" || Boolean(control?.opening) || !this.sitting;
-    at("open").disabled = !this.mine;
     at("share").disabled = !this.mine;
     document.body.classList.toggle("mine", this.mine);
   }
 
-  has(procedure) { return this.sitting?.procedures.includes(procedure); }
+  mark(kind) { // the one that comes next
+    for (const [each, button] of Object.entries(this.buttons)) (button.closest("li") ?? button).classList.toggle("next", each === kind);
+  }
 }

@@ -1,6 +1,6 @@
 // Questions before an order: one at a time, below the bar with Stop, Pause and the state, which it never covers.
 // A question ends with the situation in which it was asked; its answer counts in that situation alone.
-import { at, put } from "./words.js";
+import { at, put, t } from "./words.js";
 
 export class Questions {
   constructor(link, situation, say) {
@@ -23,18 +23,18 @@ export class Questions {
   }
 
   answer(yes) {
-    if (yes && this.link.stale) this.withdraw("the state that is shown is old");
+    if (yes && this.link.stale) this.withdraw(t("withdrawn.old"));
     this.look();
     this.end(yes);
   }
 
   look() {
-    if (this.open && this.open.asked !== this.situation()) this.withdraw("the state has changed since it was asked");
+    if (this.open && this.open.asked !== this.situation()) this.withdraw(t("withdrawn.changed"));
   }
 
   withdraw(why) {
     this.end(false);
-    this.say(`The question was withdrawn: ${why}.`);
+    this.say(t("withdrawn", { why }));
   }
 
   end(yes) {

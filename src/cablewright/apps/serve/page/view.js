@@ -1,5 +1,5 @@
 // The 3-D view: the scene of the sitting, and the latest state in it.
-import { at, make } from "./words.js";
+import { at, make, t } from "./words.js";
 
 const DRAWN = 40; // ms between pictures
 
@@ -18,7 +18,7 @@ export class LiveView {
     const host = make("div", { className: "viewer" }, make("div", { className: "stage" }));
     at("view").replaceChildren(host);
     await window.cablewright.mount(host, await answer.json());
-    if (host.dataset.reason) host.append(make("p", { className: "soft", textContent: "This browser has no WebGL 2: there is no view." }));
+    if (host.dataset.reason) host.append(make("p", { className: "soft", textContent: t("view.none") }));
     this.view = host.view;
     if (this.view) this.view.live = true;
   }

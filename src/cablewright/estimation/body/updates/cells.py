@@ -18,14 +18,20 @@ if TYPE_CHECKING:
     from cablewright.estimation.body.unknowns import BodyLayout
 
 _LEAST_GAIN: Final = 1e-3  # share: no load cell's scale is known better ...
-_LEAST_ZERO: Final = 0.1  # N: ... nor its zero
+_LEAST_ZERO: Final = 0.1  # N: ... nor its zero ...
+_LEAST_DRIFT: Final = 0.1  # N: ... nor does that stay for an hour
+_HOUR: Final = 3600.0  # s
 _AT_THE_WINCH: Final = "motor_torques"  # which feel all that a sheave takes off; a cell on its axle half of that
 _ARM: Final = 0.3  # m: arm of the moment that goes with a platform's acceleration
 
 
 @dataclass(frozen=True)
 class Cells(Update):
-    """Load cells or torques: noise and zero, N, share of the gain, standard deviations, and the source's name."""
+    """Load cells or torques: noise and zero, N, share of the gain, standard deviations, and the source's name.
+
+    ``drift``: N, by which a zero walks in an hour. Without it a zero that was learnt would count for ever: what it has
+    walked since would be taken for a machine that is otherwise off, in the directions that are known least.
+    """
 
     READING: ClassVar[type[Reading]] = Tensions
 
@@ -33,11 +39,12 @@ class Cells(Update):
     deviation: float
     zero: float
     gain: float
+    drift: float = _LEAST_DRIFT
 
     @classmethod
     def told(cls, source: str, sheet: Any) -> Self:
         noise, zero = max(sheet.deviation, _LEAST_ZERO), max(sheet.bias, _LEAST_ZERO)
-        return cls(source, noise, zero, max(sheet.gain_deviation, _LEAST_GAIN))
+        return cls(source, noise, zero, max(sheet.gain_deviation, _LEAST_GAIN), max(sheet.walk, _LEAST_DRIFT))
 
     def read(self, settings: BodySettings, state: BodyState, reading: Reading) -> Array | None:
         """As `Update`; of the other source's readings there are none. A cell that is silent is a fault."""
@@ -66,6 +73,12 @@ class Cells(Update):
         variances[layout.gain], variances[layout.zero] = self.gain**2, self.zero**2
         loss = settings.deviations.friction * (2.0 if self.source == _AT_THE_WINCH else 1.0)
         variances[layout.friction] = loss**2
+
+    def walk(self, layout: BodyLayout) -> Array:
+        """As `Update`: zeros do."""
+        found = np.zeros(layout.size)
+        found[layout.zero] = self.drift**2 / _HOUR
+        return found
 
     def part(
         self, settings: BodySettings, state: BodyState, slopes: Slopes, read: Array, acceleration: float

@@ -84,6 +84,10 @@ class Update(ABC):
     def set_prior(self, settings: BodySettings, layout: BodyLayout, variances: Array) -> None:
         """Set the *variances* (size,) of the sensor's own unknowns before any measurement."""
 
+    def walk(self, layout: BodyLayout) -> Array:
+        """Return the variances (size,) by which the sensor's unknowns walk in a second; they stay by default."""
+        return np.zeros(layout.size)
+
     @abstractmethod
     def part(
         self, settings: BodySettings, state: BodyState, slopes: Slopes, read: Array, acceleration: float

@@ -24,6 +24,7 @@ from cablewright.machine.drives.network import LISTEN
 from cablewright.machine.drives.parameters import ObjectParameter, guards, shut
 from cablewright.machine.drives.statistics import BusStatistics
 from cablewright.machine.settings import MachineSettings
+from cablewright.models.winch_lines import WinchLines
 from cablewright.robot import Robot
 
 _CONFIRMED: Final = 2  # cycles in a row in which no frame comes back
@@ -38,7 +39,7 @@ class EthercatDrives:
     def __init__(self, robot: Robot, settings: MachineSettings) -> None:
         """Raises `InputError` for a file that does not fit the robot."""
         self.settings, self._machine = require_drives(settings, robot), settings
-        self.axes = axes_of(robot, settings)
+        self.axes, self.winches = axes_of(robot, settings), WinchLines.of(robot)
         self._ring: Ring | None = None
         self._mailbox: Mailbox | None = None
         self.statistics = BusStatistics()

@@ -21,6 +21,7 @@ from cablewright.machine.drives.objects import SYNC
 from cablewright.machine.drives.virtual.virtual_drive import VirtualDrive
 from cablewright.machine.simulated.settings import TwinSettings
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
+from cablewright.models.winch_lines import WinchLines
 from cablewright.robot import Robot
 
 _TICKS: Final = 5  # of the drives, in a step of the plant
@@ -52,7 +53,7 @@ class VirtualRig:
         owner = settings.owner
         drives, winch = require_drives(owner, robot), owner.winch
         self.plant = SimulatedMachine(robot, settings, start, seed=seed)
-        self.names = tuple(line.name for line in robot.lines)
+        self.names, self._lines = robot.winch_names, WinchLines.of(robot)
         flipped = np.array([-1.0 if name in reversed_lines else 1.0 for name in self.names])
         self.signs = np.array([drives.nodes[name].direction for name in self.names]) * flipped
         self.per_radian = winch.counts * winch.ratio / math.tau
@@ -66,8 +67,8 @@ class VirtualRig:
         self._valve = drives.valve
         for drive in self.drives:
             drive.keeps_outputs = drives.valve is not None and not drives.valve.closes_alone
-        self._axial = np.array([line.cable.stiffness for line in robot.lines])
         self._cables = np.array([float(line.cables) for line in robot.lines])
+        self._axial = self._cables * np.array([line.cable.stiffness for line in robot.lines])
         self._base = np.zeros(len(self.drives))
         self._turned = np.zeros(len(self.drives))
         self._load()
@@ -129,7 +130,7 @@ class VirtualRig:
         """Pay out *length* (m) of a line as somebody would who turns its drum while nothing has power."""
         i, steps = self.names.index(line), 50
         speeds = np.zeros(len(self.names))
-        speeds[i] = length / self.plant.truth.radii[i] / (steps * self.plant.period)
+        speeds[i] = length / self.plant.truth.radii[self._lines.hosts[i]] / (steps * self.plant.period)
         before = self._counts()
         for given in (*(speeds,) * steps, *(np.zeros(len(speeds)),) * steps):  # at the end it stands
             self.plant.step(Command(self.plant.time, given))
@@ -141,13 +142,13 @@ class VirtualRig:
 
     def _load(self) -> None:
         truth, positions = self.plant.truth, self._base + self._counts()
-        torques = self.signs * self._cables * truth.tensions * truth.radii / self.ratio
-        for i, drive in enumerate(self.drives):
-            drive.position, drive.load = float(positions[i]), float(torques[i])
-            stiff = self._cables[i] * self._axial[i] / max(float(truth.lengths[i]), 0.1)  # N/m
-            gives = _YIELD / (stiff * self.plant.period)  # m/s for a N
-            radius = float(truth.radii[i])
-            drive.mobility = gives * self.ratio / radius**2 * self.per_radian
+        arms = self._cables * truth.radii
+        torques = self.signs * self._lines.torques(truth.tensions, arms) / self.ratio
+        stiff = self._axial / np.maximum(truth.lengths, 0.1)  # N/m
+        stiff = np.abs(self._lines.senses) @ (stiff * truth.radii**2)  # N m/rad
+        mobilities = _YIELD / (stiff * self.plant.period) * self.ratio * self.per_radian
+        for drive, *own in zip(self.drives, positions.tolist(), torques.tolist(), mobilities.tolist(), strict=True):
+            drive.position, drive.load, drive.mobility = own
 
     def _said(self) -> list[CanFrame]:
         said = []

@@ -129,7 +129,7 @@ class VirtualDrive:
             self.outbox += [] if answer is None else [answer]
             if self.dictionary[o.CONSUMER_HEARTBEAT] == 0:
                 self._beat_heard = math.nan
-        elif frame.id == o.HEARTBEAT + (self.dictionary[o.CONSUMER_HEARTBEAT] >> 16 & 0x7F):
+        elif o.HEARTBEAT <= frame.id == o.HEARTBEAT + (self.dictionary[o.CONSUMER_HEARTBEAT] >> 16 & 0x7F):
             self._beat_heard = now
         elif self.nmt == o.OPERATIONAL:
             self._hear_pdo(frame, now)
@@ -152,7 +152,7 @@ class VirtualDrive:
             self.outbox += self._answers()
             return
         for k in range(len(o.TO_DRIVES)):
-            if frame.id == int.from_bytes(own.entries[0x1400 + k, 1].data, "little"):
+            if own.entries[0x1400 + k, 1].data == frame.id.to_bytes(4, "little"):
                 self.command(0x1600 + k, frame.data, now)
 
     def command(self, mapping: int, data: bytes, now: float) -> None:

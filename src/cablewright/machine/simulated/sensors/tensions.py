@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from cablewright.foundation.arrays import Array
-from cablewright.foundation.signals import Tensions
+from cablewright.foundation.signals import Tensions, frozen
 from cablewright.machine.quantities import Share, Size
 from cablewright.machine.sensors.tensions import LOAD_CELLS, MOTOR_TORQUES, TensionSensor
 from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated, TimedSensor
@@ -42,14 +42,20 @@ class TensionSensors(TimedSensor[TensionSensor, TensionFlaws]):
     def _mount(self, machine: Mounted) -> None:
         spread = self.settings.bias if self.flaws.bias is None else self.flaws.bias
         self._zeros = spread * self._random.standard_normal(machine.robot.m)  # N
-        self._unseen = (self.source == "motor_torques") & ~WinchLines.of(machine.robot).alone
+        self._winches = winches = WinchLines.of(machine.robot)
+        self._shared = ~winches.alone[winches.hosts]  # (w,)
+        self._cables = np.array([line.cables for line in machine.robot.lines])
         self._factors = 1.0 + machine.tension_gains(self.source)
         self._drift = math.hypot(self.flaws.drift, machine.tolerances.tension_drift * self.settings.most)
 
     def _measure(self, state: RigState) -> Tensions:
         settings, flaws, true = self.settings, self.flaws, state.truth.tensions
         # a motor sees the winch's side of the sheave, a load cell on its axle the mean of both
-        true = state.winch_tensions if self.source == "motor_torques" else 0.5 * (true + state.winch_tensions)
+        by_motors, winches, arms = self.source == "motor_torques", self._winches, self._cables * state.truth.radii
+        true = state.winch_tensions.copy() if by_motors else 0.5 * (true + state.winch_tensions)
+        if by_motors:  # a motor holds all cables of its drum: as a tension of the line that it is named for
+            shared = winches.hosts[self._shared]
+            true[shared] = winches.torques(true, arms)[self._shared] / arms[shared]
         m = len(true)
         noise, walk = self._random.standard_normal((2, m))
         chance, anywhere = self._random.random(m), self._random.uniform(0.0, settings.most, m)
@@ -57,9 +63,11 @@ class TensionSensors(TimedSensor[TensionSensor, TensionFlaws]):
         neighbours = 0.5 * (np.roll(true, 1) + np.roll(true, -1))
         shown = self._factors * true + flaws.cross_talk * neighbours + self._zeros + settings.deviation * noise
         shown = np.where(chance > 1.0 - flaws.outliers, anywhere, np.minimum(shown, settings.most))
-        shown[(chance < flaws.dropout) | self._unseen] = np.nan
-        shown.flags.writeable = False
-        return Tensions(self.source, state.truth.time, shown)
+        shown[chance < flaws.dropout] = np.nan
+        if not by_motors:
+            return Tensions(self.source, state.truth.time, frozen(shown))
+        torques = frozen(shown[winches.hosts] * arms[winches.hosts])
+        return Tensions(self.source, state.truth.time, frozen(np.where(winches.alone, shown, np.nan)), torques)
 
 
 def _offset(offsets: Array, _: Mounted) -> Array:

@@ -41,12 +41,24 @@ class Brakes:
         self._softer = np.ones(len(names))  # than between fixed ends
 
     def close(self, closed: Mask, winches: Winches, softness: Array) -> None:
-        """Close those that are *closed* (m,), open the others; *softness* (m,): m/N, of lines per pull on drums."""
+        """Close those that are *closed* (m,), open the others; *softness* (m,): m/N, of lines per pull on drums.
+
+        A drum with several lines is as stiff as all of them together.
+        """
+        if not winches.lines.plain:
+            stiffness = np.abs(winches.lines.senses) @ (1.0 / softness)
+            softness = softness.copy()
+            softness[winches.lines.hosts] = 1.0 / stiffness
         winches.set_brakes(np.where(closed, self.torques, 0.0), softness)
 
     def yield_by_secants(self, winches: Winches, pulls: Array) -> None:
-        """Take lines for as soft as they were when they last slipped, by the *pulls* (m,), N, at the winches since."""
-        was = winches.state
+        """Take lines for as soft as they were when they last slipped, by the *pulls* (m,), N, at the winches since.
+
+        Of a drum with several lines by the pull of all.
+        """
+        was, radii, hosts = winches.state, winches.leaving_radii, winches.lines.hosts
+        if not winches.lines.plain:
+            pulls[hosts] = winches.lines.torques(pulls, radii) / radii[hosts]
         slipped, fell = was[:, winding.SLIP], was[:, winding.PULL] - pulls
         soft = np.maximum(was[:, winding.SOFT], 1e-12)
         seen = np.where(fell > 0.0, slipped / np.maximum(fell, 1e-9), np.inf) / soft

@@ -131,8 +131,7 @@ class Unmodelled:
             return
         pulls, radii, lines = self._loads * self.ratio * self._cables, winches.leaving_radii, winches.lines
         if not lines.plain:  # a gear has the torque of all cables on its drum
-            np.add.at(torques := np.zeros(len(pulls)), lines.host, lines.sense * pulls * radii)
-            pulls[lines.hosts] = (torques / np.maximum(radii, 1e-9))[lines.hosts]
+            pulls[lines.hosts] = lines.torques(pulls, radii) / radii[lines.hosts]
         if self.gears is not None:
             self.gears.turn(winches.angles, pulls)
         if self.drive is not None:

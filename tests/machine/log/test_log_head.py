@@ -110,7 +110,7 @@ def test_a_damaged_head_of_the_first_schema_is_refused(key: str, value: object) 
 
 
 def test_an_old_log_is_read(tmp_path: Path) -> None:
-    old = Path(__file__).parents[2] / "examples" / "merlet2023-loop.mcap"
+    old = Path(__file__).parents[3] / "examples" / "merlet2023-loop.mcap"
     with read_log(old) as log:
         assert log.head.settings == SETTINGS.model_copy(update={"robot": None})  # a key that came later
         assert log.head.simulation == SIMULATION

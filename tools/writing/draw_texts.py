@@ -1,4 +1,4 @@
-"""Draw help texts and docstrings at random, to be read as a stranger would: ``tools/draw_texts.py [SEED] [ROOT]``.
+"""Draw help texts and docstrings at random for a fresh reader: ``tools/writing/draw_texts.py [SEED] [ROOT]``.
 
 40 texts of options and arguments, and 40 docstrings of public functions and classes, from the sources below *root*
 (default: this repository). The same seed draws the same texts of the same sources.
@@ -18,7 +18,7 @@ COUNT = 40
 def main(arguments: list[str]) -> None:
     """Print what is drawn."""
     seed = int(arguments[0]) if arguments else 20
-    root = Path(arguments[1]) if len(arguments) > 1 else Path(__file__).resolve().parent.parent
+    root = Path(arguments[1]) if len(arguments) > 1 else Path(__file__).resolve().parents[2]
     files = sorted((root / "src" / "cablewright").rglob("*.py"))
     trees = {file.relative_to(root): ast.parse(file.read_text(encoding="utf-8")) for file in files}
     draw = random.Random(seed)

@@ -1,0 +1,33 @@
+// A picture of the machine: a stream stays open, a still is asked for again and again. One that fails says since when.
+import { at, clock, put, t } from "./words.js";
+
+const AGAIN = 5000, EVERY = 1000; // ms
+
+export class Camera {
+  constructor(link) {
+    link.on("hello", ({ camera }) => { if (camera && !this.address) this.begin(camera); });
+  }
+
+  begin(address) {
+    this.address = address;
+    this.still = /snapshot|\.(jpe?g|png)$/.test(address);
+    at("camera-section").hidden = false;
+    at("camera").addEventListener("load", () => {
+      this.gone = null;
+      at("camera").hidden = false;
+      put(at("camera-told"), t("camera.note"));
+      if (this.still) setTimeout(() => this.ask(), EVERY);
+    });
+    at("camera").addEventListener("error", () => {
+      this.gone ??= Date.now() / 1e3;
+      at("camera").hidden = true;
+      put(at("camera-told"), t("camera.gone", { time: clock(this.gone) }));
+      setTimeout(() => this.ask(), AGAIN);
+    });
+    this.ask();
+  }
+
+  ask() { // an address again, of which nothing is kept
+    at("camera").src = `${this.address}${this.still ? `${this.address.includes("?") ? "&" : "?"}t=${Date.now()}` : ""}`;
+  }
+}

@@ -1,0 +1,206 @@
+"""Effects that the model leaves out: which of a declared family the data ask for, by cross-validation.
+
+Each effect is a column beside the unknowns, to first order about a fit, so no fold of the poses is fitted again. The
+one that lowers the held-out error most is added first, and so on while the fall is beyond chance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from cablewright.calibration.judgement.model_doubt import loads_of, stretch_of, with_more
+from cablewright.calibration.measurements import Measured
+from cablewright.calibration.plan import CalibrationPlan
+from cablewright.calibration.poses.fit import PoseFit
+from cablewright.calibration.poses.observability import projected
+from cablewright.calibration.poses.problem import CalibrationProblem
+from cablewright.foundation.arrays import Array
+from cablewright.kernels.fitting import straight_line
+from cablewright.robot.parameters import KINDS_OF, why_not
+
+UNKNOWNS: Final = ("build_up", "sheave_radius", "length_scale", "exit_compliance", "modulus")
+"""Effects that are unknowns of a calibration, one number for all lines."""
+
+WORDS: Final = {
+    "stretch": ("stretch of the lines, over that by the file", "1"),
+    "sag": ("sag of the lines, over that by the file", "1"),
+    "deflection": ("deflection of all exit points per force, along it", "m/N"),
+    "hysteresis": ("hysteresis, by the direction of the last motion", "m"),
+}
+"""Effects on lengths that are no unknowns: counts are corrected by them."""
+
+_SIGNED: Final = ("hysteresis", "length_scale", "sheave_radius", "modulus")  # the others have no meaning below 0
+_FOLDS: Final = 8
+_BEYOND: Final = 2.5  # standard errors of the fall of the held-out error, by pose
+_PLAIN: Final = 5.0  # sigmas of its number with which an effect is beyond chance too ...
+_ANOTHER: Final = 2.3  # ... and with which another is, on a machine that has shown one: BIC of some 200 lengths
+_LEAST: Final = 0.02  # fall of the held-out error that is worth an effect
+_SAME: Final = 1e-3  # m: a smaller change of a length says no direction
+
+
+@dataclass(frozen=True)
+class Effect:
+    """An effect of the family: its number, and the held-out error without and with it, m of lengths."""
+
+    name: str
+    words: str
+    unit: str
+    value: float
+    sigma: float
+    before: float
+    after: float
+    chosen: bool
+
+    @property
+    def fall(self) -> float:
+        """By how much the held-out error falls, as a share."""
+        return 1.0 - self.after / self.before if self.before > 0.0 else 0.0
+
+
+class _Candidate(NamedTuple):
+    name: str
+    words: str
+    unit: str
+    column: Array  # (N, e) derivative of the weighted residuals
+
+
+def effects_of(problem: CalibrationProblem, found: PoseFit, already: Collection[str] = ()) -> tuple[Effect, ...]:
+    """Return the effects of the family that this machine can have, those in the model first.
+
+    *already*: names of those that counts are corrected by; their numbers are how far off these corrections are.
+    """
+    rows = problem.derivatives(found.theta, found.poses, found.weights)
+    left = _candidates(problem, found)
+    if not rows.whole.all() or not left:
+        return ()
+    columns = np.stack([each.column for each in left], axis=2)
+    off, reduced, _ = projected(replace(rows, by_unknown=np.concatenate([rows.by_unknown, columns], axis=2)))
+    k = len(found.theta)
+    others = np.concatenate([rows.others_by_unknown, np.zeros((len(rows.others), len(left)))], axis=1)
+    data = _Data(off, reduced, others, rows.others)
+    chosen = [at for at, each in enumerate(left) if each.name in already]
+    made: dict[int, Effect] = {}
+    while True:
+        base = data.held_out([*range(k), *(k + at for at in chosen)])
+        best, fall = -1, 0.0
+        for at in (at for at in range(len(left)) if at not in chosen):
+            used = [*range(k), *(k + each for each in (*chosen, at))]
+            there = data.held_out(used)
+            value, sigma = (float(each[-1]) for each in data.numbers(used))
+            gain = np.sqrt(base) - np.sqrt(there)
+            error = float(gain.std()) * np.sqrt(len(gain))
+            made[at] = Effect(*left[at][:3], value, sigma, *(_size(problem, each) for each in (base, there)), False)
+            beyond = gain.sum() > _BEYOND * error or abs(value) > (_ANOTHER if chosen else _PLAIN) * sigma
+            asked = beyond and made[at].fall > _LEAST
+            if asked and (value > 0.0 or made[at].name in _SIGNED) and made[at].fall > fall:
+                best, fall = at, made[at].fall
+        if best < 0:
+            break
+        chosen.append(best)
+    values, sigmas = data.numbers([*range(k), *(k + at for at in chosen)])
+    for place, at in enumerate(chosen, k):
+        one = made.get(at) or Effect(*left[at][:3], 0.0, 0.0, 0.0, 0.0, True)
+        made[at] = replace(one, value=float(values[place]), sigma=float(sigmas[place]), chosen=True)
+    return tuple(made[at] for at in (*chosen, *(at for at in made if at not in chosen)))
+
+
+def _size(problem: CalibrationProblem, squares: Array) -> float:
+    """Return the held-out error per redundant length of a pose, m, from its *squares* (N,)."""
+    return float(np.sqrt(squares.mean() / max(problem.per_pose - problem.unknowns_per_pose, 1)) * problem.encoder_sigma)
+
+
+class _Data(NamedTuple):
+    """Rows of poses without what each explains itself, and rows without a pose."""
+
+    off: Array  # (N, r)
+    rows: Array  # (N, r, k + q)
+    others: Array  # (g, k + q)
+    rest: Array  # (g,)
+
+    def held_out(self, used: Sequence[int]) -> Array:
+        """Return the squares (N,) of each pose, predicted from the poses of the other folds with the columns *used*."""
+        fold, found = np.arange(len(self.off)) % _FOLDS, np.zeros(len(self.off))
+        for each in range(_FOLDS):
+            own = fold == each
+            change = self._change(np.logical_not(own), used)[0]
+            found[own] = np.sum((self.off[own] + self.rows[own][..., used] @ change) ** 2, axis=1)
+        return found
+
+    def numbers(self, used: Sequence[int]) -> tuple[Array, Array]:
+        """Return the change of the columns *used*, by all poses, and their standard deviations."""
+        change, rows = self._change(np.ones(len(self.off), dtype=bool), used)
+        spread = np.linalg.pinv(rows.T @ rows, rcond=1e-12, hermitian=True)
+        return change, np.sqrt(np.diag(spread).clip(min=0.0))
+
+    def _change(self, poses: Array, used: Sequence[int]) -> tuple[Array, Array]:
+        """Return the change of the columns *used* that some *poses* (N,) and the other rows ask for, and these rows."""
+        rows = np.concatenate([self.rows[poses][..., used].reshape(-1, len(used)), self.others[:, used]])
+        size = np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
+        rest = np.append(self.off[poses].ravel(), self.rest)
+        return np.linalg.lstsq(rows / size, -rest, rcond=1e-9)[0] / size, rows
+
+
+def _candidates(problem: CalibrationProblem, found: PoseFit) -> list[_Candidate]:
+    """Return the effects that this machine can have: those that it has no parts for, or that are unknown, are not."""
+    made = [
+        _Candidate(name, *WORDS[name], -problem.of_poses(found.weights) * _padded(problem, more))
+        for name, more in corrections(problem, found).items()
+    ]
+    for name in UNKNOWNS:
+        twin = {"length_scale": "drum_radius"}.get(name, name)
+        if {name, twin} & set(problem.plan.unknowns) or (name == "modulus") is not problem.elastic:
+            continue
+        if name == "exit_compliance" and problem.known_tensions(found.theta, found.poses) is None:
+            continue
+        if why_not(problem.robot, KINDS_OF[name][0], None, True) is not None:
+            continue
+        wider, rows = with_more(problem, found, (name,), (name,))
+        at = len(found.theta)
+        unknown = wider.free_unknowns[at]
+        made.append(_Candidate(name, unknown.label, unknown.unit, rows.by_unknown[..., at] / unknown.size))
+    return [each for each in made if np.abs(each.column).max(initial=0.0) > 0.0]
+
+
+def corrections(problem: CalibrationProblem, found: PoseFit) -> dict[str, Array]:
+    """Return by how much longer than counted each line (N, m) is, m, per number of each effect that is no unknown."""
+    if problem.elastic:
+        return {}
+    robot, made = problem.robot, dict[str, Array]()
+    tensions = loads_of(problem, found.theta, found.poses)
+    stretch = stretch_of(problem, found.theta, found.poses)
+    if tensions is not None and stretch is not None:
+        points = problem.points(found.theta)
+        away = problem.poses_of(found.poses)[:, None, :2] - points[:, :2]
+        weight = np.array([line.cable.linear_density or 0.0 for line in robot.lines]) * robot.scene.gravity
+        across = weight * np.linalg.norm(away, axis=2)
+        longer = across**2 * problem.lengths(found.theta, found.poses) / (24.0 * np.maximum(tensions, 1e-3) ** 2)
+        made = {"stretch": stretch, "sag": -np.minimum(longer, 0.1 * problem.lengths(found.theta, found.poses))}
+    if tensions is not None and problem.measured.tensions is None:
+        lines = problem.rows.lines.copy()
+        lines[:, straight_line.GIVING] = 0.0
+        lines[:, straight_line.COMPLIANCE] = 1.0 / straight_line.PER_NEWTON
+        compliant = replace(problem, rows=problem.rows._replace(lines=lines))
+        made["deflection"] = compliant.given(found.theta, found.poses, tensions)
+    moved = np.diff(problem.measured.counted, axis=0, prepend=problem.measured.counted[:1])
+    return made | {"hysteresis": np.where(np.abs(moved) > _SAME, np.sign(moved), 0.0)}
+
+
+def _padded(problem: CalibrationProblem, lengths: Array) -> Array:
+    """Return *lengths* (N, m) as rows (N, e) of poses."""
+    return np.pad(lengths, ((0, 0), (0, problem.per_pose - lengths.shape[1])))
+
+
+def applied(
+    problem: CalibrationProblem, found: PoseFit, effects: Iterable[Effect], measured: Measured, plan: CalibrationPlan
+) -> tuple[Measured, CalibrationPlan]:
+    """Return data and plan with the chosen *effects*: unknowns for all lines, and corrected counts."""
+    chosen = [each for each in effects if each.chosen]
+    names = tuple(each.name for each in chosen if each.name in UNKNOWNS)
+    more = corrections(problem, found)
+    counted = measured.counted + sum(each.value * more[each.name] for each in chosen if each.name in more)
+    wider = plan.model_copy(update={"unknowns": (*plan.unknowns, *names), "shared": (*plan.shared, *names)})
+    return replace(measured, counted=counted), wider

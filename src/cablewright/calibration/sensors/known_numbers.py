@@ -1,0 +1,31 @@
+"""Numbers that a plan gives instead of the robot file, and the standard deviation of each."""
+
+from __future__ import annotations
+
+from cablewright.calibration.plan import CalibrationPlan
+from cablewright.calibration.unknowns import column_of, line_index
+from cablewright.foundation.arrays import Array
+from cablewright.robot import Robot
+
+
+def put_known(robot: Robot, lines: Array, plan: CalibrationPlan) -> None:
+    """Write the values that a plan gives to the numbers *lines* (m, COLUMNS).
+
+    Raises `InputError` for a line that the robot does not have.
+    """
+    for at, each in enumerate(plan.known):
+        names = each.lines or [line.name for line in robot.lines]
+        which = [line_index(robot, name, f"known[{at}]") for name in names]
+        if each.value is not None:
+            lines[which, column_of(each.name)] = each.value
+
+
+def known_deviation(plan: CalibrationPlan, name: str, line: str | None) -> float | None:
+    """Return the standard deviation of a number by a plan, the last that is of it; None where it gives none."""
+    given = [each.deviation for each in plan.known if each.is_of(name, line) and each.deviation is not None]
+    return given[-1] if given else None
+
+
+def uncertain(plan: CalibrationPlan) -> tuple[str, ...]:
+    """Return the names of the numbers of a plan that have a standard deviation over 0."""
+    return tuple(each.name for each in plan.known if each.deviation)

@@ -1,0 +1,13 @@
+"""How far a drive has turned a drum about its axis."""
+
+from dataclasses import dataclass
+
+from cablewright.foundation.signals.reading import Reading, Source
+
+
+@dataclass(frozen=True, eq=False)
+class YawAngle(Reading, sources=[Source("yaw_encoder", stream=15, topic="/yaw_encoder")]):
+    """Measured angle of a drum's yaw drive, against what it hangs on."""
+
+    time: float  # s
+    angle: float  # rad, counter-clockwise seen from above

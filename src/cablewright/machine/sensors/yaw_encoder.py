@@ -1,0 +1,17 @@
+"""Data sheet of the encoder of a drum's yaw drive."""
+
+from typing import Final
+
+from cablewright.foundation.units import Angle, NonNegative
+from cablewright.machine.quantities import Rate
+from cablewright.machine.sensors.sensor import Sensor, SensorSheet
+
+
+class YawEncoder(SensorSheet):
+    """The encoder of the drive that turns a drum about its axis, after its gear. ``deviation``: rad."""
+
+    rate: Rate
+    deviation: NonNegative[Angle] = 0.0
+
+
+YAW_ENCODER: Final = Sensor("yaw_encoder", YawEncoder)

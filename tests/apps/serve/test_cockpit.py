@@ -1,0 +1,300 @@
+"""Tasks of an operator in a browser, each to its end: one primary action at a time, and a reason at what is grey."""
+
+from __future__ import annotations
+
+import json
+import re
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("starlette")
+
+from browser import Browser, Page, browser, executable
+from cablewright.live.serve.jobs import JobCheck, subject_of, write_check
+from cablewright.robot import load
+from operated import STATE, enable
+from served import RING, Served, client
+
+pytestmark = [
+    pytest.mark.clock,
+    pytest.mark.skipif(executable() is None, reason="no chromium is installed: see README.md, Tests"),
+]
+
+PAGE = Path(__file__).parents[3] / "src" / "cablewright" / "apps" / "serve" / "page"
+ACT, NEXT = "document.getElementById('act')", "document.getElementById('next').textContent"
+MOVES = "['moving to the path', 'printing'].includes(document.getElementById('state').textContent)"
+OVERLAPS = """(() => {
+  const all = ['section', 'button', 'input', 'select', 'h2'].map((tag) => `main ${tag}`).join() + ', header button';
+  const boxes = [...document.querySelectorAll(all)]
+    .filter((e) => e.offsetParent && !e.closest('.viewer') && !e.closest('details:not([open])'))
+    .map((e) => [e, e.getBoundingClientRect(), Boolean(e.closest('header'))]);
+  const found = [];
+  for (const [i, [a, r, above]] of boxes.entries()) for (const [b, s, other] of boxes.slice(i + 1)) {
+    if (a.contains(b) || b.contains(a) || above !== other) continue;
+    const wide = Math.min(r.right, s.right) - Math.max(r.left, s.left);
+    const tall = Math.min(r.bottom, s.bottom) - Math.max(r.top, s.top);
+    if (wide > 1 && tall > 1) found.push([a, b].map((e) => `${e.tagName} ${e.id} ${e.textContent.slice(0, 20)}`));
+  }
+  return found;
+})()"""
+CLIPPED = """(() => {
+  const all = ['section', 'button', 'p', 'td', 'dd', 'h2'].map((tag) => `main ${tag}`).join() + ', header button';
+  return [...document.querySelectorAll(all)]
+    .filter((e) => e.offsetParent && !e.closest('.viewer') && getComputedStyle(e).display !== 'inline')
+    .filter((e) => e.scrollWidth > e.clientWidth + 1 || e.getBoundingClientRect().right > innerWidth + 1)
+    .map((e) => `${e.tagName} ${e.id} ${e.textContent.slice(0, 30)}`);
+})()"""
+GREY = """[...document.querySelectorAll('#steps button:disabled, #more button:disabled')].filter((e) => e.offsetParent)
+  .filter((e) => !e.title || e.nextElementSibling.textContent !== e.title).map((e) => e.textContent)"""
+
+
+@pytest.fixture(scope="module")
+def chromium(server: Served) -> Iterator[Browser]:
+    with browser() as found:
+        with found.page(server.address, 1280) as page:
+            page.until("location.pathname === '/' && window.operate")
+        yield found
+
+
+@contextmanager
+def opened(
+    chromium: Browser, server: Served, width: int = 1280, *, dark: bool = False, mine: bool = True
+) -> Iterator[Page]:
+    with chromium.page(f"{server.origin}/", width, dark=dark, touch=width < 500) as page:
+        page.until("window.operate && operate.link.page && !document.body.classList.contains('stale')")
+        if mine:
+            enable(page)
+        yield page
+        assert page.complaints() == []
+
+
+def wait(page: Page, condition: str, patience: float = 60.0) -> None:
+    """Wait for a condition; where it does not come, say what the page shows instead."""
+    try:
+        page.until(condition, patience)
+    except TimeoutError:
+        parts = ["state", "next", "act", "reason", "answer", "operator"]
+        shown = f"{parts}.map((i) => document.getElementById(i).textContent)"
+        raise AssertionError(f"{condition}: {page.run(shown)}") from None
+
+
+def press(page: Page, text: str) -> None:
+    """Press the primary action, once it has this text."""
+    wait(page, f"!{ACT}.hidden && {ACT}.textContent === {text!r}")
+    page.run(f"{ACT}.click()")
+
+
+def printed(page: Page, name: str) -> str:
+    """Print a job by one confirmation; return what was confirmed.
+
+    A computer that is too busy loses the lease, or sees states that are too old: a person is told so, and begins anew.
+    """
+    end = time.monotonic() + 240.0
+    told = ""
+    while not page.run(MOVES):
+        assert time.monotonic() < end, page.run("document.getElementById('answer').textContent")
+        if page.run("Boolean(operate.printing.told)"):
+            time.sleep(0.2)
+            continue
+        enable(page)
+        loaded = page.run("Boolean(operate.state.sitting.job)")
+        press(page, "Start" if loaded else f"Print {name}")
+        now = confirm(page)
+        told = told or now
+        page.until(f"{MOVES} || !operate.printing.told", 150.0)
+    return told
+
+
+def confirm(page: Page) -> str:
+    page.until("document.getElementById('ask').open")
+    told = str(page.run("document.getElementById('ask-text').textContent"))
+    page.run("document.getElementById('ask-yes').click()")
+    return told
+
+
+def job(page: Page, server: Served, name: str, text: str, answer: str, why: str = "it can") -> str:
+    """Send a job whose check has the answer; return its number."""
+    own = {"authorization": f"Bearer {server.token}", "x-page": page.run("operate.link.page")}
+    number = str(json.loads(server.ask("POST", "/jobs", json.dumps({"name": name}), **own)[1])["id"])
+    assert server.ask("PUT", f"/jobs/{number}/settings", text, **own)[0] == 200
+    folder = server.folder / "jobs" / number
+    subject = subject_of(folder, load("house-printer"))
+    given: dict[str, Any] = {"expected_error": 8.3e-3, "duration": 372.0} if answer == "yes" else {}
+    write_check(folder, JobCheck(subject=subject, answer=answer, why=why, **given))  # type: ignore[arg-type]
+    page.run("operate.jobs.list()")
+    return number
+
+
+@pytest.mark.parametrize(("width", "dark"), [(390, False), (390, True), (2560, False), (2560, True), (1280, False)])
+def test_nothing_overlaps_or_is_cut(chromium: Browser, server: Served, width: int, dark: bool) -> None:
+    with opened(chromium, server, width, dark=dark, mine=False) as page:
+        page.until("operate.view.view")
+        assert page.run("document.documentElement.scrollWidth") <= width
+        assert page.run(OVERLAPS) == []
+        assert page.run(CLIPPED) == []
+        assert page.run(GREY) == []
+        asked = """performance.getEntriesByType('resource').filter((e) => /static|scene/.test(e.name))
+          .reduce((sum, e) => sum + e.decodedBodySize, document.documentElement.outerHTML.length)"""
+        assert page.run(asked) > 1e5
+        assert page.run(asked) < 1.2e6
+
+
+def test_every_text_is_in_the_table_and_every_text_is_used() -> None:
+    table = set(re.findall(r'"([a-z][\w. ]*)": "', (PAGE / "texts.js").read_text()))
+    pages = "".join(each.read_text() for each in PAGE.iterdir() if each.name != "texts.js")
+    named = set(re.findall(r'data-t(?:-label|-hint)?="([^"]+)"', pages)) | set(re.findall(r'\bt\("([^"]+)"', pages))
+    assert named <= table
+    begins = set(re.findall(r"`([a-z]+)\.\$\{", pages))  # of keys that are made up
+    whole = set(re.findall(r'"([a-z][\w. ]+)"', pages))
+    unused = {key for key in table - named - whole if key.split(".")[0] not in begins}
+    assert unused == set()
+
+
+def test_the_first_minute_has_one_primary_action_at_a_time(chromium: Browser, server: Served) -> None:
+    with opened(chromium, server, mine=False) as page:
+        page.until("!document.getElementById('take').disabled")
+        assert "press Operate" in page.run(NEXT)
+        press(page, "Operate")
+        if page.run("operate.orders.control.state !== 'idle'"):
+            press(page, "Reset")
+            press(page, "Enable")
+        page.until(f"{STATE} === 'idle'")
+        assert page.run("document.querySelectorAll('.next').length") <= 1
+        assert page.run(GREY) == []
+
+
+def test_a_step_goes_to_a_corner_and_no_farther(chromium: Browser, server: Served) -> None:
+    with opened(chromium, server) as page:
+        begin = page.run("operate.jog.here")
+        page.run("document.querySelectorAll('#step input')[3].click()")  # 100 mm
+        press_x = (
+            "document.querySelectorAll('#jog button')[1].dispatchEvent(new KeyboardEvent('keydown', { key: 'Enter' }))"
+        )
+        page.run(press_x)
+        page.until(f"{STATE} === 'moving by hand'")
+        page.until(f"{STATE} === 'idle'")
+        assert page.run("operate.jog.here")[0] - begin[0] == pytest.approx(0.1, abs=2e-3)
+        page.run("document.querySelector('#jog button').focus()")
+        page.send("Input.dispatchKeyEvent", type="keyDown", key="ArrowLeft", code="ArrowLeft", windowsVirtualKeyCode=37)
+        page.send("Input.dispatchKeyEvent", type="keyUp", key="ArrowLeft", code="ArrowLeft", windowsVirtualKeyCode=37)
+        page.until(f"{STATE} === 'moving by hand'")
+        page.until(f"{STATE} === 'idle'")
+        assert page.run("operate.jog.here")[0] == pytest.approx(begin[0], abs=4e-3)
+
+
+def test_a_click_in_the_plan_is_checked_before_it_moves(chromium: Browser, server: Served) -> None:
+    click = """((x, y) => {
+      const p = document.getElementById('plan'), q = new DOMPoint(x, -y).matrixTransform(p.getScreenCTM());
+      p.dispatchEvent(new MouseEvent('click', { clientX: q.x, clientY: q.y, bubbles: true })); })"""
+    with opened(chromium, server) as page, client(server) as watching:
+        page.run(f"{click}(0.2, -0.1)")
+        told = confirm(page)
+        assert "within their limits" in told
+        watching.until(lambda state: state["state"] == "manual")
+        page.until("Math.hypot(operate.jog.here[0] - 0.2, operate.jog.here[1] + 0.1) < 0.03")  # a pixel
+        page.until(f"{STATE} === 'idle'")
+        for place, why in (("0, 0, 99", "is outside"), ("0, 0, 15", "no tensions within the limits")):
+            page.run(f"document.getElementById('goal').value = {place!r}; document.getElementById('goto-yes').click()")
+            page.until(f"document.getElementById('answer').textContent.includes({why!r})")
+            assert not page.run("document.getElementById('ask').open")
+        assert page.run(STATE) == "idle"
+
+
+def test_the_console_gives_orders_under_the_same_lease(chromium: Browser, server: Served) -> None:
+    give = """((text) => { document.getElementById('line').value = text;
+      document.getElementById('console').requestSubmit(); })"""
+    newest = "(document.querySelector('#console-told li')?.textContent ?? '')"
+    with opened(chromium, server) as page:
+        for text, told in (
+            ("fly", "no such order"),
+            ("jog 1 0 0", "hold a button"),
+            ("release", "obeyed"),
+            ("start", "not confirmed"),
+        ):
+            page.run(f"{give}({text!r})")
+            if text == "start":
+                page.until("document.getElementById('ask').open")
+                page.run("document.getElementById('ask-no').click()")
+            page.until(f"{newest}.startsWith({text!r}) && {newest}.includes({told!r})")
+        page.until(f"{STATE} === 'off'")
+        page.run("operate.link.send({ t: 'release' })")
+        page.until("!operate.orders.mine")
+        page.run(f"{give}('enable')")
+        page.until(f"{newest}.includes('press Operate first')")
+        assert page.run(STATE) == "off"
+
+
+def test_a_refused_job_says_why_and_what_is_next(chromium: Browser, server: Served) -> None:
+    with opened(chromium, server) as page:
+        number = job(page, server, "too far", RING, "no", "it is too far out")
+        page.until("document.getElementById('jobs').textContent.includes('it is too far out')")
+        page.until(f"{NEXT}.includes('did not say yes')")
+        own = {"authorization": f"Bearer {server.token}", "x-page": page.run("operate.link.page")}
+        assert server.ask("DELETE", f"/jobs/{number}", **own)[0] == 200
+
+
+def test_one_confirmation_prints_and_pause_resume_stop_have_a_way_on(chromium: Browser, server: Served) -> None:
+    ring = RING.replace("layers = 3", "layers = 1\n").replace(
+        'name = "ring"', 'name = "ring"\norigin = [0.0, 0.0, 5.5]'
+    )
+    with opened(chromium, server) as page:
+        number = job(page, server, "ring", ring, "yes")
+        told = printed(page, "ring")
+        assert "expected error 8.3 mm" in told
+        assert "Keep everyone clear" in told
+        assert page.run("operate.orders.control.speeds.length") == 4
+        press(page, "Pause")
+        page.until(f"{STATE} === 'paused'", 60.0)
+        enable(page)
+        press(page, "Resume")
+        confirm(page)
+        wait(page, MOVES)
+        page.run("operate.link.open = () => {}; operate.link.socket.close()")  # the connection is lost while it prints
+        page.until("document.body.classList.contains('stale')", 5.0)
+        with client(server) as second:  # another one takes over, and stops
+            second.until(lambda state: state["state"] in ("ready", "printing"))
+            end = time.monotonic() + 20.0
+            while why := second.take("Bob"):
+                assert time.monotonic() < end, why
+                second.during(0.2)
+            second.send(t="stop")
+            second.until(lambda state: state["state"] == "fault")
+    with opened(chromium, server, mine=False) as page:  # and from there on it goes on
+        page.until("!document.getElementById('take').disabled")
+        press(page, "Operate")
+        press(page, "Reset")
+        page.until("operate.orders.control.state !== 'fault'", 20.0)
+        away = "[...document.querySelectorAll('#jobs button')].find((b) => b.textContent === 'Put away')"
+        page.until(f"{away} && !{away}.disabled")
+        page.run(f"{away}.click()")
+        page.until("!operate.state.sitting.job && operate.orders.control.state !== 'closed'", 60.0)
+        page.until(
+            "operate.runs.list() && document.getElementById('runs').textContent.includes('check said yes')", 30.0
+        )
+        run = page.run("operate.runs.runs[0].name")
+        page.run("document.querySelector('#runs summary').click()")
+        page.run("document.querySelector('#runs textarea').value = 'line two was worn'")
+        page.run("document.querySelector('#runs button').click()")
+        page.until("document.querySelector('#runs summary').textContent.includes('line two was worn')", 10.0)
+        assert (server.folder / "runs" / run / "notes.txt").read_text() == "line two was worn"
+        page.run("document.getElementById('find').value = 'nothing such'; operate.runs.show()")
+        assert "No run matches" in page.run("document.getElementById('runs').textContent")
+        own = {"authorization": f"Bearer {server.token}", "x-page": page.run("operate.link.page")}
+        assert server.ask("DELETE", f"/jobs/{number}", **own)[0] == 200
+
+
+def test_stop_withdraws_a_print_that_was_confirmed(chromium: Browser, server: Served) -> None:
+    with opened(chromium, server) as page, client(server) as other:
+        job(page, server, "ring again", RING, "yes")
+        press(page, "Print ring again")
+        confirm(page)
+        other.send(t="stop")  # by somebody else, while the job is loaded
+        page.until("!operate.printing.told", 150.0)
+        assert "was not started" in page.run("document.getElementById('answer').textContent")
+        other.during(3.0)
+        assert not any(state.get("state") in ("ready", "printing") for state in other.states)

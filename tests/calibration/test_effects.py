@@ -1,0 +1,81 @@
+"""Effects that cross-validation asks for: the right one is chosen, none where the model is right, errors fall."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cablewright.calibration.calibrate import calibrate
+from cablewright.calibration.judgement.result import Calibration
+from cablewright.calibration.measurements import Measured
+from cablewright.calibration.plan import CalibrationPlan
+from cablewright.calibration.poses.simulation import SensorNoise, measure, random_poses
+from cablewright.models.drum import WinchDrum
+from cablewright.robot import Robot, load
+
+WANG = load("wang2021")
+EXITS = np.array([line.exit_point for line in WANG.lines]).ravel()
+SOFT = {"axial_stiffness": 1e5, "young_modulus": None, "section": None}
+
+
+def made_with(effect: str, seed: int) -> tuple[Robot, Measured]:
+    """The file, and 44 poses measured to 2 mm of a machine with an *effect* that straight lines do not have."""
+    lines = [line.model_copy(update={"cable": line.cable.model_copy(update=SOFT)}) for line in WANG.lines]
+    robot = WANG.model_copy(update={"lines": tuple(lines)}) if effect == "stretch" else WANG
+    rng = np.random.default_rng(seed)
+    law = "elastic" if effect == "stretch" else "rigid"
+    made = measure(robot, random_poses(robot, 44, rng), 2e-4, rng, cable=law, sensors=SensorNoise(pose=2e-3)).measured
+    counted = made.counted
+    if effect == "build_up":
+        counted = WinchDrum(1.0, build_up=4e-3).angles(counted)
+    if effect == "hysteresis":
+        counted = counted - 1e-3 * np.sign(np.diff(counted, axis=0, prepend=counted[:1]))
+    return robot, replace(made, counted=counted)
+
+
+def error_of(found: Calibration) -> float:
+    return float(np.sqrt(np.mean((found.values[:12] - EXITS) ** 2)))
+
+
+@pytest.mark.parametrize(
+    ("effect", "number", "tolerance"), [("stretch", 1.0, 0.25), ("build_up", 4e-3, 3e-4), ("hysteresis", 1e-3, 1e-4)]
+)
+def test_the_effect_that_the_machine_has_is_found(effect: str, number: float, tolerance: float) -> None:
+    robot, measured = made_with(effect, 0)
+    plain = calibrate(robot, measured, rough=0.05, outliers=False)
+    found = calibrate(robot, measured, rough=0.05, outliers=False, models="auto")
+    first, *others = found.effects
+    assert plain.effects == ()
+    assert (first.name, first.chosen) == (effect, True)
+    assert first.value == pytest.approx(number, abs=tolerance)
+    assert first.after < 0.85 * first.before
+    assert first.fall == pytest.approx(1.0 - first.after / first.before)
+    assert not any(each.chosen for each in others)
+    assert error_of(found) < 0.5 * error_of(plain)
+    assert ("build_up" in found.problem.plan.unknowns) == (effect == "build_up")
+    assert any("counts are corrected" in each for each in found.notes) == (effect != "build_up")
+    assert found.to_dict()["effects"][0]["name"] == effect
+
+
+def test_a_right_model_is_left_as_it_is() -> None:
+    for seed in range(4):
+        robot, measured = made_with("none", seed)
+        found = calibrate(robot, measured, rough=0.05, outliers=False, models="auto")
+        assert len(found.effects) == 6
+        assert not any(each.chosen for each in found.effects)
+        assert found.values == pytest.approx(calibrate(robot, measured, rough=0.05, outliers=False).values)
+
+
+def test_what_is_unknown_or_has_no_part_is_no_candidate() -> None:
+    robot, measured = made_with("none", 5)
+    plan = CalibrationPlan(unknowns=("exit_point", "length_offset", "build_up"), shared=("build_up",))
+    found = calibrate(load("wang2021"), measured, plan, rough=0.05, outliers=False, models="auto")
+    assert {each.name for each in found.effects} == {"stretch", "sag", "hysteresis", "sheave_radius", "length_scale"}
+    spools = load("hangprinter-v4")
+    rng = np.random.default_rng(6)
+    data = measure(spools, random_poses(spools, 44, rng), 2e-4, rng).measured
+    names = {each.name for each in calibrate(spools, data, rough=0.05, outliers=False, models="auto").effects}
+    assert "sheave_radius" not in names
+    assert robot == WANG

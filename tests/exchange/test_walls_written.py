@@ -1,0 +1,131 @@
+"""Settings of wall plotters and Maslows that are written, read back."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from cablewright.apps.cli.main import run
+from cablewright.exchange.formats import read_robot
+from cablewright.exchange.walls.written import WALLS
+from cablewright.foundation.errors import InputError
+from cablewright.robot import Robot, load, loads
+
+WALL = """
+kinematics:
+  WallPlotter:
+    left_axis: 0
+    left_anchor_x: -267.125
+    left_anchor_y: 250
+    right_axis: 1
+    right_anchor_x: 268.5
+    right_anchor_y: 249.75
+    segment_length: 10
+axes:
+  x:
+    max_rate_mm_per_min: 5000
+  y:
+    max_rate_mm_per_min: 4321.5
+"""
+MASLOW = """
+Maslow_vertical: {vertical}
+kinematics:
+  MaslowKinematics:
+    tlX: -27.6
+    tlY: 2064.9
+    tlZ: 100.3
+    trX: 2924.3
+    trY: 2066.5
+    trZ: 56.3
+    blX: 0
+    blY: 0
+    blZ: 34.2
+    brX: 2953.2
+    brY: 0
+    brZ: 78.3
+axes:
+  a:
+    max_rate_mm_per_min: 1500
+  d:
+    max_rate_mm_per_min: 1400
+"""
+FILES = {
+    "wallplotter": ("wall.yaml", WALL),
+    "maslow": ("maslow.yaml", MASLOW.format(vertical="true")),
+    "maslow that lies": ("maslow.yaml", MASLOW.format(vertical="false")),
+    "polargraph": ("m.gcode", "M665 S5 L-300.5 R301.25 T500 B-650.125 H1035\nM203 X120 Y110.5\n"),
+    "polargraph of M503": ("m.gcode", "echo:  M665 S5.00 L-325.00 R325.00 T450.00 B-450.00 H1200.0\n"),
+    "maslow-classic": (
+        "c.txt",
+        "$1=1219.2 (machine height, mm)\n$2=2978.4 (distance between motors, mm)\n$3=463\n$10=3360\n$13=63.5\n",
+    ),
+}
+
+
+def of(folder: Path, name: str, text: str) -> Robot:
+    folder.mkdir()
+    (folder / name).write_text(text)
+    return read_robot([folder / name]).robot
+
+
+@pytest.mark.parametrize("case", FILES)
+def test_what_is_written_is_read_as_the_same_robot(case: str, tmp_path: Path) -> None:
+    name, text = FILES[case]
+    first = of(tmp_path / "first", name, text)
+    made = WALLS[case.split()[0]](first)
+    again = of(tmp_path / "again", name, made.text)
+    for one, other in zip(first.lines, again.lines, strict=True):
+        assert other.exit_point == pytest.approx(one.exit_point, abs=1e-11)
+        assert (other.name, other.winch) == (one.name, one.winch)
+    assert again.platform.plane == first.platform.plane
+    assert again.scene.frame_min == pytest.approx(first.scene.frame_min, abs=1e-11)
+    assert any("platform.mass" in each for each in made.lost)
+    assert all(each in made.text for each in made.lost)
+
+
+def test_numbers_by_hand(tmp_path: Path) -> None:
+    text = WALLS["polargraph"](of(tmp_path / "p", *FILES["polargraph"])).text
+    assert "M665 L-300.5 R301.25 T500 B-650.125 H1035\nM203 X120 Y110.5\nM500\n" in text
+    text = WALLS["maslow-classic"](of(tmp_path / "c", *FILES["maslow-classic"])).text
+    for line in ("$1=1219.2 (", "$2=2978.4 (", "$3=463 (", "$10=3360 (", "$13=63.5 (", "$7=2 ("):
+        assert f"\n{line}" in text
+
+
+def test_a_platform_point_shifts_the_exit_points(tmp_path: Path) -> None:
+    robot = of(tmp_path / "p", *FILES["wallplotter"])
+    table = robot.model_dump(by_alias=True)
+    for line in table["lines"]:
+        line["platform_point"] = (0.0, 0.0, 0.02)
+    text = WALLS["wallplotter"](Robot.model_validate(table)).text
+    assert "left_anchor_y: 230\n" in text
+    assert "right_anchor_y: 229.75\n" in text
+
+
+@pytest.mark.parametrize(
+    ("target", "robot", "message"),
+    [
+        ("wallplotter", "hangprinter-v4", "no point in a platform.plane"),
+        ("maslow", "wall-plotter", "2 lines on 2 winches; a Maslow 4 has 4"),
+        ("polargraph", "maslow4", "4 lines on 4 winches"),
+        ("maslow-classic", "wall-plotter", "origin in the middle of the sheet"),
+    ],
+)
+def test_robots_of_another_kind(target: str, robot: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        WALLS[target](load(robot))
+
+
+def test_two_heights_are_no_polargraph(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"0\.25 mm apart in height; .*export wallplotter"):
+        WALLS["polargraph"](of(tmp_path / "p", *FILES["wallplotter"]))
+
+
+def test_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run(["export", "maslow", "maslow4", "--out", "maslow.yaml"]) == 0
+    assert run(["import", "maslow.yaml", "--out", "back.toml"]) == 0
+    ours, back = load("maslow4"), loads(Path("back.toml").read_text())
+    for line in back.lines:
+        assert min(math.dist(line.exit_point, each.exit_point) for each in ours.lines) < 1e-6  # of the file's normal
