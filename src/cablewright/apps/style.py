@@ -99,7 +99,7 @@ class _Page:
     shrink: float = 1.0
 
 
-class Picture(Figure):
+class ShownFigure(Figure):
     """A figure that a notebook shows without a window or a backend of its own."""
 
     def _repr_png_(self) -> bytes:
@@ -167,7 +167,7 @@ def figure(width: float, height: float) -> Figure:
         scale = _Page.width / width
         width, height = _Page.width, height * scale * min(max(_Page.shrink / scale, 1.0), _TALLEST)
         height = min(height, max(_HIGHEST, 1.2 * width))
-    made = Picture(figsize=(width, height), dpi=_DPI, layout="constrained", facecolor="white")
+    made = ShownFigure(figsize=(width, height), dpi=_DPI, layout="constrained", facecolor="white")
     FigureCanvasAgg(made)
     return made
 
