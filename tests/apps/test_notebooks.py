@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import ast
 import json
+from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+
+import cablewright as cw
 
 FOLDER = Path(__file__).resolve().parents[2] / "examples" / "notebooks"
 NAMES = sorted(file.stem for file in FOLDER.glob("*.ipynb"))
@@ -66,3 +70,42 @@ def test_a_kernel_of_jupyter_runs_it(name: str) -> None:
     book = nbformat.read(FOLDER / f"{name}.ipynb", as_version=4)
     nbformat.validate(book)
     nbclient.NotebookClient(book, timeout=300, resources={"metadata": {"path": str(FOLDER)}}).execute()
+
+
+def test_a_result_is_a_table_and_a_batch_its_first_rows() -> None:
+    robot = cw.load("jung2020").with_(name="<b>mine</b>")
+    one = cw.inverse(robot, [0.2, 0.1, 0.9])._repr_html_()
+    assert "<b>mine" not in one
+    assert "&lt;b&gt;mine" in one
+    assert one.count("<table>") == 2  # its figures, and its lines
+    rows = cw.inverse(robot, [[0.0, 0.0, z] for z in np.linspace(0.6, 1.2, 20)])._repr_html_()
+    assert rows.count("<tr>") == 1 + 12
+    assert "20 rows, of which 12 are shown" in rows
+
+
+def test_a_view_is_a_frame_without_requests_and_a_page(tmp_path: Path) -> None:
+    held = cw.inverse(cw.load("merlet2023"), [0.0, 0.0, 1.0])
+    found = cw.view(held, height=300)
+    frame = found._repr_html_()
+    assert frame.startswith('<iframe srcdoc="')
+    assert "height: 300px" in frame
+    assert frame.count("<") == 2  # the frame and its end: the page is escaped
+    found.save(tmp_path / "view.html")
+    assert (tmp_path / "view.html").read_text("utf-8") == found.page()
+    assert repr(found) == "View('merlet2023', states=1)"
+    assert repr(cw.view(cw.modes(held))).startswith("View('Modes'")
+
+
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        (lambda: cw.view(cw.inverse(cw.load("merlet2023"), [[0.0, 0.0, 1.0]] * 2)), "view: a batch has no view"),
+        (lambda: cw.view(cw.problems("margin")[0]), "view: Problem has no robot to show"),
+        (lambda: cw.view(cw.load("merlet2023"), height=5), "height = 5: must be from 100 to 4000 pixels"),
+        (lambda: cw.view(cw.inverse(cw.load("merlet2023"), [0.0, 0.0, 1.0])).save("x.htm"), "ends in .html"),
+    ],
+)
+def test_what_cannot_be_shown_is_said_in_one_line(call: Callable[[], object], text: str) -> None:
+    with pytest.raises(cw.InputError, match=text) as caught:
+        call()
+    assert "\n" not in str(caught.value)

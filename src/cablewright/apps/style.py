@@ -36,8 +36,9 @@ from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 from numpy.typing import ArrayLike
 from pydantic_core import PydanticCustomError
 
+from cablewright.apps.style_sheets import settings_of
 from cablewright.foundation.arrays import Array
-from cablewright.foundation.errors import EnvironmentFault, InputError, UnknownName, suggestion
+from cablewright.foundation.errors import EnvironmentFault, InputError, UnknownName
 from cablewright.foundation.units import LENGTH
 
 # The palette of Okabe and Ito.
@@ -98,7 +99,7 @@ class _Page:
     shrink: float = 1.0
 
 
-class Picture(Figure):
+class ShownFigure(Figure):
     """A figure that a notebook shows without a window or a backend of its own."""
 
     def _repr_png_(self) -> bytes:
@@ -117,7 +118,7 @@ def drawing(width: float | str | None = None, style: str | Path | Mapping[str, A
     with mpl.rc_context():
         mpl.rcdefaults()
         mpl.rcParams.update(mpl.rc_params_from_file(str(STYLE_SHEET), use_default_template=False))
-        own: Any = {} if style is None else _settings(style)
+        own: Any = {} if style is None else settings_of(style)
         try:
             size = _PRINTED if inches is None else float(own.pop("font.size", _PRINTED))
             mpl.rcParams.update(own)
@@ -145,28 +146,6 @@ def page_width(width: float | str | None) -> float | None:
     return size / 0.0254
 
 
-def _settings(style: str | Path | Mapping[str, Any]) -> Any:
-    """Return the settings of a style sheet, or those that are given by name. Raises `InputError`."""
-    if isinstance(style, Mapping):
-        unknown = [key for key in style if key not in mpl.rcParams]
-        if unknown:
-            raise UnknownName("setting of a style", unknown[0], mpl.rcParams)
-        return dict(style)
-    file = Path(style)
-    try:
-        lines = [line.split("#", 1)[0].partition(":")[0].strip() for line in file.read_text("utf-8").splitlines()]
-    except (OSError, UnicodeDecodeError) as reason:
-        raise InputError(f"style = {str(file)!r}: cannot be read: {getattr(reason, 'strerror', reason)}") from None
-    for number, key in enumerate(lines, 1):
-        if key and key not in mpl.rcParams:
-            raise InputError(f"{file}: line {number}: unknown setting {key!r}; {suggestion(key, mpl.rcParams)}")
-    found: Any = mpl.rc_params_from_file(str(file), use_default_template=False)
-    for number, key in enumerate(lines, 1):
-        if key and key not in found:
-            raise InputError(f"{file}: line {number}: {key}: the value is not one that matplotlib allows")
-    return dict(found)
-
-
 def picture_file(file: str | Path) -> Path:
     """Return the path of a picture that is to be written. Raises `InputError` for another ending than `FORMATS`.
 
@@ -188,7 +167,7 @@ def figure(width: float, height: float) -> Figure:
         scale = _Page.width / width
         width, height = _Page.width, height * scale * min(max(_Page.shrink / scale, 1.0), _TALLEST)
         height = min(height, max(_HIGHEST, 1.2 * width))
-    made = Picture(figsize=(width, height), dpi=_DPI, layout="constrained", facecolor="white")
+    made = ShownFigure(figsize=(width, height), dpi=_DPI, layout="constrained", facecolor="white")
     FigureCanvasAgg(made)
     return made
 
