@@ -88,7 +88,8 @@ def test_bad_options_are_one_line(cli, job, tmp_path, options, says) -> None:
 def test_a_thinned_log_has_the_print_in_fewer_steps(cli, job, tmp_path) -> None:
     out, thin = tmp_path / "run", ("--log", "every=5")
     values = cli("print", "merlet2023", job, *FAST, *thin, "--out", out, "--json").json
-    assert (values["status"], values["layers"], values["notes"]) == ("finished", 1, [])
+    assert (values["status"], values["layers"]) == ("finished", 1)
+    assert not any("logged" in note for note in values["notes"])  # a step that is left out on purpose is no gap
     with read_log(values["log"]) as log:
         times = [entry.frame.time for entry in log.entries()]
         assert log.head.every == 5
