@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import tempfile
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
 from benchmarks.timing import Row
-from cablewright.live.prints.plan import PrintOptions, twin_of
+from cablewright.foundation.signals import Command, SensorFrame
+from cablewright.live.prints.attendant import attendant_of
+from cablewright.live.prints.plan import MachineTwin, PrintOptions, plan_print, twin_of
 from cablewright.live.prints.print_job import print_job
 from cablewright.live.prints.record import finish
+from cablewright.live.prints.recorder import FolderRecorder
 from cablewright.live.prints.result import PrintRecord
-from cablewright.live.prints.run import Timing, run_print
+from cablewright.live.prints.run import Timing, begin_print, run_print, started
+from cablewright.live.prints.snapshot_writer import SnapshotWriter
+from cablewright.machine.log.head import LogHead
+from cablewright.machine.log.log import write_log
 from cablewright.machine.simulated.settings import whole_machine
 from cablewright.printing.job import Job, Motion, load_job
 from cablewright.printing.numeric_path import Helix
@@ -23,6 +30,9 @@ MAX_ERRORS = {"paper": 4.82, "filter": 1.5, "encoders": None}
 FULL = load_job(JOB)
 RING = Helix(radius=0.02, layers=1, layer_height=1e-3, first_height=1.0)
 QUICK = FULL.model_copy(update={"curve": None, "helix": RING})
+
+_FIRST = 300
+"""Steps that are not counted: the machine is reset, and the filter begins."""
 
 
 def rows(job: Job) -> Iterator[Row]:
@@ -45,6 +55,54 @@ def rows(job: Job) -> Iterator[Row]:
         yield Row(f"{name}: a step of control and log", 1e3 * told["mean"], "ms", "<= 1", told["mean"] <= 1e-3)
         yield Row(f"{name}: 99 of 100 steps", 1e3 * told["p99"], "ms", "<= 5", told["p99"] <= 5e-3)
     yield from body_rows(0.5 if job is FULL else 0.02)
+    yield from speed_rows(3000 if job is FULL else 30)
+
+
+def speed_rows(steps: int) -> Iterator[Row]:
+    """How much faster than real time whole loops run, by processor time: machine, estimation, control and full log."""
+    machine = whole_machine("cogiro")
+    assert machine.owner.body is not None
+    still = machine.with_owner(body=machine.owner.body.model_copy(update={"tour": ()}))
+    ring = Helix(radius=0.5, layers=1, layer_height=0.012, first_height=0.6)
+    job = Job(name="ring", helix=ring, motion=Motion(print_speed=0.05, travel_speed=0.05, acceleration=0.05))
+    first, house = PrintOptions(layers=1), load_job(JOB.with_name("house.toml"))
+    for name, twin, aim in (
+        ("merlet2023, filter", twin_of(load("merlet2023"), FULL, None, first), 50.0),
+        ("cogiro, all sensors", twin_of(load("cogiro"), job, still, PrintOptions()), 30.0),
+        ("house-printer, encoders", twin_of(load("house-printer"), house, None, first), 65.0),
+    ):
+        whole, alone = loop_speed(twin, steps)
+        text = f"print, {name}: the whole loop, by processor time"
+        yield Row(text, whole, "x real", f">= {aim:g}", whole >= aim, "the machine alone", whole / alone)
+
+
+def loop_speed(twin: MachineTwin, steps: int) -> tuple[float, float]:
+    """Times real time of *steps* of a print after some that are not counted, and of its simulated machine alone."""
+    machine, printer = begin_print(twin, plan_print(twin))
+    attendant, alone, inner = attendant_of(machine, printer, twin.choices), 0.0, machine.step
+
+    def step(command: Command) -> SensorFrame:
+        nonlocal alone
+        begin = time.process_time()
+        frame = inner(command)
+        alone += time.process_time() - begin
+        return frame
+
+    machine.step = step  # type: ignore[method-assign]
+    head = LogHead(started(twin.robot, twin.path), machine.settings, machine.period, simulation=machine.simulation)
+    with tempfile.TemporaryDirectory() as name:
+        log_path, checkpoint = Path(name) / "log.mcap", Path(name) / "checkpoint.bin"
+        with write_log(log_path, head, threaded=True) as log, SnapshotWriter(checkpoint) as writer:
+            recorder = FolderRecorder(log, writer, Timing(machine.period))
+            machine.open()
+            for number in range(steps + _FIRST):
+                if number == _FIRST:
+                    begin, alone = time.process_time(), 0.0
+                made = printer.step(attendant.orders(printer, printer.time))
+                recorder.add(printer, made, last=False)
+            whole = time.process_time() - begin
+            machine.close()
+    return steps * machine.period / whole, steps * machine.period / alone
 
 
 def body_rows(radius: float) -> Iterator[Row]:

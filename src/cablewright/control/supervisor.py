@@ -12,8 +12,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import Final, NamedTuple
 
-import numpy as np
-
 from cablewright.control.guard import StopCause
 from cablewright.control.guide import GuideMode, Target
 from cablewright.control.stop import StopKind
@@ -357,7 +355,7 @@ def _soft_limit(settings: SupervisorSettings, state: SupervisorState, inputs: _I
     if inputs.target is not None and inputs.estimate.valid:
         if reason := _target_limit(settings, inputs):
             return reason
-        excess = float(np.nanmax(inputs.estimate.excess, initial=-math.inf))
+        excess = max((each for each in inputs.estimate.excess.tolist() if not math.isnan(each)), default=-math.inf)
         if excess > settings.max_excess:
             return f"a line is {excess:.3f} m too long; at most {settings.max_excess:g} is allowed"
     return ""

@@ -50,18 +50,26 @@ def as_lengths(model: Model, values: ArrayLike) -> tuple[Array, bool]:
 
 def _numbers(values: ArrayLike, widths: tuple[int, ...], what: str, unit: str) -> Array:
     """*values* as a new array of one row, or of rows, of an allowed width. Raises `InputError`."""
+    if type(values) is np.ndarray and values.dtype == np.float64:  # of a loop of control: nothing to ask
+        array = values.copy()
+    else:
+        array = _converted(values, what, unit)
+    if array.ndim not in (1, 2) or array.shape[-1] not in widths:
+        shape = " x ".join(map(str, array.shape)) or "a single number"
+        raise InputError(f"{what}: {widths[0]} numbers are expected, or rows of {widths[0]}; got {shape}")
+    return array
+
+
+def _converted(values: ArrayLike, what: str, unit: str) -> Array:
+    """*values* of any type as a new array of floats. Raises `InputError`."""
     if np.ma.is_masked(values):
         raise InputError(f"{what}: numbers in {unit} are expected; some are masked")
     try:
         if np.iscomplexobj(values):
             raise TypeError("complex numbers")
-        array = np.array(values, dtype=np.float64, order="C")
+        return np.array(values, dtype=np.float64, order="C")
     except (TypeError, ValueError, OverflowError) as reason:
         raise InputError(f"{what}: numbers in {unit} are expected ({reason})") from None
-    if array.ndim not in (1, 2) or array.shape[-1] not in widths:
-        shape = " x ".join(map(str, array.shape)) or "a single number"
-        raise InputError(f"{what}: {widths[0]} numbers are expected, or rows of {widths[0]}; got {shape}")
-    return array
 
 
 def _refuse(array: Array, wrong: NDArray[np.bool_], what: str) -> None:
@@ -96,7 +104,8 @@ def as_poses(model: Model, values: ArrayLike, what: str, *, free: bool = False) 
         _require_enough_free(model, freedoms - np.isnan(poses).sum(axis=1), what)
         wrong = np.abs(poses) > LARGEST
     _refuse(poses, wrong, what)
-    poses[:, 3:] = _short_turns(poses[:, 3:], what)
+    if n == 6:
+        poses[:, 3:] = _short_turns(poses[:, 3:], what)
     if plane is not None:
         _into_plane(plane, poses, what)
     return poses, array.ndim == 1
@@ -164,7 +173,7 @@ def _into_plane(plane: Plane, poses: Array, what: str) -> None:
 
 
 def _short_turns(vectors: Array, what: str) -> Array:
-    """Rotation vectors (rows, 3), of points (rows, 0), of at most pi; those with a free component are not changed."""
+    """Rotation vectors (rows, 3) of at most pi; those with a free component are not changed."""
     angle = np.linalg.norm(vectors, axis=1)
     long = np.flatnonzero(angle > np.pi)
     if len(long) == 0:

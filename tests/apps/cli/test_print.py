@@ -72,6 +72,8 @@ def test_a_print_leaves_log_figures_and_report(cli, job, tmp_path) -> None:
         (("--machine", "nowhere.toml"), "nowhere.toml"),
         (("--resume",), "holds no print"),
         (("--severity", "harsh"), "--severity"),
+        (("--log", "every=0"), "--log = 'every=0': every=N is expected, N from 1 to 10000 steps"),
+        (("--log", "all"), "--log = 'all': every=N is expected"),
     ],
 )
 def test_bad_options_are_one_line(cli, job, tmp_path, options, says) -> None:
@@ -81,6 +83,19 @@ def test_bad_options_are_one_line(cli, job, tmp_path, options, says) -> None:
     assert answer.err.count("\n") == 1
     assert answer.out == ""
     assert not (tmp_path / "run").exists()
+
+
+def test_a_thinned_log_has_the_print_in_fewer_steps(cli, job, tmp_path) -> None:
+    out, thin = tmp_path / "run", ("--log", "every=5")
+    values = cli("print", "merlet2023", job, *FAST, *thin, "--out", out, "--json").json
+    assert (values["status"], values["layers"]) == ("finished", 1)
+    assert not any("logged" in note for note in values["notes"])  # a step that is left out on purpose is no gap
+    with read_log(values["log"]) as log:
+        times = [entry.frame.time for entry in log.entries()]
+        assert log.head.every == 5
+    assert len(times) == values["steps"] < 0.4 * times[-1]  # a step is a second
+    other = cli("print", "merlet2023", job, *FAST, "--out", out, "--resume")
+    assert (other.code, "log_every: 5, requested: 1" in other.err) == (2, True)
 
 
 def test_bad_jobs_are_one_line(cli, tmp_path) -> None:

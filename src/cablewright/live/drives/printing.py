@@ -165,8 +165,7 @@ def print_on_drives(
     owner = extruding(settings, bead, job.motion.print_speed)
     machine = RealMachine.of(robot, owner, state, port)
     path = path_of(robot, job, samples, owner, machine.estimator, law, layers)
-    options = {"control": law, "layers": layers, "machine": owner.model_dump(mode="json")}
-    options |= {} if log_every == 1 else {"log_every": log_every}
+    options = {"control": law, "layers": layers, "machine": owner.model_dump(mode="json"), "log_every": log_every}
     manifest = manifest_of("print", inputs, options)
     option = "--restart" if restart else "--resume" if resume else ""
     require_folder(folder, manifest, option)

@@ -147,6 +147,7 @@ class Printer:
         self._beam = None if plan.beam is None else BeamState(plan.path.start_retraction)
         self.learning = self.estimator if isinstance(self.estimator, Learning) else None
         self._weighing = self.estimator if isinstance(self.estimator, Weighing) else None
+        self._measuring = self.estimator if isinstance(self.estimator, Measuring) else None
         self._danger = ""  # that the estimator told last
         if saved is not None and self.learning is not None and self.learning.SAVED:
             load(self.learning, saved["estimator"])
@@ -175,7 +176,7 @@ class Printer:
     @property
     def tensions(self) -> Array | None:
         """Tensions (m,), N, by which the control holds lines: as measured, or of a rigid platform by the lengths."""
-        measured = self.estimator.measured if isinstance(self.estimator, Measuring) else None
+        measured = None if self._measuring is None else self._measuring.measured
         return measured if measured is not None or self.plan.path.attitude is None else self.estimator.tensions
 
     def refilled(self) -> None:
@@ -225,7 +226,8 @@ class Printer:
             ),
         )
         if estimate.valid:
-            self.last_pose[:3], self.radii[:] = estimate.position, np.nan_to_num(estimate.radii)
+            self.last_pose[:3] = estimate.position
+            self.radii[:] = np.where(np.isfinite(estimate.radii), estimate.radii, 0.0)
             self.last_pose[3:] = estimate.rotation[: len(self.last_pose) - 3]
         self._on_transition(state, verdict)
         self._begin_stop(state, verdict, command)

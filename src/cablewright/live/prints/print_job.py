@@ -169,8 +169,6 @@ def print_job(
     inputs |= {} if isinstance(job, Job) else store.job_hashes(Path(job), loaded)
     settings = asdict(chosen) | {"machine": twin.settings.model_dump(mode="json")}
     del settings["lasers"]
-    if chosen.log_every == 1:  # as in manifests of earlier versions
-        del settings["log_every"]
     run = run_print(
         twin, Path(folder), inputs, settings, resume=resume, restart=restart, real_time=real_time, progress=progress
     )

@@ -260,6 +260,9 @@ def require_folder(folder: Path, manifest: Mapping[str, Any], option: str) -> No
         kept = read_manifest(folder)
         if kept is None or kept["command"] != "print":
             raise InputError(f"{option}: {folder} holds no print")
+        for each in (kept, manifest):
+            if isinstance(each.get("options"), dict):
+                each["options"].setdefault("log_every", 1)  # as in earlier versions
         for key in manifest.keys() - {"cablewright"}:
             if kept.get(key) != manifest[key]:
                 raise InputError(f"{option}: {folder} holds a print of another {_difference(key, kept, manifest)}")

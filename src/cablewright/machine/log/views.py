@@ -16,7 +16,8 @@ from cablewright.foundation.arrays import Array
 from cablewright.foundation.signals import Estimate, PrintState, Progress, Truth
 from cablewright.machine.log.fields import FLAG, NUMBER, TEXT, WHOLE_NUMBER, XYZ, XYZW, array_schema, object_schema
 from cablewright.machine.log.head import LogHead
-from cablewright.models.rotation import matrices, placed
+from cablewright.machine.sensors.lidars import LidarSettings
+from cablewright.models.rotation import matrix_of, placed
 
 EVERY: Final = 0.1
 """Time between two messages of a topic, s."""
@@ -96,6 +97,7 @@ class Views:
         self._due = -np.inf
         self._begun = False
         self._nozzle = np.array(head.nozzle)
+        self._lidars = [_mounted(name, lidar) for name, lidar in head.settings.lidars.items()]
         self._path: list[Array] = []
         self._since = 0.0  # s, at the first point of the path's last piece
 
@@ -132,11 +134,8 @@ class Views:
         for each, frame in ((first, "drum"), (second, "drum_estimate")):
             if each is not None and np.isfinite(each.position).all():
                 yield _transform(stamp, "world", frame, each.position, np.nan_to_num(each.rotation))
-        for name, lidar in self._head.settings.lidars.items():
-            x, y = np.array(lidar.axes)
-            turned = np.column_stack([x, y, np.cross(x, y)])
-            place = dict(zip("xyz", lidar.place, strict=True))
-            yield _between(stamp, "drum", f"lidar_{name}", place, quaternion(turned))
+        for name, place, turned in self._lidars:
+            yield _between(stamp, "drum", name, place, turned)
 
     def _entities(
         self, stamp: dict[str, int], shown: Truth | Estimate, progress: Progress | None
@@ -147,7 +146,7 @@ class Views:
             yield self._platform(stamp)
         yield self._lines(stamp, shown)
         if progress is not None and progress.state is PrintState.PRINTING:
-            turn = matrices(np.nan_to_num(shown.rotation))
+            turn = matrix_of(np.nan_to_num(shown.rotation))
             yield from self._gone(stamp, shown.time, shown.position + turn @ self._nozzle)
 
     def _frame(self, stamp: dict[str, int]) -> dict[str, Any]:
@@ -214,6 +213,13 @@ class Views:
         yield _entity(stamp, "world", f"path from {self._since:.2f} s", lines=drawn)
 
 
+def _mounted(name: str, lidar: LidarSettings) -> tuple[str, dict[str, float], dict[str, float]]:
+    """Return the frame of a lidar, and its place and rotation in that of the drum."""
+    x, y = np.array(lidar.axes)
+    turned = np.column_stack([x, y, np.cross(x, y)])
+    return f"lidar_{name}", dict(zip("xyz", lidar.place, strict=True)), quaternion(turned)
+
+
 def _entity(stamp: dict[str, int], frame: str, name: str, **shapes: list[dict[str, Any]]) -> dict[str, Any]:
     empty: dict[str, Any] = {
         key: [] for key in ("arrows", "cubes", "spheres", "cylinders", "lines", "triangles", "texts", "models")
@@ -248,7 +254,7 @@ def _label(text: str, place: Any) -> dict[str, Any]:
 
 
 def _transform(stamp: dict[str, int], parent: str, child: str, place: Array, rotation: Array) -> dict[str, Any]:
-    return _between(stamp, parent, child, _xyz(place), quaternion(matrices(rotation)))
+    return _between(stamp, parent, child, _xyz(place), quaternion(matrix_of(rotation)))
 
 
 def _between(stamp: Any, parent: str, child: str, place: Any, turn: Any) -> dict[str, Any]:
