@@ -283,7 +283,7 @@ def free_directions(robot: Robot) -> Array:
     return directions(robot.platform.plane, robot.n)
 
 
-def is_held(robot: Robot, unknown: Unknown) -> bool:
+def is_in_file(robot: Robot, unknown: Unknown) -> bool:
     """Whether the robot's file holds an unknown, or takes it: a build-up only where all its lines have one."""
     has_build_up = all(robot.lines[at].winch.build_up is not None for at in lines_of(robot, unknown))
     return unknown.entry.described and (unknown.name != "build_up" or has_build_up)
@@ -296,7 +296,7 @@ def with_values(robot: Robot, unknowns: Sequence[Unknown], values: Array, raised
     """
     changed = robot
     for unknown, value in zip(unknowns, values.tolist(), strict=True):
-        if is_held(robot, unknown):
+        if is_in_file(robot, unknown):
             changed = with_value(changed, unknown, round(value, _DIGITS))
     pairs = zip(robot.lines, changed.lines, strict=True)
     lines = [_winch_placed(old, line, raised and old.in_plane) for old, line in pairs]  # else it is raised already

@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 
 from cablewright.foundation.arrays import Array, Indices, Mask
+from cablewright.models.free_coordinates import decided_by_weight
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
@@ -95,20 +96,10 @@ def _places(robot: Robot) -> Array:
     return np.asarray(low + np.array(shares) * (high - low))
 
 
-def decided_by_weight(model: Model) -> list[int]:
-    """Return the columns of a pose (n,) that gravity decides, on a robot with fewer winches than degrees of freedom."""
-    missing = model.freedoms - model.winches
-    if model.robot.sharing and 0 < missing < 3 < model.n:  # parallel lines hold a body's rotation together
-        missing = 3
-    if model.robot.platform.plane is not None or missing <= 0:
-        return []
-    return [3, 4, 5, 1, 0][6 - model.n :][:missing]  # rotations first, of a body
-
-
 def _poses(model: Model, places: Array) -> Array:
     """The poses (k, n) with the nozzle there; NaN where gravity or a plane decides."""
     poses = np.array(model.unrotated_at(places))
-    poses[:, decided_by_weight(model)] = np.nan
+    poses[:, decided_by_weight(model.robot)] = np.nan
     if model.robot.platform.plane is not None:
         normal = np.abs(np.array(model.free_directions)[:3]).sum(axis=1)
         poses[:, int(np.argmin(normal))] = np.nan

@@ -37,3 +37,13 @@ def with_free(robot: Robot, poses: Array) -> Array:
     left = poses.copy()
     left[..., free] = np.nan
     return left
+
+
+def decided_by_weight(robot: Robot) -> list[int]:
+    """Return the columns of a pose (n,) that gravity decides at rest, rotations first; none where winches hold all."""
+    missing = robot.freedoms - robot.winches
+    if robot.sharing and 0 < missing < 3 < robot.n:  # parallel lines hold a body's rotation together
+        missing = 3
+    if robot.platform.plane is not None or missing <= 0:
+        return []
+    return [3, 4, 5, 1, 0][6 - robot.n :][:missing]  # rotations first, of a body

@@ -297,6 +297,16 @@ class Robot(FileDescription):
         return tuple(line for line in self.lines if line.shared_winch is not None)
 
     @property
+    def meets_in_nozzle(self) -> bool:
+        """Whether the lines of a point platform meet in its nozzle."""
+        return self.n == 3 and not any(self.lines[0].platform_point)
+
+    @property
+    def has_plain_belts(self) -> bool:
+        """Whether all lines lead straight from their exit points, without pulleys or guides."""
+        return all(line.advantage == 1 and not line.guides for line in self.lines)
+
+    @property
     def retraction(self) -> Retraction | None:
         """The platform's retraction, if it has one."""
         return self.platform.retraction if isinstance(self.platform, RigidPlatform) else None

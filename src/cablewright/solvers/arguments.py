@@ -104,8 +104,7 @@ def as_poses(model: Model, values: ArrayLike, what: str, *, free: bool = False) 
         _require_enough_free(model, freedoms - np.isnan(poses).sum(axis=1), what)
         wrong = np.abs(poses) > LARGEST
     _refuse(poses, wrong, what)
-    if n == 6:
-        poses[:, 3:] = _short_turns(poses[:, 3:], what)
+    poses[:, 3:] = _short_turns(poses[:, 3:], what)
     if plane is not None:
         _into_plane(plane, poses, what)
     return poses, array.ndim == 1
@@ -174,6 +173,8 @@ def _into_plane(plane: Plane, poses: Array, what: str) -> None:
 
 def _short_turns(vectors: Array, what: str) -> Array:
     """Rotation vectors (rows, 3) of at most pi; those with a free component are not changed."""
+    if not vectors.size:
+        return vectors
     angle = np.linalg.norm(vectors, axis=1)
     long = np.flatnonzero(angle > np.pi)
     if len(long) == 0:

@@ -102,10 +102,10 @@ def fit(
     found = reach(robot, max_error=max_error, progress=progress)
     if not found.cells.any():
         raise AnswerError(f"robot {robot.name!r} holds its nozzle nowhere in its frame within its limits")
-    upright = any(len(axis) == 1 for axis in found.axes[:2])
-    angles = np.zeros(1) if upright or robot.platform.plane else np.arange(turns) * math.pi / turns
+    on_wall = any(len(axis) == 1 for axis in found.axes[:2])
+    angles = np.zeros(1) if on_wall or robot.platform.plane else np.arange(turns) * math.pi / turns
     floor = float(found.axes[2][0])
-    place = _Placing(found, upright, floor if floor > points[:, 2].min() and not upright else None)
+    place = _Placing(found, on_wall, floor if floor > points[:, 2].min() and not on_wall else None)
     best = (0.0, 0.0, np.zeros(3))
     for number, angle in enumerate(angles):
         progress("placing", number, len(angles))
@@ -151,18 +151,18 @@ def _turned(points: Array, angle: float) -> Array:
 class _Placing:
     """Places of a part in a reach: at the height of its file, or with its foot on a ``floor`` above that, m.
 
-    In an ``upright`` plane it is at any height.
+    ``on_wall``: in an upright plane, where it is at any height.
     """
 
     reach: Reach
-    upright: bool
+    on_wall: bool
     floor: float | None
 
     def middle(self, turned: Array) -> Array:
         """Return the point of a part, (3,) m, from which it is scaled: the middle of its plan, or of it."""
         low, high = turned.min(axis=0), turned.max(axis=0)
         middle = 0.5 * (low + high)
-        if not self.upright:
+        if not self.on_wall:
             middle[2] = 0.0 if self.floor is None else low[2]
         return np.asarray(middle)
 
@@ -174,7 +174,7 @@ class _Placing:
         """Return the largest scale at an *angle*, rad, that exceeds *least*, and where the part's middle is, (3,) m."""
         turned = _turned(points, angle)
         best = (least, angle, np.zeros(3))
-        heights = self.reach.axes[2] if self.upright else np.array([self.floor or 0.0])
+        heights = self.reach.axes[2] if self.on_wall else np.array([self.floor or 0.0])
         tried = [axis if len(axis) == 1 else np.linspace(axis[0], axis[-1], _PLACES)
                  for axis in (*self.reach.axes[:2], heights)]  # fmt: skip
         for place in product(*tried):

@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 
 from cablewright.foundation.arrays import Array
-from cablewright.live.rest_pose import decided_by_weight
+from cablewright.models.free_coordinates import decided_by_weight
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
@@ -32,7 +32,7 @@ def reach(robot: Robot, begin: Array, goal: Array, low: Array, high: Array) -> d
     poses = np.tile(begin, (POSES, 1))
     poses[:, :3] = np.linspace(from_here, goal, POSES)
     poses = model.at_nozzle(poses) if rigid else poses
-    poses[:, decided_by_weight(model)] = np.nan
+    poses[:, decided_by_weight(robot)] = np.nan
     found = solve_inverse(model, poses)
     margins = np.where(found.ok, np.nan_to_num(found.margin(), nan=-np.inf), -np.inf)
     length = float(np.linalg.norm(goal - from_here))

@@ -22,7 +22,7 @@ from cablewright.calibration.judgement.suspects import Evidence, Explanation, Su
 from cablewright.calibration.plan import SIGMAS, CalibrationPlan, Group, Known, Sigmas
 from cablewright.calibration.poses.observability import azimuth_offsets, motions, open_freedoms
 from cablewright.calibration.sensors.measurement_kinds import SIGMA_OF
-from cablewright.calibration.unknowns import Unknown, is_held, unknowns_of
+from cablewright.calibration.unknowns import Unknown, is_in_file, unknowns_of
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.toml_input import load_model
@@ -117,7 +117,7 @@ class CalibrationRecord(FileDescription):
         if [(each.kind, each.line) for each in found] != [(each.name, each.line) for each in self.values]:
             raise InputError(f"{where}: values are not those of {robot.name!r}, in its order of lines")
         for each, known in zip(found, self.values, strict=True):
-            if is_held(robot, each) and each.name != "modulus":
+            if is_in_file(robot, each) and each.name != "modulus":
                 now = nominal(robot, each)
                 if abs(now - known.value) > _AGREES * max(1.0, abs(known.value)):
                     raise InputError(

@@ -34,7 +34,7 @@ class _Board:
             raise InputError(f"robot {name} has no point in a platform.plane, in which {program} moves: export klipper")
         if (m, winches) != (count, count):
             raise InputError(f"robot {name} has {m} lines on {winches} winches; {program} has {count}: export klipper")
-        if any(line.advantage != 1 or line.guides for line in robot.lines):
+        if not robot.has_plain_belts:
             raise InputError(f"robot {name}: lines.advantage or guides; {program} has straight belts: export klipper")
         self.robot, self.program, self.notes = robot, program, Notes()
         self.x, self.y = plane.directions

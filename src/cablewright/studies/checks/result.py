@@ -376,7 +376,7 @@ class Check(Result):
             corners = " to ".join(f"({', '.join(f'{each:.4g}' for each in end)})" for end in ends)
             notes.append(f"the path, {corners} m, is not in the robot: is it, or its origin, in {' or '.join(units)}?")
         near = self.nearest
-        if near is not None and near.margin < 0.0 and self.robot.n == 3 and not any(self.robot.lines[0].platform_point):
+        if near is not None and near.margin < 0.0 and self.robot.meets_in_nozzle:
             notes.append(
                 "lines meet in the nozzle in this robot file: where they meet above it, lines.platform_point says by "
                 "how much (of an import: --nozzle-below)"
