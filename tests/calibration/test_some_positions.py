@@ -86,9 +86,3 @@ def test_blanks_that_say_nothing_are_refused(tmp_path: Path, rows: list[str], to
     file.write_text("\n".join(["dl_1,dl_2,dl_3,dl_4,x,y,z,sigma_x,sigma_y,sigma_z", *rows]) + "\n")
     with pytest.raises(InputError, match=told):
         read_measured(file, WANG)
-
-
-def test_tensions_need_a_start() -> None:
-    measured, _ = partly(1, 9, 5)
-    with pytest.raises(InputError, match=r"with tensions f_1\.\. a start value is required"):
-        calibrate(WANG, replace(measured, tensions=np.full((30, 4), 50.0)))
