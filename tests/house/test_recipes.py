@@ -266,10 +266,14 @@ def step(settings: ObserverSettings, state: ObserverState, frame: SensorFrame) -
 
 def test_a_control_law(copy: Copy) -> None:
     """The error and the target's velocity alone: taut lines keep their excess, whatever it is."""
+    plain = "        return _within(settings, rates[settings.hosts], estimate)"
     copy.edit("foundation/choices.py", ('LawName = Literal["paper", ', 'LawName = Literal["plain", "paper", '))
     copy.edit(
         "control/velocity.py",
-        ("    else:\n        held = solve", '    elif settings.law != "plain":\n        held = solve'),
+        (
+            '    if settings.law == "paper":',
+            f'    if settings.law == "plain":\n{plain}\n    if settings.law == "paper":',
+        ),
     )
     told = copy.run(
         "-c",

@@ -59,11 +59,3 @@ def slack_rates(settings: SlackSettings, taut: Taut, excess: Array, slack: Mask)
     target = sag_angles(settings, taut, np.full(len(excess), settings.target_excess))
     beyond = sag_angles(settings, taut, excess) - target
     return np.where(slack & np.isfinite(beyond), -settings.gain * beyond, 0.0)
-
-
-def choose_slack_line(settings: SlackSettings, tensions: Array, current: int) -> int:
-    """Return the line to be slack: that of min *tensions* (m,), N, or *current* within the switch margin."""
-    smallest = int(np.argmin(tensions))
-    if current < 0 or tensions[current] - tensions[smallest] > settings.switch_margin * float(tensions.mean()):
-        return smallest
-    return current

@@ -49,11 +49,12 @@ class SwingState:
 
 def follow(settings: SwingDamping, state: SwingState, rotation: Array, dt: float) -> Array:
     """Return the velocity (3,), m/s, at which the platform is to follow a drum of *rotation* (3,), rad, for *dt*, s."""
-    below = -matrix_of(rotation)[:2, 2]  # where the drum is, per length of the pendulum
-    if np.isnan(state.mean).any():
-        state.mean = below
-    memory = _PERIODS * 2.0 * math.pi / settings.rate
-    state.mean = state.mean + (below - state.mean) * min(dt / memory, 1.0)
-    velocity = 2.0 * settings.added * settings.rate * settings.length * (below - state.mean)
-    size = math.hypot(*velocity)
-    return np.append(velocity * (MOST_SPEED / size if size > MOST_SPEED else 1.0), 0.0)
+    below = (-matrix_of(rotation)[:2, 2]).tolist()  # where the drum is, per length of the pendulum
+    mean, memory = state.mean.tolist(), _PERIODS * 2.0 * math.pi / settings.rate
+    if any(map(math.isnan, mean)):
+        mean = below
+    x, y = (then + (now - then) * min(dt / memory, 1.0) for then, now in zip(mean, below, strict=True))
+    state.mean, faster = np.array([x, y]), 2.0 * settings.added * settings.rate * settings.length
+    size = faster * math.hypot(below[0] - x, below[1] - y)
+    faster *= MOST_SPEED / size if size > MOST_SPEED else 1.0
+    return np.array([faster * (below[0] - x), faster * (below[1] - y), 0.0])

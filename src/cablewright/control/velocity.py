@@ -15,14 +15,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Final, get_args
+from typing import Final, NamedTuple, get_args
 
 import numpy as np
 
 from cablewright.control.beam import BeamMotion
 from cablewright.control.guide import Target
 from cablewright.control.held_lengths import Held, held_at
-from cablewright.control.slack import SlackSettings, choose_slack_line, slack_rates
+from cablewright.control.slack import SlackSettings, slack_rates
 from cablewright.control.stretch_damping import StretchDamping, StretchState
 from cablewright.control.stretch_damping import follow as follow_stretch
 from cablewright.control.swing_damping import SwingDamping, SwingState, follow
@@ -30,6 +30,9 @@ from cablewright.foundation.arrays import Array, Indices
 from cablewright.foundation.choices import LawName
 from cablewright.foundation.errors import InputError, UnknownName, require_positive
 from cablewright.foundation.signals import Estimate
+from cablewright.kernels.control import point_rates as kernel
+from cablewright.kernels.control.moving_part import split
+from cablewright.kernels.control.point_rates import PointGains
 from cablewright.kernels.layout import Packed
 from cablewright.models.free_coordinates import free_coordinates
 from cablewright.models.inertia import compensates, inertia_wrenches
@@ -39,9 +42,12 @@ from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.support import Capability, require
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.linearise import linearise_where_regular
+from cablewright.solvers.preferred import preferred_tensions
 from cablewright.solvers.taut import Taut, stretches, taut_at, taut_of
 
 LAWS: Final = get_args(LawName)
+
+_STILL: Final = np.zeros(3)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +79,31 @@ class VelocitySettings:
         return self.swing is not None or self.stretch is not None
 
     @cached_property
+    def gains(self) -> PointGains:
+        """Gains and limits for the kernel of a point platform."""
+        own = self.slack
+        return PointGains(
+            float(self.gain), float(self.max_correction), float(self.internal_gain), float(own.planned_excess),
+            float(own.switch_margin), float(own.excess_rate), bool(self.manage_slack), bool(self.by_lengths),
+        )  # fmt: skip
+
+    @cached_property
+    def free(self) -> Array:
+        """The motions (3, p) of a point that its plane, if any, allows."""
+        free = self.model.free_directions
+        return np.eye(3) if free is None else np.array(free, order="C")
+
+    @cached_property
+    def plain(self) -> Packed | None:
+        """A batch of one row for the kernel, which solves with a winch for each line and no plane; None: others."""
+        model, robot = self.model, self.model.robot
+        shared = robot.sharing or robot.hung or model.winches < model.freedoms
+        if shared or robot.platform.plane is not None or self.stretch is not None or model.massless:
+            return None
+        packed: Packed = model.rows(preferred=preferred_tensions(model))
+        return packed
+
+    @cached_property
     def hosts(self) -> Indices:
         """The lines (w,) that the winches are named for."""
         return np.array(self.model.robot.hosts)
@@ -95,7 +126,7 @@ class VelocityState:
     """Changed in place by `step`."""
 
     planned_excess: Array  # (m,) m, of each line on purpose
-    slack_line: int = -1  # index; -1: none chosen yet
+    slack_line: Indices = field(default_factory=lambda: np.array([-1]))  # (1,) index; -1: none chosen yet
     swing: SwingState = field(default_factory=SwingState)
     stretch: StretchState = field(default_factory=StretchState)
     tension_error: float = math.inf  # N, largest, from those that the model chooses
@@ -127,53 +158,65 @@ def step(
     if settings.model.n == 6:
         rates = _rates_of_body(settings, state, estimate, target, dt, tensions, beam, calms=calms)
         return np.zeros(len(settings.hosts)) if rates is None else _within(settings, rates, estimate)
-    taut = taut_at(settings.model, estimate.position + 0.5 * dt * target.velocity)  # lengths are no lines in space
-    if not (np.isfinite(taut.toward).all() and np.isfinite(estimate.lengths).all()):
+    if not np.isfinite(estimate.lengths).all():
         return np.zeros(len(settings.hosts))
-    lead, leading = _lead(settings.model, target, dt)
-    error = target.position - estimate.position
-    if settings.by_lengths and lead.any():  # the estimate takes what the lengths lead by for a motion of the platform
-        led = np.linalg.lstsq(_by_motion(settings.model, taut), lead, rcond=None)[0]
-        error += led if settings.model.free_directions is None else settings.model.free_directions @ led
-    correction = min(settings.gain, 0.5 / dt) * error
-    size = math.sqrt(float(correction @ correction))
-    if size > settings.max_correction:
-        correction *= settings.max_correction / size
+    target = target._replace(  # kernels are compiled for arrays that may be written
+        position=np.array(target.position),
+        velocity=np.array(target.velocity),
+        accelerations=np.array(target.accelerations, order="C"),
+    )
+    held = _held_point(settings, target, dt)
+    swing, rates = _STILL, np.empty(settings.model.m)
     if settings.swing is not None:
-        correction = correction + follow(settings.swing, state.swing, estimate.rotation, dt)
-    rates = taut.toward @ (target.velocity + correction) + leading
+        swing = follow(settings.swing, state.swing, estimate.rotation, dt)
+    place = estimate.position.copy()
+    packed, free, gains = settings.model.packed, settings.free, settings.gains
+    toward, whole = kernel.follow(
+        packed, free, gains, held.lengths, place, target.position, target.velocity, swing, dt, rates
+    )
+    if not np.isfinite(toward).all():
+        return np.zeros(len(settings.hosts))
     if settings.law == "paper":
-        rates += _slack_term(settings, taut, estimate, dt)
-    else:
-        held = solve_inverse(settings.model, target.position)
-        rates += _internal_rates(settings, state, taut, estimate, held, dt, tensions)
-        if calms:
-            rates += _stretch_rates(settings, state, held, target.accelerations[0], estimate, dt)
+        rates += _slack_term(settings, taut_at(settings.model, place + 0.5 * dt * target.velocity), estimate, dt)
+        return _within(settings, rates[settings.hosts], estimate)
+    error = kernel.balance(
+        packed, settings.hosts, free, gains, held.lengths, held.tensions, toward, whole,
+        target.position if held.solved is None else held.solved.pose,
+        estimate.excess.copy(), np.empty(0) if tensions is None else tensions.copy(), dt,
+        state.planned_excess, state.slack_line, rates,
+    )  # fmt: skip
+    if not (settings.manage_slack or math.isnan(error)):
+        state.chosen, state.tension_error = held.tensions, error
+    if calms and held.solved is not None:
+        rates += _stretch_rates(settings, state, held.solved, target.accelerations[0], estimate, dt)
     return _within(settings, rates[settings.hosts], estimate)
 
 
-def _by_motion(model: Model, taut: Taut) -> Array:
-    """Return the gradients (m, p) of the lengths of lines by the motions of a point that its plane, if any, allows."""
-    return taut.toward if model.free_directions is None else taut.toward @ model.free_directions
+class _HeldPoint(NamedTuple):
+    """Lengths (5, m), m, see `point_rates.hold`, tensions (m,), N, at rest, and that equilibrium where it is needed."""
+
+    lengths: Array
+    tensions: Array
+    solved: Equilibrium | None
 
 
-def _lead(model: Model, target: Target, dt: float) -> tuple[Array, Array]:
-    """Return what lengths (m,), m, hold a point on its path while it accelerates beside those at rest, and their rates.
-
-    Zeros where lengths cannot, and where the target is steady.
-    """
-    still = np.zeros(model.m)
-    if not target.accelerations.any() or not compensates(model.robot):
-        return still, still
-    places = np.stack([target.position, target.position + dt * target.velocity])
-    wrenches = inertia_wrenches(model.robot, places, target.accelerations)
-    held = solve_inverse(
-        model, np.concatenate([places, places]), path=True, wrenches=np.concatenate([wrenches, np.zeros_like(wrenches)])
-    )
-    if not np.isfinite(held.lengths).all():
-        return still, still
-    begin, end = held.lengths[:2] - held.lengths[2:]
-    return begin, (end - begin) / dt
+def _held_point(settings: VelocitySettings, target: Target, dt: float) -> _HeldPoint:
+    """Return how lengths hold a point on its path, where they can; its own mass alone is accelerated."""
+    model = settings.model
+    pushed = target.accelerations if compensates(model.robot) else np.zeros((2, 3))
+    if settings.plain is not None:
+        lengths, tensions = np.empty((kernel.HELD, model.m)), np.empty(model.m)
+        mass = model.robot.platform.mass
+        kernel.hold(settings.plain, mass, target.position, target.velocity, pushed, dt, lengths, tensions)
+        return _HeldPoint(lengths, tensions, None)
+    held = solve_inverse(model, target.position)
+    lengths = np.vstack([held.lengths, np.zeros((kernel.HELD - 1, model.m))])
+    if pushed.any():
+        places = np.stack([target.position, target.position + dt * target.velocity])
+        wrenches = inertia_wrenches(model.robot, places, pushed)
+        wrenches = np.concatenate([wrenches, np.zeros_like(wrenches)])
+        lengths[1:] = solve_inverse(model, np.concatenate([places, places]), path=True, wrenches=wrenches).lengths
+    return _HeldPoint(lengths, held.tensions, held)
 
 
 def _within(settings: VelocitySettings, rates: Array, estimate: Estimate) -> Array:
@@ -248,8 +291,9 @@ def _length_errors(
 
 def _moving_part(by_motion: Array, change: Array) -> Array:
     """Return the part (m,) of a *change* of lengths that moves the platform, by their gradients (m, p)."""
-    basis, _ = np.linalg.qr(by_motion)
-    return np.asarray(basis @ (basis.T @ change))
+    moving, motion = np.empty(len(by_motion)), np.empty(by_motion.shape[1])
+    split(np.ascontiguousarray(np.column_stack([by_motion, change])), moving, motion)
+    return moving
 
 
 def _stretch_rates(
@@ -271,40 +315,3 @@ def _slack_term(settings: VelocitySettings, taut: Taut, estimate: Estimate, dt: 
     """Return the paper's term (m,), m/s, limited to `max_correction` and to half of the excess in one step."""
     limit = np.minimum(0.5 * np.abs(estimate.excess - settings.slack.target_excess) / dt, settings.max_correction)
     return np.clip(slack_rates(settings.slack, taut, estimate.excess, estimate.slack), -limit, limit)
-
-
-def _internal_rates(
-    settings: VelocitySettings,
-    state: VelocityState,
-    taut: Taut,
-    estimate: Estimate,
-    at_target: Equilibrium,
-    dt: float,
-    tensions: Array | None,
-) -> Array:
-    """Return rates (m,), m/s, in the null space, towards the excess or stretch that the model gives each line.
-
-    Measured *tensions* (m,), N, of lines that are all taut say how far that is off; else the lengths do.
-    """
-    model = settings.model
-    if not np.isfinite(at_target.lengths).all():
-        return np.zeros(model.m)
-    if settings.manage_slack:
-        state.slack_line = choose_slack_line(settings.slack, at_target.tensions, state.slack_line)
-        planned = np.where(np.arange(model.m) == state.slack_line, settings.slack.planned_excess, 0.0)
-        change = settings.slack.excess_rate * dt
-        state.planned_excess = state.planned_excess + np.clip(planned - state.planned_excess, -change, change)
-    else:
-        state.chosen = at_target.tensions
-    goal = at_target.lengths - taut_at(model, at_target.pose).lengths + state.planned_excess
-    if tensions is None or settings.manage_slack:
-        error = np.where(np.isfinite(estimate.excess), goal - estimate.excess, 0.0)
-    else:
-        error = np.nan_to_num(stretches(model.lines, taut) * (tensions - at_target.tensions))
-    hosts, rates = settings.hosts, np.zeros(model.m)
-    own = error[hosts] - _moving_part(_by_motion(model, taut)[hosts], error[hosts])
-    if not settings.manage_slack:
-        state.tension_error = float(np.abs(own / stretches(model.lines, taut)[hosts]).max())
-    gain, most = min(settings.internal_gain, 0.5 / dt), settings.max_correction
-    rates[hosts] = np.clip(gain * own, -most, most)
-    return rates

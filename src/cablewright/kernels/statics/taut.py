@@ -5,14 +5,32 @@ from math import cos, nan, sin
 import numpy as np
 
 from cablewright.kernels import jit
-from cablewright.kernels.layout import FREE, PHI, SPANS, STATE
+from cablewright.kernels.layout import (
+    END_SPRING,
+    FREE,
+    FREE_COMPLIANCE,
+    GUIDE,
+    MOUNT,
+    PHI,
+    PULLS,
+    SIDE,
+    SPANS,
+    STATE,
+    UNKNOWNS,
+    UPRIGHT,
+)
 from cablewright.kernels.statics.equilibrium import workspace
+from cablewright.kernels.statics.line.guides import towards_winch
 from cablewright.kernels.statics.line.interface import place_lines, taut_line
 from cablewright.kernels.statics.line.solved_line import end_of_line, hang_in_plane
 
 # Columns of a line's results.
 ANGLE, REACH, WHOLE = 0, 1, 2  # rad above the horizontal, m from the sheave, m from the winch
 FOUND = 3
+
+# Columns of a line's softness, m/N.
+STRETCH, GIVEN, SHARE = 0, 1, 2  # by cable, spring and mount; by the mount; by a mount of the compliance 1
+SOFTNESS = 3
 
 
 @jit(allocates=True)
@@ -48,3 +66,27 @@ def draw(packed, pose, found, planes, toward, per_motion):
                 az * x - ax * z,
                 ax * across - ay * x,
             )
+
+
+@jit
+def soften(lines, lengths, toward, softness):
+    """Write by how much straight *lines* (m, COLUMNS) give per tension: *softness* (m, SOFTNESS), m/N.
+
+    *lengths* (m,), m, from the winch, and *toward* (m, 3): as `draw` writes them. The mount of an exit is pulled along
+    the free span and, where it is modelled, along the dead span, by all cables of the line.
+    """
+    for i in range(lines.shape[0]):
+        row = lines[i]
+        x, y, z = 0.0, 0.0, 0.0
+        if row[GUIDE] != UPRIGHT:
+            x, y, z = towards_winch(row)
+        elif row[UNKNOWNS] > 3.0:  # upright, as along the axis of a swivel
+            z = -row[SIDE]
+        x, y, z = toward[i, 0] + x, toward[i, 1] + y, toward[i, 2] + z
+        mount = row[MOUNT : MOUNT + 6]
+        soft = mount[0] * x * x + mount[1] * y * y + mount[2] * z * z
+        soft += 2.0 * mount[3] * x * y + 2.0 * mount[4] * x * z + 2.0 * mount[5] * y * z
+        pulled = row[PULLS] / row[SPANS]
+        softness[i, GIVEN] = pulled * soft
+        softness[i, SHARE] = pulled * (x * x + y * y + z * z)
+        softness[i, STRETCH] = row[FREE_COMPLIANCE] * lengths[i] + row[END_SPRING] + softness[i, GIVEN]
