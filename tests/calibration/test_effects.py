@@ -86,7 +86,7 @@ def test_what_is_unknown_or_has_no_part_is_no_candidate() -> None:
 
 
 def test_a_spool_printer_with_a_makers_defects_finds_held_out_positions() -> None:
-    """Friction, softer lines, a build-up known to 10 %, positions off by 3 mm, anchors that deflect."""
+    """Friction, softer lines, a build-up known to 10 %, positions wrong by 3 mm, anchors that deflect."""
     twin = spools(1006)
     plain = calibrate(twin.file, twin.measured, twin.plan, rough=0.05, need=5e-3)
     found = calibrate(twin.file, twin.measured, twin.plan, rough=0.05, need=5e-3, models="auto")

@@ -92,7 +92,7 @@ def press(page: Page, text: str) -> None:
 def printed(page: Page, name: str) -> str:
     """Print a job by one confirmation; return what was confirmed.
 
-    A computer that is too busy loses the lease, or sees states that are too old: a person is told so, and begins anew.
+    A computer that is too busy loses the lease, or sees old states: the page shows it, and the person begins again.
     """
     end = time.monotonic() + 240.0
     told = ""

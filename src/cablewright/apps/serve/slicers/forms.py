@@ -120,7 +120,7 @@ def _headers(text: str) -> Any:
 class EarlyRefusal(Response):
     """An answer that is sent before a body of known length was read; then that is read, or its sender would not see it.
 
-    A body without a length is not read: one whose chunks are foul would end the answer.
+    A body without a length is not read: one whose chunks are malformed would end the answer.
     """
 
     media_type = "text/plain"
