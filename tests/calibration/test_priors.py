@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -97,6 +98,8 @@ def test_turns_of_a_drum_with_build_up_are_read_and_written(tmp_path: Path) -> N
     plan = CalibrationPlan(unknowns=SPOOL)
     with pytest.raises(InputError, match=r"build_up: the data has lengths, in which the winch.build_up of line 'A'"):
         calibrate(robot, in_metres, plan)
+    with pytest.raises(InputError, match=r"known\[0\]: build_up: the data has lengths, in which"):
+        calibrate(robot, in_metres, CalibrationPlan(known=(Known(name="build_up", value=0.01),)))
 
 
 def test_a_prior_has_a_value_of_its_own() -> None:
@@ -191,6 +194,41 @@ def test_what_a_plan_cannot_say_is_one_line(text: str, fault: str, tmp_path: Pat
 def test_a_line_that_the_robot_lacks_is_named() -> None:
     plan = CalibrationPlan(known=(Known(name="build_up", lines=("nobody",), deviation=0.0),))
     with pytest.raises(InputError, match=r"known\[0\]: .*nobody"):
+        StraightProblem.of(WANG, Measured(np.zeros((20, 4))), plan)
+
+
+@pytest.mark.parametrize(
+    ("known", "fault"),
+    [
+        ({"name": "tension_scale", "value": 1.3}, "tension_scale: the data has no column f_1; leave it out"),
+        ({"name": "swivel_offset", "deviation": 0.1}, "swivel_offset: the data has no column swivel_1"),
+        ({"name": "yaw_offset", "deviation": 0.1}, "yaw_offset: 'wang2021' is a point platform"),
+        ({"name": "modulus", "deviation": 0.1}, "modulus: rigid lines do not stretch"),
+    ],
+)
+def test_a_known_number_without_effect_is_refused(known: dict[str, Any], fault: str) -> None:
+    made = measure(WANG, random_poses(WANG, 20, rng := np.random.default_rng(9)), 1e-4, rng)
+    with pytest.raises(InputError, match=r"^known\[0\]: " + fault):
+        calibrate(WANG, made.measured, CalibrationPlan(known=(Known(**known),)))
+    calibrate(WANG, made.measured, CalibrationPlan(known=(Known(name=known["name"], deviation=0.0),)))
+
+
+def test_coordinates_are_alike_axis_by_axis() -> None:
+    """Errors of 1, 2 and 3 cm along x, y and z, the same of all lines, do not contradict the prior."""
+    plan = CalibrationPlan(priors=(Prior(name="exit_point", deviation=1e-4, alike=True),))
+    problem = StraightProblem.of(WANG, Measured(np.zeros((20, 4))), plan)
+    rows, values = problem.rows.linear, problem.rows.wanted
+    moved = problem.start.copy()
+    moved[:12] += np.tile([0.01, 0.02, 0.03], 4)
+    assert rows @ moved == pytest.approx(values, abs=1e-6)
+    moved[0] += 1e-3
+    assert np.abs(rows @ moved - values).max() == pytest.approx(7.5, rel=1e-6)
+
+
+def test_one_number_is_not_alike() -> None:
+    prior = Prior(name="length_scale", deviation=1e-4, alike=True)
+    plan = CalibrationPlan(unknowns=("length_offset", "length_scale"), shared=("length_scale",), priors=(prior,))
+    with pytest.raises(InputError, match=r"priors\[0\]: length_scale: alike requires at least two numbers"):
         StraightProblem.of(WANG, Measured(np.zeros((20, 4))), plan)
 
 

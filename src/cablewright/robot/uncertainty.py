@@ -224,14 +224,19 @@ class Uncertainty(FileDescription):
 
 
 def _zeroing(robot: Described, parameter: Parameter, place: Vec3) -> tuple[float, ...]:
-    """Return `Range.zeroing`, of straight lines to the nozzle at *place*: as the parameter lengthens them there."""
-    sign = {"exit_point": -1.0, "platform_point": 1.0}.get(parameter.entry.base, 0.0)
+    """Return `Range.zeroing`, of straight lines of the unrotated platform with its nozzle at *place*, to first order.
+
+    That is by as much as the parameter lengthens a line there, or makes the cable out there longer than counted.
+    """
+    sign = {"exit_point": -1.0, "platform_point": 1.0, "length_scale": -1.0}.get(parameter.entry.base, 0.0)
     found = []
     for line in robot.lines:
-        away = [p + b - a for p, b, a in zip(place, line.platform_point, line.exit_point, strict=True)]
-        own = sign * line.advantage if parameter.line in (None, line.name) else 0.0
-        along = away[AXES.index(parameter.kind[-1])] / math.hypot(*away) if own else 0.0
-        found.append(own * along)
+        ends = zip(place, robot.platform.nozzle, line.platform_point, line.exit_point, strict=True)
+        away = [p - q + b - a for p, q, b, a in ends]
+        own, length = sign * line.advantage if parameter.line in (None, line.name) else 0.0, math.hypot(*away)
+        if own:
+            own *= length if parameter.kind == "length_scale" else away[AXES.index(parameter.kind[-1])] / length
+        found.append(own)
     return tuple(found)
 
 

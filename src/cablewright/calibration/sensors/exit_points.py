@@ -101,9 +101,13 @@ def linear_rows(
         for name in each.lines or ():
             line_index(robot, name, f"priors[{at}]")
         weights = np.array([each.is_of(unknown) * unknown.size / each.deviation for unknown in unknowns])
-        own = np.diag(weights)[np.flatnonzero(weights)]
-        if each.alike:
-            own = own - np.repeat(own.mean(axis=0, keepdims=True), len(own), axis=0)
+        of = np.flatnonzero(weights)
+        own, axes = np.diag(weights)[of], np.array([-1 if unknowns[k].axis is None else unknowns[k].axis for k in of])
+        if len(of) <= each.alike * len(set(axes.tolist())):
+            why = "alike requires at least two numbers" if len(of) else "none of the unknowns is of these lines"
+            raise InputError(f"priors[{at}]: {each.name}: {why}")
+        for axis in set(axes.tolist()) if each.alike else ():
+            own[axes == axis] -= own[axes == axis].mean(axis=0)
         prior.append(own)
         given.append(own @ start if each.value is None else np.full(len(own), each.value / each.deviation))
     rows, measured = np.concatenate([*surveyed, *level, *prior]), 3 * len(plan.points) + 2 * len(level)
