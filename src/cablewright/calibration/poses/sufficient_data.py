@@ -120,7 +120,9 @@ def _check_known(problem: CalibrationProblem) -> None:
             raise InputError(f"known[{at}]: {str(error).removeprefix('unknowns: ')}") from None
         column = _lacks(problem, known.name)
         if column is not None:
-            raise InputError(f"known[{at}]: {known.name}: {problem.measured.origin} has no column {column}; leave it out")
+            raise InputError(
+                f"known[{at}]: {known.name}: {problem.measured.origin} has no column {column}; leave it out"
+            )
 
 
 def check(problem: CalibrationProblem) -> None:
@@ -138,7 +140,11 @@ def check(problem: CalibrationProblem) -> None:
             raise InputError(f"unknowns: {each.label}: {measured.origin} has no reading of it; give it a prior")
     _check_known(problem)
     wound = line_with_counted_build_up(problem)
-    settles = [f"known[{at}]" for at, each in enumerate(problem.plan.known) if each.name == "build_up" and each.value is not None]
+    settles = [
+        f"known[{at}]"
+        for at, each in enumerate(problem.plan.known)
+        if each.name == "build_up" and each.value is not None
+    ]
     if wound is not None and (settles or "build_up" in problem.plan.unknowns):
         raise InputError(
             f"{(*settles, 'unknowns')[0]}: build_up: {measured.origin} has lengths, in which the winch.build_up of line "
