@@ -140,15 +140,12 @@ def check(problem: CalibrationProblem) -> None:
             raise InputError(f"unknowns: {each.label}: {measured.origin} has no reading of it; give it a prior")
     _check_known(problem)
     wound = line_with_counted_build_up(problem)
-    settles = [
-        f"known[{at}]"
-        for at, each in enumerate(problem.plan.known)
-        if each.name == "build_up" and each.value is not None
-    ]
-    if wound is not None and (settles or "build_up" in problem.plan.unknowns):
+    of_drums = (each.name == "build_up" and each.value is not None for each in problem.plan.known)
+    said = next((f"known[{at}]" for at, each in enumerate(of_drums) if each), "unknowns")
+    if wound is not None and (said != "unknowns" or "build_up" in problem.plan.unknowns):
         raise InputError(
-            f"{(*settles, 'unknowns')[0]}: build_up: {measured.origin} has lengths, in which the winch.build_up of line "
-            f"{wound!r} is counted already; give turns of the drum, as in 'dl_1 (turns)', or leave build_up out"
+            f"{said}: build_up: {measured.origin} has lengths, in which the winch.build_up of line {wound!r} is "
+            "counted already; give turns of the drum, as in 'dl_1 (turns)', or leave build_up out"
         )
     if not problem.elastic:
         require_tensions(problem.robot, measured)
