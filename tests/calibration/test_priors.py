@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from cablewright.calibration.calibrate import calibrate
+from cablewright.calibration.judgement.consistency import together
 from cablewright.calibration.measurements import Measured, read_measured, write_measured
 from cablewright.calibration.plan import Bound, CalibrationPlan, Known, Prior, Sigmas, load_plan
 from cablewright.calibration.poses.problem import StraightProblem
@@ -19,6 +20,7 @@ from cablewright.foundation.errors import InputError
 from cablewright.models.drum import WinchDrum, drum_of
 from cablewright.robot import Robot, load
 
+POSITIONS = SensorNoise(pose=2e-3)
 WANG, SPOOLS = load("wang2021"), load("hangprinter-v4")
 BUILD_UP = 0.012
 SPOOL = ("exit_point", "length_offset", "build_up")
@@ -124,6 +126,10 @@ def test_bounds_may_leave_out_the_file_where_a_prior_has_another_value() -> None
     with pytest.raises(InputError, match="is 0 in the file, out of the bounds"):
         StraightProblem.of(WANG, measured, CalibrationPlan(unknowns=unknowns, bounds=bounds))
     StraightProblem.of(WANG, measured, CalibrationPlan(unknowns=unknowns, bounds=bounds, priors=priors))
+    made = measure(WANG, random_poses(WANG, 24, rng := np.random.default_rng(3)), 1e-4, rng, sensors=POSITIONS).measured
+    made = replace(made, counted=WinchDrum(1.0, build_up=0.01).angles(made.counted))
+    plan = CalibrationPlan(unknowns=("exit_point", *unknowns), shared=("build_up",), bounds=bounds, priors=priors)
+    assert calibrate(WANG, made, plan, rough=0.05, outliers=False).values[-1] == pytest.approx(0.01, abs=3e-4)
     far = (Prior(name="build_up", value=0.03, deviation=1e-3),)
     with pytest.raises(InputError, match=r"priors\[0\]: value = 0.03 of build up of .* is out of its range, 0.005 to"):
         StraightProblem.of(WANG, measured, CalibrationPlan(unknowns=unknowns, bounds=bounds, priors=far))
@@ -164,8 +170,11 @@ def test_a_known_value_stands_instead_of_the_file() -> None:
     made = measure(WANG, random_poses(WANG, 40, rng), 1e-5, rng, sensors=SensorNoise(pose=1e-3))
     measured = replace(made.measured, counted=WinchDrum(1.0, build_up=0.01).angles(made.measured.counted))
     plan = CalibrationPlan(known=(Known(name="build_up", value=0.01),))
-    right, wrong = (calibrate(WANG, measured, each).rms for each in (plan, CalibrationPlan()))
-    assert right < 2e-5 < 0.2 * wrong
+    right, wrong = (calibrate(WANG, measured, each) for each in (plan, CalibrationPlan()))
+    assert right.rms < 2e-5 < 0.2 * wrong.rms
+    alone = together(right.problem, right.fit)
+    assert alone is not None
+    assert alone.alone < 2e-5
 
 
 @pytest.mark.parametrize(
