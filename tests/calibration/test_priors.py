@@ -222,6 +222,16 @@ def test_a_known_number_without_effect_is_refused(known: dict[str, Any], fault: 
     calibrate(WANG, made.measured, CalibrationPlan(known=(Known(name=known["name"], deviation=0.0),)))
 
 
+@pytest.mark.parametrize(
+    ("name", "value", "room"),
+    [("length_scale", -1.0, "0.9 to 1.1"), ("build_up", 50.0, "0 to 0.2"), ("length_scale", 1e200, "0.9 to 1.1")],
+)
+def test_a_known_number_is_within_the_range_of_an_unknown(name: str, value: float, room: str) -> None:
+    made = measure(WANG, random_poses(WANG, 20, rng := np.random.default_rng(9)), 1e-4, rng)
+    with pytest.raises(InputError, match=rf"^known\[0\]: value = .* of {name}: must be {room}$"):
+        calibrate(WANG, made.measured, CalibrationPlan(known=(Known(name=name, value=value),)))
+
+
 def test_coordinates_are_alike_axis_by_axis() -> None:
     """Errors of 1, 2 and 3 cm along x, y and z, the same of all lines, do not contradict the prior."""
     plan = CalibrationPlan(priors=(Prior(name="exit_point", deviation=1e-4, alike=True),))

@@ -8,6 +8,7 @@ import numpy as np
 
 from cablewright.calibration.measurements import SENSORS, Measured
 from cablewright.calibration.plan import STRETCH
+from cablewright.calibration.poses.bounds import OF_NOTHING, SHARES
 from cablewright.calibration.poses.problem import CalibrationProblem
 from cablewright.calibration.sensors.load_cells import require_tensions
 from cablewright.calibration.sensors.positions import check_plane
@@ -118,6 +119,9 @@ def _check_known(problem: CalibrationProblem) -> None:
             unknowns_of(problem.robot, (known.name,), elastic=problem.elastic)
         except InputError as error:
             raise InputError(f"known[{at}]: {str(error).removeprefix('unknowns: ')}") from None
+        low, high = (SHARES | OF_NOTHING).get(known.name, (-math.inf, math.inf))
+        if known.value is not None and not low <= known.value <= high:
+            raise InputError(f"known[{at}]: value = {known.value:g} of {known.name}: must be {low:.4g} to {high:.4g}")
         column = _lacks(problem, known.name)
         if column is not None:
             raise InputError(

@@ -101,13 +101,14 @@ def linear_rows(
         for name in each.lines or ():
             line_index(robot, name, f"priors[{at}]")
         weights = np.array([each.is_of(unknown) * unknown.size / each.deviation for unknown in unknowns])
-        of = np.flatnonzero(weights)
-        own, axes = np.diag(weights)[of], np.array([-1 if unknowns[k].axis is None else unknowns[k].axis for k in of])
-        if len(of) <= each.alike * len(set(axes.tolist())):
-            why = "alike requires at least two numbers" if len(of) else "none of the unknowns is of these lines"
+        own = np.diag(weights)[np.flatnonzero(weights)]
+        axes = [unknown.axis for unknown in unknowns if each.is_of(unknown)]
+        if len(axes) <= each.alike * len(set(axes)):
+            why = "alike requires at least two numbers" if axes else "none of the unknowns is of these lines"
             raise InputError(f"priors[{at}]: {each.name}: {why}")
-        for axis in set(axes.tolist()) if each.alike else ():
-            own[axes == axis] -= own[axes == axis].mean(axis=0)
+        for axis in set(axes) if each.alike else ():
+            same = [one == axis for one in axes]
+            own[same] -= own[same].mean(axis=0)
         prior.append(own)
         given.append(own @ start if each.value is None else np.full(len(own), each.value / each.deviation))
     rows, measured = np.concatenate([*surveyed, *level, *prior]), 3 * len(plan.points) + 2 * len(level)
