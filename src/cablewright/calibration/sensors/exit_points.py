@@ -1,4 +1,4 @@
-"""What a plan says apart from poses: surveyed exit points, their distances and level, priors, and the datum."""
+"""Statements of a plan apart from poses: surveyed exit points, their distances and level, priors, and the datum."""
 
 from __future__ import annotations
 
