@@ -94,3 +94,28 @@ def test_a_spool_printer_with_a_makers_defects_finds_held_out_positions() -> Non
     assert {each.name for each in found.effects if each.chosen} & {"stretch", "deflection"}
     assert own < 2.5e-3
     assert own < before
+
+
+def test_lengths_that_count_a_build_up_get_no_other() -> None:
+    lines = [
+        line.model_copy(update={"winch": line.winch.model_copy(update={"build_up": 0.012, "drum_length": 5.0})})
+        for line in load("hangprinter-v4").lines
+    ]
+    robot = load("hangprinter-v4").model_copy(update={"lines": tuple(lines)})
+    rng = np.random.default_rng(4)
+    made = measure(robot, random_poses(robot, 44, rng), 2e-4, rng).measured
+    wrong = replace(made, counted=WinchDrum(1.0, build_up=6e-3).angles(made.counted))
+    found = calibrate(robot, wrong, rough=0.05, outliers=False, models="auto")
+    assert "build_up" not in {each.name for each in found.effects}
+
+
+def test_an_effect_without_a_solution_is_not_in_the_model(monkeypatch: pytest.MonkeyPatch) -> None:
+    robot, measured = made_with("hysteresis", 1)
+    plain = calibrate(robot, measured, rough=0.05, outliers=False)
+    fits = iter((plain, replace(plain, status="degenerate")))
+    monkeypatch.setattr("cablewright.calibration.calibrate._fitted", lambda *_: next(fits))
+    found = calibrate(robot, measured, rough=0.05, outliers=False, models="auto")
+    assert found.fit is plain.fit
+    assert not any(each.chosen for each in found.effects)
+    assert "hysteresis" in {each.name for each in found.effects}
+    assert any("hysteresis: left out" in each for each in found.notes)

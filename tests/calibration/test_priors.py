@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from cablewright.calibration.calibrate import calibrate
+from cablewright.calibration.judgement.consistency import together
 from cablewright.calibration.measurements import Measured, read_measured, write_measured
 from cablewright.calibration.plan import Bound, CalibrationPlan, Known, Prior, Sigmas, load_plan
 from cablewright.calibration.poses.problem import StraightProblem
@@ -18,6 +20,7 @@ from cablewright.foundation.errors import InputError
 from cablewright.models.drum import WinchDrum, drum_of
 from cablewright.robot import Robot, load
 
+POSITIONS = SensorNoise(pose=2e-3)
 WANG, SPOOLS = load("wang2021"), load("hangprinter-v4")
 BUILD_UP = 0.012
 SPOOL = ("exit_point", "length_offset", "build_up")
@@ -97,6 +100,8 @@ def test_turns_of_a_drum_with_build_up_are_read_and_written(tmp_path: Path) -> N
     plan = CalibrationPlan(unknowns=SPOOL)
     with pytest.raises(InputError, match=r"build_up: the data has lengths, in which the winch.build_up of line 'A'"):
         calibrate(robot, in_metres, plan)
+    with pytest.raises(InputError, match=r"known\[0\]: build_up: the data has lengths, in which"):
+        calibrate(robot, in_metres, CalibrationPlan(known=(Known(name="build_up", value=0.01),)))
 
 
 def test_a_prior_has_a_value_of_its_own() -> None:
@@ -121,12 +126,16 @@ def test_bounds_may_leave_out_the_file_where_a_prior_has_another_value() -> None
     with pytest.raises(InputError, match="is 0 in the file, out of the bounds"):
         StraightProblem.of(WANG, measured, CalibrationPlan(unknowns=unknowns, bounds=bounds))
     StraightProblem.of(WANG, measured, CalibrationPlan(unknowns=unknowns, bounds=bounds, priors=priors))
+    made = measure(WANG, random_poses(WANG, 24, rng := np.random.default_rng(3)), 1e-4, rng, sensors=POSITIONS).measured
+    made = replace(made, counted=WinchDrum(1.0, build_up=0.01).angles(made.counted))
+    plan = CalibrationPlan(unknowns=("exit_point", *unknowns), shared=("build_up",), bounds=bounds, priors=priors)
+    assert calibrate(WANG, made, plan, rough=0.05, outliers=False).values[-1] == pytest.approx(0.01, abs=3e-4)
     far = (Prior(name="build_up", value=0.03, deviation=1e-3),)
     with pytest.raises(InputError, match=r"priors\[0\]: value = 0.03 of build up of .* is out of its range, 0.005 to"):
         StraightProblem.of(WANG, measured, CalibrationPlan(unknowns=unknowns, bounds=bounds, priors=far))
 
 
-def test_known_numbers_are_what_the_plan_says() -> None:
+def test_known_numbers_are_those_of_the_plan() -> None:
     rng = np.random.default_rng(6)
     made = measure(WANG, random_poses(WANG, 40, rng), 1e-4, rng, sensors=SensorNoise(pose=2e-3))
     every = calibrate(WANG, made.measured).doubt.considered
@@ -161,8 +170,11 @@ def test_a_known_value_stands_instead_of_the_file() -> None:
     made = measure(WANG, random_poses(WANG, 40, rng), 1e-5, rng, sensors=SensorNoise(pose=1e-3))
     measured = replace(made.measured, counted=WinchDrum(1.0, build_up=0.01).angles(made.measured.counted))
     plan = CalibrationPlan(known=(Known(name="build_up", value=0.01),))
-    right, wrong = (calibrate(WANG, measured, each).rms for each in (plan, CalibrationPlan()))
-    assert right < 2e-5 < 0.2 * wrong
+    right, wrong = (calibrate(WANG, measured, each) for each in (plan, CalibrationPlan()))
+    assert right.rms < 2e-5 < 0.2 * wrong.rms
+    alone = together(right.problem, right.fit)
+    assert alone is not None
+    assert alone.alone < 2e-5
 
 
 @pytest.mark.parametrize(
@@ -189,8 +201,53 @@ def test_what_a_plan_cannot_say_is_one_line(text: str, fault: str, tmp_path: Pat
 
 
 def test_a_line_that_the_robot_lacks_is_named() -> None:
-    plan = CalibrationPlan(known=(Known(name="build_up", lines=("nobody",), deviation=0.0),))
-    with pytest.raises(InputError, match=r"known\[0\]: .*nobody"):
+    plan = CalibrationPlan(known=(Known(name="build_up", lines=("north-northwest",), deviation=0.0),))
+    with pytest.raises(InputError, match=r"known\[0\]: .*north-northwest"):
+        StraightProblem.of(WANG, Measured(np.zeros((20, 4))), plan)
+
+
+@pytest.mark.parametrize(
+    ("known", "fault"),
+    [
+        ({"name": "tension_scale", "value": 1.3}, "tension_scale: the data has no column f_1; leave it out"),
+        ({"name": "swivel_offset", "deviation": 0.1}, "swivel_offset: the data has no column swivel_1"),
+        ({"name": "yaw_offset", "deviation": 0.1}, "yaw_offset: 'wang2021' is a point platform"),
+        ({"name": "modulus", "deviation": 0.1}, "modulus: rigid lines do not stretch"),
+    ],
+)
+def test_a_known_number_without_effect_is_rejected(known: dict[str, Any], fault: str) -> None:
+    made = measure(WANG, random_poses(WANG, 20, rng := np.random.default_rng(9)), 1e-4, rng)
+    with pytest.raises(InputError, match=r"^known\[0\]: " + fault):
+        calibrate(WANG, made.measured, CalibrationPlan(known=(Known(**known),)))
+    calibrate(WANG, made.measured, CalibrationPlan(known=(Known(name=known["name"], deviation=0.0),)))
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "room"),
+    [("length_scale", -1.0, "0.9 to 1.1"), ("build_up", 50.0, "0 to 0.2"), ("length_scale", 1e200, "0.9 to 1.1")],
+)
+def test_a_known_number_is_within_the_range_of_an_unknown(name: str, value: float, room: str) -> None:
+    made = measure(WANG, random_poses(WANG, 20, rng := np.random.default_rng(9)), 1e-4, rng)
+    with pytest.raises(InputError, match=rf"^known\[0\]: value = .* of {name}: must be {room}$"):
+        calibrate(WANG, made.measured, CalibrationPlan(known=(Known(name=name, value=value),)))
+
+
+def test_points_have_one_error_along_each_axis() -> None:
+    """Errors of 1, 2 and 3 cm along x, y and z, the same of all lines, do not contradict the prior."""
+    plan = CalibrationPlan(priors=(Prior(name="exit_point", deviation=1e-4, alike=True),))
+    problem = StraightProblem.of(WANG, Measured(np.zeros((20, 4))), plan)
+    rows, values = problem.rows.linear, problem.rows.wanted
+    moved = problem.start.copy()
+    moved[:12] += np.tile([0.01, 0.02, 0.03], 4)
+    assert rows @ moved == pytest.approx(values, abs=1e-6)
+    moved[0] += 1e-3
+    assert np.abs(rows @ moved - values).max() == pytest.approx(7.5, rel=1e-6)
+
+
+def test_one_number_has_nothing_in_common() -> None:
+    prior = Prior(name="length_scale", deviation=1e-4, alike=True)
+    plan = CalibrationPlan(unknowns=("length_offset", "length_scale"), shared=("length_scale",), priors=(prior,))
+    with pytest.raises(InputError, match=r"priors\[0\]: length_scale: alike requires at least two numbers"):
         StraightProblem.of(WANG, Measured(np.zeros((20, 4))), plan)
 
 

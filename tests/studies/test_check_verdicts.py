@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cablewright.apps.figures import sheets
 from cablewright.foundation.errors import InputError, UnknownName
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job, load_job
@@ -268,3 +269,13 @@ class TestUnits:
 
     def test_a_path_within_the_robot_is_not(self, found: Check) -> None:
         assert not any("is not in the robot" in note for note in found.notes)
+
+
+def test_a_job_that_no_sample_holds_is_shown() -> None:
+    """Without an expected error there are no expected tensions, of any line."""
+    helix = {"radius": 0.5, "layers": 1, "layer_height": 0.02}
+    found = check(load("house-printer"), Job.model_validate({"name": "far", "helix": helix, "origin": [0, 0, 14.6]}))
+    assert not found.feasible
+    assert found.to_dict()["expected_error"] is None
+    assert found.to_dict()["line_expected_tensions"] == [[None, None]] * 4
+    assert "expected by lengths alone" in "".join(str(head) for sheet in sheets(found) for head in sheet.head)

@@ -10,11 +10,17 @@ import pytest
 
 from cablewright.exchange.formats import read_robot
 from cablewright.foundation.errors import InputError
+from cablewright.foundation.units import Vec3
 from cablewright.models.job_poses import on_plane
+from cablewright.models.statics import Model
 from cablewright.printing.job import Job, load_job
 from cablewright.robot import Robot, load, loads
 from cablewright.robot.plane import Plane
 from cablewright.robot.uncertainty import Uncertainty, assumed_uncertainty
+from cablewright.solvers.inverse import solve_inverse
+from cablewright.solvers.parameters import at_nozzle, range_response, response
+from cablewright.studies.accuracy import accuracy
+from cablewright.studies.accuracy_at_pose import AccuracyAtPose
 from cablewright.studies.checks.check import check
 from cablewright.studies.fit import fit
 
@@ -103,6 +109,36 @@ class TestZeroed:
             each = next(r for r in ranges if (r.parameter.kind, r.parameter.line) == (f"exit_point.{name}", line.name))
             assert each.zeroing == pytest.approx([-2.0 * away[axis] / np.linalg.norm(away), 0.0, 0.0, 0.0])
         assert {each.zeroing for each in ranges if each.parameter.kind == "modulus"} == {(0.0,) * 4}
+
+    @pytest.mark.parametrize(
+        ("robot", "place"),
+        [("house-printer", (0.0, 0.0, 5.0)), ("ipanema", (0.0, 0.0, 0.7)), ("hangprinter-v4", (0.0, 0.0, 0.0))],
+    )
+    @pytest.mark.parametrize("name", ["exit_point", "platform_point", "length_scale"])
+    def test_the_nozzle_stays_where_lines_are_zeroed(self, robot: str, place: Vec3, name: str) -> None:
+        """With winches on the floor, a nozzle below the platform, an advantage of 2."""
+        model = Model.full(load(robot))
+        if name == "platform_point" and model.n == 3:
+            return
+        parameters = [{"name": name, "deviation": 1e-3}]
+        of = Uncertainty.model_validate({"zeroed_at": list(place), "parameters": parameters}).of(model.robot)
+        held = solve_inverse(model, model.unrotated_at(np.array([place])))
+        assert held.ok.all()
+        left = np.abs(at_nozzle(held, range_response(held, of)))
+        otherwise = np.abs(at_nozzle(held, response(held, [each.parameter for each in of])))
+        assert left.max() < 6e-3 * otherwise.max()
+
+    def test_tensions_at_a_pose_are_those_of_zeroed_lines(self) -> None:
+        robot, place = load("hangprinter-v4"), (0.0, 0.0, 0.0)
+        entry = {"name": "exit_point", "plus_minus": 0.002}
+        zeroed, absolute = (
+            accuracy(robot, place, Uncertainty.model_validate({"parameters": [entry], **given}).of(robot),
+                     method="first-order")
+            for given in ({"zeroed_at": list(place)}, {})
+        )  # fmt: skip
+        assert isinstance(zeroed, AccuracyAtPose)
+        assert isinstance(absolute, AccuracyAtPose)
+        assert (zeroed.tension_deviation < 0.01 * absolute.tension_deviation).all()
 
     def test_a_file_may_give_the_place_alone(self) -> None:
         alone = Uncertainty.model_validate({"zeroed_at": [0.0, 0.0, "10 mm"]})

@@ -98,7 +98,7 @@ def calibrate(
 def _with_effects(found: Calibration, rough: float, outliers: bool, seed: int, progress: Progress) -> Calibration:
     """Return the calibration with the effects that the data ask for: tested again after each fit, which weighs anew."""
     measured, plan, model = found.problem.measured, found.problem.plan, found.problem.model
-    chosen, tested, corrected = dict[str, Effect](), dict[str, Effect](), ""
+    chosen, tested, notes = dict[str, Effect](), dict[str, Effect](), list[str]()
     for _ in range(_ROUNDS):
         known = dict(chosen)
         for each in effects_of(found.problem, found.fit, known):
@@ -111,8 +111,11 @@ def _with_effects(found: Calibration, rough: float, outliers: bool, seed: int, p
         given = applied(found.problem, found.fit, chosen.values(), measured, plan)
         again = _fitted(model, *given, rough, outliers, seed, progress)
         if again.status != "ok":
+            more = ", ".join(name for name in chosen if name not in known)
+            notes.append(f"{more or 'the last numbers of effects'}: left out, because the fit has no solution with it")
+            chosen = known
             break
-        found, corrected = again, ", ".join(name for name in chosen if name in WORDS)
+        found = again
         if all(
             name in known and abs(each.value - known[name].value) <= _SETTLED * abs(each.value)
             for name, each in chosen.items()
@@ -120,8 +123,9 @@ def _with_effects(found: Calibration, rough: float, outliers: bool, seed: int, p
             break
     changed = {each.name: value for each, value in zip(found.unknowns, found.changes.tolist(), strict=True)}
     effects = [replace(each, value=changed.get(name, each.value)) for name, each in chosen.items()]
-    effects += [each for name, each in tested.items() if name not in chosen]
-    notes = (f"counts are corrected by {corrected}; --check does not correct later ones",) if corrected else ()
+    effects += [replace(each, chosen=False) for name, each in tested.items() if name not in chosen]
+    if corrected := ", ".join(name for name in chosen if name in WORDS):
+        notes.append(f"counts are corrected by {corrected}; --check does not correct later ones")
     return replace(found, effects=tuple(effects), notes=(*found.notes, *notes))
 
 

@@ -14,9 +14,18 @@ from cablewright.foundation.toml_input import load_model
 from cablewright.foundation.units import Vec3
 from cablewright.foundation.validation import Description, FileDescription, refusal, require_rising
 from cablewright.robot.cable import Cable
-from cablewright.robot.line import MAX_LINES
-from cablewright.robot.parameter_values import AXES, Kind, Room
-from cablewright.robot.parameters import KINDS_OF, Described, Parameter, misuse, nominal, parameters_of, why_not
+from cablewright.robot.line import MAX_LINES, Line
+from cablewright.robot.parameter_values import Kind, Room
+from cablewright.robot.parameters import (
+    KINDS_OF,
+    Described,
+    Parameter,
+    misuse,
+    nominal,
+    parameters_of,
+    why_not,
+    with_value,
+)
 
 MAX_ENTRIES: Final = 200
 
@@ -25,6 +34,8 @@ ASSUMED: Final = "assumed"
 
 STEEL_DENSITY: Final = 1700.0
 """kg/m^3 of a cable's circle: ropes of steel have 2000 to 6000, of fibres at most 1500."""
+
+_STEP: Final = 1e-5  # m, of a coordinate
 
 _KINDS: Final = {name: kinds for name, kinds in KINDS_OF.items() if kinds[0].role in ("hardware", "command", "load")}
 """Parameters that may be uncertain, by name."""
@@ -224,15 +235,25 @@ class Uncertainty(FileDescription):
 
 
 def _zeroing(robot: Described, parameter: Parameter, place: Vec3) -> tuple[float, ...]:
-    """Return `Range.zeroing`, of straight lines to the nozzle at *place*: as the parameter lengthens them there."""
-    sign = {"exit_point": -1.0, "platform_point": 1.0}.get(parameter.entry.base, 0.0)
-    found = []
-    for line in robot.lines:
-        away = [p + b - a for p, b, a in zip(place, line.platform_point, line.exit_point, strict=True)]
-        own = sign * line.advantage if parameter.line in (None, line.name) else 0.0
-        along = away[AXES.index(parameter.kind[-1])] / math.hypot(*away) if own else 0.0
-        found.append(own * along)
-    return tuple(found)
+    """Return `Range.zeroing`, of straight lines of the unrotated platform with its nozzle at *place*, to first order.
+
+    That is by as much as the parameter lengthens the way of a line there, or makes the cable out there longer.
+    """
+    if parameter.kind == "length_scale":
+        return tuple(-_way(each, robot, place) * parameter.of_line(each.name) for each in robot.lines)
+    if parameter.entry.base not in ("exit_point", "platform_point"):
+        return (0.0,) * len(robot.lines)
+    now = nominal(robot, parameter)
+    less, more = (with_value(robot, parameter, now + step).lines for step in (-_STEP, _STEP))
+    ways = [[_way(line, robot, place) for line in lines] for lines in (less, more)]
+    return tuple((longer - shorter) / (2.0 * _STEP) for shorter, longer in zip(*ways, strict=True))
+
+
+def _way(line: Line, robot: Described, place: Vec3) -> float:
+    """Return the length of a line, m, with the nozzle at *place*: straight after its exit point, and its dead span."""
+    ends = zip(place, robot.platform.nozzle, line.platform_point, line.exit_point, strict=True)
+    dead = line.dead_length if line.winch_exit is None else line.dead_span().length
+    return dead + line.advantage * math.hypot(*(p - q + b - a for p, q, b, a in ends))
 
 
 def load_uncertainty(path: str | Path) -> Uncertainty:

@@ -22,7 +22,7 @@ from cablewright.foundation.results import Figure, Result
 from cablewright.models.statics import Equilibrium
 from cablewright.robot.uncertainty import Range
 from cablewright.solvers.linearise import tension_changes
-from cablewright.solvers.parameters import departures, response, tension_response
+from cablewright.solvers.parameters import departures, range_response, range_tension_response
 
 INNER = 4000
 """Random points inside the box of ranges that are compared with its corners."""
@@ -197,7 +197,7 @@ def _tension_deviation(held: Equilibrium, ranges: tuple[Range, ...]) -> Array:
     """
     parameters, nominal = [each.parameter for each in ranges], np.array([each.nominal for each in ranges])
     try:
-        off = tension_response(held, parameters, response(held, parameters), tension_changes(held))[0]
+        off = range_tension_response(held, ranges, range_response(held, ranges), tension_changes(held))[0]
     except AnswerError:
         return np.full(held.model.m, np.nan)
     ends = departures(parameters, nominal, np.array([[each.low, each.high] for each in ranges]).T)

@@ -122,14 +122,15 @@ def together(problem: CalibrationProblem, found: PoseFit) -> Together | None:
         unknowns=problem.plan.unknowns,
         shared=problem.plan.shared,
         groups=problem.plan.groups,
-        bounds=problem.plan.bounds,
+        known=problem.plan.known,
         across=problem.plan.across,
         sigma=problem.plan.sigma,
     )
     free: CalibrationProblem = StraightProblem.of(problem.robot, problem.measured.lengths_alone(), plan, hold=False)
     m = problem.robot.m
     weights = np.where(problem.of_poses(found.weights)[:, :m] > 0.0, 1.0 / problem.encoder_sigma, 0.0).ravel()
-    free = replace(free, weights=weights, found_encoder=problem.encoder_sigma)
+    limits = problem.without_datum().limits  # by bounds, which may exclude the file where a prior has another value
+    free = replace(free, weights=weights, found_encoder=problem.encoder_sigma, limits=limits)
     free = framed(free, problem.whole(found.theta), found.poses)
     own = fit(free, problem.whole(found.theta), found.poses)
     left = information(free, own.theta, own.poses, weights, priors=True).redundancy

@@ -18,6 +18,7 @@ from cablewright.calibration.plan import CalibrationPlan
 from cablewright.calibration.poses.fit import PoseFit
 from cablewright.calibration.poses.observability import projected
 from cablewright.calibration.poses.problem import CalibrationProblem
+from cablewright.calibration.poses.sufficient_data import line_with_counted_build_up
 from cablewright.foundation.arrays import Array
 from cablewright.kernels.fitting import straight_line
 from cablewright.robot.parameters import KINDS_OF, why_not
@@ -156,6 +157,8 @@ def _candidates(problem: CalibrationProblem, found: PoseFit) -> list[_Candidate]
         if {name, twin} & set(problem.plan.unknowns) or (name == "modulus") is not problem.elastic:
             continue
         if name == "exit_compliance" and problem.known_tensions(found.theta, found.poses) is None:
+            continue
+        if name == "build_up" and line_with_counted_build_up(problem) is not None:
             continue
         if why_not(problem.robot, KINDS_OF[name][0], None, True) is not None:
             continue

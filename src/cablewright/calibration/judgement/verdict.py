@@ -343,16 +343,23 @@ def _along_axes(found: Calibration) -> Iterator[_Reason]:
     free = np.where(used, 1.0 - leverages(problem, found.fit), 0.0)
     squares = problem.derivatives(found.fit.theta, found.fit.poses).residual ** 2
     told = problem.factors.get(KINDS[COORDINATE].words, 1.0)
+    ratios = dict[str, float]()  # of the axes that redundant positions test
+    wrong = list[str]()
     for at, name in enumerate(AXES):
         own = (kind == COORDINATE) & (axis == at)
         total = float(free[:, own].sum())
+        if total < 1.0:
+            continue
         square = told**2 * float(squares[:, own][used[:, own]].sum())
-        if total >= 1.0 and square > _RATIO[0] ** 2 * total and special.chdtrc(total, square) < _LEVEL:
-            yield _Reason(
-                f"positions are {math.sqrt(square / total):.3g} times as far off along {name} as their sigma explains, "
-                f"limit {_RATIO[0]:g}: the model has an error along {name}; --models auto looks for it",
-                False,
-            )
+        ratios[name] = math.sqrt(square / total)
+        if ratios[name] > _RATIO[0] and special.chdtrc(total, square) < _LEVEL:
+            wrong.append(name)
+    for name in wrong if len(wrong) < len(ratios) else ():  # else it is not the axis
+        yield _Reason(
+            f"positions are {ratios[name]:.3g} times as far off along {name} as their sigma explains, "
+            f"limit {_RATIO[0]:g}: the model has an error along {name}; --models auto looks for it",
+            False,
+        )
 
 
 def _denied(found: Calibration, need: float) -> Iterator[_Reason]:

@@ -68,9 +68,10 @@ def ranges(robot: Robot, unknowns: Sequence[Unknown], plan: CalibrationPlan, sta
             value = None if prior.value is None or not prior.is_of(each) else prior.value / each.size
             if value is not None and not found[0, at] <= value <= found[1, at]:
                 low, high = found[:, at] * each.size
+                unit = "" if each.unit == "1" else f" {each.unit}"
                 raise InputError(
                     f"priors[{index}]: value = {prior.value:g} of {each.label} is out of its range, {low:.4g} to "
-                    f"{high:.4g} {each.unit}; change it or give bounds"
+                    f"{high:.4g}{unit}; change it or give bounds"
                 )
     return found
 

@@ -7,9 +7,12 @@ import math
 import numpy as np
 
 from cablewright.calibration.measurements import SENSORS, Measured
+from cablewright.calibration.plan import STRETCH
+from cablewright.calibration.poses.bounds import OF_NOTHING, SHARES
 from cablewright.calibration.poses.problem import CalibrationProblem
 from cablewright.calibration.sensors.load_cells import require_tensions
 from cablewright.calibration.sensors.positions import check_plane
+from cablewright.calibration.unknowns import unknowns_of
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
 from cablewright.models.parameters import lines_of
@@ -101,6 +104,31 @@ def _lacks(problem: CalibrationProblem, unknown: str) -> str | None:
     return SENSORS[sensor][1] if sensor in SENSORS and not problem.measured.has(sensor) else None
 
 
+def line_with_counted_build_up(problem: CalibrationProblem) -> str | None:
+    """Return the first line whose file has a build-up, where the data are lengths that count it already."""
+    wound = (line.name for line in problem.robot.lines if line.winch.build_up is not None)
+    return None if problem.measured.by_drum else next(wound, None)
+
+
+def _check_known(problem: CalibrationProblem) -> None:
+    """Raise `InputError` for a known number that this robot does not have, or without the sensor that it is of."""
+    for at, known in enumerate(problem.plan.known):
+        if known.name == STRETCH or not (known.value is not None or known.deviation):
+            continue
+        try:
+            unknowns_of(problem.robot, (known.name,), elastic=problem.elastic)
+        except InputError as error:
+            raise InputError(f"known[{at}]: {str(error).removeprefix('unknowns: ')}") from None
+        low, high = (SHARES | OF_NOTHING).get(known.name, (-math.inf, math.inf))
+        if known.value is not None and not low <= known.value <= high:
+            raise InputError(f"known[{at}]: value = {known.value:g} of {known.name}: must be {low:.4g} to {high:.4g}")
+        column = _lacks(problem, known.name)
+        if column is not None:
+            raise InputError(
+                f"known[{at}]: {known.name}: {problem.measured.origin} has no column {column}; leave it out"
+            )
+
+
 def check(problem: CalibrationProblem) -> None:
     """Raise `InputError` for too few poses, too few different ones, and for what only a sensor without data tells."""
     measured, count = problem.measured, problem.poses
@@ -114,10 +142,13 @@ def check(problem: CalibrationProblem) -> None:
             continue
         if np.isnan(getattr(measured, SENSORS[sensor][0])[:, lines_of(problem.robot, each)]).all():
             raise InputError(f"unknowns: {each.label}: {measured.origin} has no reading of it; give it a prior")
-    wound = [line.name for line in problem.robot.lines if line.winch.build_up is not None]
-    if "build_up" in problem.plan.unknowns and wound and not measured.by_drum:
+    _check_known(problem)
+    wound = line_with_counted_build_up(problem)
+    of_drums = (each.name == "build_up" and each.value is not None for each in problem.plan.known)
+    said = next((f"known[{at}]" for at, each in enumerate(of_drums) if each), "unknowns")
+    if wound is not None and (said != "unknowns" or "build_up" in problem.plan.unknowns):
         raise InputError(
-            f"unknowns: build_up: {measured.origin} has lengths, in which the winch.build_up of line {wound[0]!r} is "
+            f"{said}: build_up: {measured.origin} has lengths, in which the winch.build_up of line {wound!r} is "
             "counted already; give turns of the drum, as in 'dl_1 (turns)', or leave build_up out"
         )
     if not problem.elastic:

@@ -1,4 +1,4 @@
-"""What a plan says apart from poses: surveyed exit points, their distances and level, priors, and the datum."""
+"""Statements of a plan apart from poses: surveyed exit points, their distances and level, priors, and the datum."""
 
 from __future__ import annotations
 
@@ -102,8 +102,13 @@ def linear_rows(
             line_index(robot, name, f"priors[{at}]")
         weights = np.array([each.is_of(unknown) * unknown.size / each.deviation for unknown in unknowns])
         own = np.diag(weights)[np.flatnonzero(weights)]
-        if each.alike:
-            own = own - np.repeat(own.mean(axis=0, keepdims=True), len(own), axis=0)
+        axes = [unknown.axis for unknown in unknowns if each.is_of(unknown)]
+        if len(axes) <= each.alike * len(set(axes)):
+            why = "alike requires at least two numbers" if axes else "none of the unknowns is of these lines"
+            raise InputError(f"priors[{at}]: {each.name}: {why}")
+        for axis in set(axes) if each.alike else ():
+            same = [one == axis for one in axes]
+            own[same] -= own[same].mean(axis=0)
         prior.append(own)
         given.append(own @ start if each.value is None else np.full(len(own), each.value / each.deviation))
     rows, measured = np.concatenate([*surveyed, *level, *prior]), 3 * len(plan.points) + 2 * len(level)
