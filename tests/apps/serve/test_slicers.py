@@ -303,6 +303,15 @@ def test_forms_are_read_byte_by_byte() -> None:
     assert file_name("/a b.GCODE") == "a b.GCODE"
 
 
+@pytest.mark.parametrize("name", ["filename*0=\"a\"; filename*=utf-8''b.gcode", f'filename*{"9" * 4400}="a"'])
+def test_malformed_pieces_of_a_name_are_rejected(name: str) -> None:
+    kind, body = form("a.gcode", b"G1 X1\n")
+    with pytest.raises(InputError, match=r"malformed|cut off|no file"):
+        parsed_form(kind, body.replace(b'filename="a.gcode"', name.encode()))
+    with pytest.raises(InputError, match="malformed"):
+        parsed_form(f"multipart/form-data; boundary*{'9' * 4400}=x", body)
+
+
 def test_notes_of_slicers(tmp_path: Any) -> None:
     path = tmp_path / "cura.gcode"
     path.write_text(";FLAVOR:Marlin\n;TIME:1234\n;Layer height: 0.25\n;Generated with Cura_SteamEngine 5.9.0\nG1 X1\n")
@@ -313,3 +322,14 @@ def test_notes_of_slicers(tmp_path: Any) -> None:
         "; thumbnail begin 8x8 4\n; !!!!\n; thumbnail end\n; thumbnail begin 8x8 4\n; AAAA\n; thumbnail end\n"
     )
     assert notes_of(path).pictures == ()
+
+
+def test_notes_take_no_longer_for_pictures_that_do_not_end_and_numbers_stay_finite(tmp_path: Any) -> None:
+    path = tmp_path / "hostile.gcode"
+    path.write_text("; thumbnail begin 1x1 1\n" * 80_000)
+    begin = time.process_time()
+    assert notes_of(path).pictures == ()
+    assert time.process_time() - begin < 5.0  # one pass: it was half an hour, in which no page could stop
+    for text in (f"; estimated printing time = {'1' * 5000}s\n", f"; layer_height = {'9' * 400}\n"):
+        path.write_text(text)
+        assert notes_of(path).numbers == {}
