@@ -229,7 +229,7 @@ def test_the_console_gives_orders_under_the_same_lease(chromium: Browser, server
         assert page.run(STATE) == "off"
 
 
-def test_what_is_typed_is_asked_for_as_typed_and_nothing_is_left_out(chromium: Browser, server: Served) -> None:
+def test_the_console_keeps_every_number_of_an_order(chromium: Browser, server: Served) -> None:
     give = """((text) => { document.getElementById('line').value = text;
       document.getElementById('console').requestSubmit(); })"""
     newest = "(document.querySelector('#console-told li')?.textContent ?? '')"
@@ -252,14 +252,14 @@ def test_a_way_is_ordered_only_from_where_it_was_checked(chromium: Browser, serv
         page.run("window.asked = operate.link.ask; operate.link.ask = async () => ({ holds: true, length: 0.1 })")
         page.run("window.sent = []; operate.orders.give = (...order) => { sent.push(order); return ''; }")
         page.run("operate.orders.sure = async () => true")
-        for moved, told in ((0.0, ""), (0.1, "has moved since")):
+        for moved, why in ((0.0, ""), (0.1, "has moved since")):
             page.run(f"""operate.orders.sure = async () => {{
               const {{ platform }} = operate.orders.control;
               platform.position = platform.position.map((v) => v + {moved});
               return true;
             }}; operate.jog.go([0, 0, 1]).then((why) => {{ window.why = why; }})""")
             page.until("window.why !== undefined")
-            assert told in page.run("window.why")
+            assert why in page.run("window.why")
             page.run("window.why = undefined")
         page.run(
             "operate.orders.control.speeds = [0.1]; operate.jog.go([0, 0, 1]).then((why) => { window.why = why; })"
@@ -278,7 +278,6 @@ def test_a_fault_after_a_confirmation_is_not_reset_by_it(chromium: Browser, serv
           orders.may = () => true;
           printing.pressed = orders.stops; printing.stopped = printing.stops;
           await printing.order('reset', 'fault', 'off', 'resets').catch((reason) => { window.why = reason.message; });
-          printing.told = '';
         })()""")
         page.until("window.why")
         assert "fault" in page.run("window.why")
@@ -290,10 +289,10 @@ def test_a_still_picture_that_does_not_come_does_not_show_the_last_one(chromium:
         page.run(
             "window.asked = []; window.setTimeout = (act, wait) => { asked.push([act, wait]); return asked.length; }"
         )
-        page.run("operate.camera.begin('/static/icon.svg?snapshot')")  # of this origin, which comes at once
+        page.run("operate.camera.begin('/static/icon.svg?snapshot')")  # of this origin
         page.until("asked.length === 2 && !document.getElementById('camera').hidden")
         assert page.run("asked.map(([, wait]) => wait)") == [5000, 1000]
-        page.run("asked[0][0]()")  # what is done where none came
+        page.run("asked[0][0]()")  # the timer of a picture that does not come
         assert page.run("document.getElementById('camera').hidden")
         assert "No picture comes" in page.run("document.getElementById('camera-told').textContent")
 

@@ -22,7 +22,7 @@ export class Camera {
     this.ask();
   }
 
-  next(act, wait) { // instead of what was to come
+  next(act, wait) { // replaces the timer that runs
     clearTimeout(this.timer);
     if (wait < Infinity) this.timer = setTimeout(act, wait);
   }
