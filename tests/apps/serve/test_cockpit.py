@@ -229,6 +229,103 @@ def test_the_console_gives_orders_under_the_same_lease(chromium: Browser, server
         assert page.run(STATE) == "off"
 
 
+def test_the_console_keeps_every_number_of_an_order(chromium: Browser, server: Served) -> None:
+    give = """((text) => { document.getElementById('line').value = text;
+      document.getElementById('console').requestSubmit(); })"""
+    newest = "(document.querySelector('#console-told li')?.textContent ?? '')"
+    with opened(chromium, server) as page:
+        for text in ("enable 5", "override", "home 1"):
+            page.run(f"{give}({text!r})")
+            page.until(f"{newest}.startsWith({text!r}) && {newest}.includes('numbers')")
+        page.run(f"{give}('home 0.3 -0.5 1')")  # the measured place is in the question
+        page.until("document.getElementById('ask').open")
+        assert page.run("document.getElementById('place').value") == "0.3, -0.5, 1"
+        page.run(f"{give}('park')")  # which moves
+        page.until("document.getElementById('ask-title').textContent === 'Park?'")
+        page.run("document.getElementById('ask-no').click()")
+        page.until(f"{newest}.startsWith('park') && {newest}.includes('not confirmed')")
+
+
+def test_a_way_is_ordered_only_from_where_it_was_checked(chromium: Browser, server: Served) -> None:
+    with opened(chromium, server) as page:
+        page.until(f"{STATE} === 'idle' && operate.jog.may", 60.0)
+        page.run("window.asked = operate.link.ask; operate.link.ask = async () => ({ holds: true, length: 0.1 })")
+        page.run("window.sent = []; operate.orders.give = (...order) => { sent.push(order); return ''; }")
+        page.run("operate.orders.sure = async () => true")
+        for moved, why in ((0.0, ""), (0.1, "has moved since")):
+            page.run(f"""operate.orders.sure = async () => {{
+              const {{ platform }} = operate.orders.control;
+              platform.position = platform.position.map((v) => v + {moved});
+              return true;
+            }}; operate.jog.go([0, 0, 1]).then((why) => {{ window.why = why; }})""")
+            page.until("window.why !== undefined")
+            assert why in page.run("window.why")
+            page.run("window.why = undefined")
+        page.run(
+            "operate.orders.control.speeds = [0.1]; operate.jog.go([0, 0, 1]).then((why) => { window.why = why; })"
+        )
+        page.until("window.why?.includes('moves')")
+        assert page.run("sent.length") == 1
+
+
+def test_a_fault_after_a_confirmation_is_not_reset_by_it(chromium: Browser, server: Served) -> None:
+    with opened(chromium, server) as page:
+        page.run("""(async () => {
+          const { printing, orders } = operate;
+          window.sent = []; operate.link.order = async (kind) => { sent.push(kind); return 'no'; };
+          const control = { ...orders.control, state: 'fault', fresh: false };
+          Object.defineProperty(orders, 'control', { get: () => control, set: () => {} });
+          orders.may = () => true;
+          printing.pressed = orders.stops; printing.stopped = printing.stops;
+          await printing.order('reset', 'fault', 'off', 'resets').catch((reason) => { window.why = reason.message; });
+        })()""")
+        page.until("window.why")
+        assert "fault" in page.run("window.why")
+        assert page.run("sent") == []
+
+
+def test_a_still_picture_that_does_not_come_does_not_show_the_last_one(chromium: Browser, server: Served) -> None:
+    with opened(chromium, server, mine=False) as page:
+        page.run(
+            "window.asked = []; window.setTimeout = (act, wait) => { asked.push([act, wait]); return asked.length; }"
+        )
+        page.run("operate.camera.begin('/static/icon.svg?snapshot')")  # of this origin
+        page.until("asked.length === 2 && !document.getElementById('camera').hidden")
+        assert page.run("asked.map(([, wait]) => wait)") == [5000, 1000]
+        page.run("asked[0][0]()")  # the timer of a picture that does not come
+        assert page.run("document.getElementById('camera').hidden")
+        assert "No picture comes" in page.run("document.getElementById('camera-told').textContent")
+
+
+def test_a_double_click_gives_one_order(chromium: Browser, server: Served) -> None:
+    with opened(chromium, server) as page:
+        page.run("window.given = 0; operate.next.act = () => { given += 1; }; operate.next.show = () => {};")
+        for detail in (1, 2):
+            page.run(f"{ACT}.dispatchEvent(new MouseEvent('click', {{ detail: {detail} }}))")
+        assert page.run("given") == 1
+
+
+def test_no_field_opens_a_list_that_would_take_esc_from_stop(chromium: Browser, server: Served) -> None:
+    with opened(chromium, server) as page:
+        assert page.run("document.querySelectorAll('select, [list], [type=date], [type=color]').length") == 0
+        assert page.run("document.getElementById('slicers').elements.scope.value") == "upload"
+
+
+def test_a_job_whose_robot_was_changed_can_be_checked_again(chromium: Browser, server: Served) -> None:
+    with opened(chromium, server) as page:
+        number = job(page, server, "old machine", RING, "yes")
+        folder = Uploads(server.folder).job(number)
+        write_check(folder, JobCheck(subject="0" * 64, answer="yes", why="it can, of another robot"))
+        page.run("operate.jobs.list()")
+        page.until("operate.jobs.jobs[0]?.check?.why.includes('another')")
+        page.run("operate.jobs.load(operate.jobs.jobs[0])")
+        page.until("document.getElementById('jobs').textContent.includes('check it again')", 90.0)
+        row = "[...document.querySelectorAll('#jobs li')].find((e) => e.textContent.includes('old machine'))"
+        page.until(f"[...{row}.querySelectorAll('button')].some((e) => e.textContent === 'Check again')")
+        page.until("operate.orders.control?.state && operate.orders.control.state !== 'closed'", 60.0)
+        Uploads(server.folder).remove(number)
+
+
 def test_a_refused_job_says_why_and_what_is_next(chromium: Browser, server: Served) -> None:
     with opened(chromium, server) as page:
         number = job(page, server, "too far", RING, "no", "it is too far out")

@@ -38,9 +38,7 @@ def test_where_no_tensions_hold_it_says_from_where_on() -> None:
     assert found["why"].endswith("m on, no tensions within the limits hold the platform")
 
 
-@pytest.mark.parametrize(
-    "camera", ["http://192.168.1.7:8080/?action=stream", "https://cam.local/snapshot.jpg", "http://[::1]:80/x"]
-)
+@pytest.mark.parametrize("camera", ["http://192.168.1.7:8080/?action=stream", "https://cam.local/snapshot.jpg"])
 def test_a_plain_address_of_a_camera_is_taken_and_no_other_picture_is_loaded(camera: str) -> None:
     assert Address(camera=camera).camera == camera
     policy = policy_with(camera).decode()
@@ -53,6 +51,7 @@ def test_a_plain_address_of_a_camera_is_taken_and_no_other_picture_is_loaded(cam
     [
         "http://name:secret@cam/x", "ftp://cam/x", "javascript:alert(1)", "http://cam/x; script-src *", "http://cam/'x'",
         "http://cam:99999999/x", "http:///x", "cam/x", "http://cam/x#y", "http://cam/" + "x" * 400, "http://c\u00e4m/x",
+        "http://[::1]:80/x",
     ],
 )  # fmt: skip
 def test_an_address_that_says_more_is_refused(camera: str) -> None:

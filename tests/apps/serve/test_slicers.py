@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import resource
+import shutil
 import socket
 import time
 from typing import Any
@@ -17,13 +18,14 @@ import pytest
 
 pytest.importorskip("starlette")
 
-from websockets.exceptions import InvalidStatus
+from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 from cablewright.apps.serve.slicers.forms import file_name, parsed_form
 from cablewright.apps.serve.slicers.gcode_notes import notes_of
 from cablewright.apps.serve.slicers.keys import FILE, MAX_KEYS, Keys
 from cablewright.apps.serve.slicers.machine_view import verdict_of
+from cablewright.apps.serve.uploads import MAX_NOTES
 from cablewright.foundation.errors import InputError
 from served import BOUNDARY, Served, client, form, make_key, send, sliced
 
@@ -275,6 +277,37 @@ def test_keys_are_kept_by_their_hashes_and_can_be_removed(server: Served, key: s
     assert server.ask("GET", "/api/version", x_api_key=extra)[0] == 401
 
 
+def test_a_socket_ends_with_its_key(server: Served) -> None:
+    text = make_key(server, scope="operate", name="brief")
+    number = next(each["id"] for each in json.loads(server.ask("GET", "/keys")[1]) if each["name"] == "brief")
+    about = {"additional_headers": {"x-api-key": text}}
+    address = f"ws://127.0.0.1:{server.port}/websocket"
+    with connect(address, **about) as silent, connect(address, **about) as asking:  # type: ignore[arg-type]
+        with client(server) as page:
+            page.ready()
+            headers = {"cookie": server.cookie(), "origin": server.origin, "x_page": page.page}
+            assert server.ask("DELETE", f"/keys/{number}", **headers)[0] == 200
+        asking.send(json.dumps({"jsonrpc": "2.0", "method": "printer.print.pause", "id": 1}))
+        for each in (asking, silent):
+            with pytest.raises(ConnectionClosed):
+                each.recv(timeout=20)
+
+
+def test_long_notes_keep_the_former_ones_and_places_are_numbers_of_metres(server: Served) -> None:
+    run = "20260101-000000-part"
+    (server.folder / "runs" / run).mkdir()
+    with client(server) as page:
+        page.ready()
+        headers = {"cookie": server.cookie(), "origin": server.origin, "x_page": page.page}
+        whole = "\u7ebf" * MAX_NOTES  # three bytes each
+        assert server.ask("PUT", f"/runs/{run}/notes", whole.encode(), **headers)[0] == 200
+        assert server.ask("PUT", f"/runs/{run}/notes", b"x" * (4 * MAX_NOTES + 1), **headers)[0] == 413
+        assert (server.folder / "runs" / run / "notes.txt").read_text(encoding="utf-8") == whole
+        status, why, _ = server.ask("POST", "/reach", f'{{"position": [{"9" * 400}, 0, 0]}}', **headers)
+        assert status == 409, why
+    shutil.rmtree(server.folder / "runs" / run)
+
+
 def test_keys_are_limited_and_a_damaged_file_is_named(tmp_path: Any) -> None:
     keys = Keys(tmp_path)
     made = [keys.make(f"k{k}", "upload")[0] for k in range(MAX_KEYS)]
@@ -303,6 +336,15 @@ def test_forms_are_read_byte_by_byte() -> None:
     assert file_name("/a b.GCODE") == "a b.GCODE"
 
 
+@pytest.mark.parametrize("name", ["filename*0=\"a\"; filename*=utf-8''b.gcode", f'filename*{"9" * 4400}="a"'])
+def test_malformed_pieces_of_a_name_are_rejected(name: str) -> None:
+    kind, body = form("a.gcode", b"G1 X1\n")
+    with pytest.raises(InputError, match=r"malformed|cut off|no file"):
+        parsed_form(kind, body.replace(b'filename="a.gcode"', name.encode()))
+    with pytest.raises(InputError, match="malformed"):
+        parsed_form(f"multipart/form-data; boundary*{'9' * 4400}=x", body)
+
+
 def test_notes_of_slicers(tmp_path: Any) -> None:
     path = tmp_path / "cura.gcode"
     path.write_text(";FLAVOR:Marlin\n;TIME:1234\n;Layer height: 0.25\n;Generated with Cura_SteamEngine 5.9.0\nG1 X1\n")
@@ -313,3 +355,14 @@ def test_notes_of_slicers(tmp_path: Any) -> None:
         "; thumbnail begin 8x8 4\n; !!!!\n; thumbnail end\n; thumbnail begin 8x8 4\n; AAAA\n; thumbnail end\n"
     )
     assert notes_of(path).pictures == ()
+
+
+def test_notes_take_no_longer_for_pictures_that_do_not_end_and_numbers_stay_finite(tmp_path: Any) -> None:
+    path = tmp_path / "hostile.gcode"
+    path.write_text("; thumbnail begin 1x1 1\n" * 80_000)
+    begin = time.process_time()
+    assert notes_of(path).pictures == ()
+    assert time.process_time() - begin < 5.0  # one pass: it was half an hour, in which no page could stop
+    for text in (f"; estimated printing time = {'1' * 5000}s\n", f"; layer_height = {'9' * 400}\n"):
+        path.write_text(text)
+        assert notes_of(path).numbers == {}

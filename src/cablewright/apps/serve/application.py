@@ -10,7 +10,6 @@ import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, field
-from math import isfinite
 from typing import Any, Final
 
 import numpy as np
@@ -29,11 +28,11 @@ from cablewright.apps.serve.reach import reach
 from cablewright.apps.serve.served import Served
 from cablewright.apps.serve.slicers.desk import SENDING, Desk
 from cablewright.apps.serve.slicers.gcode_notes import largest_picture
-from cablewright.apps.serve.slicers.keys import Keys
 from cablewright.apps.serve.slicers.moonraker import Moonraker
 from cablewright.apps.serve.slicers.octoprint import OctoPrint
-from cablewright.apps.serve.uploads import PARTS, TooLarge
+from cablewright.apps.serve.uploads import MAX_NOTES, PARTS, TooLarge
 from cablewright.foundation.errors import EnvironmentFault, InputError
+from cablewright.foundation.units import LARGEST
 from cablewright.live.serve.jobs import GCODE
 from cablewright.live.serve.messages import LoadMessage
 
@@ -46,7 +45,6 @@ _REPORTS: Final = 5.0  # s between looks for runs without a report
 class Page(Served):
     """All that the routes share."""
 
-    keys: Keys
     _readers: int = 0
     _reaching: asyncio.Semaphore = field(default_factory=lambda: asyncio.Semaphore(1))
 
@@ -253,10 +251,10 @@ class Page(Served):
         """Keep what a person notes of a run."""
         if self._operator(request) is None:
             return _not_operating()
-        text = (await _body(request, _SMALL)).decode("utf-8", "replace")
         run = request.path_params["run"]
 
         async def keep() -> dict[str, Any]:
+            text = (await _whole(request, 4 * MAX_NOTES)).decode("utf-8", "replace")
             return {"notes": await asyncio.to_thread(self.uploads.keep_notes, run, text)}
 
         return await _tried(keep)
@@ -322,15 +320,20 @@ def _end_with(task: asyncio.Task[None]) -> None:
         os._exit(1)
 
 
-async def _body(request: Request, most: int) -> bytes:
-    """The body of a request, of which no more than so many bytes are read."""
+async def _whole(request: Request, most: int) -> bytes:
+    """The body of a request. Raises `TooLarge` after *most* bytes, `ClientDisconnect` for one that is cut off."""
     whole = b""
-    with suppress(ClientDisconnect):
-        async for piece in request.stream():
-            whole += piece
-            if len(whole) > most:
-                return b""
-        return whole
+    async for piece in request.stream():
+        whole += piece
+        if len(whole) > most:
+            raise TooLarge(f"too large; at most {most} bytes are taken")
+    return whole
+
+
+async def _body(request: Request, most: int) -> bytes:
+    """The body of a request; empty for one that is too large or cut off."""
+    with suppress(ClientDisconnect, TooLarge):
+        return await _whole(request, most)
     return b""
 
 
@@ -367,9 +370,11 @@ async def _report_of(read: Callable[[str], bytes], name: str) -> Response:
 
 
 def _is_place(value: object) -> bool:
-    """Whether it is three finite numbers."""
+    """Whether it is three numbers of m that a machine can have."""
     return (
-        isinstance(value, list) and len(value) == 3 and all(isinstance(v, int | float) and isfinite(v) for v in value)
+        isinstance(value, list)
+        and len(value) == 3
+        and all(isinstance(v, int | float) and not isinstance(v, bool) and abs(v) <= LARGEST for v in value)
     )
 
 

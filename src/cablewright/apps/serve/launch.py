@@ -36,7 +36,7 @@ from cablewright.running.locks import locked
 _LOOK: Final = 0.5  # s between looks at the server
 _AGAIN: Final = 1.0  # s at least between two starts of it
 _LIBRARIES: Final = ("starlette", "uvicorn", "websockets")
-_HOST: Final = re.compile(r"([A-Za-z0-9.-]{1,253}|\[[0-9a-fA-F:]+\])(:\d{1,5})?")
+_HOST: Final = re.compile(r"[A-Za-z0-9.-]{1,253}(:\d{1,5})?")
 _PATH: Final = re.compile(r"[A-Za-z0-9/._~%&=?+@:,-]*")
 _LOOPBACK: Final = ("localhost", "127.0.0.1", "[::1]")
 
@@ -87,6 +87,8 @@ class Address:
             parts.port  # noqa: B018  # raises where it is none
         except ValueError as reason:
             raise InputError(f"{start} {reason}") from None
+        if parts.netloc.startswith("["):
+            raise InputError(f"{start} browsers load no picture from an IPv6 address in brackets: give a host's name")
         if parts.scheme not in ("http", "https") or not _HOST.fullmatch(parts.netloc) or len(self.camera) > 300:
             raise InputError(f"{start} http://HOST[:PORT]/PATH is expected, or https, without a name and a password")
         if not _PATH.fullmatch(parts.path + parts.query) or parts.fragment:

@@ -13,6 +13,7 @@ from cablewright.apps.serve.access import Access
 from cablewright.apps.serve.checks import Checks
 from cablewright.apps.serve.feed import Feed
 from cablewright.apps.serve.operators import Operators
+from cablewright.apps.serve.slicers.keys import Keys
 from cablewright.apps.serve.uploads import Uploads
 from cablewright.foundation.signals import OrderKind
 from cablewright.live.serve.link import ServerLink
@@ -33,6 +34,7 @@ class Served:
     operators: Operators
     uploads: Uploads
     checks: Checks
+    keys: Keys
     camera: str = ""  # address of a picture that the page shows
     sending: asyncio.Semaphore = field(default_factory=lambda: asyncio.Semaphore(_PARALLEL))
     numbers: Iterator[int] = field(default_factory=lambda: itertools.count(round(1e3 * time.monotonic())))

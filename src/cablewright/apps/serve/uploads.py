@@ -11,6 +11,7 @@ import time
 from collections.abc import AsyncIterator
 from dataclasses import dataclass
 from pathlib import Path
+from stat import S_ISREG
 from typing import Any, Final
 
 from cablewright.apps.serve.operators import person
@@ -142,7 +143,7 @@ class Uploads:
                 "wants_print": about.get("wants_print") is True,
                 "parts": [part for part, name in PARTS.items() if (folder / name).is_file()],
                 "has_picture": about.get("has_picture") is True,
-                "bytes": sum((folder / name).stat().st_size for name in PARTS.values() if (folder / name).is_file()),
+                "bytes": sum(_bytes(folder / name) for name in PARTS.values()),
                 "busy": busy.get(folder.name, ""),
                 "check": None if check is None else check.model_dump(),
             })  # fmt: skip
@@ -206,7 +207,7 @@ class Uploads:
         return str(manifest["inputs"].get("job"))
 
     def _size(self) -> int:
-        return sum(each.stat().st_size for each in (self.folder / JOBS).glob("*/*") if each.is_file())
+        return sum(_bytes(each) for each in (self.folder / JOBS).glob("*/*"))
 
 
 def _before_and_after(folder: Path) -> dict[str, Any]:
@@ -218,6 +219,15 @@ def _before_and_after(folder: Path) -> dict[str, Any]:
         "check": checked if isinstance(checked, dict) else None,
         "result": {name: found[name] for name in _RESULTS if isinstance(found.get(name), int | float)},
     }
+
+
+def _bytes(path: Path) -> int:
+    """Size of a file; 0 where it is none, or was removed just now."""
+    try:
+        about = path.stat()
+    except OSError:
+        return 0
+    return about.st_size if S_ISREG(about.st_mode) else 0
 
 
 def _text(path: Path) -> str:

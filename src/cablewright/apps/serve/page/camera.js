@@ -16,18 +16,26 @@ export class Camera {
       this.gone = null;
       at("camera").hidden = false;
       put(at("camera-told"), t("camera.note"));
-      if (this.still) setTimeout(() => this.ask(), EVERY);
+      this.next(() => this.ask(), this.still ? EVERY : Infinity);
     });
-    at("camera").addEventListener("error", () => {
-      this.gone ??= Date.now() / 1e3;
-      at("camera").hidden = true;
-      put(at("camera-told"), t("camera.gone", { time: clock(this.gone) }));
-      setTimeout(() => this.ask(), AGAIN);
-    });
+    at("camera").addEventListener("error", () => this.failed());
     this.ask();
   }
 
-  ask() { // an address again, of which nothing is kept
+  next(act, wait) { // replaces the timer that runs
+    clearTimeout(this.timer);
+    if (wait < Infinity) this.timer = setTimeout(act, wait);
+  }
+
+  failed() {
+    this.gone ??= Date.now() / 1e3;
+    at("camera").hidden = true;
+    put(at("camera-told"), t("camera.gone", { time: clock(this.gone) }));
+    this.next(() => this.ask(), AGAIN);
+  }
+
+  ask() { // an address again, of which nothing is kept; the last still picture does not stay for one that does not come
     at("camera").src = `${this.address}${this.still ? `${this.address.includes("?") ? "&" : "?"}t=${Date.now()}` : ""}`;
+    this.next(() => this.failed(), this.still ? AGAIN : Infinity);
   }
 }

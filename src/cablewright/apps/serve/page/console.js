@@ -2,6 +2,7 @@
 import { at, make, put, t } from "./words.js";
 
 const KINDS = ["enable", "take up", "home", "start", "pause", "resume", "refilled", "stop", "release", "reset", "park", "override", "go to", "emergency stop"];
+const NUMBERS = { "go to": [2, 3], home: [0, 3, 6], override: [1] }; // how many each takes; the others take none
 const KEPT = 50;
 
 export class Console {
@@ -33,11 +34,12 @@ export class Console {
     const numbers = text.slice(kind?.length).trim().split(/[,;\s]+/).filter(Boolean).map(Number);
     if (text.startsWith("jog")) return t("console.jog");
     if (!kind || numbers.some((each) => !Number.isFinite(each))) return t("console.none");
+    if (!(NUMBERS[kind] ?? [0]).includes(numbers.length)) return t("console.numbers", { kind, n: (NUMBERS[kind] ?? [0]).join(" / ") });
     if (kind === "emergency stop") { await this.orders.stop(); return ""; }
     if (!this.orders.mine) return this.orders.why("release");
-    if (kind === "go to") return this.jog.go(numbers);
+    if (kind === "go to") return this.jog.go(this.jog.completed(numbers));
     if (kind === "override") return this.orders.shared(numbers[0] / 100);
-    return this.orders.asked(kind);
+    return this.orders.asked(kind, numbers.join(", "));
   }
 
   told(text, refusal) {

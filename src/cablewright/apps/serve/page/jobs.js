@@ -99,7 +99,7 @@ export class Jobs {
     if (check && check.answer !== "failed" && !loaded) button(t("job.load"), () => this.load(job));
     if (loaded) button(t("job.away"), () => this.tried(() => this.link.ask("/close", { method: "POST" })));
     if (!job.busy && !loaded) {
-      if (check?.answer !== "yes") button(t("job.again"), () => this.tried(() => this.link.ask(`/jobs/${job.id}/check`, { method: "POST" })));
+      if (check?.answer !== "yes" || this.rejected[job.id]) button(t("job.again"), () => this.tried(() => this.link.ask(`/jobs/${job.id}/check`, { method: "POST" })));
       button(t("job.remove"), () => this.tried(() => this.link.ask(`/jobs/${job.id}`, { method: "DELETE" })));
     }
     const about = [

@@ -3,6 +3,7 @@ import { atRest } from "./state.js";
 import { at, fixed, make, put, t } from "./words.js";
 
 const EVERY = 50; // ms between leases; one holds for 200
+const NEAR = 2e-2; // m, within which the platform stands where a way was checked from
 const STEPS = [0, 1e-3, 1e-2, 0.1]; // m; 0: hold
 const WORDS = [["\u2212x", "+x"], ["\u2212y", "+y"], ["jog.down", "jog.up"]];
 const KEYS = ["ArrowLeft", "ArrowRight", "ArrowDown", "ArrowUp", "PageDown", "PageUp"]; // of the buttons, in their order
@@ -76,17 +77,27 @@ export class Jog {
   }
 
   goal() { // of the form; what the plane decides is left out there
-    const given = at("goal").value.trim().split(/[,;\s]+/).map(Number);
-    return this.sitting.plane && given.length === 2 ? this.inPlane(given.toSpliced(this.decided, 0, 0)) : given;
+    return this.completed(at("goal").value.trim().split(/[,;\s]+/).map(Number));
+  }
+
+  completed(given) { return this.sitting.plane && given.length === 2 ? this.inPlane(given.toSpliced(this.decided, 0, 0)) : given; }
+
+  stands(from) { // still at rest there: the way that was checked begins there
+    const { here, orders } = this;
+    return Boolean(here && from && atRest(orders.control)) && here.every((v, k) => Math.abs(v - from[k]) < NEAR);
   }
 
   async go(place) { // once the way was checked, and a person has confirmed it; why not is answered
-    const { orders } = this, told = place.map((v) => fixed(v, 3)).join(", ");
+    const { orders, here } = this, told = place.map((v) => fixed(v, 3)).join(", ");
+    const rejected = (why) => { orders.say(t("goto.rejected", { why })); return why; };
+    if (here && !this.stands(here)) return rejected(t("goto.moves"));
     orders.say(t("goto.checking"));
     const found = await this.link.ask("/reach", { method: "POST", body: JSON.stringify({ position: place }) }).catch((reason) => ({ holds: false, why: reason.message }));
-    orders.say(found.holds ? "" : t("goto.rejected", { why: found.why }));
-    if (!found.holds) return found.why;
+    if (!found.holds) return rejected(found.why);
+    if (!this.stands(here)) return rejected(t("goto.moves"));
+    orders.say("");
     const sure = await orders.sure(t("sure.goto"), t("sure.goto.text", { place: told, length: fixed(found.length, 3), clear: t("clear") }), t("yes"));
+    if (sure && !this.stands(here)) return rejected(t("goto.moves"));
     return sure ? orders.give("go to", { position: place }) : t("console.asked");
   }
 

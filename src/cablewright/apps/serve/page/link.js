@@ -51,7 +51,7 @@ export class Link {
     this.tell(message.t, message);
   }
 
-  get stale() { return performance.now() - this.seen + this.age > STALE; }
+  get stale() { return !this.live || performance.now() - this.seen + this.age > STALE; }
 
   get live() { return this.socket.readyState === WebSocket.OPEN; }
 

@@ -8,7 +8,7 @@ export class Next {
     this.orders = orders;
     this.jobs = jobs;
     this.printing = printing;
-    at("act").addEventListener("click", () => this.act?.());
+    at("act").addEventListener("click", ({ detail }) => { if (detail < 2) this.act?.(); }); // a double click gives one order, not the next one too
     link.on("sitting", (sitting) => { this.sitting = sitting; });
     link.on("state", () => this.show()).on("lost", () => this.show());
   }

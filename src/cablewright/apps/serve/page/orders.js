@@ -47,9 +47,9 @@ export class Orders {
     return this.mine && control ? JSON.stringify([control.sitting, control.state, control.waiting, control.share > 0]) : "";
   }
 
-  async asked(kind) { // whether it was given; why not is said
+  async asked(kind, measured = "") { // whether it was given; why not is said. `measured`: where the platform is, to home
     const place = at("place"), key = `sure.${kind}`;
-    place.value = "";
+    place.value = measured;
     const sure = !has(key) || await this.sure(t(key), t(`${key}.text`, { clear: t("clear") }), t("yes"), { place: kind === "home" }), given = place.value.trim();
     return sure ? this.give(kind, kind === "home" && given ? { place: given.split(/[,;\s]+/).map(Number) } : {}) : t("console.asked");
   }

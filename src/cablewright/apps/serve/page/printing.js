@@ -41,7 +41,9 @@ export class Printing {
   async order(kind, from, to, told) {
     this.step(told, STEP);
     await this.until((control) => control.state !== from || control.fresh || this.orders.may(kind));
-    if (this.orders.control.state !== from) return;
+    const { state, fresh } = this.orders.control;
+    if (state !== from) return;
+    if (state === "fault" && !fresh) throw new Error(t("print.state", { state })); // a person looks at its cause
     let refusal = ""; // such as of a machine that was just opened, or of an order that came late
     do {
       if (refusal) await new Promise((done) => { setTimeout(done, AGAIN); });

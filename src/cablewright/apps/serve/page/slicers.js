@@ -6,7 +6,7 @@ export class Slicers {
     this.link = link;
     this.orders = orders;
     put(at("slicers-note"), t("slicers.note", { origin: location.origin }));
-    at("key-scope").append(...["upload", "operate"].map((scope) => make("option", { value: scope, textContent: t(`scope.${scope}`) })));
+    at("key-scope").append(...["upload", "operate"].map((scope, k) => make("label", {}, make("input", { type: "radio", name: "scope", value: scope, defaultChecked: k === 0 }), t(`scope.${scope}`)))); // no list: its popup takes Esc from Stop
     at("slicers").addEventListener("submit", (event) => { event.preventDefault(); this.make(); });
     link.on("hello", () => this.list()).on("state", () => this.allow());
   }
@@ -20,7 +20,7 @@ export class Slicers {
   }
 
   async make() {
-    const body = JSON.stringify({ name: at("key-name").value, scope: at("key-scope").value });
+    const body = JSON.stringify({ name: at("key-name").value, scope: at("slicers").elements.scope.value });
     const made = await this.link.ask("/keys", { method: "POST", body }).catch((reason) => this.orders.say(`${reason.message}.`));
     if (!made) return;
     at("slicers").reset();

@@ -66,6 +66,7 @@ export const TEXTS = {
   "sure.home": "Home?", "sure.home.text": "Winches reel in, line by line, and the platform may move slowly.",
   "sure.stop": "End this print?", "sure.stop.text": "The platform slows down along the path. Reset then leads back to idle; the print cannot be resumed after that.",
   "sure.move": "Move on?", "sure.move.text": "The platform moves at {share} % of the planned speed. {clear}",
+  "sure.park": "Park?", "sure.park.text": "The platform moves straight to its parking place; obstacles and what is printed are not looked at. {clear}",
   "sure.goto": "Go there?", "sure.goto.text": "The platform moves straight to ({place}) m, {length} m from here. Tensions along the way are within their limits; obstacles and what is printed are not looked at. {clear}",
   "sure.load": "The check of {name} said no. Load it all the same?", "sure.load.yes": "I have read it: load",
   "sure.print": "Print {name}?", "sure.print.text": "Check: yes{error}. The job is loaded, the brakes open, the platform moves to the start of the path and prints: the first motion may come a minute from now. Stop, or Do not start, withdraws it. {clear}",
@@ -76,7 +77,7 @@ export const TEXTS = {
   "jog.group": "Move the platform by hand", "jog.hold": "hold", "jog.step": "Each press", "jog.label": "Move {way}, while held", "jog.keys": "Keys, while a button here has the focus: arrows, Page up, Page down.",
   "jog.speed": "Speed", "jog.inplane": " in the plane", "jog.down": "down", "jog.up": "up", "jog.grey": "Grey: {why}.",
   "why.hand": "only while the winches are enabled and hold, and the position is known",
-  "goto.label": "Go to, m:", "goto.plane": "{axes} ({axis} follows from the plane)", "goto.go": "Go", "goto.rejected": "It cannot go there: {why}.", "goto.checking": "The way is being checked.",
+  "goto.label": "Go to, m:", "goto.plane": "{axes} ({axis} follows from the plane)", "goto.go": "Go", "goto.rejected": "It cannot go there: {why}.", "goto.moves": "the platform moves, or has moved since the way was checked; order it again once it stands", "goto.checking": "The way is being checked.",
   "plan.note": "Click a place: the way there is checked first, and then asked for. The height stays.", "plan.label": "Plan of the frame: click a place to go there", "plan.place": "({place}) m",
 
   "faults": "Present faults", "faults.none": "No fault is reported.", "events": "Events, the newest first",
@@ -107,7 +108,7 @@ export const TEXTS = {
   "slicers.name": "Name of the key", "slicers.scope": "It may", "scope.upload": "send jobs", "scope.operate": "send jobs, pause and end prints", "slicers.make": "Make a key",
   "slicers.key": "The key, shown once:", "slicers.none": "There is no key yet.", "slicers.remove": "Remove",
   "console.label": "Order", "console.hint": "go to 0.3 -0.5 1.0", "console.give": "Give", "console.note": "Orders as the log has them, under the same lease and with the same questions: {kinds}.",
-  "console.none": "there is no such order", "console.jog": "hold a button of the pad", "console.done": "obeyed", "console.asked": "not confirmed",
+  "console.none": "there is no such order", "console.numbers": "{kind} takes {n} numbers", "console.jog": "hold a button of the pad", "console.done": "obeyed", "console.asked": "not confirmed",
 
   "link.lost": "the connection was lost: nobody knows whether it arrived", "link.none": "there is no connection: it was not sent", "link.silent": "the server does not answer", "link.refused": "refused ({status})",
 };

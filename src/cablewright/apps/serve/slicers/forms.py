@@ -6,6 +6,7 @@ import asyncio
 from contextlib import suppress
 from dataclasses import dataclass
 from email.parser import HeaderParser
+from email.utils import collapse_rfc2231_value
 from typing import Any, Final
 
 from starlette.requests import Request
@@ -63,7 +64,7 @@ async def read_form(request: Request) -> Form:
 
 def parsed_form(kind: str, body: bytes) -> Form:
     """The form in *body*, of the content type *kind*. Raises `InputError`."""
-    boundary = _headers(f"Content-Type: {kind}").get_boundary()
+    boundary = _parameter(f"Content-Type: {kind}", "content-type", "boundary")
     if not kind.lower().startswith("multipart/form-data") or not boundary:
         raise InputError("a form is expected: multipart/form-data with a boundary")
     mark = b"--" + boundary.encode("latin-1", "replace")
@@ -78,14 +79,15 @@ def parsed_form(kind: str, body: bytes) -> Form:
         at = body.find(b"\r\n" + mark, max(head, begin)) + 2
         if head < 0 or at < 2:
             raise InputError("the form is cut off")
-        about = _headers(body[begin + 2 : head].decode("utf-8", "replace"))
-        name, content = about.get_param("name", "", "content-disposition"), body[head + 4 : at - 2]
-        if about.get_filename() is not None:
+        about, content = body[begin + 2 : head].decode("utf-8", "replace"), body[head + 4 : at - 2]
+        sent = _parameter(about, "content-disposition", "filename")
+        if sent is not None:
             if file is not None:
                 raise InputError("one file at a time is taken")
-            file = about.get_filename() or "", content
+            file = sent, content
         else:
-            fields[str(name)] = content[:1024].decode("utf-8", "replace")
+            name = _parameter(about, "content-disposition", "name") or ""
+            fields[name] = content[:1024].decode("utf-8", "replace")
     if file is None:
         raise InputError("no file was sent")
     _require_no_folder(fields)
@@ -113,8 +115,13 @@ def _require_no_folder(fields: dict[str, str]) -> None:
         raise InputError(f"root = {fields['root'][:80]!r}: must be gcodes")
 
 
-def _headers(text: str) -> Any:
-    return HeaderParser().parsestr(text)
+def _parameter(headers: str, header: str, name: str) -> str | None:
+    """A parameter of a header; None where it is not there. Raises `InputError` for one that is malformed."""
+    try:
+        found = HeaderParser().parsestr(headers).get_param(name, None, header)
+    except (TypeError, ValueError):  # of pieces that are not numbered, or by too large numbers (RFC 2231)
+        raise InputError(f"{header}: {name}: is malformed") from None
+    return None if found is None else collapse_rfc2231_value(found).strip()
 
 
 class EarlyRefusal(Response):

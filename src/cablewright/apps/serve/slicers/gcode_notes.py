@@ -5,7 +5,10 @@ from __future__ import annotations
 import base64
 import binascii
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
+from math import isfinite
 from pathlib import Path
 from typing import Final
 
@@ -25,7 +28,8 @@ _NUMBERS: Final = {
 }
 _TIME: Final = re.compile(r"^; .*estimated printing time(?: \(normal mode\))? ?= ?((?:\d+[dhms] ?)+)", re.M)
 _SECONDS: Final = {"d": 86400, "h": 3600, "m": 60, "s": 1}
-_PICTURE: Final = re.compile(r"^; thumbnail begin (\d{1,4})x(\d{1,4}) \d+\s*\n(.*?)^; thumbnail end", re.M | re.S)
+_PICTURE: Final = re.compile(r"; thumbnail begin (\d{1,4})x(\d{1,4}) \d+\s*")
+_END: Final = "; thumbnail end"
 
 
 @dataclass(frozen=True)
@@ -62,13 +66,12 @@ def notes_of(path: Path) -> GcodeNotes:
         if (found := each.search(words)) and _is_number(found[1])
     }
     if found := _TIME.search(words):
-        numbers["estimated_time"] = float(sum(int(each[:-1]) * _SECONDS[each[-1]] for each in found[1].split()))
-    pictures = [_picture(found) for _, found in zip(range(_MOST), _PICTURE.finditer(words), strict=False)]
+        numbers["estimated_time"] = sum(float(each[:-1]) * _SECONDS[each[-1]] for each in found[1].split())
     return GcodeNotes(
         slicer[1] if slicer else "",
         slicer[2] if slicer else "",
-        numbers,
-        tuple(each for each in pictures if each is not None),
+        {name: value for name, value in numbers.items() if isfinite(value)},
+        tuple(islice(_pictures(words), _MOST)),
     )
 
 
@@ -81,9 +84,25 @@ def _is_number(text: str) -> bool:
     return text.count(".") <= 1 and text != "."
 
 
-def _picture(found: re.Match[str]) -> Picture | None:
+def _pictures(words: str) -> Iterator[Picture]:
+    """The pictures in a text, in one pass: a picture that does not end costs no second look at the rest."""
+    begun: re.Match[str] | None = None
+    lines: list[str] = []
+    for line in words.splitlines():
+        if begun is None:
+            begun = _PICTURE.fullmatch(line)
+        elif line.startswith(_END):
+            if (found := _picture(begun, "".join(lines))) is not None:
+                yield found
+            begun = None
+            lines.clear()
+        else:
+            lines.append(line.removeprefix(";").strip())
+
+
+def _picture(begun: re.Match[str], text: str) -> Picture | None:
     try:
-        content = base64.b64decode(re.sub(r"^; ?|\s", "", found[3], flags=re.M), validate=True)
+        content = base64.b64decode(text, validate=True)
     except binascii.Error:
         return None
-    return Picture(int(found[1]), int(found[2]), content) if content.startswith(_PNG) else None
+    return Picture(int(begun[1]), int(begun[2]), content) if content.startswith(_PNG) else None

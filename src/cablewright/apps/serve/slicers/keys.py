@@ -77,6 +77,10 @@ class Keys:
         """The key with this text. It is found by its hash, so that the time shows nothing of it."""
         return self._kept.get(_digest(text))
 
+    def holds(self, key: Key) -> bool:
+        """Whether a key is still valid."""
+        return key.digest in self._kept
+
     def make(self, name: object, scope: object) -> tuple[str, Key]:
         """Make a key; return its text, which is kept nowhere. Raises `InputError`."""
         called = person(name)

@@ -221,12 +221,18 @@ class _Socket:
             while True:
                 message = await self.socket.receive()
                 text = message.get("text")
-                if message["type"] != "websocket.receive" or text is None or not self._rate.take():
+                if message["type"] != "websocket.receive" or text is None:
+                    return
+                if not self._rate.take() or not self._is_valid():
                     return
                 if (answer := await self._answer(text)) is not None:
                     await self.socket.send_text(to_json(answer, inf_nan_mode="null").decode())
         finally:
             telling.cancel()
+
+    def _is_valid(self) -> bool:
+        """Whether the key was not removed since the socket was opened."""
+        return self.moonraker.desk.page.keys.holds(self.key)
 
     async def _answer(self, text: str) -> Parameters | None:
         try:
@@ -250,9 +256,9 @@ class _Socket:
         return None if number is None else {"jsonrpc": "2.0", "result": found, "id": number}
 
     async def _tell(self) -> None:
-        """Send what has changed of the objects that are subscribed to."""
+        """Send what has changed of the objects that are subscribed to, as long as the key is valid."""
         with contextlib.suppress(WebSocketDisconnect, RuntimeError, OSError):  # it has gone, or the folder of jobs
-            while True:
+            while self._is_valid():
                 await asyncio.sleep(_EVERY)
                 if not isinstance(self._wanted, dict):
                     continue
@@ -262,6 +268,7 @@ class _Socket:
                 if told := {name: each for name, each in changed.items() if each}:
                     news = {"jsonrpc": "2.0", "method": "notify_status_update", "params": [told, time.monotonic()]}
                     await self.socket.send_text(to_json(news, inf_nan_mode="null").decode())
+            await self.socket.close(1008)
 
 
 def _chosen(objects: dict[str, Parameters], wanted: object) -> dict[str, Parameters]:
