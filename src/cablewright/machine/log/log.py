@@ -179,6 +179,8 @@ class LogWriter:
         try:
             if not self._failed:
                 with self._writing():
+                    if self._lost is not None:  # written after all
+                        self.dropped, self._gap = self.dropped - 1, self._gap - 1
                     for step in (self._lost, self._thinned.last):
                         if step is not None:
                             self._put(step)
