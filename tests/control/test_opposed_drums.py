@@ -1,4 +1,4 @@
-"""Winches by hand and slack taken up where drums wind one line up as they pay another out: their torque has any sign."""
+"""Jog and take-up where drums wind one line up as they pay another out, so that their torque has any sign."""
 
 from __future__ import annotations
 
