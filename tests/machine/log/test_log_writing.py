@@ -182,7 +182,7 @@ def test_a_thinned_log_keeps_scans_last_readings_orders_and_new_states(tmp_path:
     with read_log(path) as read:
         assert read.head.every == 10
         entries = list(read.entries())
-        assert read.notes == []
+        assert read.notes == ["thinned to one of 10 steps: what is found of it is of these steps alone"]
     assert [round(each.frame.time / 0.01) for each in entries] == [1, 11, 21, 30, 40, 44, 54, 57]
     assert sum(len(each.frame.of(Scan)) for each in entries) == 14
     assert [each.temperature for entry in entries for each in entry.frame.of(Climate)] == [
@@ -195,3 +195,14 @@ def test_a_thinned_log_keeps_scans_last_readings_orders_and_new_states(tmp_path:
         54,
         57,
     ]
+
+
+def test_so_many_scans_that_no_step_could_hold_them_are_logged_before_the_next_step_is_due(tmp_path: Path) -> None:
+    path = tmp_path / "a.mcap"
+    with write_log(path, replace(head(), every=10_000)) as log:
+        for k in range(1, 1202):
+            log.write(frame(k, scan(k)))
+    with read_log(path) as read:
+        entries = list(read.entries())
+    assert [round(each.frame.time / 0.01) for each in entries] == [1, 501, 1001, 1201]
+    assert sum(len(each.frame.of(Scan)) for each in entries) == 1201
