@@ -78,9 +78,8 @@ class WinchLines:
         if self.plain:
             return np.asarray(torques / arms)
         per_tension, known = np.where(self.sense, self.sense * arms, 0.0), np.where(self.alone, 0.0, expected)
-        missed = torques - self.torques(known, arms)
-        share = per_tension / (self.senses**2 @ per_tension**2)[self.winch]
-        return np.asarray(known + np.where(self.sense, share * missed[self.winch], 0.0))
+        missed = (torques - self.torques(known, arms)) / (self.senses**2 @ per_tension**2)
+        return np.asarray(known + np.where(self.sense, per_tension * missed[self.winch], 0.0))
 
     def of_lines(self, turned: ArrayLike) -> Array:
         """Return by how much each line's drum turns, (m,), paying out, as winches have *turned*, (w,)."""
