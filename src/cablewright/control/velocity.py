@@ -97,8 +97,7 @@ class VelocitySettings:
     def plain(self) -> Packed | None:
         """A batch of one row for the kernel, which solves with a winch for each line and no plane; None: others."""
         model, robot = self.model, self.model.robot
-        shared = robot.sharing or robot.hung or model.winches < model.freedoms
-        if shared or robot.platform.plane is not None or self.stretch is not None or model.massless:
+        if not robot.is_plainly_driven or self.stretch is not None or model.massless:
             return None
         packed: Packed = model.rows(preferred=preferred_tensions(model))
         return packed

@@ -297,6 +297,12 @@ class Robot(FileDescription):
         return tuple(line for line in self.lines if line.shared_winch is not None)
 
     @property
+    def is_plainly_driven(self) -> bool:
+        """Whether each line has a winch of its own, and these hold the platform, which no plane guides."""
+        own = not self.sharing and not self.hung and self.platform.plane is None
+        return own and self.winches >= self.freedoms
+
+    @property
     def meets_in_nozzle(self) -> bool:
         """Whether the lines of a point platform meet in its nozzle."""
         return self.n == 3 and not any(self.lines[0].platform_point)

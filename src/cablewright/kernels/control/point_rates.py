@@ -64,7 +64,7 @@ def hold(packed, mass, position, velocity, accelerations, dt, lengths, tensions)
 
 @jit(allocates=True)
 def _solve(own, pose, states, work, known):
-    """Solve for the *states* (m, 6), from what they are where these are *known*; near no tensions if all else fails."""
+    """Solve for the *states* (m, 6), from their values where these are *known*; near no tensions if all else fails."""
     code, _ = solve_inverse(own, pose, states, work, known)
     if known and code != OK:
         code, _ = solve_inverse(own, pose, states, work, False)

@@ -9,18 +9,14 @@ from cablewright.kernels.layout import (
     END_SPRING,
     FREE,
     FREE_COMPLIANCE,
-    GUIDE,
     MOUNT,
     PHI,
     PULLS,
-    SIDE,
     SPANS,
     STATE,
-    UNKNOWNS,
-    UPRIGHT,
 )
 from cablewright.kernels.statics.equilibrium import workspace
-from cablewright.kernels.statics.line.guides import towards_winch
+from cablewright.kernels.statics.line.guides import pull_of_dead_span
 from cablewright.kernels.statics.line.interface import place_lines, taut_line
 from cablewright.kernels.statics.line.solved_line import end_of_line, hang_in_plane
 
@@ -77,11 +73,7 @@ def soften(lines, lengths, toward, softness):
     """
     for i in range(lines.shape[0]):
         row = lines[i]
-        x, y, z = 0.0, 0.0, 0.0
-        if row[GUIDE] != UPRIGHT:
-            x, y, z = towards_winch(row)
-        elif row[UNKNOWNS] > 3.0:  # upright, as along the axis of a swivel
-            z = -row[SIDE]
+        x, y, z = pull_of_dead_span(row)
         x, y, z = toward[i, 0] + x, toward[i, 1] + y, toward[i, 2] + z
         mount = row[MOUNT : MOUNT + 6]
         soft = mount[0] * x * x + mount[1] * y * y + mount[2] * z * z

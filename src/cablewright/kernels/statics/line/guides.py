@@ -29,6 +29,7 @@ from cablewright.kernels.layout import (
     SPANS,
     SWIVEL,
     UNKNOWNS,
+    UPRIGHT,
 )
 from cablewright.kernels.rotation import rotate
 
@@ -125,6 +126,16 @@ def towards_winch(row):
     if row[GUIDE] == PULLEY:
         return _cross((x, y, z), axis)
     return -row[SIDE] * axis[0], -row[SIDE] * axis[1], -row[SIDE] * axis[2]
+
+
+@jit
+def pull_of_dead_span(row):
+    """Unit vector by which the dead span of a straight line pulls its mount, as `towards_winch`, or upright."""
+    if row[GUIDE] != UPRIGHT:
+        return towards_winch(row)
+    if row[UNKNOWNS] > 3.0:  # along the axis of a swivel
+        return 0.0, 0.0, -row[SIDE]
+    return 0.0, 0.0, 0.0
 
 
 @jit
