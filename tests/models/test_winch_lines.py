@@ -33,6 +33,18 @@ def test_torques_come_back_from_the_nearest_tensions() -> None:
         np.testing.assert_allclose(found, nearest.x, atol=1e-4)
 
 
+def test_what_is_not_known_of_some_lines_leaves_the_others_as_they_are() -> None:
+    for robot in (driven.crane(), driven.pairs(), driven.two_on_one("against")):
+        lines, arms = WinchLines.of(robot), np.linspace(0.03, 0.05, robot.m)
+        torques = np.linspace(1.0, 4.0, robot.winches)
+        found = lines.tensions(torques, arms, np.full(robot.m, np.nan))
+        own = lines.alone
+        np.testing.assert_allclose(found[own], torques[lines.winch[own]] / arms[own])
+        assert np.isnan(found[~own]).all()
+        first = np.where(lines.winch == 0, np.nan, 50.0)
+        assert np.isnan(lines.torques(first, arms)).tolist() == [True] + [False] * (robot.winches - 1)
+
+
 def test_a_drum_that_pays_one_line_out_as_it_winds_another_up_is_opposed() -> None:
     found = {winds: WinchLines.of(driven.two_on_one(winds)) for winds in ("along", "against")}
     assert found["along"].opposed.tolist() == [False]

@@ -83,9 +83,9 @@ class TakeUp:
             return self.hold("no tensions or counts are read" if now - self._oldest > _SILENCE else "")
         assert self.tensions is not None
         assert self.counts is not None
-        worst = int(np.argmin(np.where(self._opposed, np.inf, self.tensions)))
-        if self.tensions[worst] < -PULLS * self.settings.tension:
-            return self.hold(f"line {self._name(worst)} pulls with {self.tensions[worst]:.0f} N: {WRONG_SIGN}")
+        worst = int(np.argmin(told := np.where(self._opposed, np.inf, self.tensions)))
+        if told[worst] < -PULLS * self.settings.tension:
+            return self.hold(f"line {self._name(worst)} pulls with {told[worst]:.0f} N: {WRONG_SIGN}")
         if self._line >= 0:
             failure = self._judge(now, float(self.tensions[self._line]), int(self.counts[self._line]))
             if failure:

@@ -26,9 +26,10 @@ class WinchJogSettings:
     """``line``: index of its winch, of ``lines`` winches. ``speed``: m/s of cable, positive pays out.
 
     ``max_tension``: N, of the line while it reels in. ``radius``: m, the drum's largest, so that cable is never faster.
-    ``min_tension``: N, under which the sign of a line that is held must be wrong. ``deceleration``: m/s^2 of cable,
-    when it is let go. ``max_run_out``: m of cable, from the last order to rest. ``delay``: s from an order to the
-    motion. ``arms``: as in `TakeUpSettings`. ``opposed``: the drum reels another line in as it pays this one out.
+    ``min_tension``: N, under which the sign of a line that is held must be wrong; (w,) where that differs by drum.
+    ``deceleration``: m/s^2 of cable, when it is let go. ``max_run_out``: m of cable, from the last order to rest.
+    ``delay``: s from an order to the motion. ``arms``: as in `TakeUpSettings`. ``opposed``: the drum reels another line
+    in as it pays this one out.
     """
 
     line: int
@@ -36,7 +37,7 @@ class WinchJogSettings:
     speed: float
     max_tension: float
     radius: float
-    min_tension: float = -math.inf
+    min_tension: float | Array = -math.inf
     deceleration: float = _RAMP
     max_run_out: float = math.inf
     delay: float = 0.0
@@ -83,8 +84,8 @@ class WinchJog:
         for reading in frame.of(Tensions):
             pulls = pulls_of(reading, own.arms)
             if len(pulls) == own.lines and self._times.is_new(reading.source, reading.time, now):
-                if math.isnan(self._tension) and (least := float(np.nanmin(pulls))) < own.min_tension:
-                    return ProcedureStep(speeds, failure=f"a line pulls with {least:.0f} N: {WRONG_SIGN}")
+                if math.isnan(self._tension) and (wrong := pulls < own.min_tension).any():
+                    return ProcedureStep(speeds, failure=f"a line pulls with {pulls[wrong].min():.0f} N: {WRONG_SIGN}")
                 if math.isfinite(tension := float(pulls[own.line])):
                     outwards = own.opposed and own.speed > 0.0  # it reels the other line in
                     self._tension, self._read = -tension if outwards else tension, reading.time

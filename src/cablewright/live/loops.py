@@ -69,7 +69,7 @@ class LoopRun:
     times: Array
     errors: Array
     estimate_errors: Array
-    tensions: Array  # (k, m) N, true, at the sheaves
+    tensions: Array  # (k + 1, m) N, true, at the sheaves, from before the first step on
     step_times: Array  # (k,) s of computing, of estimator and controller
     reason: str = ""  # for which it ended early
 

@@ -64,21 +64,22 @@ class WinchLines:
     def torques(self, tensions: Array, arms: Array) -> Array:
         """Return the torque (..., w), N m, with which cables turn each drum outwards.
 
-        *tensions* (..., m), N, of one cable of each line; *arms* (..., m), m: its radius, once for each cable.
+        *tensions* (..., m), N, of one cable of each line; *arms* (..., m), m: its radius, once for each cable. NaN of
+        a line is one of its own drum alone.
         """
-        return np.asarray(np.where(self.sense, tensions * arms, 0.0) @ self.senses.T)
+        return np.asarray(np.where(self.senses, (tensions * arms)[..., None, :] * self.senses, 0.0).sum(axis=-1))
 
     def tensions(self, torques: Array, arms: Array, expected: Array) -> Array:
         """Return the tensions (m,), N, nearest to those *expected* (m,), N, that give the *torques* (w,), N m.
 
         That of a line alone on its drum follows from the torque; *arms* (m,) as in `torques`. A counterweight keeps
-        what is expected of it.
+        what is expected of it. NaN of a line on a drum with another whose tension is expected to be NaN.
         """
         if self.plain:
             return np.asarray(torques / arms)
-        turned = self.senses * np.where(self.sense, arms, 0.0)
-        missed = (torques - turned @ expected) / (turned * turned).sum(axis=1)
-        return np.asarray(expected + turned.T @ missed)
+        per_tension, known = np.where(self.sense, self.sense * arms, 0.0), np.where(self.alone, 0.0, expected)
+        missed = (torques - self.torques(known, arms)) / (self.senses**2 @ per_tension**2)
+        return np.asarray(known + np.where(self.sense, per_tension * missed[self.winch], 0.0))
 
     def of_lines(self, turned: ArrayLike) -> Array:
         """Return by how much each line's drum turns, (m,), paying out, as winches have *turned*, (w,)."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import threading
 from dataclasses import replace
@@ -23,6 +24,7 @@ from cablewright.foundation.signals import (
     Scan,
     SensorFrame,
 )
+from cablewright.live.prints.snapshot_writer import SnapshotWriter
 from cablewright.machine.log import disk_thread
 from cablewright.machine.log.log import SCHEMAS, LogWriter, read_log, write_log
 from cablewright.machine.log.mcap_file import HEAD
@@ -122,8 +124,10 @@ def test_a_disk_that_stays_behind_to_the_end_still_gets_the_last_step(
         disk.free.set()
     (tmp_path / "a.mcap").write_bytes(disk.getvalue())
     with read_log(tmp_path / "a.mcap") as read:
-        last = list(read.entries())[-1].frame
+        entries = list(read.entries())
+    last = entries[-1].frame
     assert round(last.time / 0.01) == 20
+    assert len(entries) + log.dropped == 20
     assert last.notices[0].subject == f"{log.dropped} steps"
 
 
@@ -135,6 +139,31 @@ def test_a_full_disk_ends_a_log_in_a_thread() -> None:
 
     with pytest.raises(EnvironmentFault, match="/dev/full: cannot be written: No space left on device"):
         fill()
+
+
+class FullDisk(io.BytesIO):
+    """A disk that is full after the first bytes of a log."""
+
+    name = "full.mcap"
+
+    def write(self, data: Any) -> int:
+        if self.tell() > 1000:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return super().write(data)
+
+
+def test_no_checkpoint_is_written_whose_log_the_disk_has_refused(tmp_path: Path) -> None:
+    path = tmp_path / "checkpoint.bin"
+
+    def fill() -> None:
+        with LogWriter(FullDisk(), head(), flush_every=None, threaded=True, drops=True) as log:
+            log.write(frame(1))
+            with SnapshotWriter(path) as writer:
+                writer.put({}, after=log.flush())
+
+    with pytest.raises(EnvironmentFault, match=r"full\.mcap: cannot be written: No space left on device"):
+        fill()
+    assert not path.exists()
 
 
 def scan(k: int) -> Scan:
@@ -153,7 +182,7 @@ def test_a_thinned_log_keeps_scans_last_readings_orders_and_new_states(tmp_path:
     with read_log(path) as read:
         assert read.head.every == 10
         entries = list(read.entries())
-        assert read.notes == []
+        assert read.notes == ["thinned to one of 10 steps: what is found of it is of these steps alone"]
     assert [round(each.frame.time / 0.01) for each in entries] == [1, 11, 21, 30, 40, 44, 54, 57]
     assert sum(len(each.frame.of(Scan)) for each in entries) == 14
     assert [each.temperature for entry in entries for each in entry.frame.of(Climate)] == [
@@ -166,3 +195,14 @@ def test_a_thinned_log_keeps_scans_last_readings_orders_and_new_states(tmp_path:
         54,
         57,
     ]
+
+
+def test_so_many_scans_that_no_step_could_hold_them_are_logged_before_the_next_step_is_due(tmp_path: Path) -> None:
+    path = tmp_path / "a.mcap"
+    with write_log(path, replace(head(), every=10_000)) as log:
+        for k in range(1, 1202):
+            log.write(frame(k, scan(k)))
+    with read_log(path) as read:
+        entries = list(read.entries())
+    assert [round(each.frame.time / 0.01) for each in entries] == [1, 501, 1001, 1201]
+    assert sum(len(each.frame.of(Scan)) for each in entries) == 1201

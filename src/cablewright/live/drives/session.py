@@ -5,7 +5,6 @@ Each order is that of the person who typed the command; whatever goes wrong afte
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -153,10 +152,10 @@ class RealMachine:
 
     def winch_jog(self, winch: int, speed: float) -> WinchJog:
         """The procedure that turns one winch by hand at *speed*, m/s of cable. Raises `InputError`."""
-        own, scale, opposed = self.settings.drives, self.drives.axes[winch].scale, self.drives.winches.opposed
+        own, scale = self.settings.drives, self.drives.axes[winch].scale
         assert own is not None
         most = own.jog_tension or own.tension
-        least = -math.inf if opposed.any() else -PULLS * own.tension
+        least = np.where(self.drives.winches.opposed, -np.inf, -PULLS * own.tension)
         limits = least, own.jog_deceleration, own.jog_run_out, self.delay, self.arms, scale.opposed
         return WinchJog(WinchJogSettings(winch, self.robot.winches, speed, most, scale.radii[1], *limits))
 

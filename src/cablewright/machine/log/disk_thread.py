@@ -12,7 +12,7 @@ MAX_WAITING: Final = 256
 
 
 class DiskThread:
-    """Make the given calls in order, in a thread. Once a call has raised, the later ones are left out."""
+    """Make the given calls in order, in a thread. Once a call has failed, the later ones are left out, and fail too."""
 
     def __init__(self) -> None:
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="log")
@@ -37,7 +37,8 @@ class DiskThread:
     def wait(self) -> None:
         """Wait for all calls. Raises what one has raised."""
         while self._waiting:
-            self._waiting.popleft().result()
+            self._waiting[0].result()  # it still waits where this is interrupted
+            self._waiting.popleft()
 
     def close(self) -> None:
         """Wait for all calls, whatever they raise, and end the thread."""
@@ -45,7 +46,7 @@ class DiskThread:
 
     def _call(self, write: Callable[[], None]) -> None:
         if self._failed:
-            return
+            raise OSError("a call before has failed")
         self._failed = True
         write()
         self._failed = False

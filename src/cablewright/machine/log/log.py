@@ -179,6 +179,8 @@ class LogWriter:
         try:
             if not self._failed:
                 with self._writing():
+                    if self._lost is not None:  # written after all
+                        self.dropped, self._gap = self.dropped - 1, self._gap - 1
                     for step in (self._lost, self._thinned.last):
                         if step is not None:
                             self._put(step)
@@ -259,6 +261,8 @@ class Log:
         topics = {topic for each in without for topic in ((each,) if isinstance(each, str) else TOPICS_OF[each])}
         topics.discard(CLOSING_TOPIC)
         topics |= VIEWS.keys()
+        if self.head.every > 1:
+            self.notes.append(f"thinned to one of {self.head.every} steps: what is found of it is of these steps alone")
         last, skipped, behind = -1.0, 0, 0
         file = self._segments.file
         for step in self._segments.steps(topics):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from cablewright.foundation.signals import (
     Command,
@@ -18,6 +18,8 @@ from cablewright.foundation.signals import (
     Truth,
 )
 
+_MOST_SCANS: Final = 500  # that wait for a step: they are one step of a log, whose size is bounded
+
 
 class Logged(NamedTuple):
     """One step, as it is logged."""
@@ -31,7 +33,7 @@ class Logged(NamedTuple):
 
 
 class ThinnedSteps:
-    """Chooses the first of each *every* steps, and each with an order or a new state.
+    """Chooses the first of each *every* steps, and each with an order, a new state or the last of 500 scans.
 
     A chosen step also has what the steps since the last brought: all scans, the last reading of each other source, and
     all notices. ``last``: the last step, where it was not chosen.
@@ -60,7 +62,7 @@ class ThinnedSteps:
         before, self._state = self._state, None if step.progress is None else step.progress.state
         readings = (*self._scans, *self._readings.values())
         step = step._replace(frame=replace(step.frame, readings=readings, notices=tuple(self._notices)))
-        if self._left and not step.orders and self._state is before:
+        if self._left and not step.orders and self._state is before and len(self._scans) < _MOST_SCANS:
             self._left, self.last = self._left - 1, step
             return None
         self._left, self.last = self._every - 1, None
