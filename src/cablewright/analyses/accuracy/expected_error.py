@@ -109,7 +109,9 @@ class ExpectedError:
     ranges: tuple[Range, ...]
     curvature: float  # how much larger it is than to first order, as a share; NaN if it is not stated
     unsolved: int  # drawn machines without a sound equilibrium at some sample
-    tensions: Array  # (m, 2) N: between which those at rest of each line are expected on the path; NaN: not known
+    tensions: (
+        Array  # (m, 2) N: between which those at rest of each line are expected on the path; (1, 2) of NaN: not known
+    )
 
     @property
     def unknown(self) -> str:
