@@ -14,7 +14,7 @@ from cablewright.apps import style
 from cablewright.apps.pictures.gallery import save
 from cablewright.apps.space_axes import add_faces
 
-LETTERS = 132  # of a note in a line of a page of two columns
+LETTERS = 124  # of a note in a line of a page of two columns
 
 
 def words(drawn: Figure, title: str, *notes: str) -> Figure:

@@ -177,7 +177,15 @@ def scheme(_quick: bool) -> Figure:
         axes.plot(0.0, height, "o", color=style.INK, zorder=5)
         axes.annotate("p", (0.0, height), xytext=(8, 0), textcoords="offset points", va="center")
         axes.annotate("", (-0.25, bottom), (-0.25, top), arrowprops={"arrowstyle": "<->", "color": style.RED})
-        axes.text(-0.3, 0.5 * (bottom + top), f"l_e = {top - bottom:.2f} m", ha="right", va="center", color=style.RED)
+        axes.text(
+            -0.3,
+            0.5 * (bottom + top),
+            f"l_e = {top - bottom:.2f} m",
+            ha="right",
+            va="center",
+            color=style.RED,
+            bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0},
+        )
         axes.set(xlabel="x in m", aspect="equal", xlim=(-1.1, 1.1), ylim=(-0.3, 2.6), title=title)
     both[0].set_ylabel("z in m")
     return words(

@@ -29,7 +29,7 @@ def regions(quick: bool) -> Figure:
         low, high = bounds(points)
         axes, _ = space(drawn, grid[0, column], low, high, "mm", zoom=1.25)
         scale = style.scale_of(np.linalg.norm(points - nominal, axis=1))
-        colours = style.error_bar(drawn, axes, scale, "δp in mm", pad=0.12)
+        colours = style.error_bar(drawn, axes, scale, "δp in mm", pad=0.3)
         add_map(
             axes,
             points[found.hull.triangles],

@@ -31,6 +31,7 @@ def test_the_help_of_a_command_shows_its_examples(cli, name: str) -> None:
     assert (answer.code, answer.err) == (0, "")
     assert f"Examples: cablewright {name}" in " ".join(answer.out.split())
     assert max(map(len, answer.out.splitlines())) <= 80
+    assert "…" not in answer.out  # a word that is too long for its column
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -103,6 +103,42 @@ def test_a_platform_point_shifts_the_exit_points(tmp_path: Path) -> None:
     assert "right_anchor_y: 229.75\n" in text
 
 
+def test_anchors_count_from_the_zero_of_gcode(tmp_path: Path) -> None:
+    table = of(tmp_path / "p", *FILES["polargraph"]).model_dump(by_alias=True)
+    table["platform"]["plane"]["gcode_zero"] = (0.1, 0.0, -0.2)
+    made = WALLS["polargraph"](Robot.model_validate(table))
+    assert "M665 L-400.5 R201.25 T700 B-450.125 H1035\n" in made.text
+    table["platform"]["plane"]["gcode_zero"] = None
+    made = WALLS["polargraph"](Robot.model_validate(table))
+    assert "M665 L-300.5 R301.25 T500 B-650.125 H1035\n" in made.text
+    assert any("G-code in the world's coordinates" in each for each in made.lost)
+
+
+def test_a_zero_that_a_maslow_does_not_have_is_noted(tmp_path: Path) -> None:
+    robot = of(tmp_path / "m", *FILES["maslow that lies"])
+    assert not any("gcode_zero" in each for each in WALLS["maslow"](robot).lost)
+    table = robot.model_dump(by_alias=True)
+    x, y, _ = table["platform"]["plane"]["gcode_zero"]
+    table["platform"]["plane"]["gcode_zero"] = (x + 0.01, y - 0.02, 0.0)
+    lost = WALLS["maslow"](Robot.model_validate(table)).lost
+    assert any("add 10 mm to X and -20 mm to Y of G-code" in each for each in lost)
+
+
+@pytest.mark.parametrize("target", ["wallplotter", "polargraph"])
+def test_a_lean_that_the_format_does_not_have_is_noted(target: str, tmp_path: Path) -> None:
+    robot = of(tmp_path / "c", *FILES["maslow-classic"])
+    assert any("leans by 15 degrees" in each for each in WALLS[target](robot).lost)
+    assert not any("leans" in each for each in WALLS["maslow-classic"](robot).lost)
+
+
+def test_anchors_that_are_no_corners_are_rejected(tmp_path: Path) -> None:
+    table = of(tmp_path / "m", *FILES["maslow that lies"]).model_dump(by_alias=True)
+    for line, at in zip(table["lines"], ((1.0, 2.0), (4.0, 2.0), (0.0, 0.0), (0.9, 0.0)), strict=True):
+        line["exit_point"] = (*at, 0.0)
+    with pytest.raises(InputError, match="robot 'maslow': the top anchors are not above"):
+        WALLS["maslow"](Robot.model_validate(table))
+
+
 @pytest.mark.parametrize(
     ("target", "robot", "message"),
     [

@@ -66,7 +66,7 @@ def read_maslow(path: Path, cable: str | None = None) -> ImportedRobot:
     lost, assumed = Notes(), Notes()
     settings = _Settings(path, entries, any(key.startswith(SECTION) for key in entries))
     anchors = {corner: settings.anchor(corner, assumed) for corner in CORNERS}
-    _require_unmirrored(anchors, path)
+    require_unmirrored(anchors, path)
     vertical = settings.vertical(assumed)
     arm = sum(settings.length(name) for name in _ARMS)
     if arm > 0.0:
@@ -82,7 +82,7 @@ def read_maslow(path: Path, cable: str | None = None) -> ImportedRobot:
     feet = [(x, *(_tidy(y * along[k]) for k in (1, 2))) for x, y, _ in anchors.values()]  # in the plane of the board
     assumed.add(f"platform.mass: {SLED:g} kg, the sled with its router")
     assumed.add("platform: a point; belts are straight from the anchors to it, without the arms of the sled")
-    x, y = _middle(anchors)
+    x, y = middle(anchors)
     zero = (x, *(_tidy(y * along[k]) for k in (1, 2)))
     assumed.add(
         "origin: the bottom left anchor; the firmware has X0 Y0 where the diagonals meet, so that a job's origin is "
@@ -115,7 +115,7 @@ def _line(name: str, at: tuple[float, ...], cable: dict[str, Any], speed: float 
     return given if speed is None else given | {"winch": {"max_speed": speed}}
 
 
-def _middle(anchors: Mapping[str, tuple[float, float, float]]) -> tuple[float, float]:
+def middle(anchors: Mapping[str, tuple[float, float, float]]) -> tuple[float, float]:
     """Return where the diagonals of the frame meet, m; of anchors that a quadrilateral has."""
     (ax, ay, _), (bx, by, _), (cx, cy, _), (dx, dy, _) = (anchors[corner] for corner in ("bl", "tr", "br", "tl"))
     across = (bx - ax) * (dy - cy) - (by - ay) * (dx - cx)
@@ -128,10 +128,10 @@ def _of_arms(anchors: Mapping[str, tuple[float, float, float]], arm: float) -> s
 
     There a belt is sqrt((d - arm)^2 + z^2) long, of the distance d along the board, and here sqrt(d^2 + z^2) - arm.
     """
-    middle = _middle(anchors)
+    centre = middle(anchors)
     far = {
-        corner: abs(math.hypot(math.hypot(x - middle[0], y - middle[1]) - arm, z)
-                    - math.hypot(x - middle[0], y - middle[1], z) + arm)
+        corner: abs(math.hypot(math.hypot(x - centre[0], y - centre[1]) - arm, z)
+                    - math.hypot(x - centre[0], y - centre[1], z) + arm)
         for corner, (x, y, z) in anchors.items()
     }  # fmt: skip
     worst = max(far, key=lambda corner: far[corner])
@@ -243,18 +243,18 @@ class _Settings:
         return entry.value.lower() == "true"
 
 
-def _require_unmirrored(anchors: dict[str, tuple[float, float, float]], path: Path) -> None:
+def require_unmirrored(anchors: Mapping[str, tuple[float, float, float]], where: Path | str) -> None:
     """Raise `InputError` where top and bottom or left and right are exchanged: the axes would be left-handed."""
     if not (anchors["tr"][0] > anchors["tl"][0] and anchors["br"][0] > anchors["bl"][0]):
-        raise InputError(f"{path}: the right anchors are not to the right of the left ones: axes of another handedness")
+        raise InputError(f"{where}: right anchors are not to the right of the left ones: axes of another handedness")
     if not (anchors["tl"][1] > anchors["bl"][1] and anchors["tr"][1] > anchors["br"][1]):
-        raise InputError(f"{path}: the top anchors are not above the bottom ones: axes of another handedness")
+        raise InputError(f"{where}: the top anchors are not above the bottom ones: axes of another handedness")
     one, other = (
         [b - a for a, b in zip(anchors[low][:2], anchors[high][:2], strict=True)]
         for low, high in (("bl", "tr"), ("br", "tl"))
     )
     if not one[0] * other[1] > one[1] * other[0]:
-        raise InputError(f"{path}: the anchors are not the corners of a frame: its diagonals do not cross")
+        raise InputError(f"{where}: the anchors are not the corners of a frame: its diagonals do not cross")
 
 
 def _tidy(value: float) -> float:

@@ -178,7 +178,8 @@ def accuracy_command(
     ] = None,
     tension_limits: Limits = None,
     out: Annotated[
-        Path | None, typer.Option("--out", help="Run folder; of a shape by default runs/accuracy-ROBOT-SHAPE.")
+        Path | None,
+        typer.Option("--out", help="Run folder; of a shape by default in runs/, named for robot and shape."),
     ] = None,
     executor: ExecutorOptions,
     as_json: AsJson = False,

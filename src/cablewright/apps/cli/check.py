@@ -37,7 +37,9 @@ def check_command(
     ] = True,
     bead: BeadSize = None,
     seed: Seed = 0,
-    out: Annotated[Path | None, typer.Option("--out", help="Run folder; by default runs/check-ROBOT-JOB.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Run folder; by default in runs/, named for robot and job.")
+    ] = None,
     as_json: AsJson = False,
 ) -> int:
     """Writes a run folder with a report, all samples and the cable lengths for the winches.

@@ -195,7 +195,9 @@ def export_command(
     motion: MotionOptions,
     as_json: AsJson = False,
 ) -> int:
-    """Klipper, RepRapFirmware and LinuxCNC need a job, ros2 a log; they write a folder. Other formats describe a robot.
+    """Klipper, RepRapFirmware, LinuxCNC and gcode need a job, ros2 a log; these and slicer write a folder.
+
+    Other formats describe a robot.
 
     Lists lost data on stderr and as comments in the files. See docs/exchange.md.
     """

@@ -34,7 +34,9 @@ def modes_command(
     ] = False,
     log: Annotated[
         Path | None,
-        typer.Option("--log", metavar="LOG", help="Log of a free swing, or CSV of positions: t,x,y,z[,x2,y2,z2,..]."),
+        typer.Option(
+            "--log", metavar="LOG", help="Log of a free swing, or CSV of positions: t,x,y,z, then x2,y2,z2 and so on."
+        ),
     ] = None,
     signal: Annotated[
         SwingSignal | None,

@@ -99,7 +99,8 @@ class RunOptions:
     """The run folder, and whether a print in it goes on."""
 
     out: Annotated[
-        Path | None, typer.Option("--out", metavar="DIR", help="Run folder; by default runs/print-ROBOT-JOB.")
+        Path | None,
+        typer.Option("--out", metavar="DIR", help="Run folder; by default in runs/, named for robot and job."),
     ] = None
     resume: Annotated[bool, typer.Option("--resume", help="Resume the print in the run folder.")] = False
     restart: Annotated[

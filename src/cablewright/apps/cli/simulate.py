@@ -102,9 +102,9 @@ class FaultOptions:
         list[str] | None,
         typer.Option(
             "--fault",
-            metavar="SOURCE,FROM,TO[,KIND[,SIZE]]",
-            help="Silence a sensor between two times, s; repeatable. With `stuck` it repeats its"
-            " reading. SOURCE:LINE is the sensor of one line. encoders:LINE,5,100,slip,0.02"
+            metavar="FAULT",
+            help="SOURCE,FROM,TO[,KIND[,SIZE]]: silence a sensor between two times, s; repeatable. With `stuck` it "
+            "repeats its reading. SOURCE:LINE is the sensor of one line. encoders:LINE,5,100,slip,0.02"
             " counts 20 mm too much; load_cells:LINE,5,100,offset,50 shows 50 N too much; "
             "line:LINE,5,100,broken breaks a line; off_sheave takes it off its sheave.",
         ),

@@ -203,7 +203,7 @@ def equilibria_command(
         typer.Option(
             "--out",
             metavar="FILE",
-            help="State of --exhaustive, from which the same command resumes; by default runs/equilibria-ROBOT.state.",
+            help="State of --exhaustive, from which the same command resumes; by default in runs/, by the robot.",
         ),
     ] = None,
     sheave: SheaveChoice = None,

@@ -11,23 +11,29 @@ from types import MappingProxyType
 from typing import Final
 
 from cablewright.exchange.losses import keys_given, lost_keys
-from cablewright.exchange.maslow import CORNERS, TILT
+from cablewright.exchange.maslow import CORNERS, TILT, middle, require_unmirrored
 from cablewright.exchange.millimetres import to_mm, turn_of_radius
 from cablewright.exchange.translation import ExportedFile, Notes
+from cablewright.exchange.walls.maslow_classic import LEAN
+from cablewright.exchange.walls.two_belts import ORIGIN
 from cablewright.foundation.errors import InputError, printable
 from cablewright.robot import Line, Robot
 
 _EXITS: Final = "name lines.name lines.exit_point lines.platform_point lines.sheave.kind platform.plane uncertainty"
 _TIDY: Final = 10  # decimals of m: what is lost of a coordinate in a plane that leans is no length
+_OFF_ZERO: Final = 1e-6  # m
 _PER_MINUTE: Final = 6e4  # mm/min of m/s
 
 Place = tuple[float, float, float]
 
 
 class _Board:
-    """Exit points of a robot as its plane has them: x level, y up the plane, z out of it; m, from the nozzle."""
+    """Exit points of a robot as its plane has them, m: x level, y up the plane, z out of it.
 
-    def __init__(self, robot: Robot, program: str, count: int) -> None:
+    From the nozzle at the zero of G-code in the plane; without one, as of a Maslow, from that at the world's origin.
+    """
+
+    def __init__(self, robot: Robot, program: str, count: int, *, has_own_zero: bool = False) -> None:
         plane = robot.platform.plane
         name, m, winches = repr(robot.name), robot.m, robot.winches
         if plane is None or robot.n != 3:
@@ -39,18 +45,44 @@ class _Board:
         self.robot, self.program, self.notes = robot, program, Notes()
         self.x, self.y = plane.directions
         self.out, self.distance = plane.across, plane.distance
+        self.zero = ORIGIN if has_own_zero else plane.gcode_zero or ORIGIN
+        if plane.gcode_zero is None:
+            self.notes.add(f"job: G-code in the world's coordinates; {program} has X to the right and Y up the plane")
         self.exits = sorted(((self._place(line), line) for line in robot.lines), key=lambda each: each[0][0])
 
     def _place(self, line: Line) -> Place:
         at = [a - b for a, b in zip(line.exit_point, line.platform_point, strict=True)]
         x, y, z = (sum(a * b for a, b in zip(at, axis, strict=True)) for axis in (self.x, self.y, self.out))
+        x, y = x - self._zero_along(self.x), y - self._zero_along(self.y)
         return round(x, _TIDY) + 0.0, round(y, _TIDY) + 0.0, round(z - self.distance, _TIDY) + 0.0
+
+    def _zero_along(self, axis: Place) -> float:
+        return sum(a * b for a, b in zip(self.zero, axis, strict=True))
 
     @property
     def low(self) -> float:
         """The lowest y of the platform, m."""
         ends = zip(self.y, self.robot.scene.frame_min, self.robot.scene.frame_max, strict=True)
-        return round(sum(up * (low if up >= 0.0 else high) for up, low, high in ends), _TIDY) + 0.0
+        lowest = sum(up * (low if up >= 0.0 else high) for up, low, high in ends)
+        return round(lowest - self._zero_along(self.y), _TIDY) + 0.0
+
+    def note_lean(self, degrees: float, program: str) -> None:
+        """Note that the plane leans otherwise from the vertical than a file of the *program* is read."""
+        lean = math.degrees(math.acos(min(1.0, abs(self.y[2]))))
+        if abs(lean - degrees) > 0.01:
+            self.notes.add(f"platform.plane: leans by {lean:.3g} degrees; {program} is read as {degrees:g}")
+
+    def note_zero(self, middle: tuple[float, float]) -> None:
+        """Note a zero of G-code that is not in the *middle* of the anchors, x and y, m, where the firmware has it."""
+        plane = self.robot.platform.plane
+        if plane is None or plane.gcode_zero is None:
+            return
+        x, y = (sum(a * b for a, b in zip(plane.gcode_zero, axis, strict=True)) for axis in (self.x, self.y))
+        if math.dist((x, y), middle) > _OFF_ZERO:
+            self.notes.add(
+                f"platform.plane.gcode_zero: {self.program} has X0 Y0 where the diagonals meet: add "
+                f"{1e3 * (x - middle[0]):.4g} mm to X and {1e3 * (y - middle[1]):.4g} mm to Y of G-code"
+            )
 
     def require_level(self) -> float:
         """Return the y of both exit points, m. Raises `InputError` where they differ."""
@@ -81,6 +113,7 @@ class _Board:
 def wall_plotter(robot: Robot) -> ExportedFile:
     """Return FluidNC's configuration of a WallPlotter, but for its motors. Raises `InputError`."""
     board = _Board(robot, "FluidNC's WallPlotter", 2)
+    board.note_lean(0.0, "a WallPlotter")
     text = "kinematics:\n  WallPlotter:\n"
     for k, (side, (place, _)) in enumerate(zip(("left", "right"), board.exits, strict=True)):
         keys = {"axis": str(k), "anchor_x": to_mm(place[0]), "anchor_y": to_mm(place[1])}
@@ -92,15 +125,19 @@ def wall_plotter(robot: Robot) -> ExportedFile:
 
 def maslow(robot: Robot) -> ExportedFile:
     """Return a Maslow 4's kinematics, of firmware since 2025, but for its motors. Raises `InputError`."""
-    board = _Board(robot, "a Maslow 4", 4)
+    board = _Board(robot, "a Maslow 4", 4, has_own_zero=True)
     (one, two), (three, four) = (sorted(board.exits[k : k + 2], key=lambda each: each[0][1]) for k in (0, 2))
     corners = dict(zip(CORNERS, (two, four, one, three), strict=True))
-    lean = math.degrees(math.acos(min(1.0, abs(board.y[2]))))
-    vertical = lean < 45.0
-    if vertical and abs(lean - TILT) > 0.01:
-        board.notes.add(f"platform.plane: leans by {lean:.3g} degrees; Maslow_vertical is read as {TILT:g}")
+    places = {corner: place for corner, (place, _) in corners.items()}
+    require_unmirrored(places, f"robot {robot.name!r}")
+    board.note_zero(middle(places))
+    vertical = abs(board.y[2]) > math.sqrt(0.5)
+    if vertical:
+        board.note_lean(TILT, "Maslow_vertical")
+    else:
+        board.note_lean(90.0, "a board without Maslow_vertical")
     text = f"Maslow_vertical: {'true' if vertical else 'false'}\nkinematics:\n  MaslowKinematics:\n"
-    for corner, (place, _) in corners.items():
+    for corner, place in places.items():
         text += "".join(f"    {corner}{axis}: {to_mm(at)}\n" for axis, at in zip("XYZ", place, strict=True))
     axes = {axis: line for axis, (_, line) in zip("abcd", corners.values(), strict=True)}
     return board.written(text + board.speeds(axes), "lines.winch.max_speed z", "#")
@@ -109,6 +146,7 @@ def maslow(robot: Robot) -> ExportedFile:
 def polargraph(robot: Robot) -> ExportedFile:
     """Return M665 and M203 of Marlin's polargraph, which M500 keeps. Raises `InputError`."""
     board = _Board(robot, "Marlin's polargraph", 2)
+    board.note_lean(0.0, "a polargraph")
     top = board.require_level()
     (left, first), (right, second) = board.exits
     words = {"L": left[0], "R": right[0], "T": top, "B": board.low}
@@ -126,6 +164,7 @@ def polargraph(robot: Robot) -> ExportedFile:
 def maslow_classic(robot: Robot) -> ExportedFile:
     """Return the $-settings of a classic Maslow's firmware that have its geometry. Raises `InputError`."""
     board = _Board(robot, "a classic Maslow", 2)
+    board.note_lean(math.degrees(LEAN), "a classic Maslow")
     y = board.require_level()
     (left, first), (right, second) = board.exits
     height = -2.0 * board.low
