@@ -198,7 +198,7 @@ def test_a_check_judges_by_the_strand_of_the_file(tmp_path: Path) -> None:
     found = check(load("merlet2023"), file, skip=("interference",))
     assert found.allowed_error == pytest.approx(6e-4)
     assert not found.feasible
-    assert "0.6 mm is allowed" in found.verdict
+    assert "(allowed: at most 0.6 mm)" in found.verdict
     given = check(load("merlet2023"), file, skip=("interference",), bead=Bead(width=0.06, height=0.02))
     assert given.allowed_error == pytest.approx(0.03)
     assert given.beads.source == "as given"

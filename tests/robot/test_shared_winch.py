@@ -12,7 +12,6 @@ import pytest
 
 import cablewright as cw
 from cablewright.analyses.workspace.workspace import count_nodes
-from cablewright.control.homing import Homing
 from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.live.rest_pose import rest_pose
 from cablewright.robot import Winch, load, update
@@ -108,18 +107,11 @@ def test_what_does_not_cover_shared_winches_says_so(what: str) -> None:
         REFUSED[what]()
 
 
-def test_drives_calibration_and_homing_refuse() -> None:
+def test_calibration_rejects_shared_winches() -> None:
     from cablewright.calibration.unknowns import require_covered
-    from cablewright.machine.drives.scale import scales_of
 
-    why = "line 'south-east' has shared_winch; not supported"
-    for refuse in (
-        lambda: scales_of(POINT, None),  # type: ignore[arg-type]
-        lambda: require_covered(POINT, False),
-        lambda: Homing(type("Settings", (), {"model": cw.Model.of(POINT)})()),
-    ):
-        with pytest.raises(cw.InputError, match=why):
-            refuse()
+    with pytest.raises(cw.InputError, match="line 'south-east' has shared_winch; not supported"):
+        require_covered(POINT, False)
 
 
 def test_a_body_on_shared_winches_rests_and_has_a_workspace() -> None:

@@ -108,7 +108,7 @@ class TestErrors:
         assert check(robot, corners(400.0, motion=SLOW, max_error=allowed), skip=ALONE).feasible
         no = check(robot, corners(400.0, max_error=allowed), skip=ALONE)
         assert broken(no) == {MOVED_ERROR}
-        assert "expected error and error by motion are" in no.verdict
+        assert "the sum of expected error and error by motion is" in no.verdict
 
     def test_without_the_expected_error_the_displacement_is_judged_alone(self, corners) -> None:
         found = check(loads(LOW_LINES), corners(400.0, max_error=1e-6), skip=(*ALONE, "expected-error"))
@@ -116,7 +116,7 @@ class TestErrors:
 
     def test_a_yes_says_what_the_motion_adds_with_which_damping(self, corners) -> None:
         found = check(loads(LOW_LINES), corners(400.0), skip=ALONE)
-        assert "Hz with 1 % (assumed) of damping" in found.verdict
+        assert "Hz with a damping ratio of 1 % (assumed)" in found.verdict
         assert not any("swinging" in each for each in found.not_checked)
 
     def test_a_swing_of_travel_counts_where_it_lasts_into_what_is_laid(self, tmp_path: Path) -> None:

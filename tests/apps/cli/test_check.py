@@ -39,7 +39,7 @@ def test_a_job_that_can_be_printed(yes) -> None:
     found = answer.json
     assert found.keys() >= KEYS
     assert found["feasible"] is True
-    assert found["verdict"].startswith("house-printer can print square: ")
+    assert found["verdict"].startswith("house-printer can print square. ")
     assert found["layers"] == 3
     assert found["extruded_length"] == pytest.approx(12.0)
     assert found["duration"] > 12.0 / 0.3

@@ -29,7 +29,7 @@ EXAMPLE = Path(__file__).parents[3] / "examples" / "virtual-drives.toml"
         ('channel = "43113"', 'channel = "a; reboot"', "drives.channel"),
         ("bitrate = 1000000", "bitrate = 250000", "of the bus; at most 70% is allowed"),
         ('rated_torque = "0.5 N m"', 'rated_torque = "1 kN m"', "check its unit"),
-        ("[motor_torques]", "[load_cells]", "drives are enabled only where tensions are read"),
+        ("[motor_torques]", "[load_cells]", "drives are enabled only with measured tensions"),
         ("[encoders]\nrate = 100.0", "", "no [encoders]"),
         (
             'tension = "30 N"',

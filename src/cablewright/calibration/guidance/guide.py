@@ -47,7 +47,7 @@ NEXT: Final = 4
 
 
 @dataclass(frozen=True, eq=False)
-class Known:
+class Knowledge:
     """What is known by now: the robot, the rows of information on its unknowns, and robots that it may be instead."""
 
     problem: CalibrationProblem
@@ -70,7 +70,7 @@ class Known:
         need: float,
         seed: int,
         progress: Progress,
-    ) -> Known:
+    ) -> Knowledge:
         """Calibrate where there are enough poses; else what is known is the file, to *rough*."""
         blank = Measured(np.zeros((1, robot.m)), np.zeros((1, robot.n)))
         count = 0 if measured is None else len(measured.counted)
@@ -136,7 +136,7 @@ class PoseCandidates:
     rows: Array  # (C, e, k) of the encoders, their poses eliminated
 
     @classmethod
-    def drawn(cls, model: Model, known: Known, rng: np.random.Generator) -> PoseCandidates:
+    def drawn(cls, model: Model, known: Knowledge, rng: np.random.Generator) -> PoseCandidates:
         """Random poses that the robot holds; those that all robots hold, if they are enough."""
         places = random_poses(model, _CANDIDATES, rng)
         tensions = []
@@ -161,7 +161,7 @@ class PoseCandidates:
         begin = self.places.mean(axis=0) if last is None else last
         return [chosen[at] for at in nearest_order(self.places[chosen, :3], begin[:3])]
 
-    def told(self, ordered: list[int], known: Known) -> tuple[NextPose, ...]:
+    def told(self, ordered: list[int], known: Knowledge) -> tuple[NextPose, ...]:
         """Return poses as people are told of them; where nothing is measured the first is home, of counts 0."""
         problem, places, given = known.problem, self.places[ordered], np.zeros(1)
         if problem.is_soft:  # with the tensions of the robots that hold the pose
@@ -179,7 +179,7 @@ class PoseCandidates:
 class _NextSearch(PoseSearch):
     """Choice of poses one by one, in the space of what data and candidates determine together."""
 
-    def __init__(self, known: Known, candidates: PoseCandidates) -> None:
+    def __init__(self, known: Knowledge, candidates: PoseCandidates) -> None:
         exits, self.line_of = exit_rows(known.problem.robot, known.problem.free_unknowns)
         super().__init__(candidates.rows, exits, known.rows)
         self.lines = known.problem.robot.m
@@ -332,7 +332,7 @@ def guide(
     if "exit_point" not in plan.unknowns:
         raise InputError("guide: exit_point must be among the unknowns: poses are chosen for exit points")
     measured = read_measured(data, robot) if isinstance(data, str | Path) else data
-    known = Known.of(robot, measured, plan, rough, need, seed, progress)
+    known = Knowledge.of(robot, measured, plan, rough, need, seed, progress)
     if known.found is not None and known.found.verdict == "bad":
         words = f"no further pose helps: {known.found.reasons[0]}"
         return Guidance("mend", words, known.poses, None, None, need, None, (), (), known.found)
@@ -369,7 +369,7 @@ def _exit_sigmas(found: Calibration) -> Array:
     return sigmas
 
 
-def _words(advice: str, known: Known, size: int, then: float, more: int | None, need: float) -> str:
+def _words(advice: str, known: Knowledge, size: int, then: float, more: int | None, need: float) -> str:
     """Return what to do, in a sentence."""
     if advice == "stop":
         return "stop: exit points are known as well as is needed, and nothing speaks against it"

@@ -103,7 +103,7 @@ class FitOptions:
         Models,
         typer.Option(
             "--models",
-            help="With file the model of the plan; with auto also effects, as stretch, that cross-validation asks for.",
+            help="Model: that of the plan (file), or with effects that cross-validation finds (auto).",
         ),
     ] = Models.FILE
     keep_all: Annotated[bool, typer.Option("--keep-all", help="Use all rows: do not search for gross errors.")] = False
