@@ -152,7 +152,7 @@ class FullDisk(io.BytesIO):
         return super().write(data)
 
 
-def test_no_checkpoint_is_written_whose_log_the_disk_has_refused(tmp_path: Path) -> None:
+def test_no_checkpoint_is_written_whose_log_the_disk_could_not_write(tmp_path: Path) -> None:
     path = tmp_path / "checkpoint.bin"
 
     def fill() -> None:
@@ -182,7 +182,7 @@ def test_a_thinned_log_keeps_scans_last_readings_orders_and_new_states(tmp_path:
     with read_log(path) as read:
         assert read.head.every == 10
         entries = list(read.entries())
-        assert read.notes == ["thinned to one of 10 steps: what is found of it is of these steps alone"]
+        assert read.notes == ["thinned to one of 10 steps: results are of these steps alone"]
     assert [round(each.frame.time / 0.01) for each in entries] == [1, 11, 21, 30, 40, 44, 54, 57]
     assert sum(len(each.frame.of(Scan)) for each in entries) == 14
     assert [each.temperature for entry in entries for each in entry.frame.of(Climate)] == [

@@ -46,7 +46,8 @@ class _Board:
         self.x, self.y = plane.directions
         self.out, self.distance = plane.across, plane.distance
         self.zero = ORIGIN if has_own_zero else plane.gcode_zero or ORIGIN
-        if plane.gcode_zero is None:
+        self.own_zero = plane.gcode_zero
+        if self.own_zero is None:
             self.notes.add(f"job: G-code in the world's coordinates; {program} has X to the right and Y up the plane")
         self.exits = sorted(((self._place(line), line) for line in robot.lines), key=lambda each: each[0][0])
 
@@ -74,10 +75,9 @@ class _Board:
 
     def note_zero(self, middle: tuple[float, float]) -> None:
         """Note a zero of G-code that is not in the *middle* of the anchors, x and y, m, where the firmware has it."""
-        plane = self.robot.platform.plane
-        if plane is None or plane.gcode_zero is None:
+        if self.own_zero is None:
             return
-        x, y = (sum(a * b for a, b in zip(plane.gcode_zero, axis, strict=True)) for axis in (self.x, self.y))
+        x, y = (sum(a * b for a, b in zip(self.own_zero, axis, strict=True)) for axis in (self.x, self.y))
         if math.dist((x, y), middle) > _OFF_ZERO:
             self.notes.add(
                 f"platform.plane.gcode_zero: {self.program} has X0 Y0 where the diagonals meet: add "

@@ -262,7 +262,7 @@ class Log:
         topics.discard(CLOSING_TOPIC)
         topics |= VIEWS.keys()
         if self.head.every > 1:
-            self.notes.append(f"thinned to one of {self.head.every} steps: what is found of it is of these steps alone")
+            self.notes.append(f"thinned to one of {self.head.every} steps: results are of these steps alone")
         last, skipped, behind = -1.0, 0, 0
         file = self._segments.file
         for step in self._segments.steps(topics):
