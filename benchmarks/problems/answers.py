@@ -28,7 +28,6 @@ QUESTIONS = {
     "calibration": "How far apart are the exit points, by lengths counted at unknown places?",
     "frequencies": "Which natural frequencies has it at rest on cables of these unstrained lengths?",
 }
-mp.dps = 50
 
 
 def box(x: float, y: float, z: float) -> np.ndarray:
@@ -77,6 +76,7 @@ def span(H: mpf, V0: mpf, L: mpf, w: mpf, EA: mpf) -> tuple[mpf, mpf]:
     return x, z
 
 
+@mp.workdps(50)
 def sagging(
     name: str, exits: np.ndarray, place: list[float], mass: float, EA: float, density: float, spare: list[float]
 ) -> dict[str, Any]:
@@ -320,6 +320,7 @@ def calibrations() -> list[dict[str, Any]]:
     return out
 
 
+@mp.workdps(50)
 def frequencies() -> list[dict[str, Any]]:
     """Return natural frequencies on straight cables, by second differences of the energy with 50 digits."""
     out = []

@@ -78,7 +78,8 @@ def test_no_key_is_in_both_parts_but_what_a_data_sheet_expects() -> None:
     both = keys(owner, owner) & keys(simulation, simulation)
     tables = {key for key in both if any(other.startswith(f"{key}.") for other in keys(owner, owner))}
     biases = ("lidars.NAME.bias", "inertial.acceleration_bias", "inertial.rate_bias")
-    assert both - tables == {*biases, "load_cells.bias", "motor_torques.bias"}
+    zeros = ("load_cells.bias", "load_cells.drift", "motor_torques.bias", "motor_torques.drift")
+    assert both - tables == {*biases, *zeros}
 
 
 def test_the_owner_needs_no_simulation_and_does_not_read_one(tmp_path: Path) -> None:

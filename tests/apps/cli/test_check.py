@@ -83,7 +83,7 @@ def test_people_get_the_figures(cli, write_job, tmp_path: Path, monkeypatch) -> 
     monkeypatch.chdir(tmp_path)
     answer = cli("check", "house-printer", write_job(), "--tension-limits", "20,500")
     assert answer.no.startswith("house-printer cannot print square: highest tension of line ")
-    assert "at most 500 N is allowed" in answer.no
+    assert "allowed: at most 500 N" in answer.no
     rows = [row.split(maxsplit=1) for row in answer.out.splitlines() if row]
     assert rows[:2] == [["feasible", "no"], ["verdict", answer.no]]
     assert ["layers", "3"] in rows
