@@ -173,6 +173,7 @@ def test_orcaslicer_reads_the_state_by_websocket(server: Served, key: str) -> No
 
 def test_nothing_that_a_key_may_do_starts_motion(server: Served) -> None:
     operates = make_key(server, "operate", "tablet")
+    assert send(server, "/api/files/local", operates, "square.gcode", sliced())[0] == 201
     for method, path, body in (
         ("POST", "/printer/print/start?filename=square.gcode", "{}"),
         ("POST", "/printer/print/resume", "{}"),
