@@ -12,7 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from cablewright.foundation.signals import Command, Order, OrderKind, SensorFrame, WinchMode
+from cablewright.control.guide import TimedPath
+from cablewright.foundation.signals import Command, Order, OrderKind, PrintState, SensorFrame, WinchMode
+from cablewright.live.estimators import estimator
+from cablewright.live.prints import loop
+from cablewright.live.prints.attendant import Attendant
+from cablewright.live.prints.limits import planned
+from cablewright.live.prints.loop import Printer, Step
 from cablewright.machine.drives.canopen_drives import CanopenDrives
 from cablewright.machine.drives.cia402 import PowerState
 from cablewright.machine.drives.drive_machine import DriveMachine
@@ -20,10 +26,12 @@ from cablewright.machine.drives.loopback import Hub
 from cablewright.machine.drives.settings import WinchDriveSettings
 from cablewright.machine.drives.virtual.rig import Disturb, VirtualPort, VirtualRig, run_rig
 from cablewright.machine.files import machine_names
+from cablewright.machine.interface import Machine
 from cablewright.machine.sensors.encoders import Encoder
 from cablewright.machine.sensors.tensions import TensionSensor
 from cablewright.machine.simulated.machine_file import built_machine
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
+from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.machine.simulated.unmodelled.laws import WinchBrakes
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.numeric_path import Helix
@@ -205,3 +213,20 @@ def watched_drives(file: Path | None = None) -> Iterator[Watched]:
         over.set()
         thread.join(timeout=10.0)
         hub.close()
+
+
+def true_poses(job: Job, machine: Machine, plant: SimulatedMachine, found: Bench) -> np.ndarray:
+    """Return the true poses (k, 6) of *plant* in the steps in which *machine* prints *job*."""
+    robot, settings, poses = found.robot, found.twin.owner, []
+    path = TimedPath.of(job, None, 0.0, robot.platform.own_nozzle)
+    plan = planned(robot, settings, path, settings.period, "encoders", "model", None)
+    printer = Printer(plan, machine, lambda pose, _radii: estimator("encoders", robot, settings, pose))
+
+    class Kept:
+        def add(self, _printer: Printer, step: Step, *, last: bool) -> None:
+            if step.progress.state is PrintState.PRINTING:
+                poses.append(np.concatenate([plant.truth.position, plant.truth.rotation]))
+
+    loop.run(printer, Attendant(lambda: None), Kept())
+    assert printer.finished, printer.supervisor.reason
+    return np.array(poses)

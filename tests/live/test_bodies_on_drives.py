@@ -30,7 +30,7 @@ from cablewright.printing.numeric_path import Helix
 from cablewright.robot import load
 from ring_of_drives import missing, ring_of_drives, twin
 from typing_person import WORDS, Typist
-from virtual_drives import RING_BEGIN, Bench, bench
+from virtual_drives import RING_BEGIN, Bench, bench, true_poses
 
 ROBOT = "ipanema"
 JOB = Job(
@@ -68,29 +68,12 @@ def stepped(printer: Printer, steps: int, kind: OrderKind | None = None, **argum
     return found
 
 
-def ring(machine: Machine, plant: SimulatedMachine, found: Bench) -> np.ndarray:
-    """True poses (k, 6) of the steps that print."""
-    robot, settings, poses = found.robot, found.twin.owner, []
-    path = TimedPath.of(JOB, None, 0.0, robot.platform.nozzle)
-    plan = planned(robot, settings, path, settings.period, "encoders", "model", None)
-    printer = Printer(plan, machine, lambda pose, _radii: estimator("encoders", robot, settings, pose))
-
-    class Kept:
-        def add(self, _printer: Printer, step: Step, *, last: bool) -> None:
-            if step.progress.state is PrintState.PRINTING:
-                poses.append(np.concatenate([plant.truth.position, plant.truth.rotation]))
-
-    loop.run(printer, Attendant(lambda: None), Kept())
-    assert printer.finished, printer.supervisor.reason
-    return np.array(poses)
-
-
 def test_a_print_on_drives_is_that_of_the_plant_itself_to_the_encoders_resolution() -> None:
     on = made(begin=RING_BEGIN[ROBOT])
-    there = ring(on.machine, on.rig.plant, on)
+    there = true_poses(JOB, on.machine, on.rig.plant, on)
     wired = on.twin.with_simulation(wire=Link())  # encoders at once, as on the bus
     plant = SimulatedMachine(on.robot, wired, RING_BEGIN[ROBOT], seed=0)
-    here = ring(plant, plant, on)
+    here = true_poses(JOB, plant, plant, on)
     winch, radius = on.twin.owner.winch, on.robot.lines[0].winch.drum_radius
     assert radius is not None
     resolution = radius * 2.0 * np.pi / (winch.counts * winch.ratio)  # m of cable, 7.7 um

@@ -8,23 +8,16 @@ import numpy as np
 import pytest
 
 import driven
-from cablewright.control.guide import TimedPath
 from cablewright.foundation.signals import OrderKind, PrintState
 from cablewright.live.drives import actions
-from cablewright.live.estimators import estimator
-from cablewright.live.prints import loop
-from cablewright.live.prints.attendant import Attendant
-from cablewright.live.prints.limits import planned
-from cablewright.live.prints.loop import Printer, Step
 from cablewright.live.serve.station import resting_pose
-from cablewright.machine.interface import Machine
 from cablewright.machine.simulated.settings import Link
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.numeric_path import Helix
 from cablewright.robot import Robot
 from live.test_planes_and_few_winches_on_drives import given, homed, rest, until
-from virtual_drives import Bench, bench
+from virtual_drives import Bench, bench, true_poses
 
 JOB = Job(
     name="small ring",
@@ -47,30 +40,13 @@ def pose_of(found: Bench) -> np.ndarray:
     return np.concatenate([truth.position, truth.rotation])[: found.robot.n]
 
 
-def ring(machine: Machine, plant: SimulatedMachine, found: Bench) -> np.ndarray:
-    """True poses (k, 6) of the steps that print."""
-    robot, settings, poses = found.robot, found.twin.owner, []
-    path = TimedPath.of(JOB, None, 0.0, robot.platform.own_nozzle)
-    plan = planned(robot, settings, path, settings.period, "encoders", "model", None)
-    printer = Printer(plan, machine, lambda pose, _radii: estimator("encoders", robot, settings, pose))
-
-    class Kept:
-        def add(self, _printer: Printer, step: Step, *, last: bool) -> None:
-            if step.progress.state is PrintState.PRINTING:
-                poses.append(np.concatenate([plant.truth.position, plant.truth.rotation]))
-
-    loop.run(printer, Attendant(lambda: None), Kept())
-    assert printer.finished, printer.supervisor.reason
-    return np.array(poses)
-
-
 @ROBOTS
 def test_a_print_on_drives_is_that_of_the_plant_itself_to_the_encoders_resolution(robot: Robot) -> None:
     on = made(robot)
-    there = ring(on.machine, on.rig.plant, on)
+    there = true_poses(JOB, on.machine, on.rig.plant, on)
     wired = on.twin.with_simulation(wire=Link())  # encoders without delay, as on the bus
     plant = SimulatedMachine(robot, wired, pose_of(made(robot)), seed=0)
-    here = ring(plant, plant, on)
+    here = true_poses(JOB, plant, plant, on)
     winch = on.twin.owner.winch
     resolution = driven.WINCH["drum_radius"] * 2.0 * np.pi / (winch.counts * winch.ratio)  # m of cable
     assert len(here) == len(there) > 20
