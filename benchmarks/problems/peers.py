@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from importlib.metadata import version
 from itertools import combinations, product
 
@@ -151,6 +151,11 @@ def by_least_squares(problem: cw.Problem) -> Solve:
     return solve
 
 
+def text(values: Iterable[float]) -> str:
+    """Return numbers as an attribute of MuJoCo's XML."""
+    return " ".join(f"{value:.17g}" for value in values)
+
+
 def by_mujoco(problem: cw.Problem) -> Solve:
     """Frequencies of MuJoCo's springs along tendons, by differences of its forces at rest."""
     import mujoco
@@ -158,7 +163,6 @@ def by_mujoco(problem: cw.Problem) -> Solve:
     given = problem.inputs
     points = given.get("platform_points", np.zeros_like(given["exit_points"]))
     pose, m = np.append(given["pose"], np.zeros(6 - len(given["pose"]))), len(points)
-    text = lambda values: " ".join(f"{value:.17g}" for value in values)  # noqa: E731
     angle = float(np.linalg.norm(pose[3:]))
     axis = pose[3:] / angle if angle else np.array([0.0, 0.0, 1.0])
     turned = text([math.cos(0.5 * angle), *math.sin(0.5 * angle) * axis])

@@ -62,7 +62,7 @@ class View:
         return show_page(self.scene)
 
     def save(self, file: str | Path) -> None:
-        """Write the page. Raises `InputError` unless the name ends in .html, `EnvironmentFault` where it cannot be."""
+        """Write the page. Raises `InputError` for an ending other than .html, `EnvironmentFault` for a failed write."""
         if Path(file).suffix.lower() != ".html":
             raise InputError(f"view = {str(file)!r}: expected a name that ends in .html")
         write_whole(Path(file), self.page().encode("utf-8"))

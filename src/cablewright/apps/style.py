@@ -369,7 +369,7 @@ def legend_below(drawn: Figure, *axes: Axes, columns: int, side: Literal["left",
 
 
 def legend_columns(names: Sequence[str], most: int) -> int:
-    """Return how many of at most *most* columns a legend of *names* has room for on the page that is set."""
+    """Return the number of columns, at most *most*, in which a legend of *names* fits the width of the page."""
     if _Page.width is None or not is_narrow():
         return most
     wide = (max(map(len, names), default=0) + _HANDLE) * _NARROW_LETTER * _SIZE * _Page.shrink

@@ -298,7 +298,7 @@ class Robot(FileDescription):
 
     @property
     def is_plainly_driven(self) -> bool:
-        """Whether each line has a winch of its own, and these hold the platform, which no plane guides."""
+        """Whether no plane guides the platform, each line has its own winch, and the winches hold all coordinates."""
         own = not self.sharing and not self.hung and self.platform.plane is None
         return own and self.winches >= self.freedoms
 

@@ -168,9 +168,9 @@ class _Cells(Rows):
         return errors
 
     def solved(self, ranges: tuple[Range, ...], values: Array, zero: Array) -> Array:
-        """Errors (c, S), m, of machines with *values* (S, p) or (c, S, p); infinite without a sound equilibrium.
+        """Return the errors (c, S), m, of machines with *values* (S, p) or (c, S, p); infinite where a solve fails.
 
-        *zero*: by how far each is off where its coordinates count from, (S, 3) or (c, S, 3), m; NaN: it is not there.
+        *zero* (S, 3) or (c, S, 3), m: error of each machine where its lines were zeroed; NaN where a solve fails.
         """
         points, _, ok = sampled(SpreadProblem(self.held, self.held.lengths, self.held.pose, ranges), values)
         errors = np.linalg.norm(points - (self.held.nozzle - self.offsets)[:, None] - zero, axis=2)

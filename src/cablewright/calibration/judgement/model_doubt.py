@@ -292,7 +292,7 @@ def believed_of_sensors(measured: Measured, sigma: Sigmas) -> dict[str, float]:
 
 
 def stretch_of(problem: CalibrationProblem, theta: Array, poses: Array) -> Array | None:
-    """Return by how much each line (N, m) stretches by the file's stiffness, m; None as `loads_of`."""
+    """Return the elastic stretch (N, m) of each line, m, by the stiffness of the file; None where `loads_of` is."""
     tensions = loads_of(problem, theta, poses)
     compliance = 1.0 / np.array([line.cable.stiffness for line in problem.robot.lines])
     return None if tensions is None else np.asarray(tensions * problem.lengths(theta, poses) * compliance)

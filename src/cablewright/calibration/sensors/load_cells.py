@@ -103,7 +103,7 @@ def _wrenches(robot: Robot, poses: Array) -> Array:
 
 
 def filled_tensions(robot: Robot, measured: Measured, elastic: bool) -> Array:
-    """Return the tensions (N, m), N; in blank cells those that balance the load best, of *elastic* lines their mean."""
+    """Return the tensions (N, m), N, with blank cells filled: by the balance of forces, or *elastic*, by the mean."""
     if measured.tensions is None:
         return np.zeros((len(measured.counted), robot.m))
     blank, tensions = np.isnan(measured.tensions), np.nan_to_num(measured.tensions)

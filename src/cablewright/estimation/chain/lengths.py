@@ -34,7 +34,7 @@ def current_excess(settings: SlacknessSettings, state: SlacknessState, taut: Tau
 
 
 def followed(tracker: Tracker, lengths: Array) -> Array:
-    """Return *lengths* (m,), m, with those that counterweights have where *tracker* is."""
+    """Return *lengths* (m,), m; lines with a counterweight have their length at the pose of *tracker*."""
     hung = tracker.model.lines.counterweight > 0.0
     return np.where(hung, tracker.solved.lengths[0], lengths) if hung.any() else lengths
 

@@ -191,7 +191,7 @@ def maslow_classic(robot: Robot) -> ExportedFile:
 
 
 def _number(value: float) -> str:
-    """Return a number as it was read, without the last digits of a product."""
+    """Return *value* with 12 digits, so that converted units show no rounding errors."""
     return f"{value:.12g}"
 
 

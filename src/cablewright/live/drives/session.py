@@ -99,7 +99,7 @@ class RealMachine:
 
     @property
     def arms(self) -> Array:
-        """Torque of each drum over the tension of one cable on it, (w,) m, at the smallest radius."""
+        """Return the lever arm (w,) of each drum, m: its smallest radius times the number of its cables."""
         return np.array([axis.scale.radii[0] * axis.scale.cables for axis in self.drives.axes])
 
     def homing(self, guess: Array, place: Array | None = None) -> Homing:

@@ -26,7 +26,7 @@ def _valve(settings: WinchDriveSettings, line: str) -> int:
 
 
 def require_drives(settings: MachineSettings, robot: Robot) -> WinchDriveSettings:
-    """The drives of a machine of *robot*. Raises `InputError` where it has none, or not one for each winch."""
+    """Return the drives of the machine. Raises `InputError` unless each winch of *robot* has one."""
     drives, lines = settings.drives, robot.winch_names
     if drives is None:
         why = 'kind = "canopen" or "ethercat" and a table [drives] are expected'

@@ -33,7 +33,7 @@ class Logged(NamedTuple):
 
 
 class ThinnedSteps:
-    """Chooses the first of each *every* steps, and each with an order, a new state or the last of 500 scans.
+    """Chooses one of *every* steps, and all with an order, a new state, or 500 scans since the last chosen one.
 
     A chosen step also has what the steps since the last brought: all scans, the last reading of each other source, and
     all notices. ``last``: the last step, where it was not chosen.

@@ -28,7 +28,7 @@ def is_slicers(path: str) -> bool:
 
 
 def refusal(path: str, status: int, why: str, *, unread: bool = True) -> Response:
-    """A refusal: text below ``/api``, Moonraker's JSON elsewhere. *unread*: the request's body was not read."""
+    """Return an error response: text below ``/api``, Moonraker's JSON elsewhere. *unread*: without reading the body."""
     kind = EarlyRefusal if unread else Response
     if path.startswith("/api"):
         return kind(f"{why}\n", status, headers={"content-type": "text/plain"})

@@ -85,7 +85,7 @@ def _is_number(text: str) -> bool:
 
 
 def _pictures(words: str) -> Iterator[Picture]:
-    """The pictures in a text, in one pass: a picture that does not end costs no second look at the rest."""
+    """Return the pictures in a text. One pass over its lines, also if a picture has no end."""
     begun: re.Match[str] | None = None
     lines: list[str] = []
     for line in words.splitlines():

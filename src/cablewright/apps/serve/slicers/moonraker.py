@@ -195,9 +195,8 @@ class Moonraker:
         await socket.accept()
         self._sockets += 1
         try:
-            await _Socket(self, socket).run()
-        except (WebSocketDisconnect, RuntimeError):
-            pass  # it has gone
+            with contextlib.suppress(WebSocketDisconnect, RuntimeError):  # the client has gone
+                await _Socket(self, socket).run()
         finally:
             self._sockets -= 1
             with contextlib.suppress(WebSocketDisconnect, RuntimeError):
@@ -205,7 +204,7 @@ class Moonraker:
 
 
 class _Socket:
-    """JSON-RPC on one socket: answers, and the objects that are subscribed to, where they change."""
+    """JSON-RPC on one socket: sends responses, and subscribed objects when they change."""
 
     def __init__(self, moonraker: Moonraker, socket: WebSocket) -> None:
         self.moonraker, self.socket = moonraker, socket
