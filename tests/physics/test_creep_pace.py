@@ -9,7 +9,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from cablewright.estimation.felt_air import FeltAir
+from cablewright.estimation.climate import FeltAir
 from cablewright.foundation.signals import Climate, Command, Scan, SensorFrame
 from cablewright.live.estimators import estimator
 from cablewright.machine.simulated.rig import air_at

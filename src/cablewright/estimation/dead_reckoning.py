@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from cablewright.estimation.body.updates.cells import Cells
 from cablewright.estimation.fault_monitor import FaultMonitor
-from cablewright.estimation.felt_air import FeltAir
+from cablewright.estimation.climate import FeltAir
 from cablewright.estimation.learnt_lengths import LearntLengths, LengthPriors, MeasuredPlace
 from cablewright.estimation.measured_tensions import smoothed
 from cablewright.estimation.reading_checks import accepted

@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.estimation.felt_air import FeltAir
+from cablewright.estimation.climate import FeltAir
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.signals import Climate
 from cablewright.models.creep import CreepMemory, memory_of
