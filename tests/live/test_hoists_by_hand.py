@@ -10,7 +10,7 @@ import pytest
 import driven
 from cablewright.foundation.signals import Order, OrderKind, PrintState
 from cablewright.live.serve.station import SimulatedStation, resting_pose
-from cablewright.live.serve.telling import told_sitting
+from cablewright.live.serve.status import told_sitting
 from cablewright.machine.simulated.machine_file import built_machine
 from cablewright.robot import Robot
 

@@ -202,7 +202,7 @@ def test_the_latest_is_whole_while_it_is_written() -> None:
 
 
 def test_the_page_knows_the_orders_of_the_table() -> None:
-    from cablewright.live.serve.telling import allowed_orders
+    from cablewright.live.serve.status import allowed_orders
 
     allowed = allowed_orders()
     for state, event in TRANSITIONS:

@@ -18,7 +18,7 @@ from cablewright.apps.serve.worker import SCENE
 from cablewright.foundation.errors import CablewrightError
 from cablewright.live.serve.control import JOBS
 from cablewright.live.serve.link import ServerLink
-from cablewright.live.serve.telling import unpacked_state
+from cablewright.live.serve.status import unpacked_state
 from cablewright.machine.log.head import LogHead, read_head
 
 EVERY: Final = 0.04
