@@ -19,7 +19,7 @@ from typing import Final, NamedTuple, get_args
 
 import numpy as np
 
-from cablewright.control.beam import BeamMotion
+from cablewright.control.retraction_drive import BeamMotion
 from cablewright.control.guide import Target
 from cablewright.control.held_lengths import Held, held_at
 from cablewright.control.slack import SlackSettings, slack_rates
