@@ -21,7 +21,7 @@ from cablewright.estimation.kalman.state import (
     moving_velocity,
     passes_gate,
 )
-from cablewright.estimation.kalman.vertical_turn import (
+from cablewright.estimation.kalman.vertical_scan import (
     CONE,
     GATE,
     VerticalTurn,
