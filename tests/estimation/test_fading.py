@@ -7,7 +7,7 @@ import copy
 import numpy as np
 import pytest
 
-from cablewright.estimation.kalman.fading import fade, fade_survey
+from cablewright.estimation.kalman.gauss_markov import fade, fade_survey
 from cablewright.estimation.kalman.state import FilterState, apply_update
 
 HOURS = 5

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.estimation.kalman.coil_layers import CoilLayers
-from cablewright.estimation.kalman.fading import fade
+from cablewright.estimation.kalman.gauss_markov import fade
 from cablewright.estimation.kalman.sag import Balanced, Sag, balanced, each_alone, share_at
 from cablewright.estimation.kalman.state import (
     FilterSettings,
