@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cablewright.estimation import dead_reckoning
-from cablewright.estimation.learnt_lengths import (
+from cablewright.estimation.length_corrections import (
     CREEP,
     KEPT,
     MOUNT,

@@ -2,7 +2,7 @@
 
 Most printers do so; it is the baseline for the other estimators. It assumes that cable is wound regularly, and that it
 creeps as the robot's file says, from the beginning on. Load cells help where a place is measured, and only there. Where
-lengths are learnt, each place adds to what is known of them (`learnt_lengths`).
+lengths are learnt, each place adds to what is known of them (`length_corrections`).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from cablewright.estimation.body.updates.cells import Cells
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.estimation.climate import FeltAir
-from cablewright.estimation.learnt_lengths import LearntLengths, LengthPriors, MeasuredPlace
+from cablewright.estimation.length_corrections import LearntLengths, LengthPriors, MeasuredPlace
 from cablewright.estimation.measured_tensions import smoothed
 from cablewright.estimation.reading_checks import accepted
 from cablewright.foundation.arrays import Array

@@ -15,7 +15,7 @@ from cablewright.estimation import dead_reckoning
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.dead_reckoning import ReckoningSettings
 from cablewright.estimation.known_creep import KnownCreep
-from cablewright.estimation.learnt_lengths import LearntLengths, LengthPriors
+from cablewright.estimation.length_corrections import LearntLengths, LengthPriors
 from cablewright.estimation.lidar.room import Laser
 from cablewright.estimation.started_filter import StartedSettings
 from cablewright.foundation.arrays import Array

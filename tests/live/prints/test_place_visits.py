@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cablewright.control.guide import Target
-from cablewright.estimation.learnt_lengths import MOUNT
+from cablewright.estimation.length_corrections import MOUNT
 from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.foundation.saving import load as restore
 from cablewright.foundation.saving import save
