@@ -28,7 +28,7 @@ from cablewright.live.drives.keeper import KeptEstimator, LengthKeeper, warm
 from cablewright.live.prints.body_limits import chosen_places, poses_at
 from cablewright.live.prints.limits import planned
 from cablewright.live.prints.loop import Printer, PrintPlan, Step
-from cablewright.live.still_path import still_path
+from cablewright.live.stationary_path import still_path
 from cablewright.machine.drives.axes import require_drives
 from cablewright.machine.drives.bus import Port
 from cablewright.machine.drives.choice import drives_of
@@ -214,7 +214,7 @@ class RealMachine:
 
 
 def session_path(robot: Robot, pose: Array | None) -> TimedPath:
-    """A `still_path` about *pose* (n,), m and rad, or the middle of the frame; a rigid platform is unrotated there."""
+    """A `stationary_path` about *pose* (n,), m and rad, or the middle of the frame; a rigid platform is unrotated there."""
     scene = robot.scene
     middle = 0.5 * (np.array(scene.frame_min) + np.array(scene.frame_max))
     place = (middle if pose is None else pose[:3]) + np.array(robot.platform.nozzle)

@@ -27,7 +27,7 @@ from cablewright.live.prints.limits import path_of
 from cablewright.live.prints.loop import Printer
 from cablewright.live.prints.plan import PrintOptions, plan_print, twin_of
 from cablewright.live.rest_pose import rest_pose
-from cablewright.live.still_path import still_path
+from cablewright.live.stationary_path import still_path
 from cablewright.machine.drives.bus import Port
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.paced import Paced
