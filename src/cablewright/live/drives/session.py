@@ -24,7 +24,7 @@ from cablewright.foundation.choices import LawName
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.saving import Snapshot
 from cablewright.foundation.signals import Order, OrderKind, PrintState
-from cablewright.live.drives.keeper import KeptEstimator, LengthKeeper, warm
+from cablewright.live.drives.saved_lengths import KeptEstimator, LengthKeeper, warm
 from cablewright.live.prints.body_limits import chosen_places, poses_at
 from cablewright.live.prints.limits import planned
 from cablewright.live.prints.loop import Printer, PrintPlan, Step
