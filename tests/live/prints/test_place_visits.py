@@ -17,7 +17,7 @@ from cablewright.foundation.signals import Encoders, SensorFrame
 from cablewright.live.estimators import DeadReckoning, estimator
 from cablewright.live.prints.attendant import attendant_of
 from cablewright.live.prints.loop import run as run_loop
-from cablewright.live.prints.place_visits import PlaceVisits
+from cablewright.live.prints.measurement_stops import PlaceVisits
 from cablewright.live.prints.plan import MachineTwin, PrintOptions, plan_print, twin_of
 from cablewright.live.prints.run import begin_print
 from cablewright.machine.simulated.settings import load_twin

@@ -10,7 +10,7 @@ import numpy as np
 
 from cablewright.foundation.signals import Order, OrderKind, PrintState
 from cablewright.live.prints.loop import Printer
-from cablewright.live.prints.place_visits import PlaceVisits
+from cablewright.live.prints.measurement_stops import PlaceVisits
 from cablewright.live.prints.plan import PrintOptions
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 
