@@ -9,7 +9,7 @@ from pathlib import Path
 
 from benchmarks.timing import Row
 from cablewright.foundation.signals import Command, SensorFrame
-from cablewright.live.prints.attendant import attendant_of
+from cablewright.live.prints.simulated_operator import attendant_of
 from cablewright.live.prints.plan import MachineTwin, PrintOptions, plan_print, twin_of
 from cablewright.live.prints.print_job import print_job
 from cablewright.live.prints.record import finish

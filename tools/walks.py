@@ -60,7 +60,7 @@ def modulus() -> set[str]:
 def lidar() -> set[str]:
     """From a lidar's scan to the speeds of the winches: steps of a print by the filter, the machine left out."""
     from cablewright.live.estimators import estimator
-    from cablewright.live.prints.attendant import Attendant
+    from cablewright.live.prints.simulated_operator import Attendant
     from cablewright.live.prints.loop import Printer
     from cablewright.live.prints.plan import PrintOptions, plan_print, twin_of
     from cablewright.machine.simulated.simulated_machine import SimulatedMachine

@@ -22,7 +22,7 @@ from typing import Final
 import numpy as np
 
 from cablewright.foundation.arrays import Array
-from cablewright.live.prints.attendant import attendant_of
+from cablewright.live.prints.simulated_operator import attendant_of
 from cablewright.live.prints.loop import run
 from cablewright.live.prints.plan import MOST_IRREGULAR, PrintOptions, plan_print, twin_of
 from cablewright.live.prints.run import begin_print

@@ -14,7 +14,7 @@ from cablewright.live.drives import actions
 from cablewright.live.drives.printing import print_on_drives
 from cablewright.live.estimators import estimator
 from cablewright.live.prints import loop
-from cablewright.live.prints.attendant import Attendant
+from cablewright.live.prints.simulated_operator import Attendant
 from cablewright.live.prints.limits import planned
 from cablewright.live.prints.loop import Printer, Step
 from cablewright.live.rest_pose import rest_pose

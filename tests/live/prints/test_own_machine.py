@@ -24,7 +24,7 @@ from cablewright.foundation.signals import (
 )
 from cablewright.live.estimators import estimator
 from cablewright.live.prints import loop
-from cablewright.live.prints.attendant import Attendant
+from cablewright.live.prints.simulated_operator import Attendant
 from cablewright.live.prints.loop import Printer, Step
 from cablewright.live.prints.plan import MachineTwin, PrintOptions, plan_print, twin_of
 from cablewright.live.prints.recorder import FolderRecorder, Timing

@@ -15,7 +15,7 @@ from cablewright.foundation.saving import load as restore
 from cablewright.foundation.saving import save
 from cablewright.foundation.signals import Encoders, SensorFrame
 from cablewright.live.estimators import DeadReckoning, estimator
-from cablewright.live.prints.attendant import attendant_of
+from cablewright.live.prints.simulated_operator import attendant_of
 from cablewright.live.prints.loop import run as run_loop
 from cablewright.live.prints.measurement_stops import PlaceVisits
 from cablewright.live.prints.plan import MachineTwin, PrintOptions, plan_print, twin_of

@@ -13,7 +13,7 @@ from cablewright.foundation.errors import AnswerError, InputError, UnknownName
 from cablewright.foundation.saving import Snapshot
 from cablewright.foundation.signals import Order, OrderKind, PrintState
 from cablewright.live.estimators import estimator
-from cablewright.live.prints.attendant import Attendant
+from cablewright.live.prints.simulated_operator import Attendant
 from cablewright.live.prints.loop import Printer, Step
 from cablewright.live.prints.plan import MachineTwin, PrintOptions, plan_print, twin_of
 from cablewright.live.prints.recorder import checkpoint_of

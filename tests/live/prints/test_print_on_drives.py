@@ -10,7 +10,7 @@ from cablewright.control.guide import TimedPath
 from cablewright.foundation.signals import PrintState
 from cablewright.live.estimators import estimator
 from cablewright.live.prints import loop
-from cablewright.live.prints.attendant import Attendant
+from cablewright.live.prints.simulated_operator import Attendant
 from cablewright.live.prints.limits import planned
 from cablewright.live.prints.loop import Printer, Step
 from cablewright.machine.interface import Machine

@@ -19,7 +19,7 @@ from cablewright.foundation.errors import CablewrightError, EnvironmentFault, In
 from cablewright.foundation.signals import Command, Condition, Encoders, PrintState, SensorFrame, WinchMode
 from cablewright.live.estimators import estimator
 from cablewright.live.prints import loop
-from cablewright.live.prints.attendant import Attendant
+from cablewright.live.prints.simulated_operator import Attendant
 from cablewright.live.prints.limits import planned
 from cablewright.live.prints.loop import Printer, Step
 from cablewright.machine.drives.drive_machine import DriveMachine

@@ -27,7 +27,7 @@ from cablewright.foundation.saving import write_snapshots
 from cablewright.foundation.signals import Estimate, PrintState, Scan, Truth
 from cablewright.live.estimators import Estimator, estimator
 from cablewright.live.prints import loop
-from cablewright.live.prints.attendant import attendant_of
+from cablewright.live.prints.simulated_operator import attendant_of
 from cablewright.live.prints.loop import Printer, PrintPlan
 from cablewright.live.prints.plan import MACHINE_FILE, MachineTwin, PrintOptions, plan_print
 from cablewright.live.prints.recorder import (
