@@ -35,7 +35,7 @@ from cablewright.machine.drives.objects import Mode
 from cablewright.machine.drives.off_watch import OffWatch
 from cablewright.machine.drives.protocol import WinchDrives
 from cablewright.machine.drives.settings import WinchDriveSettings
-from cablewright.machine.drives.strays import StrayWatch, slipping
+from cablewright.machine.drives.unexpected_motion import StrayWatch, slipping
 from cablewright.machine.interface import RESET, Abilities, check_command
 from cablewright.machine.sensors.barrier import BARRIER
 from cablewright.machine.sensors.encoders import ENCODERS
