@@ -39,7 +39,7 @@ from cablewright.machine.simulated.drum_clock import DrumClock
 from cablewright.machine.simulated.found_room import FoundRoom
 from cablewright.machine.simulated.lidar import SimulatedLidar
 from cablewright.machine.simulated.link import Channel, Gaps, decode_readings, encode_readings
-from cablewright.machine.simulated.mounted import Mounted
+from cablewright.machine.simulated.sensor_context import Mounted
 from cablewright.machine.simulated.plant import DynamicPlant, Plant, QuasiStaticPlant
 from cablewright.machine.simulated.rig import Rig, RigState, start_pose
 from cablewright.machine.simulated.sensors import SIMULATED

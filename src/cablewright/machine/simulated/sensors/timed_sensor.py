@@ -16,7 +16,7 @@ from cablewright.machine.quantities import Share
 from cablewright.machine.sensors.sensor import Sensor, SensorSheet
 
 if TYPE_CHECKING:
-    from cablewright.machine.simulated.mounted import Mounted
+    from cablewright.machine.simulated.sensor_context import Mounted
     from cablewright.machine.simulated.rig import RigState
 
 _SheetT = TypeVar("_SheetT", bound=SensorSheet)
