@@ -18,7 +18,7 @@ from cablewright.machine.simulated.link import Channel, Gaps
 from cablewright.machine.simulated.people import WIDTH, Visits
 from cablewright.machine.simulated.settings import Link, TwinSettings, load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
-from cablewright.machine.simulated.spells import Spells
+from cablewright.machine.simulated.random_periods import Spells
 from cablewright.robot import load
 from twins import SETTINGS, TWIN, changed, machine, perfect, run
 
