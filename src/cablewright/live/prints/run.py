@@ -42,7 +42,7 @@ from cablewright.machine.interface import Machine
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import LogWriter, read_log, write_log
 from cablewright.machine.log.segments import FIRST_SEGMENT, JOINED_NAME, log_files, next_segment
-from cablewright.machine.paced import Paced
+from cablewright.machine.real_time_machine import Paced
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.robot import Robot
 from cablewright.running.locks import locked

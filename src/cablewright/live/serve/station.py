@@ -30,7 +30,7 @@ from cablewright.live.rest_pose import rest_pose
 from cablewright.live.stationary_path import still_path
 from cablewright.machine.drives.bus import Port
 from cablewright.machine.log.head import LogHead
-from cablewright.machine.paced import Paced
+from cablewright.machine.real_time_machine import Paced
 from cablewright.machine.settings import MachineSettings, extruding
 from cablewright.machine.simulated.settings import TwinSettings
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
