@@ -18,7 +18,7 @@ from cablewright.machine.files import load_machine
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import SCHEMAS, LogWriter, read_log
 from cablewright.machine.log.mcap_writer import McapWriter
-from cablewright.machine.log.views import EVERY, Views, quaternion
+from cablewright.machine.log.foxglove_views import EVERY, Views, quaternion
 from cablewright.models.rotation import matrices
 from cablewright.robot import load
 

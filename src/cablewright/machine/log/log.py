@@ -34,7 +34,7 @@ from cablewright.machine.log.messages import decode, encode, encode_frame
 from cablewright.machine.log.segments import CLOSING_TOPIC, Segments, log_files
 from cablewright.machine.log.thinned_steps import Logged, ThinnedSteps
 from cablewright.machine.log.topics import TOPICS, TOPICS_OF, Signal
-from cablewright.machine.log.views import VIEWS, Views
+from cablewright.machine.log.foxglove_views import VIEWS, Views
 from cablewright.robot import Robot
 
 SCHEMAS: Final = {each.topic: (each.schema, each.content) for each in TOPICS} | VIEWS
