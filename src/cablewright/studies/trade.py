@@ -26,7 +26,7 @@ from cablewright.models.statics import Model
 from cablewright.robot import Robot
 from cablewright.robot.design_variables import Change, changed, nearest_exits, require_different, with_box_inertia
 from cablewright.running.executors.executor import Executor, Serial
-from cablewright.running.executors.kept import kept_in
+from cablewright.running.executors.stored_results import kept_in
 from cablewright.running.executors.study import evaluate, require_all
 from cablewright.running.executors.task import Task
 

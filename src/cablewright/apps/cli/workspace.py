@@ -94,7 +94,7 @@ def _working(executor: ExecutorOptions, name: str) -> Iterator[dict[str, Any]]:
         with progress() as show:
             yield {"progress": show}
         return
-    from cablewright.running.executors.kept import kept_in
+    from cablewright.running.executors.stored_results import kept_in
     from cablewright.running.executors.shared_margin import SharedMargin
 
     file = run_path(None, "workspace", name, suffix=".results.jsonl")

@@ -14,7 +14,7 @@ from cablewright.foundation.arrays import Array
 from cablewright.foundation.progress import Progress, silent
 from cablewright.models.statics import Model
 from cablewright.running.executors.executor import Executor
-from cablewright.running.executors.kept import KeptResults
+from cablewright.running.executors.stored_results import KeptResults
 from cablewright.running.executors.study import shared_blocks
 
 _PLACES: Final = 4096  # of a block, at most

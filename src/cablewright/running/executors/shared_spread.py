@@ -14,7 +14,7 @@ from cablewright.foundation.progress import Progress, silent
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot.uncertainty import Range
 from cablewright.running.executors.executor import Executor
-from cablewright.running.executors.kept import KeptResults
+from cablewright.running.executors.stored_results import KeptResults
 from cablewright.running.executors.study import shared_blocks
 
 _PLACES: Final = 64  # of a block, at most

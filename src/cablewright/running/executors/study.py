@@ -9,7 +9,7 @@ from typing import Any, Final
 from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.foundation.progress import Progress, silent
 from cablewright.running.executors.executor import Executor
-from cablewright.running.executors.kept import KeptResults
+from cablewright.running.executors.stored_results import KeptResults
 from cablewright.running.executors.task import Chunk, Outcome, Task, digest, faults, programs
 
 CHUNK_TIME: Final = 1.0  # s

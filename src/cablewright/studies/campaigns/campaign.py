@@ -16,7 +16,7 @@ from cablewright.machine.simulated.settings import TwinSettings
 from cablewright.printing.job import Job, load_job
 from cablewright.robot import Robot, load
 from cablewright.running.executors.executor import Executor, Serial
-from cablewright.running.executors.kept import kept_in
+from cablewright.running.executors.stored_results import kept_in
 from cablewright.running.executors.study import evaluate, require_all
 from cablewright.running.executors.task import Task
 from cablewright.running.store import file_hash
