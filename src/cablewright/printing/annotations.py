@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Final
 
-from cablewright.printing.changes import Changes
+from cablewright.printing.piecewise_constant import Changes
 from cablewright.printing.line_types import LineType, line_type
 from cablewright.printing.words import WordError
 

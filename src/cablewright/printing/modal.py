@@ -27,7 +27,7 @@ import numpy as np
 from cablewright.foundation.errors import InputError
 from cablewright.printing.annotations import Annotations
 from cablewright.printing.arc import ArcError, centre_from_offset, centre_from_radius, piece_count, pieces, swept_angle
-from cablewright.printing.changes import Changes
+from cablewright.printing.piecewise_constant import Changes
 from cablewright.printing.words import MACRO, NUMBER, WordError, as_number, bare_text, code_of, split, why_unread
 
 MAX_COORDINATE: Final = 1e6  # m, distance from the origin
