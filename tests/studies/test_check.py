@@ -221,7 +221,7 @@ def test_made_up_numbers_are_in_no_summary(inside_sheave: Check) -> None:
 
 @pytest.mark.parametrize("block", [64, 100, 40])
 def test_blocks_do_not_matter(found: Check, job_file, monkeypatch, block: int) -> None:
-    monkeypatch.setattr("cablewright.studies.checks.walk.BLOCK", block)
+    monkeypatch.setattr("cablewright.studies.checks.job_samples.BLOCK", block)
     assert_same(check(found.robot, found.job), found, 1e-9)
 
 

@@ -39,7 +39,7 @@ from cablewright.studies.checks.own_figures import error_finding
 from cablewright.studies.checks.result import WRONG_UNIT, Check
 from cablewright.studies.checks.sample_errors import SampleErrors
 from cablewright.studies.checks.verdict import verdict
-from cablewright.studies.checks.walk import JobPath, Walked, WalkSettings
+from cablewright.studies.checks.job_samples import JobPath, Walked, WalkSettings
 
 IN_ROOM: Final = 300.0
 """Memory, bytes, for each sample of a path whose arrays are in files."""

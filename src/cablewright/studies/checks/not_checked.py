@@ -13,7 +13,7 @@ from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Uncertainty
 from cablewright.studies.checks.own_vibration import slow_lines
 from cablewright.studies.checks.path_statics import PathStatics
-from cablewright.studies.checks.walk import JobPath
+from cablewright.studies.checks.job_samples import JobPath
 
 SKIPPABLE: Final = {
     "interference": "interference of lines",
