@@ -35,7 +35,7 @@ from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.shaping import JobMotion
 from cablewright.studies.checks.fastest import Fastest
 from cablewright.studies.checks.not_checked import SKIPPABLE, not_checked
-from cablewright.studies.checks.own_figures import error_finding
+from cablewright.studies.checks.figure_limits import error_finding
 from cablewright.studies.checks.result import WRONG_UNIT, Check
 from cablewright.studies.checks.sample_errors import SampleErrors
 from cablewright.studies.checks.verdict import verdict

@@ -31,7 +31,7 @@ from cablewright.solvers.inverse import BLOCK, solve_inverse
 from cablewright.solvers.limits import drum_arms
 from cablewright.solvers.linearise import linearise_solved
 from cablewright.studies.checks.between_samples import BetweenSamples
-from cablewright.studies.checks.own_figures import line_findings, paces
+from cablewright.studies.checks.figure_limits import line_findings, paces
 from cablewright.studies.checks.path_statics import PathStatics
 
 WalkSettings = tuple[Sequence[Range], Vec3 | None, Collection[str], int, Progress]
