@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tools.motion.line_vibration import compared, square
 
-from cablewright.studies.checks.own_vibration import FACTOR, slow_lines
+from cablewright.studies.checks.line_vibration import FACTOR, slow_lines
 
 
 @pytest.mark.parametrize(("side", "mass"), [(16.0, 1600.0), (8.0, 400.0), (8.0, 240.0)])
