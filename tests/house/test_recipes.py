@@ -79,7 +79,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from cablewright.exchange.completion import chosen_cable, frame_of
+from cablewright.exchange.assumed_values import chosen_cable, frame_of
 from cablewright.exchange.translation import ImportedRobot, Mapped
 from cablewright.robot import Robot
 from cablewright.foundation.toml_input import read_bytes

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from cablewright.exchange.completion import Point, chosen_cable, frame_of
+from cablewright.exchange.assumed_values import Point, chosen_cable, frame_of
 from cablewright.exchange.translation import Notes
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.validation import validated

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from cablewright.exchange.completion import chosen_cable, frame_of
+from cablewright.exchange.assumed_values import chosen_cable, frame_of
 from cablewright.exchange.millimetres import from_mm
 from cablewright.exchange.translation import ImportedRobot, Mapped, Notes
 from cablewright.exchange.xml_input import finite

@@ -8,7 +8,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any, Final
 
-from cablewright.exchange.completion import (
+from cablewright.exchange.assumed_values import (
     as_point,
     assumed_cable,
     chosen_cable,

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from cablewright.exchange.completion import BOX, chosen_cable, frame_of
+from cablewright.exchange.assumed_values import BOX, chosen_cable, frame_of
 from cablewright.exchange.translation import Notes
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.validation import validated
