@@ -15,7 +15,7 @@ from cablewright.analyses.safe_travel import driven_job
 from cablewright.exchange.klipper_config import LETTERS as ALPHABET
 from cablewright.exchange.klipper_config import klipper_anchors, winch_sections
 from cablewright.exchange.motion import linuxcnc
-from cablewright.exchange.motion.beside import Beside, beside
+from cablewright.exchange.motion.non_motion_gcode import Beside, beside
 from cablewright.exchange.motion.klipper import SQUARE_CORNER, Stepper, klipper_job, printer_config
 from cablewright.exchange.motion.lines import extruder_words, motion_lines
 from cablewright.exchange.motion.own_model import OwnModelPath, as_anchors, klipper_turns, own_model_path, rrf_turns

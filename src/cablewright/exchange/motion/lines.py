@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from cablewright.exchange.motion.beside import Beside
+from cablewright.exchange.motion.non_motion_gcode import Beside
 from cablewright.foundation.errors import printable
 from cablewright.robot import Robot
 from cablewright.studies.checks.winch_path import WinchPath
