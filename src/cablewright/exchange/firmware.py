@@ -18,7 +18,7 @@ from cablewright.exchange.motion import linuxcnc
 from cablewright.exchange.motion.non_motion_gcode import Beside, beside
 from cablewright.exchange.motion.klipper import SQUARE_CORNER, Stepper, klipper_job, printer_config
 from cablewright.exchange.motion.lines import extruder_words, motion_lines
-from cablewright.exchange.motion.own_model import OwnModelPath, as_anchors, klipper_turns, own_model_path, rrf_turns
+from cablewright.exchange.motion.cartesian import OwnModelPath, as_anchors, klipper_turns, own_model_path, rrf_turns
 from cablewright.exchange.rrf_config import FEW, LETTERS, RrfTarget, geometry_words, law_of, rrf_config
 from cablewright.exchange.translation import Notes
 from cablewright.foundation.choices import DialectName, RrfVersionName
