@@ -9,7 +9,7 @@ import pytest
 
 from cablewright.apps.cli.main import run
 from cablewright.exchange.formats import read_robot
-from cablewright.exchange.walls.written import WALLS
+from cablewright.exchange.walls.settings_output import WALLS
 from cablewright.foundation.errors import InputError
 from cablewright.robot import Robot, load, loads
 

@@ -204,7 +204,7 @@ def export_command(
     from cablewright.exchange.firmware import FIRMWARE
     from cablewright.exchange.result import Exported
     from cablewright.exchange.ros.bag import ros_bag
-    from cablewright.exchange.walls.written import WALLS
+    from cablewright.exchange.walls.settings_output import WALLS
     from cablewright.exchange.wirex_output import wirex
     from cablewright.foundation.file_output import write_whole
 
