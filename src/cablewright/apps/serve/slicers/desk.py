@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from starlette.requests import Request
 
-from cablewright.apps.serve.served import Served
+from cablewright.apps.serve.shared_state import Served
 from cablewright.apps.serve.slicers.forms import file_name, read_form
 from cablewright.apps.serve.slicers.gcode_notes import GcodeNotes, notes_of
 from cablewright.apps.serve.slicers.keys import Key
