@@ -21,7 +21,7 @@ from starlette.websockets import WebSocket
 
 from cablewright.apps.serve import foxglove
 from cablewright.apps.serve.assets import ASSETS, asset
-from cablewright.apps.serve.guard import Guard
+from cablewright.apps.serve.middleware import Guard
 from cablewright.apps.serve.live import Live
 from cablewright.apps.serve.operators import Client
 from cablewright.apps.serve.reach import reach
