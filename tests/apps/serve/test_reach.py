@@ -9,7 +9,7 @@ import pytest
 
 from cablewright.apps.serve.access import POLICY, policy_with
 from cablewright.apps.serve.launch import Address
-from cablewright.apps.serve.reach import reach
+from cablewright.apps.serve.move_check import reach
 from cablewright.foundation.errors import InputError
 from cablewright.live.rest_pose import rest_pose
 from cablewright.models.statics import Model

@@ -24,7 +24,7 @@ from cablewright.apps.serve.assets import ASSETS, asset
 from cablewright.apps.serve.middleware import Guard
 from cablewright.apps.serve.live import Live
 from cablewright.apps.serve.operators import Client
-from cablewright.apps.serve.reach import reach
+from cablewright.apps.serve.move_check import reach
 from cablewright.apps.serve.shared_state import Served
 from cablewright.apps.serve.slicers.desk import SENDING, Desk
 from cablewright.apps.serve.slicers.gcode_notes import largest_picture
