@@ -9,7 +9,7 @@ from typing import Any, Final
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, Response
 
-from cablewright.apps.serve.slicers.desk import SENDING, Busy, Forbidden
+from cablewright.apps.serve.slicers.shared_actions import SENDING, Busy, Forbidden
 from cablewright.apps.serve.slicers.forms import EarlyRefusal
 from cablewright.apps.serve.uploads import TooLarge
 from cablewright.foundation.errors import CablewrightError, EnvironmentFault

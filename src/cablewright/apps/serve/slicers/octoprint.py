@@ -14,7 +14,7 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
 from cablewright.apps.serve.slicers.answers import body_of, called
-from cablewright.apps.serve.slicers.desk import NO_START, Desk, Forbidden
+from cablewright.apps.serve.slicers.shared_actions import NO_START, Desk, Forbidden
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import OrderKind
 
