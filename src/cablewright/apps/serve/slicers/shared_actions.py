@@ -10,7 +10,7 @@ from typing import Any, Final
 from starlette.requests import Request
 
 from cablewright.apps.serve.shared_state import Served
-from cablewright.apps.serve.slicers.forms import file_name, read_form
+from cablewright.apps.serve.slicers.multipart_forms import file_name, read_form
 from cablewright.apps.serve.slicers.gcode_notes import GcodeNotes, notes_of
 from cablewright.apps.serve.slicers.keys import Key
 from cablewright.apps.serve.slicers.machine_view import MachineView, view_of
