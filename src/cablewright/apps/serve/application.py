@@ -27,7 +27,7 @@ from cablewright.apps.serve.operators import Client
 from cablewright.apps.serve.move_check import reach
 from cablewright.apps.serve.shared_state import Served
 from cablewright.apps.serve.slicers.shared_actions import SENDING, Desk
-from cablewright.apps.serve.slicers.gcode_notes import largest_picture
+from cablewright.apps.serve.slicers.slicer_comments import largest_picture
 from cablewright.apps.serve.slicers.moonraker import Moonraker
 from cablewright.apps.serve.slicers.octoprint import OctoPrint
 from cablewright.apps.serve.uploads import MAX_NOTES, PARTS, TooLarge
