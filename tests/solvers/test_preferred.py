@@ -14,7 +14,7 @@ from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot, load
 from cablewright.solvers import held_tensions
 from cablewright.solvers.inverse import inverse, solve_inverse
-from cablewright.solvers.preferred import preferred_tensions
+from cablewright.solvers.preferred_tensions import preferred_tensions
 from cablewright.solvers.tension import tension_distribution
 
 SEED = 11

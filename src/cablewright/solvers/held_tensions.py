@@ -10,7 +10,7 @@ import numpy as np
 from cablewright.foundation.arrays import Array, Indices
 from cablewright.models.statics import Model
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.solvers.preferred import preferred_tensions
+from cablewright.solvers.preferred_tensions import preferred_tensions
 
 PREFERRED: Final = 2.5
 """Tensions, as multiples of the least that is to be kept, to which those of a rigid platform stay near."""

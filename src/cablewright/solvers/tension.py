@@ -27,7 +27,7 @@ from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_poses, as_rows, given_numbers, given_rows, require_a_load
 from cablewright.solvers.batches import run
 from cablewright.solvers.counterweights import Found, WinchedLines, structures_at
-from cablewright.solvers.preferred import preferred_tensions
+from cablewright.solvers.preferred_tensions import preferred_tensions
 
 METHODS = {
     "closed-form": distribution.CLOSED,

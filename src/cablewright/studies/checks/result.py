@@ -33,7 +33,7 @@ from cablewright.printing.toolpath import BY_HEIGHT, Toolpath
 from cablewright.robot import Robot
 from cablewright.robot.plausibility import overstretched, units_inside
 from cablewright.robot.uncertainty import ASSUMED
-from cablewright.solvers.preferred import preferred_note, preferred_tensions
+from cablewright.solvers.preferred_tensions import preferred_note, preferred_tensions
 from cablewright.solvers.shaping import JobMotion
 from cablewright.studies.checks.fastest import Fastest
 from cablewright.studies.checks.motion_error import MotionError
