@@ -14,7 +14,7 @@ import numpy as np
 
 from cablewright.analyses.interference import distances, too_near
 from cablewright.analyses.job_distances import JobDistances
-from cablewright.analyses.motion.slower import slowed
+from cablewright.analyses.motion.lower_acceleration import slowed
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.paging import MEMORY, Room, blocks
 from cablewright.foundation.progress import Progress, silent

@@ -9,7 +9,7 @@ from typing import Final, get_args
 
 import numpy as np
 
-from cablewright.analyses.motion.slower import slower_note
+from cablewright.analyses.motion.lower_acceleration import slower_note
 from cablewright.analyses.safe_travel import driven_job
 from cablewright.control.guide import TimedPath
 from cablewright.control.velocity import LAWS
