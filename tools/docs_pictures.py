@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 import cablewright as cw
 from cablewright.apps import style
 from cablewright.apps.pictures.path import side_view
-from cablewright.apps.report.digest import Digest
+from cablewright.apps.report.check_summary import Digest
 from cablewright.apps.web.png import scene_png
 from cablewright.apps.web.robot_scene import robot_scene
 from cablewright.printing.layers import layer_table

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from apps.report.synthetic import changed, make_check, ring_robot, small_job
-from cablewright.apps.report.digest import Digest, band
+from cablewright.apps.report.check_summary import Digest, band
 from cablewright.studies.checks.path_statics import extreme, median
 
 

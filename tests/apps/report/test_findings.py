@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from cablewright.analyses.feasibility import LIMITS, Finding
-from cablewright.apps.report.digest import Digest
+from cablewright.apps.report.check_summary import Digest
 from cablewright.apps.report.findings import findings_table, ranked
 
 INF = np.inf

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 from cablewright.apps import style
 from cablewright.apps.quantities import quantity
-from cablewright.apps.report.digest import Band, Digest
+from cablewright.apps.report.check_summary import Band, Digest
 from cablewright.apps.report.thinning import Pieces, coarse_corners, worst_of_each_place
 from cablewright.apps.space_axes import as_seen, box_edges, towards_eye
 from cablewright.foundation.arrays import Array

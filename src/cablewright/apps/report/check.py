@@ -14,7 +14,7 @@ from cablewright.apps.pictures.lines import MAX_LINES, limits, tensions
 from cablewright.apps.pictures.motion import motion
 from cablewright.apps.pictures.path import MAX_NAMES, error_by_height, plan, side_view
 from cablewright.apps.quantities import count, quantity
-from cablewright.apps.report.digest import Digest
+from cablewright.apps.report.check_summary import Digest
 from cablewright.apps.report.document import verdict, view, write_report
 from cablewright.apps.report.findings import findings_table
 from cablewright.apps.report.page import Html, cards, element, notice, picture, section, table

@@ -6,7 +6,7 @@ import math
 
 from cablewright.analyses.feasibility import Finding
 from cablewright.apps.quantities import allowed_range, count, duration, quantity
-from cablewright.apps.report.digest import Digest
+from cablewright.apps.report.check_summary import Digest
 from cablewright.apps.report.page import Html, element, join, short_name, table
 
 
