@@ -8,7 +8,7 @@ import pytest
 
 from cablewright.analyses.feasibility import LIMITS, Finding
 from cablewright.apps.report.check_summary import Digest
-from cablewright.apps.report.findings import findings_table, ranked
+from cablewright.apps.report.worst_limits import findings_table, ranked
 
 INF = np.inf
 LOW = Finding("lowest tension", "N", -13.0, 7.0, (20.0, INF), "a", 5, 12)
