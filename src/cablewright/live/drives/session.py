@@ -214,7 +214,7 @@ class RealMachine:
 
 
 def session_path(robot: Robot, pose: Array | None) -> TimedPath:
-    """A `stationary_path` about *pose* (n,), m and rad, or the middle of the frame; a rigid platform is unrotated there."""
+    """A `still_path` about *pose* (n,), m and rad, or the middle of the frame; a rigid platform is unrotated there."""
     scene = robot.scene
     middle = 0.5 * (np.array(scene.frame_min) + np.array(scene.frame_max))
     place = (middle if pose is None else pose[:3]) + np.array(robot.platform.nozzle)
