@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from boards import board
+from planar_robots import board
 from cablewright.exchange.mjcf import mjcf
 from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.live.rest_pose import rest_pose
