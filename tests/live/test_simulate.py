@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 import cablewright as cw
-import driven
+import shared_winch_robots
 
 ROBOT = cw.load("merlet2023")
 SHORT: dict[str, Any] = {"hold": [0.0, 0.0, 1.2], "duration": 4.0, "plant": "quasi-static"}
@@ -54,6 +54,6 @@ def test_what_cannot_be_simulated_is_refused(options: dict[str, Any], says: str)
 
 
 def test_a_platform_on_few_winches_holds_as_it_hangs() -> None:
-    found = cw.simulate(driven.pairs(), **{**SHORT, "hold": [0.1, 0.0, 0.6]})
+    found = cw.simulate(shared_winch_robots.pairs(), **{**SHORT, "hold": [0.1, 0.0, 0.6]})
     assert not found.drive.notices
     assert found.drive.path[-1][1:4] == pytest.approx([0.1, 0.0, 0.6], abs=5e-3)
