@@ -40,7 +40,7 @@ from cablewright.live.error_statistics import CHI2_95, bound
 from cablewright.live.estimator_settings import started_settings
 from cablewright.machine.simulated.severities import with_severity
 from cablewright.robot import load
-from observed import broken, drive, errors, observe
+from observer_runs import broken, drive, errors, observe
 from twins import SETTINGS, TWIN, changed, machine
 
 ROBOT = load("merlet2023")

@@ -20,7 +20,7 @@ from cablewright.foundation.signals import Command, Encoders, Estimate, Inertial
 from cablewright.live.estimator_settings import observer_settings, surveyed_walls
 from cablewright.machine.sensors.lidars import LidarSettings
 from cablewright.robot import load
-from observed import broken, drive, errors, observe
+from observer_runs import broken, drive, errors, observe
 from twins import SETTINGS, TWIN, changed, machine
 
 ROBOT = load("merlet2023")

@@ -14,7 +14,7 @@ from cablewright.live.estimator_settings import OBSERVERS
 from cablewright.machine.simulated.settings import TwinSettings
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.robot import load
-from observed import drive, errors, observe
+from observer_runs import drive, errors, observe
 from twins import SETTINGS, TWIN, changed, machine
 
 ROBOT = load("merlet2023")

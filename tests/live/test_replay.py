@@ -16,7 +16,7 @@ from cablewright.live.replay import replay
 from cablewright.machine.log.log import LogWriter, read_log
 from cablewright.printing.job import Job
 from cablewright.robot import load
-from observed import drive, errors, observe
+from observer_runs import drive, errors, observe
 from twins import head
 
 

@@ -16,7 +16,7 @@ from cablewright.machine.log.head import LogHead, read_head, written_head
 from cablewright.machine.log.log import read_log, write_log
 from cablewright.machine.simulated.settings import FaultPlan
 from cablewright.robot import load
-from observed import drive
+from observer_runs import drive
 from twins import SETTINGS, SIMULATION, TWIN, changed, head
 
 OLD = Path(__file__).with_name("head_schema_1.json")
