@@ -13,7 +13,7 @@ import pytest
 pytest.importorskip("starlette")
 
 from browser import Browser, Page, browser, executable
-from operated import STATE, enable
+from operator_page import STATE, enable
 from served import RING, Served, client
 
 pytestmark = [
