@@ -13,7 +13,7 @@ from cablewright.live.prints import run as prints
 from cablewright.live.prints.run import CHECKPOINT, LOCK
 from cablewright.running.store import MANIFEST
 from cablewright.running.user_key import DIRECTORY, is_signed, signature
-from printed import RING
+from print_logs import RING
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 

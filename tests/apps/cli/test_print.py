@@ -14,7 +14,7 @@ from cablewright.live.prints.run import run_print
 from cablewright.machine.log.log import read_log
 from cablewright.printing.job import load_job
 from cablewright.robot import load
-from printed import RING
+from print_logs import RING
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 
