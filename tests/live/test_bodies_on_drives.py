@@ -29,7 +29,7 @@ from cablewright.printing.job import Job, Motion
 from cablewright.printing.numeric_path import Helix
 from cablewright.robot import load
 from ring_of_drives import missing, ring_of_drives, twin
-from typing_person import WORDS, Typist
+from terminal_user import WORDS, Typist
 from virtual_drives import RING_BEGIN, Bench, bench, true_poses
 
 ROBOT = "ipanema"

@@ -16,7 +16,7 @@ from cablewright.live.serve.station import DriveStation
 from cablewright.machine.drives.virtual.rig import VirtualPort, VirtualRig
 from cablewright.machine.log.log import read_log
 from cablewright.printing.job import Motion
-from typing_person import WORDS, Typist
+from terminal_user import WORDS, Typist
 from virtual_drives import RING, RING_BEGIN, Bench, bench, virtual_twin
 
 
