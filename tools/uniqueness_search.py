@@ -1,6 +1,6 @@
 """Random slack robots by many starts: no second equilibrium where a theorem says that one is the only one.
 
-``python -m tools.only_one --count 100000 --seed 0``. Point loads on one to four heavy, slack lines from eyelets and
+``python -m tools.uniqueness_search --count 100000 --seed 0``. Point loads on one to four heavy, slack lines from eyelets and
 swivels, with dead spans that can hang in loops. Each set of lengths is solved from a guess, from random poses and with
 loops in every choice of its dead spans; only certified solutions count. Whether a solution belongs to those that a
 sentence speaks of is read from its tensions and its place, not from the code that wrote the sentence.
