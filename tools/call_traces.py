@@ -1,6 +1,6 @@
 """Count the files of ``src`` that three numbers lead a reader through: every file of which a function runs on the way.
 
-Run it from the repository root with ``NUMBA_DISABLE_JIT=1``, so that kernels are seen too: ``python tools/walks.py``.
+Run it from the repository root with ``NUMBA_DISABLE_JIT=1``, so that kernels are seen too: ``python tools/call_traces.py``.
 ``--files`` lists them. What runs while modules are imported does not count, nor does the simulated machine.
 """
 
