@@ -1,6 +1,6 @@
 """Calibrations of robots on mounts that give, by what the file says of them: errors over sigma, machine by machine.
 
-    python -m benchmarks.campaigns.soft_mounts 100 9000    # so many of each kind, from this seed on
+    python -m benchmarks.campaigns.compliant_mounts 100 9000    # so many of each kind, from this seed on
 
 Mounts give by 1 to 5 um/N, which is known, unknown or ignored; every other one of `merlet2023` by a matrix, but where
 they are unknown. 30 poses, lengths to 0.1 mm, tensions to 2 N, of straight lines to 0.5 N. Printed are the root mean
