@@ -83,7 +83,7 @@ def test_a_row_of_a_batch_is_the_answer_at_its_pose(name: str) -> None:
 
 @pytest.mark.parametrize("name", FUNCTIONS)
 @pytest.mark.parametrize("wrong", [Junk(), 3.5, None, [1, "x"]], ids=["object", "number", "None", "list"])
-def test_arguments_of_wrong_types_are_refused_in_one_line(name: str, wrong: object) -> None:
+def test_arguments_of_wrong_types_are_rejected_in_one_line(name: str, wrong: object) -> None:
     function = FUNCTIONS[name]
     needed = [
         each

@@ -1,4 +1,4 @@
-"""Random robots and jobs: a yes of `check` is held to figures that are found anew.
+"""Random robots and jobs: a yes of `check` is held to figures that are found again.
 
 ``python -m tools.random_checks --count 2000 --seed 0``. Straight lengths times spans, speeds of winches by finite
 differences over time, lengths half-way between samples, what lifts a platform off its plane, and pieces of the path
@@ -138,7 +138,7 @@ class Tally:
             found = check(robot, job, skip=("interference",))
         except InputError as refusal:
             self.answers["refused"] += 1
-            self.reasons[f"refused: {str(refusal).split(':')[0]}"] += 1
+            self.reasons[f"refused: {str(rejection).split(':')[0]}"] += 1
             return
         self.answers["yes" if found.feasible else "no"] += 1
         self.answers["no minimum tension, yes"] += found.feasible and robot.lines[0].tension_limits[0] == 0.0

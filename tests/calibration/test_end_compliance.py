@@ -1,4 +1,5 @@
-"""Robots whose file has mounts that give, springs and creep: counted by equilibria or measured tensions, or refused."""
+"""Robots whose file has mounts that give, springs and creep: counted by equilibria or measured tensions, or
+rejected."""
 
 from __future__ import annotations
 
@@ -62,7 +63,8 @@ def on_stiff_ends(robot: Robot) -> Robot:
 
 
 def plant(robot: Robot, cable: str, count: int, rng: np.random.Generator) -> Measured:
-    """What a machine on such mounts measures by the simulated machine's own law, which moves exits until they rest."""
+    """What a machine on such mounts measures by the simulated machine's own law, which moves exit points until they
+    rest."""
     model = Model(on_stiff_ends(robot), Fidelity.of(cable))
     held = solve_inverse(model, random_poses(model, count, rng)).checked()
     work, _ = dynamics.moving_workspace(model.packed)
@@ -79,7 +81,7 @@ def plant(robot: Robot, cable: str, count: int, rng: np.random.Generator) -> Mea
 
 
 def displaced(robot: Robot, count: int, rng: np.random.Generator) -> tuple[Measured, np.ndarray]:
-    """What rigid lines measure whose exits are where their tensions displace them, and the lengths at home.
+    """What rigid lines measure whose exit points are where their tensions displace them, and the lengths at home.
 
     Springs pay out by their tension over their rate.
     """
@@ -115,7 +117,7 @@ def exits_moved(found: Calibration) -> float:
 
 @pytest.mark.parametrize("kinds", ["number", "matrix", "mixed"])
 @pytest.mark.parametrize(("name", "cable"), [("merlet2023", "catenary"), ("cogiro", "elastic")])
-def test_mounts_of_the_file_leave_no_error_in_exits(name: str, cable: str, kinds: str) -> None:
+def test_mounts_of_the_file_leave_no_error_in_exit_points(name: str, cable: str, kinds: str) -> None:
     """By the plant's law as the oracle; the same without the key is off by some mm."""
     robot = on_mounts(load(name), np.random.default_rng(11), kinds)
     clean = plant(robot, cable, 20, np.random.default_rng(12))
@@ -127,7 +129,7 @@ def test_mounts_of_the_file_leave_no_error_in_exits(name: str, cable: str, kinds
     assert exits_moved(without) > 1e-3
 
 
-def test_springs_of_the_file_leave_no_error_in_exits() -> None:
+def test_springs_of_the_file_leave_no_error_in_exit_points() -> None:
     """A line pays out less by its tension over the rate, up to the strain of that, as its page says."""
     robot = load("merlet2023")
     rate = 1e5
@@ -191,7 +193,8 @@ def test_derivatives_are_those_of_differences(kinds: str) -> None:
 
 
 def chi_squared(found: Calibration, truth: dict[str, np.ndarray]) -> tuple[float, int]:
-    """The square of the error over its covariance by noise, and its freedoms: those that the data do not leave open."""
+    """The square of the error over its covariance by noise, and its degrees of freedom: those that the data do not
+    leave open."""
     left = {name: list(values) for name, values in truth.items()}
     off = np.array([value - left[each.name].pop(0) for each, value in zip(found.unknowns, found.values, strict=True)])
     sizes = np.array([each.size for each in found.unknowns])
@@ -239,7 +242,7 @@ def test_errors_are_those_of_the_sigmas(name: str, cable: str, kinds: str, plan:
     assert special.bdtr(inside, draws, 0.95) > 1e-3
 
 
-def test_straight_lines_without_tensions_are_refused(tmp_path: Path) -> None:
+def test_straight_lines_without_tensions_are_rejected(tmp_path: Path) -> None:
     robot = on_mounts(load("wang2021"), np.random.default_rng(1))
     bare = simulate_calibration(robot, 40, 1e-4, seed=1).measured
     message = "no column f_1: line 'south-west' has {}, and straight lines need measured tensions for"

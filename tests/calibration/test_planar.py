@@ -1,4 +1,4 @@
-"""Platforms in a plane: exact without noise, sigmas that hold, an oracle of its own, poses in the plane, refusals."""
+"""Platforms in a plane: exact without noise, sigmas that hold, an oracle of its own, poses in the plane, rejections."""
 
 from __future__ import annotations
 
@@ -85,7 +85,8 @@ def errors(found: Calibration, made: SimulatedCalibration, truth: Robot) -> np.n
 
 @pytest.mark.parametrize(("plane", "body"), KINDS)
 def test_without_noise_it_is_exact(plane: str, body: bool) -> None:
-    """From a file that is wrong by up to 20 mm in all directions; three freedoms stay open, those of the plane."""
+    """From a file that is wrong by up to 20 mm in all directions; three degrees of freedom stay open, those of the
+    plane."""
     truth = robot_of(plane, body)
     for seed in range(3):
         made = simulate_calibration(truth, 40, 0.0, seed=seed)
@@ -318,7 +319,7 @@ def test_exit_points_stay_on_the_files_side() -> None:
         assert np.abs(again.theta - found.theta).max() < 1e-8
 
 
-def test_exits_in_the_plane_need_what_the_plan_says_of_them(tmp_path: Path) -> None:
+def test_exit_points_in_the_plane_need_what_the_plan_says_of_them(tmp_path: Path) -> None:
     truth = robot_of("tilted", False, off=0.0)
     made = simulate_calibration(truth, 30, 1e-4, seed=2)
     found = calibrate(truth, made.measured, rough=0.05)
@@ -366,7 +367,7 @@ def test_what_across_brings_on_the_board_of_the_docs(tmp_path: Path) -> None:
     assert np.median(sigmas[None]) == pytest.approx(1.6e-3, abs=2e-4)
 
 
-def test_poses_off_the_plane_are_refused_in_one_line() -> None:
+def test_poses_off_the_plane_are_rejected_in_one_line() -> None:
     truth = robot_of("vertical", True)
     made = simulate_calibration(truth, 40, NOISE, seed=1, sensors=SensorNoise(pose=1e-3))
     assert calibrate(truth, made.measured, rough=0.05).status == "ok"  # noise across the plane is no fault

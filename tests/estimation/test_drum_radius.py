@@ -87,7 +87,7 @@ def test_after_unhooking_the_next_state_only_begins() -> None:
     assert np.array_equal(off.radii, state.radii)
 
 
-def test_radii_out_of_range_are_refused() -> None:
+def test_radii_out_of_range_are_rejected() -> None:
     with pytest.raises(InputError, match="nominal"):
         RadiusSettings((0.2,), 0.04, 0.075)
     with pytest.raises(InputError, match="min_radius"):

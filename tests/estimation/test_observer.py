@@ -215,7 +215,7 @@ def test_walls_of_a_room_are_its_faces_put_together() -> None:
     assert found == {"west": ((-1.0, 0.0), 2.5), "north": ((0.0, 1.0), 5.0), "east": ((1.0, 0.0), 2.5)}
 
 
-def test_machines_that_cannot_be_observed_are_refused() -> None:
+def test_machines_that_cannot_be_observed_are_rejected() -> None:
     blind = SETTINGS.model_copy(update={"lidars": {}})
     with pytest.raises(InputError, match="horizontal lidar"):
         observer_settings(ROBOT, blind)
@@ -240,7 +240,7 @@ def test_nothing_is_kept_without_end() -> None:
     for k in range(1000):
         trail.add(float(k), [2.0 * k if k < 999 else 0.0])
     trail.add(5.0, [0.0])  # from before: left out
-    trail.add(999.0, [1998.0])  # anew
+    trail.add(999.0, [1998.0])  # again
     assert len(trail) <= 20
     assert trail.at([998.5, 2000.0]).tolist() == [[1997.0], [1998.0]]
 

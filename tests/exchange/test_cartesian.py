@@ -185,7 +185,7 @@ def test_a_body_keeps_its_lines(tmp_path: Path) -> None:
     assert float(x[1]) == pytest.approx(expected, abs=1e-9)
 
 
-def test_tensions_beyond_their_limits_are_refused(job: Job) -> None:
+def test_tensions_beyond_their_limits_are_rejected(job: Job) -> None:
     robot = load("hangprinter-v4").limited((12.0, 18.5))
     with pytest.raises(AnswerError, match=r"computes give line .* tension_limits are 12 to 18.5 N: export klipper"):
         plain_gcode("rrf", robot, job)

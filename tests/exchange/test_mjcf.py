@@ -166,7 +166,7 @@ def test_motors_pull() -> None:
     assert np.abs(data.qacc).max() < 1e-6
 
 
-def test_refusals() -> None:
+def test_rejections() -> None:
     robot = load("merlet2023")
     with pytest.raises(InputError, match="tendons do not stretch"):
         mjcf(solve_inverse(Model.of(robot), [0.0, 0.0, 1.0]))

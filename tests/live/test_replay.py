@@ -100,7 +100,7 @@ def test_a_cut_log_is_replayed_up_to_there(path: Path, tmp_path: Path) -> None:
     assert any("cut or damaged" in note for note in found.notes)
 
 
-def test_what_cannot_be_replayed_is_refused(path: Path, tmp_path: Path) -> None:
+def test_what_cannot_be_replayed_is_rejected(path: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="filter"):
         replay(path, "magic")
     with pytest.raises(InputError, match="no such file"):

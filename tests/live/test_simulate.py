@@ -1,4 +1,4 @@
-"""The verb `simulate`: what it takes, what it refuses, and what its result tells."""
+"""The verb `simulate`: what it takes, what it rejects, and what its result tells."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def test_a_simulation_is_a_result() -> None:
         ({**SHORT, "log": "log.bag"}, r"a name that ends in \.mcap"),
     ],
 )
-def test_what_cannot_be_simulated_is_refused(options: dict[str, Any], says: str) -> None:
+def test_what_cannot_be_simulated_is_rejected(options: dict[str, Any], says: str) -> None:
     with pytest.raises(cw.InputError, match=says):
         cw.simulate(ROBOT, **options)
 

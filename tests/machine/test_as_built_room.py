@@ -132,7 +132,7 @@ def test_ghosts_are_a_share_and_tell_too_much() -> None:
 
 
 @pytest.mark.parametrize("key", ["glass", "dark"])
-def test_faces_that_the_room_does_not_have_are_refused(key: str, tmp_path: Path) -> None:
+def test_faces_that_the_room_does_not_have_are_rejected(key: str, tmp_path: Path) -> None:
     table = f'[simulation.room]\n{key} = ["oven"]\n[simulation.climate]'
     text = machine_text("merlet2023").replace("[simulation.climate]", table)
     (tmp_path / "own.toml").write_text(text)

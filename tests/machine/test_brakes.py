@@ -257,7 +257,7 @@ def test_torques_are_off_by_their_spread_and_of_some_lines_their_own() -> None:
         ("by_line = { north-west = -2.0 }", r"brakes\.by_line.*north-west.* = -2\.0"),
     ],
 )
-def test_impossible_brakes_are_refused_in_one_line(text: str, says: str, tmp_path: Path) -> None:
+def test_impossible_brakes_are_rejected_in_one_line(text: str, says: str, tmp_path: Path) -> None:
     (tmp_path / "own.toml").write_text(f"{machine_text('merlet2023')}\n[simulation.brakes]\n{text}\n")
     with pytest.raises(InputError, match=says) as refused:
         load_twin(tmp_path / "own.toml")

@@ -410,12 +410,12 @@ def test_a_pose_with_rows_without_answer_is_not_certified() -> None:
 
 
 @pytest.mark.parametrize("tolerance", [0.0, -1e-9, float("nan")])
-def test_a_tolerance_that_is_not_positive_is_refused(tolerance: float) -> None:
+def test_a_tolerance_that_is_not_positive_is_rejected(tolerance: float) -> None:
     with pytest.raises(InputError, match="tolerance"):
         certify(solve_forward(HOUSE, full(28.0, 4)), tolerance)
 
 
-def test_rigid_cables_are_refused() -> None:
+def test_rigid_cables_are_rejected() -> None:
     with pytest.raises(InputError, match="do not determine tensions"):
         certify(solve_inverse(Model(load("house-printer"), Fidelity(CableLaw.RIGID)), [0.0, 0.0, 3.0]))
 

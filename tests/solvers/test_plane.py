@@ -1,4 +1,4 @@
-"""Platforms in a plane: what holds them, the way back, derivatives, margins, modes and areas; and what is refused."""
+"""Platforms in a plane: what holds them, the way back, derivatives, margins, modes and areas; and what is rejected."""
 
 from __future__ import annotations
 
@@ -240,13 +240,13 @@ def test_a_sled_on_two_belts_finds_its_turn(cable: str) -> None:
     assert held.pose[:3] == pytest.approx([0.1, planar_robots.DISTANCE, -0.2], abs=1e-12)
     found = cw.forward(robot, held.lengths, cable=cable).checked()
     np.testing.assert_allclose(found.pose, held.pose, atol=1e-9)
-    with pytest.raises(InputError, match="2 lines hold 2 of the 3 freedoms; 3 are given: leave 1 free"):
+    with pytest.raises(InputError, match="2 lines hold 2 of the 3 degrees of freedom; 3 are given: leave 1 free"):
         cw.inverse(robot, [0.1, planar_robots.DISTANCE, -0.2])
     with pytest.raises(InputError, match=r"what the plane y = 0\.02 m holds cannot be left free"):
         cw.inverse(robot, [0.1, np.nan, -0.2, 0.0, 0.0, np.nan])
     np.testing.assert_array_equal(cw.inverse(robot, [0.1, np.nan, -0.2, 0, np.nan, 0], cable=cable).pose, held.pose)
     tilted = planar_robots.board("tilted", True, 2)
-    with pytest.raises(InputError, match="2 lines hold 3 freedoms in a plane across x, y or z alone"):
+    with pytest.raises(InputError, match="2 lines hold 3 degrees of freedom in a plane across x, y or z alone"):
         cw.inverse(tilted, [0.1, planar_robots.DISTANCE, -0.2, 0.0, np.nan, 0.0])
 
 
@@ -292,7 +292,7 @@ def test_the_area_of_a_nozzle_beside_the_plane_is_beside_it() -> None:
     np.testing.assert_allclose(found.criterion.margin(places + [0.05, 0.03, -0.1]), margins, atol=1e-9)  # noqa: RUF005
 
 
-def test_places_out_of_the_plane_are_refused() -> None:
+def test_places_out_of_the_plane_are_rejected() -> None:
     for plane, at in (("vertical", "y = 0.02 m"), ("horizontal", "z = -0.02 m")):
         robot = planar_robots.board(plane)
         with pytest.raises(InputError, match=f"pose 0.1, 0.3, 0.5: -?0[.]\\d+ m off the platform's plane {at}"):
@@ -330,7 +330,7 @@ def test_a_table_carries_what_no_line_has_to() -> None:
         cw.inverse(planar_robots.board("horizontal", lines=1), [0.0, np.nan, -planar_robots.DISTANCE])
 
 
-def test_what_does_not_know_planes_refuses_them() -> None:
+def test_what_does_not_know_planes_rejects_them() -> None:
     robot = planar_robots.board()
     held = cw.inverse(robot, planar_robots.places(robot, 1)[0]).checked()
     for asked in (

@@ -161,7 +161,7 @@ def test_too_few_lines_leave_no_choice() -> None:
 @pytest.mark.parametrize(
     "wanted", [[1.0], [1.0] * 5, [[1.0] * 4] * 3, [1.0, 2.0, 3.0, np.nan], [np.inf] * 4, "abcd", 5.0, [[[1.0] * 4]]]
 )
-def test_what_are_no_tensions_is_refused(wanted: object) -> None:
+def test_what_are_no_tensions_is_rejected(wanted: object) -> None:
     with pytest.raises(InputError, match="preferred tensions"):
         inverse(load("merlet2023"), [[0, 0, 1], [0, 0, 2]], preferred=wanted)
 

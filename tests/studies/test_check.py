@@ -155,7 +155,7 @@ def test_tension_limits_that_no_tensions_meet(job_file) -> None:
     assert f"G-code line {no.samples.line[worst.sample]} (allowed:" in no.verdict
 
 
-def test_tension_limits_that_do_not_rise_are_refused(job_file) -> None:
+def test_tension_limits_that_do_not_rise_are_rejected(job_file) -> None:
     with pytest.raises(InputError, match="0 <= lowest < highest"):
         check(load("house-printer"), load_job(job_file), tension_limits=(500.0, 20.0))
 

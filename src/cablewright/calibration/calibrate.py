@@ -96,7 +96,8 @@ def calibrate(
 
 
 def _with_effects(found: Calibration, rough: float, outliers: bool, seed: int, progress: Progress) -> Calibration:
-    """Return the calibration with the effects that the data ask for: tested again after each fit, which weighs anew."""
+    """Return the calibration with the effects that the data ask for: tested again after each fit, which weighs
+    again."""
     measured, plan, model = found.problem.measured, found.problem.plan, found.problem.model
     chosen, tested, notes = dict[str, Effect](), dict[str, Effect](), list[str]()
     for _ in range(_ROUNDS):

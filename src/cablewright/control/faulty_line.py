@@ -1,4 +1,4 @@
-"""Which line is wrong where there is one more than freedoms: by its offset, which is the same at every pose.
+"""Which line is wrong where there is one more than degrees of freedom: by its offset, which is the same at every pose.
 
 At one pose each line could be the wrong one, by an offset of its own. The platform goes slowly to two further places;
 the offset of the line that is wrong stays, those of the others change.

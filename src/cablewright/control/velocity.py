@@ -2,8 +2,8 @@
 
 Two laws of a point platform. ``paper`` (Merlet and Papegay 2023, III): the target velocity, corrected by the path
 error, times the inverse Jacobian of the lines, and for slack lines a term that keeps them nearly taut. ``model``: the
-same velocity; in the null space of the lengths (with more lines than freedoms), each line is controlled to the excess
-or stretch that the full model gives it at the chosen tensions.
+same velocity; in the null space of the lengths (with more lines than degrees of freedom), each line is controlled to
+the excess or stretch that the full model gives it at the chosen tensions.
 
 A rigid platform has the law ``model`` for all lengths at once: they follow those that the full model gives for the
 target, so that pose and tensions follow it together. The estimated lengths are by the encoders alone, or as load cells

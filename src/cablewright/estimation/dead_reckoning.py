@@ -136,9 +136,9 @@ def placed(
     """Return the state with the platform known to be at *place* (3,), m, where it stands.
 
     Of all changes of the lengths that bring it there the smallest is taken, in proportion to each line's length: what
-    creeps and what an oversized drum pays out is a share of it. *by_tensions*: with more taut lines than freedoms,
-    changes that do not move the platform are those that fit measured tensions best. Raises `AnswerError` where there is
-    no equilibrium on the way.
+    creeps and what an oversized drum pays out is a share of it. *by_tensions*: with more taut lines than degrees of
+    freedom, changes that do not move the platform are those that fit measured tensions best. Raises `AnswerError` where
+    there is no equilibrium on the way.
     """
     lengths = counted(state)
     share, pose = lengths**2, state.tracker.pose

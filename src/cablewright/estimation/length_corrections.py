@@ -57,7 +57,7 @@ class LengthPriors:
 
     ``place``: m, of a measured place in each coordinate. ``share``: of a line's length by which it is off. ``creep``:
     of the length, after an hour under the mean tension of all lines at the start. ``mount``: m/N. ``drift``: of the
-    length, in an hour, as a random walk. ``scatter``: of the length, anew at each place: hysteresis and friction.
+    length, in an hour, as a random walk. ``scatter``: of the length, again at each place: hysteresis and friction.
     ``radius``, m, and ``turns``: of the winding, see `machine.settings.WinchSettings`.
     """
 
@@ -207,7 +207,7 @@ class LearntLengths:
             raise
 
     def _learnt(self, model: Model) -> Equilibrium:
-        """Learn from the last places anew; return the equilibrium at the last."""
+        """Learn from the last places again; return the equilibrium at the last."""
         at, places = self.used, self.places
         held = solve_forward(model, [one.counted for one in places], guess=[one.place for one in places]).checked()
         held = _with_values(held, places, at)

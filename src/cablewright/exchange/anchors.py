@@ -117,6 +117,6 @@ def spool(radius: float, growth: float, length: float, cables: int = 1) -> dict[
 
     *radius*: m, of its drum there; *growth*: m, by which its square grows per length of wound cable.
     """
-    if growth == 0.0 or radius <= 0.0:  # which the robot refuses
+    if growth == 0.0 or radius <= 0.0:  # which the robot rejects
         return {"drum_radius": radius}
     return {"drum_radius": radius, "build_up": 0.5 * growth * cables / radius / radius, "drum_length": length}

@@ -59,7 +59,7 @@ def chosen_cable(name: str) -> dict[str, Any]:
 
 
 def assumed_cable(max_tension: float, notes: Notes) -> dict[str, Any]:
-    """Return a braided Dyneema rope that bears *max_tension* (N) with the safety of `SAFETY`, by its table's rules."""
+    """Return a braided Dyneema cable that bears *max_tension* (N) with the safety of `SAFETY`, by its table's rules."""
     breaking = SAFETY * max_tension
     diameter = math.sqrt(breaking / STRENGTH)
     notes.add(

@@ -1,4 +1,4 @@
-"""Surfaces of the frame, the exits and the platform, for STL and glTF files: for looking.
+"""Surfaces of the frame, the exit points and the platform, for STL and glTF files: for looking.
 
 The frame is its bars, or where it has none thin bars along the edges of its box; an exit is a small octahedron; the
 platform its boxes, or the hull of its platform points. Lines are left out.

@@ -1,7 +1,7 @@
 """XML that a stranger wrote: limited in size, depth and number of elements, and without entities.
 
 A document type is read over, as CASPR's files have one; where it is another file, that is not read. What could make a
-small file large is refused: entities, and default values of attributes.
+small file large is rejected: entities, and default values of attributes.
 """
 
 from __future__ import annotations
@@ -151,7 +151,7 @@ def parse_xml(data: bytes, origin: str) -> Element:
 
 
 class _Tree:
-    """Handlers that build the elements, and refuse what is dangerous as soon as it is met."""
+    """Handlers that build the elements, and reject what is dangerous as soon as it is met."""
 
     def __init__(self, origin: str) -> None:
         self.origin = origin

@@ -71,7 +71,7 @@ def write_whole(path: Path, content: bytes, *, parents: bool = False) -> None:
 def open_no_link(path: Path) -> IO[bytes]:
     """Open *path* to write from its start, for files that others read while they grow. Raises `EnvironmentFault`.
 
-    A symbolic link is refused, not followed (except on Windows).
+    A symbolic link is rejected, not followed (except on Windows).
     """
 
     def opener(name: str, flags: int) -> int:

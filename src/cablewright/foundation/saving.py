@@ -1,7 +1,7 @@
 """State as data: one walk saves and loads, exactly, whatever changes in an object; files hold what was saved.
 
 A class names the attributes that are its state in ``SAVED``, with dots for those of its parts. All else, settings,
-derived arrays and scratch, is made anew by its constructor: state is loaded into a new object of the same settings,
+derived arrays and scratch, is made again by its constructor: state is loaded into a new object of the same settings,
 whose present values say which types and shapes are expected. A class whose derived values depend on its state computes
 them in a method ``after_load()``. The walk goes into named parts, tuples, lists and dictionaries.
 
@@ -31,7 +31,7 @@ from cablewright.foundation.file_output import whole_file
 from cablewright.foundation.toml_input import read_bytes
 
 LAYOUT: Final = 4
-"""Layout of what is saved: one more whenever a ``SAVED`` changes. State of another layout is refused by its number."""
+"""Layout of what is saved: one more whenever a ``SAVED`` changes. State of another layout is rejected by its number."""
 
 _MAGIC: Final = b"CWSNAP\x00\x01"
 _START: Final = struct.Struct("<8sII")  # magic, length of the head, checksum of what follows

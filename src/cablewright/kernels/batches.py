@@ -118,7 +118,8 @@ def read_length_rows(packed, states, lengths):
 
 @jit(allocates=True)
 def hanging_rows(packed, poses, states, lengths, codes, violations, first, last):
-    """As `inverse_rows`, with fewer lines than freedoms: free entries of a pose are NaN on entry and are written."""
+    """As `inverse_rows`, with fewer lines than degrees of freedom: free entries of a pose are NaN on entry and are
+    written."""
     work = inverse_workspace(robot_of(packed, first))
     for j in range(first, last):
         own = robot_of(packed, j)

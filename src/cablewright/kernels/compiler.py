@@ -137,7 +137,7 @@ class KernelCompiler(Compiler):  # type: ignore[misc]
 
 
 class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
-    """A kernel. What was compiled as a part only is compiled anew when Python calls it."""
+    """A kernel. What was compiled as a part only is compiled again when Python calls it."""
 
     def add_overload(self, result: Any) -> None:
         """Keep what was compiled; a part cannot be called from Python."""

@@ -177,7 +177,8 @@ def _observed(observer: Observer, settings: Any, state: Any) -> Estimator:
 
 
 class CreepingEstimator:
-    """An estimator by lidars. What its cables have crept, as described, is saved with a print; all else begins anew."""
+    """An estimator by lidars. What its cables have crept, as described, is saved with a print; all else begins
+    again."""
 
     SAVED: ClassVar[Saved] = ("_creep",)
     danger, searches = "", False
@@ -227,7 +228,7 @@ class DeadReckoning(_SteppedEstimator):
         return found
 
     def place_measured(self, place: Array, by_tensions: bool = False) -> None:
-        """Take the standing platform for at *place* (3,), m: learn from it, or begin anew.
+        """Take the standing platform for at *place* (3,), m: learn from it, or begin again.
 
         *by_tensions*: see `dead_reckoning.placed`. Raises `AnswerError` where it cannot be there.
         """

@@ -17,7 +17,7 @@ _SPIN_TIME: Final = 0.02  # s of busy waiting before a step is due: after sleepi
 class Paced:
     """A machine whose steps take their time, the last part of it in a busy loop, which needs a core of its own.
 
-    It never runs faster than the clock: after a step that began late the pace starts anew. As the drives of a real
+    It never runs faster than the clock: after a step that began late the pace starts again. As the drives of a real
     machine would, it reports a control that hung for longer than an order lives, unless it waited for kernels.
     """
 

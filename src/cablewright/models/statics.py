@@ -156,7 +156,7 @@ class Model:
 
     @cached_property
     def free_directions(self) -> Array | None:
-        """Orthonormal basis (n, freedoms) of the motions that a plane leaves; None without a plane."""
+        """Orthonormal basis (n, degrees of freedom) of the motions that a plane leaves; None without a plane."""
         plane = self.robot.platform.plane
         return None if plane is None else basis(plane, self.n)
 

@@ -74,7 +74,7 @@ class Creep(Description):
 class Cable(Description):
     """A cable's properties per metre.
 
-    Its axial stiffness EA is given either as ``axial_stiffness``, because the section of a rope is often a matter of
+    Its axial stiffness EA is given either as ``axial_stiffness``, because the section of a cable is often a matter of
     definition while its EA is measured, or as ``young_modulus`` and the section that it refers to: ``section``; or
     ``diameter`` with ``fill_factor``, the share of its circle that is filled, or with ``construction``, one of
     `CONSTRUCTIONS`. ``thermal_expansion`` (1/K): strain per degree, negative for aramid and Dyneema; None: unknown.

@@ -25,10 +25,10 @@ SLACK: Final = 1e-3
 def preferred_tensions(model: Model) -> Array | None:
     """Return the tensions (1, m), N, that solutions of *model* are nearest to by default; None: the least norm.
 
-    Those of the model where it has some. Else they are for robots with more lines than freedoms of which any line has a
-    minimum tension of 0, or nearly. Where the lines can pull against each other in the middle of the frame: the middle
-    of the limits of each line, as in Jung 2020, Eq. 8. Where they hang the platform, more tension in some lines
-    slackens others: an equal share of its weight.
+    Those of the model where it has some. Else they are for robots with more lines than degrees of freedom of which any
+    line has a minimum tension of 0, or nearly. Where the lines can pull against each other in the middle of the frame:
+    the middle of the limits of each line, as in Jung 2020, Eq. 8. Where they hang the platform, more tension in some
+    lines slackens others: an equal share of its weight.
     """
     if model.preferred is not None:
         return np.array([model.preferred])

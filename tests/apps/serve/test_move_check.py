@@ -54,7 +54,7 @@ def test_a_plain_address_of_a_camera_is_taken_and_no_other_picture_is_loaded(cam
         "http://[::1]:80/x",
     ],
 )  # fmt: skip
-def test_an_address_that_says_more_is_refused(camera: str) -> None:
+def test_an_address_that_says_more_is_rejected(camera: str) -> None:
     with pytest.raises(InputError, match="--camera"):
         Address(camera=camera)
 

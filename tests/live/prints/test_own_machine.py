@@ -277,7 +277,7 @@ def test_what_a_machine_lacks_is_said_before_it_moves() -> None:
         ({"time": -1.0}, "the clock jumped back"),
     ],
 )
-def test_a_command_that_a_machine_cannot_take_is_refused(changes: dict[str, object], says: str) -> None:
+def test_a_command_that_a_machine_cannot_take_is_rejected(changes: dict[str, object], says: str) -> None:
     able = made(twin("quasi-static")).abilities
     usual = Command(1.0, np.zeros(4))
     check_command(able, usual, 0.0)

@@ -265,7 +265,7 @@ class Criterion:
             return
         if self.name == "static" and self.model.winches < self.model.freedoms and self.across is None:
             count, what = self.model.winches, "winches" if self.model.winches < self.model.m else "lines"
-            why = f"{count} {what} hold {count} of the {self.model.freedoms} freedoms"
+            why = f"{count} {what} hold {count} of the {self.model.freedoms} degrees of freedom"
             raise InputError(f"static: {why}; only two lines in a plane can be searched, in that plane")
         if self.across is None:
             return

@@ -314,7 +314,7 @@ class Page(Served):
 
 
 def _end_with(task: asyncio.Task[None]) -> None:
-    """End the process where one of its tasks has failed: it is started again, and pages connect anew."""
+    """End the process where one of its tasks has failed: it is started again, and pages connect again."""
     if not task.cancelled() and (error := task.exception()) is not None:
         logging.getLogger("cablewright").error("the page's server fails: %r", error)
         os._exit(1)
@@ -347,7 +347,7 @@ async def _json(request: Request) -> dict[str, Any]:
 
 
 async def _tried(work: Callable[[], Any]) -> Response:
-    """What *work* answers, or why it was refused."""
+    """What *work* answers, or why it was rejected."""
     try:
         return JSONResponse(await work())
     except TooLarge as reason:

@@ -257,7 +257,7 @@ def _serve(
 ) -> None:
     listen = listening(address)
     write_station(folder, station.robot, owner)
-    Keys(folder)  # a damaged file is refused here
+    Keys(folder)  # a damaged file is rejected here
     interrupted = threading.Event()
 
     def show() -> None:

@@ -75,7 +75,7 @@ class Guard:
     def _refusal_of_slicer(self, scope: Any, origin: str | None) -> tuple[int, str, bool] | None:
         """The same for a slicer: no page of a browser, a key in a header, and a rate."""
         if origin is not None:
-            return 403, "pages of browsers are refused: this address is for slicers", False
+            return 403, "pages of browsers are rejected: this address is for slicers", False
         if _SECRETS & set(parse_qs(scope["query_string"].decode("latin-1"), keep_blank_values=True)):
             return 400, "a key in an address stays in logs: send it in the header X-Api-Key", False
         key = self._key_of(scope["headers"])

@@ -52,7 +52,7 @@ class Served:
         return sent
 
     async def calm(self, kind: OrderKind, by: str) -> str:
-        """Give one of the orders to come to rest, which need no lease; return why it was refused, or an empty text."""
+        """Give one of the orders to come to rest, which need no lease; return why it was rejected, or an empty text."""
         number = next(self.numbers)
         self.feed.stops += 1
         message = OrderMessage(by=by, number=number, at=time.monotonic(), kind=kind)

@@ -77,7 +77,7 @@ _MOTION: Final = frozenset({
     "G0", "G1", "G2", "G3", "G4", "G17", "G20", "G21", "G28", "G40", "G43", "G49", "G54", "G61", "G64", "G80", "G90",
     "G91", "G92", "G94", "M82", "M83",
 })  # fmt: skip
-"""What the path has, or what is written anew."""
+"""What the path has, or what is written again."""
 
 
 _ACTIVE: Final = re.compile(r"[;\s]*(?:py|msg|debug|print|log\w*|probe\w*|abort)\s*,", re.IGNORECASE | re.ASCII)

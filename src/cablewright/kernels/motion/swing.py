@@ -28,7 +28,8 @@ CARRIED = 5
 
 
 class SwingWork(NamedTuple):
-    """Scratch for f freedoms and o outputs: the three coordinates of the nozzle, and the tensions of the lines."""
+    """Scratch for f degrees of freedom and o outputs: the three coordinates of the nozzle, and the tensions of the
+    lines."""
 
     lower: NDArray[np.float64]  # (f, f)
     system: NDArray[np.float64]  # (f, f)

@@ -182,7 +182,7 @@ class KeptEstimator:
         return replace(frame, readings=tuple(readings))
 
     def _doubts(self, frame: SensorFrame, estimate: Estimate) -> bool:
-        """Whether the lines do not carry the platform where it is reckoned to be: it is homed anew then."""
+        """Whether the lines do not carry the platform where it is reckoned to be: it is homed again then."""
         keeper = self._keeper
         pulls = [each for each in frame.of(Tensions) if self._times.is_new(each.source, each.time, frame.time)]
         if not all(state is DriveState.ENABLED for each in frame.of(Drives) for state in each.states):

@@ -275,7 +275,7 @@ class SessionOperator:
 
 @dataclass(eq=False)
 class Watching:
-    """A recorder that keeps the last step, and refusals of orders."""
+    """A recorder that keeps the last step, and rejections of orders."""
 
     last: Step | None = None
     refusals: list[str] = field(default_factory=list)

@@ -372,7 +372,7 @@ class Printer:
     def _with_reset(self, verdict: Verdict, command: Command) -> Command:
         """The command, with an order to reset for the machine's drives where winches are off.
 
-        It reaches them even where it was refused, as their own faults are a cause for that: it is ordered again then.
+        It reaches them even where it was rejected, as their own faults are a cause for that: it is ordered again then.
         """
         asked = any(order.kind is OrderKind.RESET and not self._is_late(order) for order in verdict.orders)
         able = RESET in self.machine.abilities.outputs and WinchMode.OFF in command.modes

@@ -111,7 +111,7 @@ def run_print(
     require_folder(folder, manifest, option)
     signature(b"")  # a key that cannot be had is said before the work
     plan = plan_print(twin)
-    begun = None if resume and not restart else begin_print(twin, plan)  # a print that is refused leaves no folder
+    begun = None if resume and not restart else begin_print(twin, plan)  # a print that is rejected leaves no folder
     if begun is not None and not restart:
         make_folder(folder)
     with alone_in(folder):
@@ -284,7 +284,7 @@ def make_folder(folder: Path) -> None:
 def clear_folder(folder: Path) -> None:
     """Remove checkpoint and log of an earlier print, so that nobody resumes it or takes them for those of the new."""
     try:
-        (folder / CHECKPOINT).unlink(missing_ok=True)  # first: a log without it is refused by --resume
+        (folder / CHECKPOINT).unlink(missing_ok=True)  # first: a log without it is rejected by --resume
         for file in log_files(folder) if _has_log(folder) else ():
             file.unlink()
     except OSError as reason:

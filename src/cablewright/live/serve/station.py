@@ -87,7 +87,7 @@ def resting_pose(robot: Robot, place: Array | None = None) -> Array:
 
 @dataclass(eq=False)
 class SimulatedStation:
-    """A simulated machine. It is made anew for each sitting, with a full drum, where the platform was left."""
+    """A simulated machine. It is made again for each sitting, with a full drum, where the platform was left."""
 
     robot: Robot
     settings: TwinSettings

@@ -163,7 +163,8 @@ class Rig:
         self.work.planes[:] = planes
 
     def _let_exits_give(self, pose: Array) -> None:
-        """Let exits give at the start, updating *pose* (n,). Raises `InputError` where nothing holds the platform."""
+        """Let exit points give at the start, updating *pose* (n,). Raises `InputError` where nothing holds the
+        platform."""
         exits, ratio, whole = self.unmodelled.exits, self.unmodelled.ratio, np.arange(self.robot.m)
         if exits is None:
             return

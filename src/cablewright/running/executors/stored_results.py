@@ -80,7 +80,7 @@ def kept_in(path: Path | None) -> Iterator[KeptResults]:
                     with _opened(path, end) as file:
                         yield KeptResults(path, file, known)
                 finally:
-                    if not known:  # a study that is refused leaves nothing behind
+                    if not known:  # a study that is rejected leaves nothing behind
                         path.unlink(missing_ok=True)
             finally:
                 with suppress(OSError):  # Windows removes no file that is open

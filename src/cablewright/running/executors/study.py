@@ -49,7 +49,7 @@ def evaluate(
 def require_all(outcomes: Sequence[Outcome], names: Sequence[str]) -> None:
     """Raise `AnswerError`, which names the first item without a result, how many there are and that others are kept.
 
-    Raises `InputError` where all items are refused: the input is wrong, not an item.
+    Raises `InputError` where all items are rejected: the input is wrong, not an item.
     """
     failed = faults(outcomes)
     if not failed:

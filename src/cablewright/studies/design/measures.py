@@ -101,7 +101,7 @@ class DesignCandidate:
 
     @cached_property
     def combination(self) -> Combination:
-        """Workspace, frequencies along its boundary and distance of exits, as `trade` finds them."""
+        """Workspace, frequencies along its boundary and distance of exit points, as `trade` finds them."""
         return found_for(Model(self.robot, Fidelity.of(CableLaw.ELASTIC)), (), self.workspace)
 
 

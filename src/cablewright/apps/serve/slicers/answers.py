@@ -1,4 +1,4 @@
-"""Answers to slicers: results, and refusals in the form that each interface has."""
+"""Answers to slicers: results, and rejections in the form that each interface has."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def refusal(path: str, status: int, why: str, *, unread: bool = True) -> Respons
 
 
 def status_of(reason: CablewrightError) -> int:
-    """The HTTP status of a refusal."""
+    """The HTTP status of a rejection."""
     if isinstance(reason, TooLarge):
         return 413
     if isinstance(reason, Busy):
@@ -48,7 +48,7 @@ def status_of(reason: CablewrightError) -> int:
 
 
 def called(handler: Handler) -> Handler:
-    """*handler*, with what it raises as refusals."""
+    """*handler*, with what it raises as rejections."""
 
     async def call(request: Request) -> Response:
         unread = True

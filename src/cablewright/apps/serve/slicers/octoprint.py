@@ -1,7 +1,7 @@
 """The part of OctoPrint's interface that PrusaSlicer, OrcaSlicer and Cura use, below ``/api``.
 
 Source: OctoPrint's documentation of its REST API, and the calls in OctoPrint.cpp of PrusaSlicer and OrcaSlicer and in
-OctoPrintOutputDevice.py of Cura's OctoPrint plugin. A refusal is plain text: these programs show it.
+OctoPrintOutputDevice.py of Cura's OctoPrint plugin. A rejection is plain text: these programs show it.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ class OctoPrint:
         return JSONResponse({"job": about, "progress": told, "state": view.flags()["text"], "message": view.message})
 
     async def command(self, request: Request) -> Response:
-        """Pause or end a print; whatever would start motion is refused."""
+        """Pause or end a print; whatever would start motion is rejected."""
         given = await body_of(request)
         command, action = given.get("command"), given.get("action", "toggle")
         printing = (await self.desk.view()).print_state == "printing"

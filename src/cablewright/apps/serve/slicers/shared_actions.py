@@ -19,7 +19,7 @@ from cablewright.foundation.signals import OrderKind
 from cablewright.live.serve.jobs import GCODE
 
 NO_START: Final = "no slicer starts or moves the machine: a person confirms that on its page"
-"""Why an order that starts motion is refused, whatever the key."""
+"""Why an order that starts motion is rejected, whatever the key."""
 
 SENDING: Final = 300.0
 """Time that one upload may take, s."""
@@ -110,7 +110,7 @@ class Desk:
         return next(job for job in await self.jobs() if job["id"] == number)
 
     async def rest(self, kind: OrderKind, key: Key) -> None:
-        """Pause or end the print. Raises `Forbidden` for a key that only uploads, `InputError` where it is refused."""
+        """Pause or end the print. Raises `Forbidden` for a key that only uploads, `InputError` where it is rejected."""
         if not key.operates:
             raise Forbidden(
                 f"the key {key.name!r} is for uploads: pausing and ending a print needs one with the scope operate"

@@ -1,1 +1,2 @@
-"""What a simulated machine has and no model of it: creep, hysteresis, friction, exits that give, backlash, wind."""
+"""What a simulated machine has and no model of it: creep, hysteresis, friction, exit points that give, backlash,
+wind."""
