@@ -44,7 +44,7 @@ class InterferenceSettings:
     spares_ends: bool = False
 
     def __post_init__(self) -> None:
-        """Refuse invalid lengths."""
+        """Reject invalid lengths."""
         if not (math.isfinite(self.ends) and self.ends >= 0.0):
             raise InputError(f"ends = {self.ends:g} m: a length of 0 or more is expected")
         if not (math.isfinite(self.tolerance) and self.tolerance > 0.0):

@@ -62,7 +62,7 @@ class ReckoningSettings:
     priors: LengthPriors | None = None
 
     def __post_init__(self) -> None:
-        """Refuse platforms with a rotation, and another number of coils than lines."""
+        """Reject platforms with a rotation, and another number of coils than lines."""
         if self.model.n != 3 or len(self.coils) != self.model.m:
             raise InputError(f"robot {self.model.robot.name!r}: a point platform and a coil for each line are expected")
         require(self.model, Capability.ESTIMATION)

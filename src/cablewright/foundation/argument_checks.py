@@ -30,7 +30,7 @@ _VARIED = (Parameter.VAR_POSITIONAL, Parameter.VAR_KEYWORD)
 def checked(function: Callable[..., Any], name: str) -> Callable[..., Any]:
     """Return a public *function* that raises `InputError` for an argument of another type than it declares.
 
-    Only types that can be told at once count: classes, numbers, texts and paths. Arrays and callables are looked at
+    Only types that `isinstance` can decide count: classes, numbers, texts and paths. Arrays and callables are looked at
     where they are used. *name*: of the function in `cablewright`, by which other processes find it.
     """
 
@@ -40,7 +40,7 @@ def checked(function: Callable[..., Any], name: str) -> Callable[..., Any]:
         try:
             given = shape.bind(*arguments, **options).arguments
         except TypeError:
-            return function(*arguments, **options)  # which says what is missing, or too many
+            return function(*arguments, **options)  # its TypeError names the missing or surplus argument
         for key in options:
             if known and key not in known:
                 raise InputError(f"{name}: unknown argument {key!r}; {suggestion(key, known)}")
@@ -74,7 +74,7 @@ def _rules(function: Callable[..., Any]) -> tuple[Signature, dict[str, tuple[Any
 
 
 def _classes(hint: Any) -> tuple[Any, ...]:
-    """Return the classes of which a value may be; none where it cannot be told by its class."""
+    """Return the classes of which a value may be; none where the class does not decide."""
     found: list[Any] = []
     for part in get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,):
         if part in _AS_GIVEN:

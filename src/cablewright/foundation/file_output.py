@@ -22,7 +22,7 @@ def whole_file(path: Path, *, parents: bool = False) -> Iterator[IO[bytes]]:
     Raises `EnvironmentFault` where the file cannot be written.
     """
     folder = path.absolute().parent
-    part = folder / f".{secrets.token_hex(8)}.part"  # not guessable, so that nobody can put a link there
+    part = folder / f".{secrets.token_hex(8)}.part"  # not guessable, so that no other program can put a link there
     try:
         if parents:
             folder.mkdir(parents=True, exist_ok=True)

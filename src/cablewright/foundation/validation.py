@@ -1,4 +1,4 @@
-"""Frozen pydantic models of what files describe, and their validation errors as one line.
+"""Frozen pydantic models of the content of files, and their validation errors as one line.
 
 An error names the file, the key, its value and what is allowed.
 """

@@ -1,7 +1,7 @@
 """Batches of forward, inverse, linearise and certify problems: rows *first* to *last* of one, a code per row.
 
 They hold no lock of Python's, so that several threads can share a batch. A row depends at most on those before it in
-its chunk, so that results depend neither on the number of threads nor on what each of them was given.
+its chunk, so that results depend neither on the number of threads nor on the rows that each of them computed.
 """
 
 from math import log
@@ -262,7 +262,8 @@ def certify_rows(packed, lengths, poses, states, tolerance, codes, bounds, boxes
 
 @jit(allocates=True)
 def wrench_rows(packed, lengths, poses, states, wrenches):
-    """Write the wrench (N, n), N and N m, of lines and loads on the platform in each row, without what a plane holds.
+    """Write the wrench (N, n), N and N m, of lines and loads on the platform in each row, without the reactions of a
+    plane.
 
     *packed* is to have no plane: otherwise the part that it carries is left out.
     """

@@ -349,7 +349,7 @@ class Equilibrium(Rows, Result):
         if self.status is Status.INFEASIBLE and self.violation == 0.0 and self.model.robot.sharing:
             missed = missed_lengths(self.model.robot, self.lengths)
             line = self.model.robot.sharing[int(np.argmax(np.abs(missed)))]
-            assert line.shared_winch is not None  # by what `sharing` is
+            assert line.shared_winch is not None  # by the definition of `sharing`
             where = f"the length of line {line.name} does not fit the drum that it shares with {line.shared_winch.line}"
             return f"{where}, {np.abs(missed).max():.4g} m off, and these cables do not give"
         low, high = self.extremes()

@@ -91,7 +91,7 @@ def _blocks_of_lines(
             _refuse_binary(block, origin)
             block = block.removeprefix(b"\xef\xbb\xbf")
         read += len(block)
-        if max(read, size or 0) > MAX_BYTES:  # a size that is known is rejected at once
+        if max(read, size or 0) > MAX_BYTES:  # a known size is rejected before reading
             raise InputError(f"{origin}: larger than {MAX_BYTES} bytes, the most a G-code file may hold")
         if b"\0" in block:
             raise InputError(f"{origin}: holds NUL bytes: a binary file, no G-code")

@@ -49,8 +49,8 @@ class Creep(Description):
     """Creep of a cable by the law of `models.creep`: strains per tension after an hour under it, 1/N.
 
     ``compliances``: those of Voigt elements with ``retardations``, s, which rise. ``logarithmic``: that of logarithmic
-    creep. This is at ``reference_temperature``, degrees Celsius, and ``reference_humidity``, relative; how much faster
-    creep goes in another climate tell ``activation_energy``, J/mol, and ``humidity_exponent``, see
+    creep. This is at ``reference_temperature``, degrees Celsius, and ``reference_humidity``, relative;
+    ``activation_energy``, J/mol, and ``humidity_exponent`` determine the rate of creep in another climate, see
     `models.creep_pace`; of 0 it does not depend on that.
     """
 

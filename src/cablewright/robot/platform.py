@@ -55,7 +55,7 @@ class _PlatformWithLoads(Description):
     """What both kinds of platform have in common."""
 
     freedoms: ClassVar[int]
-    noun: ClassVar[str]  # what it is
+    noun: ClassVar[str]  # the type in words
     pose_sizes: ClassVar[str]  # how many numbers a place or pose may have
     pose_units: ClassVar[str]
     motion_pattern: ClassVar[str]  # its translations and rotations
@@ -68,12 +68,12 @@ class _PlatformWithLoads(Description):
 
     @property
     def words(self) -> str:
-        """What it is, and in which plane."""
+        """The type of the platform in words, and its plane."""
         return self.noun if self.plane is None else f"{self.noun} in the plane {self.plane}"
 
     @property
     def guidance(self) -> str:
-        """What its plane does, as a sentence to add; empty without one."""
+        """A sentence on the motion that its plane allows; empty without a plane."""
         if self.plane is None:
             return ""
         how = "holds it both ways" if self.plane.pulls else "only pushes"

@@ -21,7 +21,8 @@ PLANES: Final = ("x", "y")
 
 @dataclass(frozen=True)
 class SymmetricChange:
-    """A design variable of lines that their mirror images share; of the platform and of all lines alike as it is.
+    """A design variable of lines that their mirror images share; a variable of the platform, or of all lines equally,
+    unchanged.
 
     ``mirrors``: which of `PLANES`. Coordinates across a mirror are mirrored, all other numbers the same. Raises
     `UnknownName` for another mirror.

@@ -42,7 +42,7 @@ FOUND = tuple(
 
 
 class FoundEquilibrium(NamedTuple):
-    """One of the equilibria, with what is known of it."""
+    """One of the equilibria, with its properties."""
 
     equilibrium: Equilibrium
     stable: bool
@@ -136,7 +136,7 @@ class Equilibria(Result):
 
     @property
     def rows(self) -> tuple[FoundEquilibrium, ...]:
-        """Each equilibrium with what is known of it."""
+        """Each equilibrium with its properties."""
         each = zip(self, self.stable, self.slack, self.certificates, strict=True)
         return tuple(FoundEquilibrium(*row) for row in each)
 

@@ -79,9 +79,9 @@ def solve_with_slack(
     """Solve the inverse problem at *poses*, (n,) or (N, n) in m and rad, with *excess*, m, in some lines.
 
     *excess* maps slack lines, by name or index from 0, to their excess >= 0. They hang at the pose at their given
-    length; the others are taut, with least-norm tensions within the limits (n taut lines leave no choice). A slack line
-    keeps its highest tension and breaking load, but its lowest tension limit is 0 in the answer's model. Statuses are
-    those of the inverse problem; the stability of a rigid body includes all lines.
+    length; the others are taut, with least-norm tensions within the limits (n taut lines leave no choice). In the
+    answer's model the lowest tension limit of a slack line is 0; its highest tension and breaking load stay. Statuses
+    are those of the inverse problem; the stability of a rigid body includes all lines.
 
     Massless slack lines carry nothing; on a lever they carry its weight while that straightens them. Raises
     `InputError` for a line that does not exist or is named twice, an excess that is negative or not finite, and where

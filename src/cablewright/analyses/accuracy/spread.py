@@ -156,7 +156,7 @@ class MonteCarlo:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        """Refuse a number of samples or a seed out of range."""
+        """Reject a number of samples or a seed out of range."""
         if not 100 <= self.samples <= 10_000_000:
             raise InputError(f"samples = {self.samples}: from 100 to 10 000 000 are allowed")
         if self.seed < 0:

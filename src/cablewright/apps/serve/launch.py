@@ -80,7 +80,7 @@ class Address:
             self._require_camera()
 
     def _require_camera(self) -> None:
-        """Refuse an address that says more than where a picture is: it is sent to all who watch."""
+        """Reject an address that says more than where a picture is: it is sent to all who watch."""
         start = f"--camera = {self.camera[:80]!r}:"
         try:
             parts = urlsplit(self.camera)

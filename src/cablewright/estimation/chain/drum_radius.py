@@ -36,7 +36,7 @@ class RadiusSettings:
     min_rotation: float = 0.05
 
     def __post_init__(self) -> None:
-        """Refuse bounds that do not rise and nominal radii outside them."""
+        """Reject bounds that do not rise and nominal radii outside them."""
         if not 0.0 < self.min_radius < self.max_radius < math.inf:
             bounds = f"min_radius = {self.min_radius:g} m and max_radius = {self.max_radius:g} m"
             raise InputError(f"{bounds}: 0 < min_radius < max_radius is expected")

@@ -90,7 +90,7 @@ class FilterSettings:
     layers: CoilLayers | None = None
 
     def __post_init__(self) -> None:
-        """Refuse numbers that are not positive and finite."""
+        """Reject numbers that are not positive and finite."""
         for name, value in vars(self).items():
             if name == "zero_sigma":
                 if not 0.0 <= value < math.inf:

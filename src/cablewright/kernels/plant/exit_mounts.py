@@ -1,4 +1,4 @@
-"""Exits that give: the mount of each is displaced by the force of its cable, closed with lines and platform."""
+"""Compliant exit points: the cable's force displaces each mount, in equilibrium with lines and platform."""
 
 from math import exp
 
@@ -75,7 +75,8 @@ def _propose(row, y, found, ratio, soft, displaced, step):
 
 @jit
 def move(packed, planes, steps, scale, displaced):
-    """Move exit points by *scale* times *steps* (m, 3), m; winches, told from the exit points, stay where they are."""
+    """Move exit points by *scale* times *steps* (m, 3), m; winches, whose positions are relative to the exit points,
+    stay where they are."""
     for i in range(packed.lines.shape[0]):
         for k in range(3):
             displaced[i, k] += scale * steps[i, k]

@@ -49,7 +49,7 @@ from cablewright.kernels.statics.underactuated import evaluate_at_pulls, hang, k
 ATTEMPTS, PLACED = 5, 2  # starts where the position is free, and where only rotations are
 TAUT = (64.0, 16.0, 4.0, 1.0, 0.25)  # of its own weight: minimum tensions with which limits far below it are approached
 FITS = 1e-10  # m: up to which solved lengths may miss their drum
-GROWTH = 4.0  # of a step: the next one may be so much longer
+GROWTH = 4.0  # of a step: limit of the next step over this one
 MISFIT = -2  # infeasible: lengths of rigid cables do not fit their drums
 ABSURD = 100.0  # of a line's maximum tension: no answer violates its limit least by as much
 POSE_TOLERANCE = 1e-11  # m or rad: last step of a coordinate

@@ -213,7 +213,7 @@ class Control:
         return None
 
     def _refuse_all(self, why: str, *, but_load: bool = False) -> LoadMessage | None:
-        """Refuse the messages that have come while no machine was open; return the first that loads, if wanted."""
+        """Reject the messages that have come while no machine was open; return the first that loads, if wanted."""
         for message in self.link.messages():
             loads = isinstance(message, LoadMessage) and but_load
             refusal = self.link.untimely(message) if loads else why

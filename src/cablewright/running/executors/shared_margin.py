@@ -69,7 +69,7 @@ class SharedMargin:
     def __call__(self, criterion: Criterion, places: Array, progress: Progress | None, stage: str) -> Array:
         """Return the margins (N,) at *places* (N, 3), m, equal to the criterion's own to the bit.
 
-        Raises `AnswerError` for a block that fails, `EnvironmentFault` where nobody can compute.
+        Raises `AnswerError` for a block that fails, `EnvironmentFault` where no worker is available.
         """
         count, report = len(places), progress or silent
 

@@ -26,7 +26,7 @@ class KeptResults:
     def __init__(self, path: Path = Path(), file: IO[bytes] | None = None, known: dict[str, str] | None = None) -> None:
         self._path, self._file = path, file
         self._known = {} if known is None else known  # the dictionary of `kept_in`
-        self._unused = len(self._known)  # of the file, until one of them is asked for
+        self._unused = len(self._known)  # of the file, until one of them is used
 
     def get(self, key: str) -> str | None:
         """Return the JSON text of a result; None if it is not known."""

@@ -137,7 +137,7 @@ class DesignProblem:
         self._require_room()
 
     def _require_room(self) -> None:
-        """Refuse two bounds of one figure that leave nothing between them."""
+        """Reject two bounds of one figure that leave nothing between them."""
         for one, other in product(self.constraints, repeat=2):
             if one.key == other.key and one.lower and not other.lower and one.bound > other.bound:
                 raise InputError(f"constraints: {one} and {other} contradict each other")

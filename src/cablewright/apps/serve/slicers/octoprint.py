@@ -115,7 +115,7 @@ class OctoPrint:
         return JSONResponse(self._file(await self.desk.file(request.path_params["name"])))
 
     async def select(self, request: Request) -> Response:
-        """Refuse to select a file: that is done on the page."""
+        """Reject to select a file: that is done on the page."""
         await self.desk.file(request.path_params["name"])
         raise Forbidden(NO_START)
 
@@ -129,7 +129,7 @@ class OctoPrint:
         return JSONResponse(told, 201, headers={"location": location})
 
     async def unknown(self, request: Request) -> Response:
-        """Refuse what is not offered."""
+        """Reject what is not offered."""
         raise InputError(f"/api/{request.path_params['rest'][:80]}: is not offered here")
 
     def _file(self, job: dict[str, Any]) -> dict[str, Any]:

@@ -59,7 +59,7 @@ from cablewright.kernels.statics.line.sheave import constant_length
 from cablewright.kernels.statics.line.upright import LENGTH_TOLERANCE, STALLED, STEPS, shape_span
 
 SIZE = 4  # unknowns of a line
-# Columns of the right-hand sides and of what `solve` makes of them.
+# Columns of the right-hand sides and of the solutions of `solve`.
 RESIDUAL, POSE, GIVEN = 0, 1, 7  # by residual; by the pose's degrees of freedom, 1..6; by length or logarithm of the pull
 COLUMNS = 8  # of right-hand sides
 
@@ -121,7 +121,7 @@ def _room(n, m):
 def dead_length(row, covered, tension):
     """Unstrained length (m) of a straight dead span that covers *covered* metres at the *tension* at the sheave.
 
-    Also returns its derivatives by the tension, m/N, and by what it covers.
+    Also returns its derivatives by the tension, m/N, and by the length that it covers.
     """
     compliance = row[DEAD_COMPLIANCE]
     bend = 0.5 * compliance * row[WEIGHT] * row[MEAN_RISE]
