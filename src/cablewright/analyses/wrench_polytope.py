@@ -177,7 +177,7 @@ def _arms(n: int, length: float) -> Array:
 
 
 def _facets_of_batch(columns: Array, limits: Array, winched: Mask) -> tuple[Array, Array]:
-    """Return `_facets` of the lines with a winch, moved by what the others exert, in blocks of bounded memory."""
+    """Return `_facets` of the lines with a winch, moved by the wrench of the others, in blocks of bounded memory."""
     f, own = columns.shape[1], limits[winched]
     block = max(1, _NUMBERS // (f * f * max(1, comb(len(own), f - 1))))
     found = [_facets(columns[k : k + block][:, :, winched], own) for k in range(0, max(len(columns), 1), block)]

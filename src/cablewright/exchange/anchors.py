@@ -33,9 +33,9 @@ def anchored_robot(
 ) -> Robot:
     """Return a point platform on *lines* by name, from exit points through eyelets.
 
-    *cable*: one of the table; *stiffness*: of the file's, N, where none of the table is asked for; *below*: m, of the
+    *cable*: one of the table; *stiffness*: of the file's, N, where none of the table is chosen; *below*: m, of the
     nozzle below the point where lines meet. Firmware has the anchors as that point sees them with the nozzle at the
-    origin. What the lines do not give is noted in *assumed*. Raises `InputError`.
+    origin. Values that the lines do not have are noted in *assumed*. Raises `InputError`.
     """
     table = chosen_cable(cable or CABLE)
     if cable is None and stiffness is not None:

@@ -1,4 +1,4 @@
-"""What other formats do not say of a robot and a robot file needs: assumed by a stated rule, and told."""
+"""Values that a robot file needs and other formats do not have: assumed by a stated rule, and listed in the answer."""
 
 from __future__ import annotations
 

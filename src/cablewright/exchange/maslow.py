@@ -124,7 +124,8 @@ def middle(anchors: Mapping[str, tuple[float, float, float]]) -> tuple[float, fl
 
 
 def _of_arms(anchors: Mapping[str, tuple[float, float, float]], arm: float) -> str:
-    """Return what is lost of arms of a length (m) that stay level while their belts fall: by how much lengths differ.
+    """Return a note on arms of a length (m) that stay level while their belts slope: the difference of lengths that is
+    lost.
 
     There a belt is sqrt((d - arm)^2 + z^2) long, of the distance d along the board, and here sqrt(d^2 + z^2) - arm.
     """

@@ -19,7 +19,7 @@ from cablewright.models.rotation import placed
 from cablewright.robot import Robot
 
 SIDES: Final = 16
-"""Of the prism that stands for a round bar."""
+"""Sides of the prism that represents a round bar."""
 
 _THIN: Final = 0.003  # radius of a bar along an edge of the box, over its largest side
 _EXIT: Final = 0.008  # of an exit

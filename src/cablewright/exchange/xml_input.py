@@ -32,7 +32,7 @@ _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?", r
 class Element:
     """An element: its tag, attributes, own text and children. ``place``: file and line, for messages.
 
-    It remembers which of its attributes were read, and whether its text was, so that `unread` can tell what is lost.
+    It remembers which of its attributes were read, and whether its text was, so that `unread` can list the unused ones.
     """
 
     tag: str

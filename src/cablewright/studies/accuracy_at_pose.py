@@ -50,7 +50,7 @@ class Remaining(NamedTuple):
 
     @property
     def words(self) -> str:
-        """What the lengths are, in words."""
+        """The meaning of the lengths, in words."""
         return COMPENSATIONS[self.name].words
 
 

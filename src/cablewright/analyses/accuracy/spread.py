@@ -325,7 +325,7 @@ def drawn(ranges: Sequence[Range], samples: int, seed: int) -> Array:
 
 
 def _by_blocks(problem: SpreadProblem, count: int, block: Callable[[SpreadProblem, _Linear], Spread]) -> Spread:
-    """All poses by *block*, as many at once as SOLVES allows with *count* solves each."""
+    """All poses by *block*, in blocks as large as SOLVES allows with *count* solves each."""
     poses, rows = len(problem.commanded), max(1, SOLVES // count)
     found = []
     for first in range(0, max(1, poses), rows):

@@ -27,11 +27,11 @@ LEAST: Final = 0.05
 """Share of a job's acceleration that is always left."""
 
 RESERVE: Final = 1.1
-"""Tension kept from the limits at rest, in units of what motion takes."""
+"""Tension kept from the limits at rest, in units of the change by motion."""
 
 _ERROR_SHARE: Final = 0.5  # of the error that a job allows, for motion
 _ROUNDS: Final = 14  # of the largest factor they come to the least share
-_AIM: Final = 0.95  # of what the worst sample would allow, if motion changed in proportion
+_AIM: Final = 0.95  # of the acceleration that the worst sample would allow, if motion changed in proportion
 _STEPS: Final = (0.4, 0.8)  # smallest and largest factor of a round
 
 
@@ -39,9 +39,10 @@ def slowed(robot: Robot, job: Job, samples: Samples, beads: Beads, room: Room = 
     """Return a *job* whose acceleration keeps the motion along *samples* within limits, if it asks for the fastest.
 
     At each sample the tensions of the full model, with the swing of the platform, are to stay within the limits of the
-    robot file where those at rest do, if need be with a reserve at rest, and the error by motion within half of what
-    the job allows where material is laid. At least the share `LEAST` of the acceleration is left, and what motion then
-    breaks is left to the verdict. Motion that is not shaped stays as it is: its corners may swing more if it is slower.
+    robot file where those at rest do, if need be with a reserve at rest, and the error by motion within half of the
+    job's tolerance where material is laid. At least the share `LEAST` of the acceleration is left, and limits that
+    motion then breaks is left to the verdict. Motion that is not shaped stays as it is: its corners may swing more if
+    it is slower.
     """
     asked = job.motion.acceleration
     if job.motion.speed == "gcode":
@@ -62,7 +63,7 @@ def slowed(robot: Robot, job: Job, samples: Samples, beads: Beads, room: Room = 
 
 
 def with_reserve(robot: Robot, drop: Array, rise: Array) -> Robot | None:
-    """Return the robot with tension limits that are narrower by what motion changes; None where no range is left.
+    """Return the robot with tension limits that are narrower by the changes of motion; None where no range is left.
 
     *drop*, *rise* (m,): N, at least 0, the most that motion takes from and adds to the tension of each line.
     """

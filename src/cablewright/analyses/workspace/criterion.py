@@ -33,7 +33,7 @@ CONTINUOUS = ("closed-form", "exact", "capacity", "wrench-closure")
 """Criteria whose margin is continuous at the boundary. That of ``improved-closed-form`` is zero far inside."""
 
 BLOCK = 16384  # poses evaluated between two progress reports; bounds memory
-IN_PLANE = 1e-9  # m: farthest that an exit point of a planar robot is off the plane
+IN_PLANE = 1e-9  # m: largest distance of an exit point of a planar robot from the plane
 HALF_TURN = math.pi * (1.0 + 1e-9)  # rad, with room for rounding
 
 

@@ -84,7 +84,7 @@ def own_model_path(
 ) -> OwnModelPath:
     """Return the places to command so that the firmware brings the nozzle along *path*.
 
-    Raises `AnswerError` where tensions would leave the limits of a line, or the nozzle is off by over `LARGEST`.
+    Raises `AnswerError` where tensions would leave the limits of a line, or the nozzle's error exceeds `LARGEST`.
     """
     wanted = path.samples.positions
     few = np.unique(np.linspace(0, len(wanted) - 1, _TRIED).astype(int))
@@ -113,7 +113,7 @@ def own_model_path(
         error = max(error, _off(between, half[1]))
     if error > LARGEST:
         raise AnswerError(
-            f"the nozzle would be {1e3 * error:.2g} mm off by the firmware's own model, over {1e3 * LARGEST:g} mm: "
+            f"the nozzle's error by the firmware's own model would be {1e3 * error:.2g} mm, over {1e3 * LARGEST:g} mm: "
             "export klipper, which moves winches by their angle"
         )
     far = float(np.linalg.norm(places - wanted, axis=1).max())
@@ -135,7 +135,7 @@ class _Driven:
     first: Array  # (m,) N
 
     def held(self, commanded: Array, near: Array) -> Equilibrium:
-        """Return what the platform does where places (k, 3), m, are commanded; *near*: the nozzle, m, about there."""
+        """Return the equilibria at commanded positions (k, 3), m; *near*: positions of the nozzle nearby, m."""
         angles = self.base + self.turns(commanded) - self.own
         lengths = np.column_stack([drum.lengths(angles[:, i]) for i, drum in enumerate(self.drums)])
         poses, retraction = poses_at(self.model.robot, self.job, near)

@@ -77,7 +77,7 @@ _MOTION: Final = frozenset({
     "G0", "G1", "G2", "G3", "G4", "G17", "G20", "G21", "G28", "G40", "G43", "G49", "G54", "G61", "G64", "G80", "G90",
     "G91", "G92", "G94", "M82", "M83",
 })  # fmt: skip
-"""What the path has, or what is written again."""
+"""Codes that the path covers, or that the export writes itself."""
 
 
 _ACTIVE: Final = re.compile(r"[;\s]*(?:py|msg|debug|print|log\w*|probe\w*|abort)\s*,", re.IGNORECASE | re.ASCII)
@@ -164,7 +164,7 @@ class Beside:
         return ""
 
     def notes(self) -> Iterator[str]:
-        """Yield sentences on what was dropped, once all lines are read."""
+        """Yield sentences on the dropped codes, once all lines are read."""
         by_reason: dict[str, list[str]] = {}
         for code, count in self.dropped.items():
             why = HARMFUL.get(code, f"{self.target} has no such command, or it may move the platform")
@@ -208,6 +208,6 @@ def _feed(fed: float, speed: float) -> str:
 
 
 def _bare(raw: str) -> str:
-    """Return a line without its comment, number and checksum; the text of a message keeps what it has."""
+    """Return a line without its comment, number and checksum; the text of a message stays unchanged."""
     text = re.sub(r"^\s*N\s*[0-9]+\s*", "", raw, flags=re.IGNORECASE)
     return re.sub(r"\*\s*[0-9]+\s*$", "", text.partition(";")[0]).strip()

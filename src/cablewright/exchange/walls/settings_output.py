@@ -20,7 +20,7 @@ from cablewright.foundation.errors import InputError, printable
 from cablewright.robot import Line, Robot
 
 _EXITS: Final = "name lines.name lines.exit_point lines.platform_point lines.sheave.kind platform.plane uncertainty"
-_TIDY: Final = 10  # decimals of m: what is lost of a coordinate in a plane that leans is no length
+_TIDY: Final = 10  # decimals of m: rounding of a coordinate in a leaning plane is below any length
 _OFF_ZERO: Final = 1e-6  # m
 _PER_MINUTE: Final = 6e4  # mm/min of m/s
 
@@ -95,7 +95,7 @@ class _Board:
         return left
 
     def written(self, text: str, carried: str, mark: str) -> ExportedFile:
-        """Return the file of a *text*, with what is not *carried* as comments after a *mark*."""
+        """Return the file of a *text*, with the values that are not *carried* as comments after a *mark*."""
         if any(place[2] for place, _ in self.exits) and "z" not in carried.split():
             self.notes.add(f"lines.exit_point: out of the plane; {self.program} has belts in it")
         self.notes.add_all(lost_keys(keys_given(self.robot), f"{_EXITS} {carried}"))

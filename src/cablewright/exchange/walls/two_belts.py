@@ -1,4 +1,4 @@
-"""A platform on two belts in the plane of a wall or board, from what a firmware says of it: x right, y up, m."""
+"""A platform on two belts in the plane of a wall or board, from the settings of a firmware: x right, y up, m."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The true errors of a print while it runs, for prints of which nobody reads a log."""
+"""The true errors of a print while it runs, for prints without a log."""
 
 from __future__ import annotations
 

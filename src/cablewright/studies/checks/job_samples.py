@@ -61,7 +61,7 @@ class JobPath:
     poses: Array
     retraction: Array | None
     beads: Beads
-    room: Room = field(default_factory=Room)  # for what is found
+    room: Room = field(default_factory=Room)  # for the results
 
     def walk(
         self,
@@ -142,7 +142,7 @@ class JobPath:
         return judge(robot, found.poses[:, :3], of.codes, of.violations, of.lines, of.plane_force)
 
     def bounded(self, model: Model, found: Walked) -> Iterator[Finding]:
-        """Compare with what straight lines, the nozzle's speed and the sampling imply.
+        """Compare with the bounds of straight lines, the nozzle's speed and the sampling.
 
         *model*: whose tensions were taken at rest.
         """

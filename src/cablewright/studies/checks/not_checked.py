@@ -1,4 +1,4 @@
-"""What a check says nothing about: switched off, without numbers in the files, or left out by the model."""
+"""Questions that a check leaves open: switched off, without numbers in the files, or outside the model."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SKIPPABLE: Final = {
     "interference": "interference of lines",
     "expected-error": "expected error",
 }
-"""What may be switched off, and what it is called."""
+"""Parts of a check that can be switched off, and their names."""
 
 _LIMITS: Final = (
     ("winch torque", "winch", "max_torque"),

@@ -1,4 +1,5 @@
-"""What a candidate is judged by: figures of the part that it prints, of its workspace, and of itself."""
+"""Figures by which a candidate design is judged: of the part that it prints, of its workspace, and of the robot
+itself."""
 
 from __future__ import annotations
 
@@ -54,7 +55,7 @@ class Prices:
 
 @dataclass(frozen=True, eq=False)
 class DesignCandidate:
-    """A robot, and what it is to do: poses (k, n) along a part, retraction lengths (k,) or None, or no part at all."""
+    """A robot, and its task: poses (k, n) along a part, retraction lengths (k,) or None, or no part at all."""
 
     robot: Robot
     poses: Array | None
@@ -144,7 +145,7 @@ def _cost(of: DesignCandidate) -> float:
     torques = np.fmax.reduce(of.lines.winch_torque, axis=0)  # (m,)
     names = [line.name for line in of.robot.lines]
     for line in of.robot.sharing:  # its drum is paid once, by the larger torque in either direction
-        assert line.shared_winch is not None  # by what `sharing` is
+        assert line.shared_winch is not None  # by the definition of `sharing`
         own, drum = names.index(line.name), names.index(line.shared_winch.line)
         torques[drum], torques[own] = max(torques[drum], torques[own]), 0.0
     torques[list(of.robot.hung)] = 0.0
