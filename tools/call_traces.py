@@ -1,7 +1,8 @@
 """Count the files of ``src`` that three numbers lead a reader through: every file of which a function runs on the way.
 
-Run it from the repository root with ``NUMBA_DISABLE_JIT=1``, so that kernels are seen too: ``python tools/call_traces.py``.
-``--files`` lists them. What runs while modules are imported does not count, nor does the simulated machine.
+Run it from the repository root with ``NUMBA_DISABLE_JIT=1``, so that kernels are seen too:
+``python tools/call_traces.py``. ``--files`` lists them. Code that runs on import does not count, nor does the
+simulated machine.
 """
 
 from __future__ import annotations
@@ -60,9 +61,9 @@ def modulus() -> set[str]:
 def lidar() -> set[str]:
     """From a lidar's scan to the speeds of the winches: steps of a print by the filter, the machine left out."""
     from cablewright.live.estimators import estimator
-    from cablewright.live.prints.simulated_operator import Attendant
     from cablewright.live.prints.loop import Printer
     from cablewright.live.prints.plan import PrintOptions, plan_print, twin_of
+    from cablewright.live.prints.simulated_operator import Attendant
     from cablewright.machine.simulated.simulated_machine import SimulatedMachine
     from cablewright.printing.job import Job, Motion
     from cablewright.printing.numeric_path import Helix

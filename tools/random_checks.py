@@ -138,7 +138,7 @@ class Tally:
             found = check(robot, job, skip=("interference",))
         except InputError as refusal:
             self.answers["refused"] += 1
-            self.reasons[f"refused: {str(rejection).split(':')[0]}"] += 1
+            self.reasons[f"refused: {str(refusal).split(':')[0]}"] += 1
             return
         self.answers["yes" if found.feasible else "no"] += 1
         self.answers["no minimum tension, yes"] += found.feasible and robot.lines[0].tension_limits[0] == 0.0

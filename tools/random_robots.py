@@ -146,8 +146,7 @@ def _fed(rng: Random, kind: str, exit_point: tuple[float, float, float], size: f
 
 
 def _poses(rng: Random, n: int, m: int, size: float, count: int) -> Array:
-    """Return *count* poses below most exit points; with fewer lines than degrees of freedom NaN for those that gravity
-    decides."""
+    """Return *count* poses below most exit points; with fewer lines than coordinates some are NaN."""
     places = size * rng.uniform([-0.4, -0.4, 0.05], [0.4, 0.4, 0.8], (count, 3))
     poses = places if n == 3 else np.column_stack([places, rng.normal(0.0, 0.1, (count, 3))])
     free = {3: [0, 1, 2], 6: [3, 4, 5, 1, 0, 2]}[n][: max(0, n - m)]

@@ -1,9 +1,9 @@
 """Random slack robots by many starts: no second equilibrium where a theorem says that one is the only one.
 
-``python -m tools.uniqueness_search --count 100000 --seed 0``. Point loads on one to four heavy, slack lines from eyelets and
-swivels, with dead spans that can hang in loops. Each set of lengths is solved from a guess, from random poses and with
-loops in every choice of its dead spans; only certified solutions count. Whether a solution belongs to those that a
-sentence speaks of is read from its tensions and its place, not from the code that wrote the sentence.
+``python -m tools.uniqueness_search --count 100000 --seed 0``. Point loads on one to four heavy, slack lines from
+eyelets and swivels, with dead spans that can hang in loops. Each set of lengths is solved from a guess, from random
+poses and with loops in every choice of its dead spans; only certified solutions count. The
+tensions and the position of a solution decide whether a sentence applies to it, not the code that wrote the sentence.
 """
 
 from __future__ import annotations

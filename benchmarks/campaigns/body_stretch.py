@@ -27,9 +27,9 @@ from cablewright.foundation.arrays import Array
 from cablewright.foundation.signals import Estimate
 from cablewright.live.error_statistics import CHI2_95
 from cablewright.live.estimators import estimator
-from cablewright.live.prints.simulated_operator import attendant_of
 from cablewright.live.prints.plan import PrintOptions, plan_print, twin_of
 from cablewright.live.prints.run import begin_print
+from cablewright.live.prints.simulated_operator import attendant_of
 from cablewright.machine.accuracy import MachineAccuracy
 from cablewright.machine.simulated.settings import TwinSettings, whole_machine
 from cablewright.machine.simulated.severity_tables import SEVERITIES

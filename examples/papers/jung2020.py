@@ -14,8 +14,7 @@ TIP = 0.2  # m: how far the lower platform points are below the place that he ca
 
 
 def beam(apart: float, width: float = 0.04) -> cw.Robot:
-    """jung2020, neighbouring exit points so far apart; its top widened along x, its bottom along y, to *width* (m) in
-    all."""
+    """jung2020 with its neighbouring exit points *apart* (m) and its top and bottom widened to *width* (m) in all."""
     widths = cw.Change("width-top-x+width-bottom-y")
     return cw.changed(cw.load("jung2020"), {cw.Change("exit-distance"): apart, widths: width})
 

@@ -192,7 +192,9 @@ CODES = "41{:04d}+0000000{} 42....+000000{} 43....+0000{} "
 @pytest.mark.parametrize("end", ["\n", " "])
 @pytest.mark.parametrize("first", ["", CODES.format(1, 2, "P1", 1500)])
 @pytest.mark.parametrize("code", [2, 7])
-def test_codes_between_sights_that_may_begin_a_station_are_rejected(file: Path, end: str, first: str, code: int) -> None:
+def test_codes_between_sights_that_may_begin_a_station_are_rejected(
+    file: Path, end: str, first: str, code: int
+) -> None:
     blocks = [first, SIGHT.format(1), SIGHT.format(2), CODES.format(3, code, "P2", 1620), SIGHT.format(3)]
     with pytest.raises(InputError, match=f"'41 {code}, 42 P2, 43 1620'.* one station is allowed"):
         read(file, end.join(filter(None, blocks)))

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from planar_robots import board
 from cablewright.exchange.mjcf import mjcf
 from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.live.rest_pose import rest_pose
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot, library_names, load
 from cablewright.solvers.inverse import solve_inverse
+from planar_robots import board
 
 WHEEL = {"centre": (0.4, 0.0, 6.5), "axis": (-0.2, 0.6, 0.4), "radius": 0.1}
 

@@ -14,9 +14,9 @@ from cablewright.live.drives import actions
 from cablewright.live.drives.printing import print_on_drives
 from cablewright.live.estimators import estimator
 from cablewright.live.prints import loop
-from cablewright.live.prints.simulated_operator import Attendant
 from cablewright.live.prints.limits import planned
 from cablewright.live.prints.loop import Printer, Step
+from cablewright.live.prints.simulated_operator import Attendant
 from cablewright.live.rest_pose import rest_pose
 from cablewright.live.serve.station import DriveStation
 from cablewright.machine.drives.drive_machine import DriveMachine

@@ -25,7 +25,9 @@ JOB = Job(
     helix=Helix(radius=0.05, layers=1, layer_height=0.001, first_height=0.7),
     motion=Motion(print_speed=0.1, travel_speed=0.1, acceleration=0.2),
 )
-ROBOTS = pytest.mark.parametrize("robot", [shared_winch_robots.hoist(), shared_winch_robots.pairs()], ids=["hoist", "pairs"])
+ROBOTS = pytest.mark.parametrize(
+    "robot", [shared_winch_robots.hoist(), shared_winch_robots.pairs()], ids=["hoist", "pairs"]
+)
 
 
 def made(robot: Robot, place: tuple[float, ...] = (0.05, 0.0, 0.7), **changes: float) -> Bench:

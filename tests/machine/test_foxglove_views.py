@@ -15,10 +15,10 @@ from mcap.reader import make_reader
 from cablewright.foundation.signals import Estimate, PrintState, Progress, SensorFrame, Truth, frozen
 from cablewright.live.prints.run import log_epoch
 from cablewright.machine.files import load_machine
+from cablewright.machine.log.foxglove_views import EVERY, Views, quaternion
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import SCHEMAS, LogWriter, read_log
 from cablewright.machine.log.mcap_writer import McapWriter
-from cablewright.machine.log.foxglove_views import EVERY, Views, quaternion
 from cablewright.models.rotation import matrices
 from cablewright.robot import load
 

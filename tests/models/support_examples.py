@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-import planar_robots
 import cablewright as cw
 import out_of_plane
+import planar_robots
 from cablewright.analyses.accuracy.nozzle_error import AccuracyQuestion
 from cablewright.analyses.accuracy.tensions import best_tensions
 from cablewright.analyses.bracket.loads import loads_at

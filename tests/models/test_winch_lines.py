@@ -17,7 +17,12 @@ from cablewright.robot import load
 
 def test_torques_come_back_from_the_nearest_tensions() -> None:
     random = np.random.default_rng(5)
-    for robot in (shared_winch_robots.pairs(), shared_winch_robots.hoist(), shared_winch_robots.two_on_one("against"), load("cogiro")):
+    for robot in (
+        shared_winch_robots.pairs(),
+        shared_winch_robots.hoist(),
+        shared_winch_robots.two_on_one("against"),
+        load("cogiro"),
+    ):
         lines = WinchLines.of(robot)
         arms, expected = random.uniform(0.03, 0.05, robot.m), random.uniform(10.0, 90.0, robot.m)
         torques = random.uniform(1.0, 4.0, robot.winches)
@@ -55,7 +60,10 @@ def test_a_drum_that_pays_one_line_out_as_it_winds_another_up_is_opposed() -> No
 
 
 def test_a_motor_reads_the_torque_of_all_cables_on_its_drum() -> None:
-    for robot, place in ((shared_winch_robots.pairs(), [0.1, 0.05, 0.9]), (shared_winch_robots.hoist(), [0.1, 0.05, 0.8])):
+    for robot, place in (
+        (shared_winch_robots.pairs(), [0.1, 0.05, 0.9]),
+        (shared_winch_robots.hoist(), [0.1, 0.05, 0.8]),
+    ):
         twin = built_machine(robot)[0].with_owner(motor_torques=TensionSensor(rate=100.0, deviation=0.0, most=1e4))
         machine = SimulatedMachine(robot, twin, resting_pose(robot, np.array(place)), seed=1)
         readings = []

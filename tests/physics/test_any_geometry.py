@@ -9,9 +9,9 @@ import pytest
 from scipy.optimize import linprog
 from scipy.spatial.transform import Rotation
 
-import planar_robots
 import cablewright as cw
 import out_of_plane
+import planar_robots
 from cablewright.foundation.errors import Status
 from cablewright.robot import PlatformSheave, Pulley, Robot, Swivel
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.optimize import root
 
-import planar_robots
 import cablewright as cw
+import planar_robots
 from cablewright.robot import Robot
 from oracles import irvine
 

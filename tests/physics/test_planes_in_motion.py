@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-import planar_robots
 import cablewright as cw
+import planar_robots
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import Command, Condition, frozen
 from cablewright.kernels.plant import dynamics

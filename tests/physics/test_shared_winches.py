@@ -430,5 +430,7 @@ def test_the_position_or_the_rotation_may_be_free() -> None:
     ):
         with pytest.raises(cw.InputError, match=why):
             cw.inverse(robot, pose)
-    with pytest.raises(cw.InputError, match="8 lines on 4 winches hold 4 of the 6 degrees of freedom; 5 are given: leave 2 to 3"):
+    with pytest.raises(
+        cw.InputError, match="8 lines on 4 winches hold 4 of the 6 degrees of freedom; 5 are given: leave 2 to 3"
+    ):
         cw.inverse(parallelograms(4), [0.1, 0.2, 1.0, 0.0, 0.0, np.nan])

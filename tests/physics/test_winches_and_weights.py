@@ -87,7 +87,9 @@ def test_energy_of_a_hoist_is_what_its_winches_put_in(dead: bool) -> None:
 
 @pytest.mark.parametrize("advantage", [1, 2])
 def test_platform_and_counterweight_alone_are_an_atwood_machine(advantage: int) -> None:
-    robot = shared_winch_robots.hoist(False, advantage=advantage, counterweight=8.0, cable=shared_winch_robots.CABLE | {"axial_stiffness": 6e8})
+    robot = shared_winch_robots.hoist(
+        False, advantage=advantage, counterweight=8.0, cable=shared_winch_robots.CABLE | {"axial_stiffness": 6e8}
+    )
     hoisted, carried, hung = Hoisted(robot, np.array([0.0, 0.0, 1.0]), [3]), robot.platform.mass, 8.0
     for _ in range(200):
         hoisted.step(np.zeros(1))
@@ -100,7 +102,9 @@ def test_platform_and_counterweight_alone_are_an_atwood_machine(advantage: int) 
 
 
 @pytest.mark.parametrize(
-    "robot", [shared_winch_robots.hoist(), shared_winch_robots.hoist(cables=2), shared_winch_robots.pairs()], ids=["hoist", "two", "pairs"]
+    "robot",
+    [shared_winch_robots.hoist(), shared_winch_robots.hoist(cables=2), shared_winch_robots.pairs()],
+    ids=["hoist", "two", "pairs"],
 )
 @pytest.mark.parametrize("plant", ["dynamic", "quasi-static"])
 def test_a_machine_at_rest_is_where_forward_has_it(robot: Robot, plant: str) -> None:

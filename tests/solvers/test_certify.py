@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-import planar_robots
 import cases
+import planar_robots
 from cablewright.foundation.errors import InputError
 from cablewright.kernels import batches, layout
 from cablewright.kernels.certificates import krawczyk as kernel

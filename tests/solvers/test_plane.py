@@ -10,9 +10,9 @@ from scipy.linalg import eigh
 from scipy.optimize import linprog
 from scipy.spatial.transform import Rotation
 
-import planar_robots
 import cablewright as cw
 import cases
+import planar_robots
 from cablewright.foundation.errors import AnswerError, InputError, Status
 from cablewright.models.inertia import mass_matrix
 from cablewright.models.stiffness import stiffness
@@ -188,7 +188,9 @@ def test_a_box_of_wrenches_is_along_axes() -> None:
     corners = [cw.capacity(robot, pose, wrench=load + np.array([x, 0.0, z])).margin for x in (-1, 1) for z in (-2, 2)]
     assert boxed.margin == pytest.approx(min(corners), abs=1e-9)
     with pytest.raises(InputError, match="along the world's axes, and the plane of the platform is tilted"):
-        cw.capacity(planar_robots.board("tilted"), planar_robots.places(planar_robots.board("tilted"), 1), box=(-load, load))
+        cw.capacity(
+            planar_robots.board("tilted"), planar_robots.places(planar_robots.board("tilted"), 1), box=(-load, load)
+        )
 
 
 def test_self_stresses_balance_in_the_plane() -> None:

@@ -216,7 +216,9 @@ def hoist(weight: float) -> Robot:
     """A point on four winches, and on a counterweight of *weight*, kg, above."""
     exits = {"a": (-1.0, -1.0, 3.0), "b": (1.0, -1.0, 3.0), "c": (1.0, 1.0, 3.0), "d": (-1.0, 1.0, 3.0)}
     every = {"sheave": {"kind": "eyelet"}, "cable": shared_winch_robots.CABLE, "tension_limits": (2.0, 400.0)}
-    lines = [every | {"name": name, "exit_point": place, "winch": shared_winch_robots.WINCH} for name, place in exits.items()]
+    lines = [
+        every | {"name": name, "exit_point": place, "winch": shared_winch_robots.WINCH} for name, place in exits.items()
+    ]
     return Robot.model_validate({
         "name": "hoist",
         "scene": {"frame_min": (-0.5, -0.5, 0.0), "frame_max": (0.5, 0.5, 1.0)},

@@ -91,8 +91,9 @@ def held(robot: Robot | Model, poses: ArrayLike | None, options: HoldOptions) ->
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Dexterity(Result, Rows):
-    """How evenly lines move, or hold, the platform in all its degrees of freedom; a leading axis for a batch, see
-    `Rows`.
+    """How evenly lines move, or hold, the platform in all its degrees of freedom.
+
+    A batch has a leading axis, see `Rows`.
 
     ``values`` (f,): singular values of the matrix, in the order of their size, with rotations counted as motions on the
     arm ``length``, m: of the Jacobian in 1, of the stiffness in N/m; the last are 0 where lines leave degrees of

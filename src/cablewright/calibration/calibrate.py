@@ -96,8 +96,10 @@ def calibrate(
 
 
 def _with_effects(found: Calibration, rough: float, outliers: bool, seed: int, progress: Progress) -> Calibration:
-    """Return the calibration with the effects that the data ask for: tested again after each fit, which weighs
-    again."""
+    """Return the calibration with the effects that the data ask for.
+
+    Each effect is tested again after each fit, since a fit changes the weights.
+    """
     measured, plan, model = found.problem.measured, found.problem.plan, found.problem.model
     chosen, tested, notes = dict[str, Effect](), dict[str, Effect](), list[str]()
     for _ in range(_ROUNDS):

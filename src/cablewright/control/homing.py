@@ -17,11 +17,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.control.faulty_line import SlowWay, places, sentence
 from cablewright.control.force_balance import ForceBalance, balance
 from cablewright.control.length_check import LIMIT, LengthCheck, check_lengths, lengths_at
 from cablewright.control.procedure import ProcedureStep
 from cablewright.control.take_up import TakeUp, TakeUpSettings
-from cablewright.control.faulty_line import SlowWay, places, sentence
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import AnswerError, CablewrightError, Status
 from cablewright.foundation.signals import Estimate, SensorFrame

@@ -19,9 +19,9 @@ from typing import Final, NamedTuple, get_args
 
 import numpy as np
 
-from cablewright.control.retraction_drive import BeamMotion
 from cablewright.control.guide import Target
 from cablewright.control.held_lengths import Held, held_at
+from cablewright.control.retraction import BeamMotion
 from cablewright.control.slack import SlackSettings, slack_rates
 from cablewright.control.stretch_damping import StretchDamping, StretchState
 from cablewright.control.stretch_damping import follow as follow_stretch

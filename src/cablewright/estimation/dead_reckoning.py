@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.estimation.body.updates.cells import Cells
-from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.estimation.climate import FeltAir
+from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.estimation.length_corrections import LearntLengths, LengthPriors, MeasuredPlace
 from cablewright.estimation.measured_tensions import smoothed
 from cablewright.estimation.reading_checks import accepted

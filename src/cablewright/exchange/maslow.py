@@ -124,8 +124,7 @@ def middle(anchors: Mapping[str, tuple[float, float, float]]) -> tuple[float, fl
 
 
 def _of_arms(anchors: Mapping[str, tuple[float, float, float]], arm: float) -> str:
-    """Return a note on arms of a length (m) that stay level while their belts slope: the difference of lengths that is
-    lost.
+    """Return a note on arms of a length (m) that stay level while their belts slope: the lost difference of lengths.
 
     There a belt is sqrt((d - arm)^2 + z^2) long, of the distance d along the board, and here sqrt(d^2 + z^2) - arm.
     """

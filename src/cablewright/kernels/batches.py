@@ -118,8 +118,7 @@ def read_length_rows(packed, states, lengths):
 
 @jit(allocates=True)
 def hanging_rows(packed, poses, states, lengths, codes, violations, first, last):
-    """As `inverse_rows`, with fewer lines than degrees of freedom: free entries of a pose are NaN on entry and are
-    written."""
+    """Solve rows as `inverse_rows` with fewer lines than degrees of freedom: NaN entries of poses are written."""
     work = inverse_workspace(robot_of(packed, first))
     for j in range(first, last):
         own = robot_of(packed, j)
@@ -262,8 +261,7 @@ def certify_rows(packed, lengths, poses, states, tolerance, codes, bounds, boxes
 
 @jit(allocates=True)
 def wrench_rows(packed, lengths, poses, states, wrenches):
-    """Write the wrench (N, n), N and N m, of lines and loads on the platform in each row, without the reactions of a
-    plane.
+    """Write the wrench (N, n), N and N m, of lines and loads on the platform in each row.
 
     *packed* is to have no plane: otherwise the part that it carries is left out.
     """

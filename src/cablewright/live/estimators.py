@@ -177,8 +177,7 @@ def _observed(observer: Observer, settings: Any, state: Any) -> Estimator:
 
 
 class CreepingEstimator:
-    """An estimator by lidars. What its cables have crept, as described, is saved with a print; all else begins
-    again."""
+    """An estimator by lidars. Only the modelled creep of its cables is saved with a print."""
 
     SAVED: ClassVar[Saved] = ("_creep",)
     danger, searches = "", False

@@ -99,8 +99,9 @@ class Feature:
 
 @dataclass(frozen=True)
 class Cell:
-    """One cell of the table. ``instead``: the alternative to use; of `Coverage.LOST` and NOT_CHECKED the part that is
-    left out.
+    """One cell of the table.
+
+    ``instead``: the alternative to use; of `Coverage.LOST` and NOT_CHECKED the part that is left out.
 
     ``because``: of an answer of `support`, what of the robot decides.
     """

@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from typing import Final
 
-from cablewright.printing.piecewise_constant import Changes
-from cablewright.printing.line_types import LineType, line_type
 from cablewright.printing.gcode_words import WordError
+from cablewright.printing.line_types import LineType, line_type
+from cablewright.printing.piecewise_constant import Changes
 
 MAX_LAYER: Final = 1_000_000
 MAX_OBJECTS: Final = 10_000

@@ -15,9 +15,9 @@ from cablewright.foundation.errors import InputError
 from cablewright.foundation.progress import Progress
 from cablewright.foundation.toml_input import open_regular
 from cablewright.printing.annotations import slicer_of
+from cablewright.printing.gcode_words import MAX_LINE, shortened
 from cablewright.printing.modal import Controller
 from cablewright.printing.toolpath import Material, Toolpath, build
-from cablewright.printing.gcode_words import MAX_LINE, shortened
 
 MAX_BYTES: Final = 1 << 30
 SHORTEST_ARC_STEP: Final = 1e-6  # m

@@ -65,7 +65,7 @@ def _braided(millimetres: float) -> str:
     density = LINEAR_DENSITY.write(three_digits(DENSITY * square), "g/m")
     return f"""\
 # A cable of 12 braided strands of Dyneema SK78. Makers state breaking loads of 950 to 1060 N/mm^2 times the square of
-# the diameter, and up to 0.6 % of stretch at a fifth of that (tables for sailors); heat-set cables stretch half as much.
+# the diameter, and up to 0.6 % of stretch at a fifth of that (tables for sailors); heat-set ones by half.
 axial_stiffness = "{stiffness}"    # a fifth of the breaking load at a strain of 0.6 %
 linear_density = "{density}"    # as Merlet and Papegay 2023: 6.8 g/m at 3 mm
 breaking_load = "{FORCE.write(three_digits(breaking), "kN")}"      # 950 N/mm^2 times the square of the diameter

@@ -130,8 +130,7 @@ def _set_exit_distance(robot: Robot, value: float) -> Robot:
 
 
 def _nearest_pairs(robot: Robot) -> list[tuple[int, int]]:
-    """Return pairs of lines whose exit points are each other's nearest. Raises `InputError` for two at equal
-    distances."""
+    """Return pairs of lines whose exit points are nearest to each other. Raises `InputError` for a tie."""
     exits, nearest = [line.exit_point for line in robot.lines], []
     for i, own in enumerate(exits):
         order = sorted((math.dist(own, other), j) for j, other in enumerate(exits) if j != i)
@@ -144,8 +143,7 @@ def _nearest_pairs(robot: Robot) -> list[tuple[int, int]]:
 
 
 def _corner(robot: Robot, one: Vec3, other: Vec3) -> Vec3 | None:
-    """Return the corner of two walls, on each of which is one of two exit points of equal height; None if there is
-    none."""
+    """Return the corner of two walls, each with one of two exit points of equal height; None without one."""
     same, scene = _tolerance(robot), robot.scene
     if abs(one[2] - other[2]) > same:
         return None

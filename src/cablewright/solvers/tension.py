@@ -316,8 +316,9 @@ def structures(
 
 
 def self_stresses(equilibrium: Equilibrium) -> Array:
-    """Orthonormal directions (max(k - degrees of freedom, 0), m) of tensions that balance each other, at a single
-    *equilibrium*.
+    """Orthonormal directions (c, m) of tensions that balance each other, at a single *equilibrium*.
+
+    c is max(k - degrees of freedom, 0).
 
     k: the number of lines without a counterweight, whose tension is given. For straight lines from exit point to
     platform point; along these directions the pose hardly changes.

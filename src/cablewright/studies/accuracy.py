@@ -28,8 +28,8 @@ from cablewright.printing.job import Job, load_job
 from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Range, Uncertainty
 from cablewright.running.executors.executor import Executor, Serial
-from cablewright.running.executors.stored_results import kept_in
 from cablewright.running.executors.shared_spread import SharedMethod
+from cablewright.running.executors.stored_results import kept_in
 from cablewright.running.memory import require_for_samples
 from cablewright.solvers.arguments import as_poses
 from cablewright.solvers.hanging_path import hung, nozzle_on_path

@@ -21,10 +21,10 @@ pytest.importorskip("starlette")
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
-from cablewright.apps.serve.slicers.multipart_forms import file_name, parsed_form
-from cablewright.apps.serve.slicers.slicer_comments import notes_of
 from cablewright.apps.serve.slicers.keys import FILE, MAX_KEYS, Keys
 from cablewright.apps.serve.slicers.machine_view import verdict_of
+from cablewright.apps.serve.slicers.multipart_forms import file_name, parsed_form
+from cablewright.apps.serve.slicers.slicer_comments import notes_of
 from cablewright.apps.serve.uploads import MAX_NOTES
 from cablewright.foundation.errors import InputError
 from served import BOUNDARY, Served, client, form, make_key, send, sliced

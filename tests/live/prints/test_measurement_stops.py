@@ -15,11 +15,11 @@ from cablewright.foundation.saving import load as restore
 from cablewright.foundation.saving import save
 from cablewright.foundation.signals import Encoders, SensorFrame
 from cablewright.live.estimators import DeadReckoning, estimator
-from cablewright.live.prints.simulated_operator import attendant_of
 from cablewright.live.prints.loop import run as run_loop
 from cablewright.live.prints.measurement_stops import PlaceVisits
 from cablewright.live.prints.plan import MachineTwin, PrintOptions, plan_print, twin_of
 from cablewright.live.prints.run import begin_print
+from cablewright.live.prints.simulated_operator import attendant_of
 from cablewright.machine.simulated.settings import load_twin
 from cablewright.machine.simulated.severities import with_severity
 from cablewright.printing.job import load_job

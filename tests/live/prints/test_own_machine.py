@@ -24,10 +24,10 @@ from cablewright.foundation.signals import (
 )
 from cablewright.live.estimators import estimator
 from cablewright.live.prints import loop
-from cablewright.live.prints.simulated_operator import Attendant
 from cablewright.live.prints.loop import Printer, Step
 from cablewright.live.prints.plan import MachineTwin, PrintOptions, plan_print, twin_of
 from cablewright.live.prints.recorder import FolderRecorder, Timing
+from cablewright.live.prints.simulated_operator import Attendant
 from cablewright.live.prints.snapshot_writer import SnapshotWriter
 from cablewright.machine.interface import Abilities, check_command
 from cablewright.machine.log.log import LogHead, read_log, write_log

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import planar_robots
 import cablewright as cw
+import planar_robots
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import PrintState
 from cablewright.live.prints.plan import PrintOptions, plan_print, twin_of

@@ -13,10 +13,10 @@ from cablewright.foundation.errors import AnswerError, InputError, UnknownName
 from cablewright.foundation.saving import Snapshot
 from cablewright.foundation.signals import Order, OrderKind, PrintState
 from cablewright.live.estimators import estimator
-from cablewright.live.prints.simulated_operator import Attendant
 from cablewright.live.prints.loop import Printer, Step
 from cablewright.live.prints.plan import MachineTwin, PrintOptions, plan_print, twin_of
 from cablewright.live.prints.recorder import checkpoint_of
+from cablewright.live.prints.simulated_operator import Attendant
 from cablewright.live.replay import replay as replayed
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import LogWriter

@@ -19,9 +19,9 @@ from cablewright.foundation.errors import CablewrightError, EnvironmentFault, In
 from cablewright.foundation.signals import Command, Condition, Encoders, PrintState, SensorFrame, WinchMode
 from cablewright.live.estimators import estimator
 from cablewright.live.prints import loop
-from cablewright.live.prints.simulated_operator import Attendant
 from cablewright.live.prints.limits import planned
 from cablewright.live.prints.loop import Printer, Step
+from cablewright.live.prints.simulated_operator import Attendant
 from cablewright.machine.drives.drive_machine import DriveMachine
 from cablewright.machine.drives.ethercat.ethercat_drives import EthercatDrives
 from cablewright.machine.interface import RESET

@@ -18,8 +18,8 @@ from cablewright.robot import load
 from cablewright.robot.design_variables import Change
 from cablewright.running.executors.choice import chosen
 from cablewright.running.executors.executor import Executor, Serial
-from cablewright.running.executors.stored_results import HEAD, KeptResults, kept_in
 from cablewright.running.executors.processes import Processes
+from cablewright.running.executors.stored_results import HEAD, KeptResults, kept_in
 from cablewright.running.executors.study import evaluate, require_all
 from cablewright.running.executors.task import Chunk, Task, digest, programs, run_chunk, unlike
 from cablewright.studies.trade import TradeSettings, trade

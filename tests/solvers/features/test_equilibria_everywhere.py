@@ -7,8 +7,8 @@ import pytest
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
-import planar_robots
 import cablewright as cw
+import planar_robots
 from cablewright.foundation.errors import InputError
 from cablewright.models.plane import directions
 from cablewright.robot import Eyelet, Robot, load

@@ -8,9 +8,9 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-import planar_robots
 import cablewright as cw
 import out_of_plane
+import planar_robots
 from cablewright.foundation.errors import InputError, Status
 from cablewright.models.packed_views import LineStates
 from cablewright.models.shared_winches import missed_lengths

@@ -16,10 +16,10 @@ from cablewright.apps.pictures.path import MAX_NAMES, error_by_height, plan, sid
 from cablewright.apps.quantities import count, quantity
 from cablewright.apps.report.check_summary import Digest
 from cablewright.apps.report.document import verdict, view, write_report
-from cablewright.apps.report.worst_limits import findings_table
 from cablewright.apps.report.page import Html, cards, element, notice, picture, section, table
 from cablewright.apps.report.provenance import assumptions, inputs_table, list_of
 from cablewright.apps.report.result import along_table, part_table
+from cablewright.apps.report.worst_limits import findings_table
 from cablewright.apps.web.check_scene import check_scene
 from cablewright.foundation.errors import Status
 from cablewright.foundation.paging import let_go

@@ -21,15 +21,15 @@ from starlette.websockets import WebSocket
 
 from cablewright.apps.serve import foxglove
 from cablewright.apps.serve.assets import ASSETS, asset
-from cablewright.apps.serve.middleware import Guard
 from cablewright.apps.serve.live import Live
-from cablewright.apps.serve.operators import Client
+from cablewright.apps.serve.middleware import Guard
 from cablewright.apps.serve.move_check import reach
+from cablewright.apps.serve.operators import Client
 from cablewright.apps.serve.shared_state import Served
-from cablewright.apps.serve.slicers.shared_actions import SENDING, Desk
-from cablewright.apps.serve.slicers.slicer_comments import largest_picture
 from cablewright.apps.serve.slicers.moonraker import Moonraker
 from cablewright.apps.serve.slicers.octoprint import OctoPrint
+from cablewright.apps.serve.slicers.shared_actions import SENDING, Desk
+from cablewright.apps.serve.slicers.slicer_comments import largest_picture
 from cablewright.apps.serve.uploads import MAX_NOTES, PARTS, TooLarge
 from cablewright.foundation.errors import EnvironmentFault, InputError
 from cablewright.foundation.units import LARGEST

@@ -12,8 +12,8 @@ from typing import Any, Final
 
 from pydantic_core import from_json, to_json
 
-from cablewright.apps.serve.operators import Operators
 from cablewright.apps.serve.live_scene import Shapes, live_scene
+from cablewright.apps.serve.operators import Operators
 from cablewright.apps.serve.worker import SCENE
 from cablewright.foundation.errors import CablewrightError
 from cablewright.live.serve.control import JOBS

@@ -1,5 +1,4 @@
-"""The result of a calibration: values and their covariance, undetermined degrees of freedom, and useful further
-measurements."""
+"""The result of a calibration: values, covariance, undetermined degrees of freedom, useful further measurements."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""What the data determine and what they leave open: rank, undetermined degrees of freedom in words, sigmas, and what to
-measure next.
+"""Observability of a calibration: determined and undetermined parameters, sigmas, useful further measurements.
 
 Poses are eliminated by orthogonal projection, not by the normal equations, so that small singular values keep digits.
 """
@@ -49,8 +48,7 @@ class Direction:
 
 @dataclass(frozen=True)
 class Suggestion:
-    """One more measurement, and the sigma of the exit points and the number of undetermined degrees of freedom before
-    and after it."""
+    """One more measurement, and its effect on the sigma of the exit points and the undetermined degrees of freedom."""
 
     words: str
     before: float  # m, root mean square over coordinates of exit points, under the inner constraint
@@ -270,8 +268,7 @@ def suggestions(found: Information, scale: float) -> tuple[Suggestion, ...]:
 
 
 def _spread(rows: Array, null: Array, exits: Array) -> tuple[float, int]:
-    """Return the rms sigma of *exits* (a, k), m, without motions in *null*, and the number of undetermined degrees of
-    freedom."""
+    """Return the rms sigma of *exits* (a, k), m, without motions in *null*, and the number of undetermined motions."""
     values, right, kept = _spectrum(rows)
     inverse = right[kept].T / values[kept]
     inverse = inverse - null @ (null.T @ inverse)

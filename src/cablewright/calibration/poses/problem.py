@@ -392,8 +392,7 @@ class CalibrationProblem(ABC):
 
 @dataclass(frozen=True, eq=False)
 class StraightProblem(CalibrationProblem):
-    """The equations of straight, rigid lines: the state of a pose is the pose, its unknowns are its degrees of
-    freedom."""
+    """The equations of straight, rigid lines: the state of a pose is the pose itself."""
 
     elastic: ClassVar = False
 

@@ -58,8 +58,7 @@ def _check_size(
 
 
 def gauge_size(problem: CalibrationProblem) -> int:
-    """Return how many degrees of freedom the machine's own sensors leave open: those of the world and of the platform
-    frame."""
+    """Return how many degrees of freedom the machine's own sensors leave open: of the world and the platform frame."""
     names = {each.name for each in problem.unknowns}
     if "exit_point" not in names or problem.measured.positioned >= _THREE:
         return 0

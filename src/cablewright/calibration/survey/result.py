@@ -1,5 +1,4 @@
-"""The result of a survey: exit points, axes, walls and residuals with their sigmas, and a robot with these exit
-points."""
+"""The result of a survey: exit points, axes, walls, residuals, sigmas, and a robot with these exit points."""
 
 from __future__ import annotations
 
@@ -165,7 +164,7 @@ class Survey(Pictured):
         Figure("axes", "", "Axes of the sheaves and of their swivels.", parts=AXIS),
         Figure("walls", "", "Walls, floor and ceiling.", lambda of: _named(of.walls, WALL, "name"), parts=WALL),
         Figure("residuals", "", "Residuals of the markers.", parts=MARKER),
-        Figure("covariance", "m^2", "Covariance of the coordinates of all exit points and winch exit points, in this order.",
+        Figure("covariance", "m^2", "Covariance of the coordinates of all points in `exits`, in their order.",
                detail=True),
         Figure("notes", "", "What a careful person would ask.", detail=True),
     )  # fmt: skip
@@ -178,7 +177,9 @@ class Survey(Pictured):
     rms: float  # m, of all residuals that are checked; NaN if none is
     unit_weight: float  # rms of residuals over their sigmas; about 1 if the instrument is as accurate as stated
     frame: SurveyFrame
-    covariance: Array  # (k, k) m^2 of all coordinates of exit points, in the order of `exits`: exit point, then winch exit
+    covariance: (
+        Array  # (k, k) m^2 of all coordinates of exit points, in the order of `exits`: exit point, then winch exit
+    )
     notes: tuple[str, ...]
 
     @property

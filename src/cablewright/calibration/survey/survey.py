@@ -1,5 +1,4 @@
-"""A survey with a total station: winch exit points, sheave axes and wall planes from markers (Merlet, Papegay 2023,
-II.B).
+"""A total-station survey: exit points, sheave axes and walls from markers (Merlet, Papegay 2023, II.B).
 
 The survey frame has z up and by default its y axis along the west wall; x points from that wall into the room.
 """

@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.estimation.body import encoder_lengths, diagnosis, measurement
+from cablewright.estimation.body import diagnosis, encoder_lengths, measurement
 from cablewright.estimation.body.correction import correct
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.state import BodyState, corrected, follow, set_load

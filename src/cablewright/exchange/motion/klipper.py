@@ -12,8 +12,8 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.exchange.motion.non_motion_gcode import Beside
 from cablewright.exchange.motion.lines import extent_notes, extruder_words, motion_lines
+from cablewright.exchange.motion.non_motion_gcode import Beside
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import printable
 from cablewright.printing.job import Job

@@ -17,9 +17,9 @@ import numpy as np
 
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import printable
+from cablewright.printing.gcode_words import MACRO, WordError, bare_text, code_of, split
 from cablewright.printing.job import Job
 from cablewright.printing.toolpath import BY_HEIGHT, Toolpath
-from cablewright.printing.gcode_words import MACRO, WordError, bare_text, code_of, split
 from cablewright.studies.checks.winch_path import WinchPath
 
 LONGEST: Final = 250

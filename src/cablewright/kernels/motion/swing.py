@@ -28,8 +28,7 @@ CARRIED = 5
 
 
 class SwingWork(NamedTuple):
-    """Scratch for f degrees of freedom and o outputs: the three coordinates of the nozzle, and the tensions of the
-    lines."""
+    """Scratch for f degrees of freedom and o outputs: the nozzle's three coordinates, and the tensions of the lines."""
 
     lower: NDArray[np.float64]  # (f, f)
     system: NDArray[np.float64]  # (f, f)

@@ -60,8 +60,7 @@ MOTION = 12
 
 
 class Swing(NamedTuple):
-    """Scratch of one moving body with n degrees of freedom in its lines' balance: 6, or 3 of a drum on a point
-    platform."""
+    """Scratch of one moving body with n degrees of freedom: 6, or 3 of a drum on a point platform."""
 
     system: NDArray[np.float64]  # (6, 6)
     rhs: NDArray[np.float64]  # (6, 1)

@@ -75,8 +75,7 @@ def _propose(row, y, found, ratio, soft, displaced, step):
 
 @jit
 def move(packed, planes, steps, scale, displaced):
-    """Move exit points by *scale* times *steps* (m, 3), m; winches, whose positions are relative to the exit points,
-    stay where they are."""
+    """Move exit points by *scale* times *steps* (m, 3), m; winches stay where they are."""
     for i in range(packed.lines.shape[0]):
         for k in range(3):
             displaced[i, k] += scale * steps[i, k]
@@ -85,8 +84,9 @@ def move(packed, planes, steps, scale, displaced):
 
 @jit(allocates=True)
 def close(packed, lengths, pose, states, ratio, compliance, displaced, work):
-    """Let exit points give until they are in equilibrium with lines and platform; all but *lengths* and *ratio* in
-    place.
+    """Displace exit points until they are in equilibrium with lines and platform.
+
+    All but *lengths* and *ratio* change in place.
 
     *pose* and *states* are an equilibrium for the exit points of now, evaluated in *work*. Steps are scaled by how the
     last one answered, since the platform is not fixed (Aitken relaxation: Kuettler and Wall 2008, Computational

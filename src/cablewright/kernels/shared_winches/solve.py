@@ -82,8 +82,7 @@ def solve_shared(packed, shares, pose, states, work, own, known):
 
 @jit
 def _guess_pose(packed, attempt, pose, states, work, own):
-    """Write a start to *pose*: below the exit points and unrotated at first, then hung on springs. False if those
-    fail."""
+    """Write a start to *pose*: unrotated below the exit points, then hung on springs. Return False if those fail."""
     pose[:] = 0.0
     work.lengths[:] = 0.0  # not known: the guess depends on the frame alone
     turn_to_start(packed, pose, attempt)

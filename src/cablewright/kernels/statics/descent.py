@@ -153,8 +153,7 @@ def spring_guess(packed, lengths, pose, states, work):
 
 @jit
 def _offset_springs(packed, lengths, pose, states, work):
-    """Set work.lengths to the springs' lengths: *lengths* less what straight lines at *pose* need up to the exit
-    points."""
+    """Set work.lengths to those of springs: *lengths* less the straight distances at *pose* to the exit points."""
     place_platform(pose, work.rotation)
     for i in range(packed.lines.shape[0]):
         place(packed.lines, i, pose, work.rotation, work.arms[i], work.planes[i])

@@ -213,8 +213,7 @@ def add_force(arm, fx, fy, fz, wrench):
 
 @jit(inline=True)
 def gradient_by_pose(arm, gx, gy, gz, out):
-    """Write to *out* (n,) the derivative by the pose of a quantity with the gradient (gx, gy, gz) at the end of
-    *arm*."""
+    """Write to *out* (n,) the pose derivative of a quantity with the gradient (gx, gy, gz) at the end of *arm*."""
     out[0], out[1], out[2] = gx, gy, gz
     if out.shape[0] == 6:
         out[3] = arm[1] * gz - arm[2] * gy

@@ -87,8 +87,7 @@ def _write(out, i, j, value):
 
 @jit
 def enclose_arm(row, n, omega, rotation, arm):
-    """Enclose the *arm* (3, 2) of a line, from the origin of a platform with *n* degrees of freedom to its point,
-    world."""
+    """Enclose the *arm* (3, 2) of a line: from the origin of a platform with *n* coordinates to its point, world."""
     if n == 3:
         for k in range(3):
             arm[k, 0] = arm[k, 1] = row[POINT_X + k]

@@ -1,5 +1,4 @@
-"""Inverse problem with fewer lines than degrees of freedom: m coordinates of the pose are given, equilibrium decides
-the others.
+"""Inverse problem with fewer lines than degrees of freedom: m coordinates are given, gravity decides the others.
 
 The platform is first hung on springs with the lengths of a guessed pose, which gives the free coordinates and the
 pulls. Newton on the platform's balance in these n unknowns follows, with each line solved at its pull.

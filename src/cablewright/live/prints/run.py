@@ -27,7 +27,6 @@ from cablewright.foundation.saving import write_snapshots
 from cablewright.foundation.signals import Estimate, PrintState, Scan, Truth
 from cablewright.live.estimators import Estimator, estimator
 from cablewright.live.prints import loop
-from cablewright.live.prints.simulated_operator import attendant_of
 from cablewright.live.prints.loop import Printer, PrintPlan
 from cablewright.live.prints.plan import MACHINE_FILE, MachineTwin, PrintOptions, plan_print
 from cablewright.live.prints.recorder import (
@@ -37,6 +36,7 @@ from cablewright.live.prints.recorder import (
     checkpoint_of,
     read_checkpoint,
 )
+from cablewright.live.prints.simulated_operator import attendant_of
 from cablewright.live.prints.snapshot_writer import SnapshotWriter
 from cablewright.machine.interface import Machine
 from cablewright.machine.log.head import LogHead

@@ -34,12 +34,12 @@ from cablewright.solvers.hanging_path import hung, nozzle_on_path
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.shaping import JobMotion
 from cablewright.studies.checks.fastest import Fastest
-from cablewright.studies.checks.not_checked import SKIPPABLE, not_checked
 from cablewright.studies.checks.figure_limits import error_finding
+from cablewright.studies.checks.job_samples import JobPath, Walked, WalkSettings
+from cablewright.studies.checks.not_checked import SKIPPABLE, not_checked
 from cablewright.studies.checks.result import WRONG_UNIT, Check
 from cablewright.studies.checks.sample_errors import SampleErrors
 from cablewright.studies.checks.verdict import verdict
-from cablewright.studies.checks.job_samples import JobPath, Walked, WalkSettings
 
 IN_ROOM: Final = 300.0
 """Memory, bytes, for each sample of a path whose arrays are in files."""

@@ -11,9 +11,9 @@ from cablewright.models.inertia import with_inertia
 from cablewright.models.support import Capability, cells
 from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Uncertainty
+from cablewright.studies.checks.job_samples import JobPath
 from cablewright.studies.checks.line_vibration import slow_lines
 from cablewright.studies.checks.path_statics import PathStatics
-from cablewright.studies.checks.job_samples import JobPath
 
 SKIPPABLE: Final = {
     "interference": "interference of lines",

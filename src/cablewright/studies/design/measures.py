@@ -1,5 +1,4 @@
-"""Figures by which a candidate design is judged: of the part that it prints, of its workspace, and of the robot
-itself."""
+"""Figures by which a candidate design is judged: of its part, of its workspace, and of the robot."""
 
 from __future__ import annotations
 

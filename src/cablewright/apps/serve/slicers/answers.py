@@ -9,8 +9,8 @@ from typing import Any, Final
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, Response
 
-from cablewright.apps.serve.slicers.shared_actions import SENDING, Busy, Forbidden
 from cablewright.apps.serve.slicers.multipart_forms import EarlyRefusal
+from cablewright.apps.serve.slicers.shared_actions import SENDING, Busy, Forbidden
 from cablewright.apps.serve.uploads import TooLarge
 from cablewright.foundation.errors import CablewrightError, EnvironmentFault
 

@@ -10,10 +10,10 @@ from typing import Any, Final
 from starlette.requests import Request
 
 from cablewright.apps.serve.shared_state import Served
-from cablewright.apps.serve.slicers.multipart_forms import file_name, read_form
-from cablewright.apps.serve.slicers.slicer_comments import GcodeNotes, notes_of
 from cablewright.apps.serve.slicers.keys import Key
 from cablewright.apps.serve.slicers.machine_view import MachineView, view_of
+from cablewright.apps.serve.slicers.multipart_forms import file_name, read_form
+from cablewright.apps.serve.slicers.slicer_comments import GcodeNotes, notes_of
 from cablewright.foundation.errors import CablewrightError, EnvironmentFault, InputError
 from cablewright.foundation.signals import OrderKind
 from cablewright.live.serve.jobs import GCODE

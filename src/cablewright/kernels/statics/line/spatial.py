@@ -60,7 +60,7 @@ from cablewright.kernels.statics.line.upright import LENGTH_TOLERANCE, STALLED, 
 
 SIZE = 4  # unknowns of a line
 # Columns of the right-hand sides and of the solutions of `solve`.
-RESIDUAL, POSE, GIVEN = 0, 1, 7  # by residual; by the pose's degrees of freedom, 1..6; by length or logarithm of the pull
+RESIDUAL, POSE, GIVEN = 0, 1, 7  # by residual; by the pose's coordinates, 1..6; by length or logarithm of the pull
 COLUMNS = 8  # of right-hand sides
 
 # What `place_span` writes to a record.
@@ -225,8 +225,10 @@ def spatial_system(row, y, pose, arm, rotation, length, record, block, rhs):
 
 @jit
 def by_pose(n, record, taken, rhs):
-    """Write the right-hand sides for the pose's *n* degrees of freedom; *taken*: unstrained per contact length, 0 at a
-    pull."""
+    """Write the right-hand sides for the pose's *n* degrees of freedom.
+
+    *taken*: unstrained per contact length, 0 at a pull.
+    """
     for k in range(3):
         for i in range(4):
             rhs[i, POSE + k] = 1.0 if i == k else 0.0

@@ -35,8 +35,7 @@ class ExitMountState:
     def close(
         self, packed: Packed, kept: Indices, lengths: Array, pose: Array, states: Array, ratio: Array, work: Work
     ) -> int:
-        """Let the exit points of *packed*, the lines numbered *kept*, give until all is in equilibrium; return a
-        code."""
+        """Displace the exit points of *packed*, of the lines *kept*, until all is in equilibrium; return a code."""
         displaced = self.displaced[kept]
         given = (packed, lengths, pose, states, ratio[kept], self._compliance[kept], displaced, work)
         code = int(exit_mounts.close(*given))
