@@ -84,9 +84,9 @@ def as_poses(model: Model, values: ArrayLike, what: str, *, free: bool = False) 
     """Return poses as a new (rows, n) array, and whether they were a single row.
 
     A rigid body's pose may be its position alone: unrotated. A rotation vector longer than pi is replaced by the
-    equivalent shorter one, with a warning in the log. If *free*, NaN marks coordinates that gravity decides on a robot with
-    fewer winches than degrees of freedom. Of a position in a plane one coordinate may be NaN, which the plane
-    decides. Raises `InputError` for a wrong count or numbers that are not finite, and for a pose off the platform's
+    equivalent shorter one, with a warning in the log. If *free*, NaN marks coordinates that gravity decides on a
+    robot with fewer winches than degrees of freedom. One coordinate of a position in a plane may be NaN: the plane
+    decides it. Raises `InputError` for a wrong count or numbers that are not finite, and for a pose off the platform's
     plane.
     """
     n, freedoms, plane = model.n, model.freedoms, model.robot.platform.plane

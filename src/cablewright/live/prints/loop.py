@@ -14,22 +14,13 @@ from typing import ClassVar, Final, Protocol, runtime_checkable
 
 import numpy as np
 
-from cablewright.control import (
-    drum_yaw,
-    guard,
-    guide,
-    height,
-    manual,
-    retraction,
-    stretch_damping,
-    supervisor,
-    velocity,
-)
+from cablewright.control import drum_yaw, guard, guide, manual, retraction, stretch_damping, supervisor, velocity
 from cablewright.control.clock import FrameClock
 from cablewright.control.drum_yaw import YawSettings, YawState
 from cablewright.control.guard import GuardSettings, GuardState, StopCause
 from cablewright.control.guide import GuideMode, GuideState, Target, TimedPath
 from cablewright.control.height import HeightControl
+from cablewright.control.height import step as step_height
 from cablewright.control.manual import ManualSettings, ManualState
 from cablewright.control.orders import BY_HAND, OrderState, examine
 from cablewright.control.procedure import Procedure
@@ -243,7 +234,7 @@ class Printer:
         self._begin_stop(state, verdict, command)
         self._obey(verdict.orders, state, estimate)
         if self.plan.height is not None and verdict.state is PrintState.PRINTING:
-            self.guide.height_offset = height.step(self.plan.height, self.guide.height_offset, estimate.clearance, dt)
+            self.guide.height_offset = step_height(self.plan.height, self.guide.height_offset, estimate.clearance, dt)
         if self._approach_pending and estimate.valid:
             guide.leave_path(self.plan.path, self.guide, estimate.position, estimate.rotation)
             self._approach_pending = False
