@@ -21,7 +21,7 @@ import numpy as np
 
 from cablewright.control.guide import Target
 from cablewright.control.held_lengths import Held, held_at
-from cablewright.control.retraction import BeamMotion
+from cablewright.control.retractor import BeamMotion
 from cablewright.control.slack import SlackSettings, slack_rates
 from cablewright.control.stretch_damping import StretchDamping, StretchState
 from cablewright.control.stretch_damping import follow as follow_stretch

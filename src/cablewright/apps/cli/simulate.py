@@ -96,7 +96,7 @@ class DriveOptions:
 
 @options("Faults")
 class FaultOptions:
-    """What fails on the way."""
+    """Faults during the run."""
 
     fault: Annotated[
         list[str] | None,

@@ -79,7 +79,7 @@ def _body(digest: Digest, title: str, pictures: Pictures) -> Iterator[Html]:
 
 
 def _notices(digest: Digest) -> Iterator[Html]:
-    """Yield what a reader has to know before using a figure or picture: guesses, and samples that are left out."""
+    """Yield notices that a reader needs before using a figure or picture: guesses, and samples that are left out."""
     yield from map(notice, digest.check.notes)
     total = count(len(digest.check.samples))
     for code, times in digest.unsolved():

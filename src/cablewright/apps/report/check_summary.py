@@ -1,4 +1,4 @@
-"""A check boiled down to what pictures and tables show: errors, stretches of the print, heights, extremes of lines."""
+"""Summary of a check for pictures and tables: errors, sections of the print, heights, extremes of lines."""
 
 from __future__ import annotations
 

@@ -180,7 +180,7 @@ def _point(point: tuple[float, float, float]) -> str:
 
 
 def program() -> str:
-    """Name and version of what wrote the page."""
+    """Name and version of the program that wrote the page."""
     try:
         return f"cablewright {version('cablewright')}"
     except PackageNotFoundError:  # run from its sources

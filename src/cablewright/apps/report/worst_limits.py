@@ -25,7 +25,7 @@ def findings_table(digest: Digest) -> Html:
 
 
 def _room(finding: Finding) -> float:
-    """Return the margin as a share of what is allowed; below everything where there is no solution at all."""
+    """Return the margin as a share of the limit; below everything where there is no solution at all."""
     if not finding.unit or math.isnan(finding.margin):
         return -math.inf
     low, high = finding.allowed
@@ -47,7 +47,7 @@ def _row(digest: Digest, finding: Finding) -> tuple[str, ...]:
 
 
 def _limit(finding: Finding) -> Html:
-    """Name the limit and say what it is for."""
+    """Name the limit and explain its purpose."""
     mark = element("span", finding.limit, class_="mark no" if finding.violations else "mark")
     return join([mark, element("small", finding.why)]) if finding.why else mark
 
@@ -57,7 +57,7 @@ def _line(finding: Finding) -> str:
 
 
 def _margin(finding: Finding) -> Html:
-    """Say how far inside or outside, in words: colour alone tells nothing on paper."""
+    """Write the distance inside or outside in words: colour alone is not enough on paper."""
     size = quantity(abs(finding.margin), finding.unit)
     if finding.violations:
         return element("span", f"{size} outside", class_="mark no")

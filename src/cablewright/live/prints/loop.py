@@ -14,17 +14,16 @@ from typing import ClassVar, Final, Protocol, runtime_checkable
 
 import numpy as np
 
-from cablewright.control import drum_yaw, guard, guide, manual, retraction, stretch_damping, supervisor, velocity
+from cablewright.control import drum_yaw, guard, guide, height, manual, retractor, stretch_damping, supervisor, velocity
 from cablewright.control.clock import FrameClock
 from cablewright.control.drum_yaw import YawSettings, YawState
 from cablewright.control.guard import GuardSettings, GuardState, StopCause
 from cablewright.control.guide import GuideMode, GuideState, Target, TimedPath
 from cablewright.control.height import HeightControl
-from cablewright.control.height import step as step_height
 from cablewright.control.manual import ManualSettings, ManualState
 from cablewright.control.orders import BY_HAND, OrderState, examine
 from cablewright.control.procedure import Procedure
-from cablewright.control.retraction import BeamMotion, BeamSettings, BeamState
+from cablewright.control.retractor import BeamMotion, BeamSettings, BeamState
 from cablewright.control.stop import StopKind, StopState, advance
 from cablewright.control.supervisor import SupervisorSettings, SupervisorState, Verdict
 from cablewright.control.velocity import VelocitySettings
@@ -203,7 +202,7 @@ class Printer:
             self._weighing.weigh(self._full_mass - self.load.gone)
         estimate = self.estimator.step(frame)
         if self._beam is not None and self.plan.beam is not None:
-            retraction.read(self.plan.beam, self._beam, frame)
+            retractor.read(self.plan.beam, self._beam, frame)
         state = self.supervisor.state
         stopped = self._stop is None or self._stop.at_rest(self.plan.guard.stop)
         verdict = supervisor.step(
@@ -234,7 +233,7 @@ class Printer:
         self._begin_stop(state, verdict, command)
         self._obey(verdict.orders, state, estimate)
         if self.plan.height is not None and verdict.state is PrintState.PRINTING:
-            self.guide.height_offset = step_height(self.plan.height, self.guide.height_offset, estimate.clearance, dt)
+            self.guide.height_offset = height.step(self.plan.height, self.guide.height_offset, estimate.clearance, dt)
         if self._approach_pending and estimate.valid:
             guide.leave_path(self.plan.path, self.guide, estimate.position, estimate.rotation)
             self._approach_pending = False
@@ -361,7 +360,7 @@ class Printer:
         """The motion of the beam in the next step; None of a platform that does not retract."""
         if self.plan.beam is None or self._beam is None:
             return None
-        return retraction.step(self.plan.beam, self._beam, target.retraction, target.retraction_rate, dt)
+        return retractor.step(self.plan.beam, self._beam, target.retraction, target.retraction_rate, dt)
 
     def _standing(self, now: float, speeds: Array, mode: WinchMode) -> Command:
         """A command of a stop, in its mode where the machine has it."""
