@@ -8,7 +8,7 @@ from functools import cache
 
 import numpy as np
 
-from cablewright.estimation.chain import observer
+from cablewright.estimation.merlet2023 import observer
 from cablewright.foundation.signals import PrintState, Progress
 from cablewright.live.drive import DriveSettings, Pilot, random_loop
 from cablewright.live.estimator_settings import observer_settings

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cablewright.estimation.chain import drum_radius
-from cablewright.estimation.chain.drum_radius import RadiusSettings
+from cablewright.estimation.merlet2023 import drum_radius
+from cablewright.estimation.merlet2023.drum_radius import RadiusSettings
 from cablewright.foundation.errors import InputError
 from cablewright.models.coil import wind
 

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import cablewright.estimation
-from cablewright.estimation.chain import observer
 from cablewright.estimation.lidar.room import Laser
+from cablewright.estimation.merlet2023 import observer
 from cablewright.estimation.time_buffer import TimeBuffer
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import Command, Encoders, Estimate, Inertial, LineAngles, Scan, SensorFrame

@@ -234,8 +234,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from cablewright.estimation.chain import observer
-from cablewright.estimation.chain.state import ObserverSettings, ObserverState
+from cablewright.estimation.merlet2023 import observer
+from cablewright.estimation.merlet2023.state import ObserverSettings, ObserverState
 from cablewright.foundation.signals import Estimate, SensorFrame
 
 

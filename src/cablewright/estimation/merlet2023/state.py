@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from cablewright.estimation.chain.drum_radius import RadiusSettings, RadiusState
 from cablewright.estimation.height import HeightEstimate
 from cablewright.estimation.known_machine import KnownMachine
 from cablewright.estimation.lidar.localisation import WallPose, WallState
 from cablewright.estimation.lidar.room import Laser
+from cablewright.estimation.merlet2023.drum_radius import RadiusSettings, RadiusState
 from cablewright.estimation.reading_checks import ClockedState
 from cablewright.estimation.tilt import TiltState
 from cablewright.foundation.arrays import Array

@@ -15,8 +15,6 @@ from typing import Any, Final
 import numpy as np
 
 from cablewright.estimation import slackness, tilt
-from cablewright.estimation.chain import drum_radius, lengths
-from cablewright.estimation.chain.state import Located, ObserverSettings, ObserverState
 from cablewright.estimation.drum_clock import ClockLead
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.estimation.height import HeightSettings, estimate_height
@@ -24,6 +22,8 @@ from cablewright.estimation.known_creep import KnownCreep, known_creep
 from cablewright.estimation.lidar import localisation
 from cablewright.estimation.lidar.localisation import WallPose, WallState
 from cablewright.estimation.lidar.wall_lines import LidarTurn, scanned, turn_of
+from cablewright.estimation.merlet2023 import drum_radius, lengths
+from cablewright.estimation.merlet2023.state import Located, ObserverSettings, ObserverState
 from cablewright.estimation.reading_checks import (
     HISTORY_LENGTH,
     ReadingChecks,
