@@ -47,7 +47,21 @@ class Fit(Pictured):
         ),
         Figure("size", "m", "Sides of the part at its own scale."),
         Figure("limit", "", "What limits a larger part."),
-        Figure("reach_volume", "m^3", "Volume that the nozzle reaches; in a plane m^2.", "reach.volume"),
+        Figure(
+            "reach_volume",
+            "m^3",
+            "Volume that the nozzle reaches.",
+            "reach.volume",
+            only=lambda of: of.robot.platform.plane is None,
+        ),
+        Figure(
+            "reach_volume",
+            "m^2",
+            "In a plane: area that the nozzle reaches.",
+            "reach.volume",
+            name="reach area",
+            only=lambda of: of.robot.platform.plane is not None,
+        ),
         Figure("not_checked", "", "What is not counted.", sentences=True, detail=True),
     )
     HEADLINES: ClassVar = ("fits", "scale", "limit")

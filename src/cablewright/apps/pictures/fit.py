@@ -52,12 +52,12 @@ def _from_above(axes: Any, found: Fit) -> None:
 
 
 def _surface(found: Fit) -> Array:
-    """Return the faces (F, 4, 3), m, between cells that hold and cells that do not."""
-    if found.reach.holds.shape[1] == 1 or found.reach.holds.shape[2] == 1:
-        return np.zeros((0, 4, 3))
+    """Return the faces (F, 4, 3), m, between cells that hold and cells that do not; of a plane its cells."""
     cells = np.pad(found.reach.cells, 1).astype(np.int8)
+    flat = [k for k, axis in enumerate(found.reach.axes) if len(axis) == 1]
+    ends = [np.resize(axis, max(len(axis), 2)) for axis in found.reach.axes]
     faces = []
-    for k in range(3):
+    for k in flat or range(3):
         a, b = (j for j in range(3) if j != k)
         for index in np.argwhere(np.diff(cells, axis=k) != 0):
             corner = index - 1
@@ -67,6 +67,6 @@ def _surface(found: Fit) -> Array:
                 at = corner.copy()
                 at[a] += da
                 at[b] += db
-                square.append([found.reach.axes[j][at[j]] for j in range(3)])
+                square.append([ends[j][at[j]] for j in range(3)])
             faces.append(square)
-    return np.array(faces).reshape(-1, 4, 3)
+    return np.array(faces).reshape(-1, 4, 3) @ found.reach.directions
