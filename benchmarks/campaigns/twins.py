@@ -55,6 +55,8 @@ FRICTION, SOFTER, OFF, WRONG, GIVES = 0.03, 0.8, 0.1, 3e-3, 2e-6
 STRETCH, BENDING = 2e-3, 2e-3
 RADIUS = 2e-3  # m
 LENGTH_NOISE, ANGLE_NOISE, SURVEY, CENTRE = 3e-3, 1e-3, 1e-3, 5e-3  # m, rad, m, m
+CELL_NOISE, CELL_ZERO = 0.5, 2.0  # N
+ZEROS = ("tension_offset", "swivel_offset", "tilt_offset")
 ZERO, TILT = math.radians(1.0), math.radians(0.5)
 
 
@@ -152,25 +154,37 @@ def suspended(seed: int, count: int = 27) -> Twin:
     true = _with_exits(file.model_copy(update={"platform": platform}), exits)
     model = Model(true, Fidelity.of("elastic"))
     poses = random_poses(model, count + HELD_OUT, rng)
-    made = measure(model, poses, LENGTH_NOISE, rng, sensors=SensorNoise(swivel=ANGLE_NOISE)).measured
-    zeros = ZERO * rng.normal(size=file.m)
-    given = [made.counted[:count], made.guess[:count]]
+    noise = SensorNoise(tension=CELL_NOISE, swivel=ANGLE_NOISE, tilt=ANGLE_NOISE)
+    made = measure(model, poses, LENGTH_NOISE, rng, sensors=noise).measured
+    zeros = [spread * rng.normal(size=size) for spread, size in ((CELL_ZERO, file.m), (ZERO, file.m), (TILT, 2))]
+    true_zeros = [np.zeros_like(each) for each in zeros]
+    read, good = (
+        Measured(
+            made.counted[:count],
+            made.guess[:count],
+            tensions=made.tensions[:count] - off[0],
+            swivel=made.swivel[:count] - off[1],
+            tilt=made.tilt[:count] - off[2],
+        )
+        for off in (zeros, true_zeros)
+    )
     plan = CalibrationPlan(
-        unknowns=("exit_point", "length_offset", "swivel_offset", "centre_of_mass"),
-        sigma=Sigmas(encoder=LENGTH_NOISE, swivel=ANGLE_NOISE),
+        unknowns=("exit_point", "length_offset", *ZEROS, "centre_of_mass"),
+        sigma=Sigmas(encoder=LENGTH_NOISE, tension=CELL_NOISE, swivel=ANGLE_NOISE, tilt=ANGLE_NOISE),
         level=TILT,
         priors=(
-            Prior(name="exit_point", deviation=SURVEY, shape=True),
-            Prior(name="swivel_offset", deviation=ZERO),
+            Prior(name="exit_point", deviation=SURVEY, tilted=True),
+            *(Prior(name=name, deviation=spread) for name, spread in zip(ZEROS, (CELL_ZERO, ZERO, TILT), strict=True)),
             Prior(name="centre_of_mass", deviation=CENTRE / math.sqrt(3.0)),
         ),
     )
-    oracle = plan.model_copy(update={"unknowns": plan.unknowns[:2], "priors": plan.priors[:1], "level": 1e-6})
+    surveyed = (Prior(name="exit_point", deviation=SURVEY),)
+    oracle = plan.model_copy(update={"unknowns": plan.unknowns[:2], "priors": surveyed, "level": None})
     return Twin(
         file,
-        Measured(*given, swivel=made.swivel[:count] - zeros),
+        read,
         plan,
-        Measured(*given, swivel=made.swivel[:count]),
+        good,
         oracle,
         exits.ravel(),
         poses[count:, :3],

@@ -57,8 +57,8 @@ class Prior(Description):
     """Prior knowledge of an unknown: the file's value, or ``value``, with a standard deviation, in its SI unit.
 
     ``name`` may be of a coordinate: ``exit_point.z``. ``alike``: the lines differ from the file by the same number,
-    which is unknown, to that deviation. ``shape``: exit points have the shape of the file to that deviation, as by a
-    survey in a frame of its own, and any place and direction.
+    which is unknown, to that deviation. ``tilted``: exit points are those of the file to that deviation, but for
+    a tilt of all together, as by a survey in a frame that is not level.
     """
 
     name: str
@@ -66,14 +66,14 @@ class Prior(Description):
     value: Annotated[float, Strict(), Field(allow_inf_nan=False)] | None = None
     deviation: _Sigma[_Axis]
     alike: bool = False
-    shape: bool = False
+    tilted: bool = False
 
     @model_validator(mode="after")
     def _is_known(self) -> Self:
         if self.name not in (*NAMES, *COORDINATES):
             raise refusal("name", f"unknown number; {suggestion(self.name, (*NAMES, *COORDINATES))}")
-        if self.shape and (self.name != "exit_point" or self.alike or self.lines is not None):
-            raise refusal("shape", "is of the exit_point of all lines: leave out lines and alike")
+        if self.tilted and (self.name != "exit_point" or self.alike or self.lines is not None):
+            raise refusal("tilted", "is of the exit_point of all lines: leave out lines and alike")
         if self.alike and self.value is not None:
             raise refusal("alike", "is of numbers whose value is not known: leave out this or value")
         if self.value is not None and self.name not in (*BOUNDED, *COORDINATES):

@@ -109,8 +109,8 @@ def linear_rows(
         for axis in set(axes) if each.alike else ():
             same = [one == axis for one in axes]
             own[same] -= own[same].mean(axis=0)
-        if each.shape:
-            own -= own @ _rigid_motions(robot, unknowns, f"priors[{at}]")
+        if each.tilted:
+            own -= own @ _tilts(robot, unknowns, f"priors[{at}]")
         prior.append(own)
         given.append(own @ start if each.value is None else np.full(len(own), each.value / each.deviation))
     rows, measured = np.concatenate([*surveyed, *level, *prior]), 3 * len(plan.points) + 2 * len(level)
@@ -118,13 +118,13 @@ def linear_rows(
     return rows, np.concatenate([values, before, *given]), np.arange(len(rows)) >= measured
 
 
-def _rigid_motions(robot: Robot, unknowns: Sequence[Unknown], where: str) -> Array:
-    """Return the projection (k, k) of changes of the unknowns on motions of all exit points as one body."""
+def _tilts(robot: Robot, unknowns: Sequence[Unknown], where: str) -> Array:
+    """Return the projection (k, k) of changes of the unknowns on tilts of all exit points as one body."""
     if sum(each.name == "exit_point" for each in unknowns) < 3 * robot.m:
-        raise InputError(f"{where}: shape is of the exit points of all lines, and each must be an unknown of its own")
+        raise InputError(f"{where}: tilted is of the exit points of all lines, and each must be an unknown of its own")
     points = np.array([line.exit_point for line in robot.lines])
-    turns = [np.cross(axis, points - points.mean(axis=0)).ravel() for axis in np.eye(3)]
-    span = np.linalg.qr(by_exits(robot, unknowns, [*np.tile(np.eye(3), robot.m), *turns]).T)[0]
+    turns = [np.cross(axis, points - points.mean(axis=0)).ravel() for axis in np.eye(3)[:2]]
+    span = np.linalg.qr(by_exits(robot, unknowns, turns).T)[0]
     return np.asarray(span @ span.T)
 
 
