@@ -140,7 +140,9 @@ def suspended(seed: int, count: int = 27) -> Twin:
     """A suspended body, *count* poses."""
     own, rng = load("grab-four-lines"), np.random.default_rng(seed)
     lines = [
-        line.model_copy(update={"sheave": Swivel(radius=0.0225, axis=(1.0 if line.exit_point[0] < 1.1 else -1.0, 0, 0))})
+        line.model_copy(
+            update={"sheave": Swivel(radius=0.0225, axis=(1.0 if line.exit_point[0] < 1.1 else -1.0, 0, 0))}
+        )
         for line in own.lines
     ]
     file = Robot.model_validate(own.model_copy(update={"lines": tuple(lines)}).model_dump())

@@ -30,7 +30,9 @@ def vibration_command(
     record: Annotated[
         Path | None,
         typer.Option(
-            "--record", metavar="FILE.csv", help="Record of a vibration, columns t and readings, instead of --frequency."
+            "--record",
+            metavar="FILE.csv",
+            help="Record of a vibration, columns t and readings, instead of --frequency.",
         ),
     ] = None,
     in_plane: Annotated[

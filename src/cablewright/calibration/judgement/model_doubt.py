@@ -127,7 +127,9 @@ def model_doubt(
     largest, considered = np.diag(noise).copy(), tuple[Considered, ...]()
     if numbers:
         left = np.concatenate([other + known @ motion, others @ motion]) / scale  # of the rows, as unknowns follow
-        numbers = [_as_wide_as_told(each, rows_of, problem.poses) for each, rows_of in zip(numbers, left.T, strict=True)]
+        numbers = [
+            _as_wide_as_told(each, rows_of, problem.poses) for each, rows_of in zip(numbers, left.T, strict=True)
+        ]
         found_off = _found_off(left, -(other.T @ off.ravel()) / scale**2, numbers)
         shown = np.concatenate([motion, np.eye(len(numbers))])
         joint += shown @ found_off.averaged @ shown.T
