@@ -52,7 +52,7 @@ def by_moorpy(problem: cw.Problem) -> Solve:
 
 
 def by_root(problem: cw.Problem) -> Solve:
-    """A point on Irvine's cables by SciPy's root, from straight cables at the middle of the exits."""
+    """A point on Irvine's cables by SciPy's root, from straight cables at the middle of the exit points."""
     given = problem.inputs
     exits, L, m = given["exit_points"], given["lengths"], len(given["lengths"])
     w, EA, weight = float(given["linear_density"]) * G, float(given["axial_stiffness"]), float(given["mass"]) * G

@@ -622,7 +622,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("kind", BAD)
-def test_a_bad_file_is_refused_in_a_line(kind: str, tmp_path: Path) -> None:
+def test_a_bad_file_is_rejected_in_a_line(kind: str, tmp_path: Path) -> None:
     name, text, why = BAD[kind]
     with pytest.raises(InputError, match=why) as caught:
         read(tmp_path, name, text)

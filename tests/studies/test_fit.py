@@ -80,7 +80,7 @@ def test_a_long_part_is_turned(tmp_path: Path) -> None:
     assert found.rotation == pytest.approx(math.pi / 2)
 
 
-def test_a_part_that_is_too_large_is_refused(hangprinter: Robot, tmp_path: Path) -> None:
+def test_a_part_that_is_too_large_is_rejected(hangprinter: Robot, tmp_path: Path) -> None:
     found = fit(hangprinter, load_job(bar(tmp_path, 6000.0)), turns=4)
     assert not found.fits
     assert 0.1 < found.scale < 0.5

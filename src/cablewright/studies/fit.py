@@ -141,7 +141,7 @@ def fit(
 
 
 def _points(part: Job | str | Path) -> Array:
-    """Return points (k, 3), m, from a part's zero: of its surface, or of what its path lays. Raises `InputError`."""
+    """Return points (k, 3), m, from a part's zero: of its surface, or of its laid material. Raises `InputError`."""
     if isinstance(part, Job):
         toolpath = part.toolpath()
         laid = toolpath.extruding

@@ -27,7 +27,7 @@ class Slicer:
 
 @dataclass(frozen=True, eq=False)
 class SlicerFiles:
-    """A slicer's profile: text of each file by name, and notes of what was lost and what was assumed."""
+    """A slicer's profile: text of each file by name, and notes on lost and assumed values."""
 
     files: Mapping[str, str]
     lost: tuple[str, ...]
