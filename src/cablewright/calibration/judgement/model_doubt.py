@@ -5,8 +5,10 @@ the shift by that error adds to the covariance. Each kind of number has an even 
 average over all subsets of kinds, weighted by their evidence (Bayesian model averaging): a kind that the data deny adds
 next to nothing, one that they show or cannot tell adds its part. So it is with effects that cross-validation weighed:
 the number of one that was chosen is as wrong as the data leave it, and one that was not is believed as wide as one pose
-tells it (the unit information prior of Kass and Wasserman 1995), so that what the choice itself may miss is in sigma. The covariance by the scatter of poses and of surveyed
-points (a sandwich, clustered, HC3) replaces a smaller one where it exceeds what noise explains.
+tells it (the unit information prior of Kass and Wasserman 1995), so that what the choice itself may miss is in sigma.
+
+The covariance by the scatter of poses and of surveyed points (a sandwich, clustered, HC3) replaces a smaller one where
+it exceeds what noise explains.
 """
 
 from __future__ import annotations
@@ -127,7 +129,9 @@ def model_doubt(
     largest, considered = np.diag(noise).copy(), tuple[Considered, ...]()
     if numbers:
         left = np.concatenate([other + known @ motion, others @ motion]) / scale  # of the rows, as unknowns follow
-        numbers = [_as_wide_as_told(each, rows_of, problem.poses) for each, rows_of in zip(numbers, left.T, strict=True)]
+        numbers = [
+            _as_wide_as_told(each, rows_of, problem.poses) for each, rows_of in zip(numbers, left.T, strict=True)
+        ]
         found_off = _found_off(left, -(other.T @ off.ravel()) / scale**2, numbers)
         shown = np.concatenate([motion, np.eye(len(numbers))])
         joint += shown @ found_off.averaged @ shown.T

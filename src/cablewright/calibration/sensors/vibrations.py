@@ -35,9 +35,8 @@ def with_vibrations(robot: Robot, measured: Measured, plan: CalibrationPlan, pos
     both = np.argwhere(shaken & np.isfinite(given) & np.isnan(own))
     if len(both):
         row, line = (int(at) for at in both[0])
-        raise InputError(
-            f"{measured.origin}, {measured.place(row)}: hz_{line + 1} and f_{line + 1}: give one of them, the other blank"
-        )
+        where = f"{measured.origin}, {measured.place(row)}: hz_{line + 1}"
+        raise InputError(f"{where} and f_{line + 1}: give one of them, the other blank")
     if (frequencies[shaken] <= 0.0).any():
         row, line = (int(at) for at in np.argwhere(shaken & (np.nan_to_num(frequencies) <= 0.0))[0])
         raise InputError(f"{measured.origin}, {measured.place(row)}: hz_{line + 1}: must be over 0 Hz")
