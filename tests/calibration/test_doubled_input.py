@@ -106,5 +106,5 @@ def test_a_group_is_of_lines_with_the_same_parts() -> None:
     both = CalibrationPlan(
         unknowns=("exit_point", "length_offset", "build_up"), groups=(Group(name="build_up", lines=names),)
     )
-    with pytest.raises(InputError, match="groups: build_up of .*: of different drums or cables"):
+    with pytest.raises(InputError, match=r"groups: build_up of .*: of different drums or cables"):
         StraightProblem.of(other, made, both)
