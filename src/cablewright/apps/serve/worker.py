@@ -17,7 +17,7 @@ from typing import Any, Final
 from cablewright.apps.serve.uploads import METRICS, REPORT, Uploads
 from cablewright.foundation.errors import CablewrightError
 from cablewright.foundation.file_output import whole_folder, write_whole
-from cablewright.live.serve.jobs import JobCheck, load_served, subject_of, write_check
+from cablewright.live.serve.jobs import JobCheck, digest_of, load_served, subject_of, write_check
 
 STATION: Final = "station.json"
 """File in the served folder with the robot and what its owner knows of the machine."""
@@ -97,6 +97,8 @@ def check_job(folder: Path, number: str) -> JobCheck:
             has_report=True,
             expected_error=error if isfinite(error) else None,
             duration=found.law.duration,
+            section=found.beads.typical.section,
+            robot=digest_of(robot),
         )
     except CablewrightError as error:
         answer = JobCheck(subject=subject, answer="failed", why=str(error))
