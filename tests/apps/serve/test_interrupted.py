@@ -63,26 +63,28 @@ def entered(chromium: Browser, server: Served) -> None:
         page.until("location.pathname === '/' && window.operate")
 
 
-def press(page: Page, text: str) -> None:
-    """Press the primary action once it has this text, and confirm what it asks; a lost lease is taken again."""
-    end = time.monotonic() + 150.0
-    while page.run(f"{ACT}.hidden || {ACT}.textContent !== {text!r}"):
-        told = page.run("[document.getElementById('state').textContent, document.getElementById('answer').textContent]")
-        assert time.monotonic() < end, (text, page.run(NEXT), told)
+def press(page: Page, text: str, then: str) -> None:
+    """Press the primary action of this text, confirm what it asks, until the condition *then* is met.
+
+    A busy computer loses the lease, or withdraws a question: then a person begins again.
+    """
+    end, there = time.monotonic() + 150.0, f"!{ACT}.hidden && {ACT}.textContent === {text!r}"
+    while not page.run(f"Boolean({then})"):
+        told = "[document.getElementById('state').textContent, document.getElementById('answer').textContent]"
+        assert time.monotonic() < end, (text, page.run(NEXT), page.run(told))
         if page.run("!operate.orders.mine && !document.getElementById('take').disabled"):
             page.run("document.getElementById('take').click()")
-        time.sleep(0.1)
-    page.run(f"{ACT}.click()")
-    time.sleep(0.1)
-    page.run("document.getElementById('ask').open && document.getElementById('ask-yes').click()")
+        elif page.run(f"!document.getElementById('ask').open && {there}"):
+            page.run(f"{ACT}.click()")
+        elif page.run("document.getElementById('ask').open"):
+            page.run("document.getElementById('ask-yes').click()")
+            time.sleep(1.0)
+        time.sleep(0.2)
 
 
 def reset_and_enable(page: Page) -> None:
-    """Get ready; an order that a busy computer brings too late is given again."""
-    for text, state in (("Reset", "fault"), ("Enable", "off")):
-        while page.run(f"{CONTROL}.state === {state!r}"):
-            press(page, text)
-            time.sleep(0.3)
+    press(page, "Reset", f"{CONTROL}.state !== 'fault'")
+    press(page, "Enable", f"{CONTROL}.state === 'idle' && {CONTROL}.known")
 
 
 def waiting_job(server: Served) -> None:
@@ -103,8 +105,7 @@ def test_barrier_refill_and_loss_of_power_have_a_way_on(
         with chromium.page(f"{server.origin}/", 1280) as page:
             page.until("window.operate && operate.link.page && !document.body.classList.contains('stale')")
             reset_and_enable(page)
-            press(page, "Print ring")
-            page.until(f"{CONTROL}.state === 'printing'", 120.0)
+            press(page, "Print ring", f"{CONTROL}.state === 'printing'")
             seen: set[str] = set()
             end = time.monotonic() + 240.0
             while seen != {"refilled", "somebody"}:
@@ -112,16 +113,14 @@ def test_barrier_refill_and_loss_of_power_have_a_way_on(
                 state, reason = page.run(f"[{CONTROL}.state, {CONTROL}.reason]")
                 if state == "refilling":
                     assert "powder" in page.run("document.getElementById('reason').textContent")
-                    press(page, "Refilled")
-                    page.until(f"{CONTROL}.state === 'printing' || {CONTROL}.state === 'paused'", 60.0)
+                    press(page, "Refilled", f"['printing', 'paused'].includes({CONTROL}.state)")
                     assert page.run(f"{CONTROL}.powder") > 5.0
                     seen.add("refilled")
                 elif state == "paused" and "barrier" in reason:
                     page.until(f"{STATE} === 'paused'")
                     assert page.run("document.getElementById('reason').textContent").startswith("Somebody is in")
                     page.until(f"{CONTROL}.barrier === false", 30.0)  # they have left
-                    press(page, "Resume")
-                    page.until(f"{CONTROL}.state !== 'paused'", 30.0)
+                    press(page, "Resume", f"{CONTROL}.state !== 'paused'")
                     seen.add("somebody")
                 time.sleep(0.1)
             page.until(f"{CONTROL}.state === 'printing'", 90.0)
@@ -134,16 +133,12 @@ def test_barrier_refill_and_loss_of_power_have_a_way_on(
         entered(chromium, server)
         with chromium.page(f"{server.origin}/", 1280) as page:
             page.until("window.operate && operate.link.page && !document.body.classList.contains('stale')")
-            page.until("!document.getElementById('take').disabled")
-            press(page, "Operate")
+            press(page, "Operate", "operate.orders.mine")
             page.until(f"{NEXT}.includes('was cut off')", 30.0)
             assert "was cut off" in page.run("document.getElementById('runs').textContent")
-            press(page, "Resume or leave it")
-            page.until("operate.state.sitting.resumed && operate.orders.control.fresh", 60.0)
+            press(page, "Resume or leave it", f"operate.state.sitting.resumed && {CONTROL}.fresh")
             reset_and_enable(page)
-            page.until(f"{CONTROL}.known", 30.0)
-            press(page, "Start")
-            page.until(f"{CONTROL}.state === 'printing'", 90.0)
+            press(page, "Start", f"{CONTROL}.state === 'printing'")
             assert page.run(f"{CONTROL}.distance") == pytest.approx(before, abs=1.0)
             page.until(f"{CONTROL}.distance > {before} + 0.3 || {CONTROL}.state === 'refilling'", 60.0)
             assert page.run("operate.state.sitting.run") == run

@@ -77,7 +77,7 @@ export class Orders {
 
   async stop() {
     this.stops += 1;
-    this.questions.end(false);
+    this.questions.end(null);
     const alarm = at("alarm");
     const through = await this.link.stop();
     alarm.hidden = through;

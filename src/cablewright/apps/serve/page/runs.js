@@ -9,7 +9,11 @@ export class Runs {
     this.orders = orders;
     this.runs = [];
     at("find").addEventListener("input", () => this.show());
-    link.on("hello", () => this.list()).on("sitting", (sitting) => { this.sitting = sitting; this.list(); });
+    link.on("hello", () => this.list()).on("sitting", (sitting) => {
+      if (sitting.rejected && this.cut) this.leave(this.cut.name); // why stands at its job
+      this.sitting = sitting;
+      this.list();
+    });
     setInterval(() => { if (!document.hidden && link.live) this.list(); }, EVERY);
   }
 
@@ -46,10 +50,12 @@ export class Runs {
     return newest?.cut_off && newest.can_resume && !this.sitting?.job && newest.name !== localStorage.getItem("aside") ? newest : null;
   }
 
+  leave(run) { localStorage.setItem("aside", run); } // it stays in the history
+
   async resume(run) {
     const { orders } = this, asked = await orders.sure(t("sure.again", { run: run.name }), t("sure.again.text", { clear: t("clear") }), t("sure.again.yes"));
-    if (!asked) localStorage.setItem("aside", run.name); // it stays in the history
-    else await this.link.ask(`/runs/${run.name}/resume`, { method: "POST" }).catch((reason) => orders.say(t("rejected", { why: reason.message })));
+    if (asked === false) this.leave(run.name);
+    else if (asked) await this.link.ask(`/runs/${run.name}/resume`, { method: "POST" }).catch((reason) => orders.say(t("rejected", { why: reason.message })));
   }
 
   run(run) {
