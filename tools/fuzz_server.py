@@ -35,7 +35,8 @@ PATHS: Final = (
     "/printer/objects/query?print_stats&toolhead=position", "/printer/print/start?filename=x.gcode", "/printer/restart",
     "/printer/print/resume", "/printer/print/pause", "/printer/print/cancel", "/printer/gcode/script?script=G28",
     "/api/version?apikey=x", "/access/api_key", "/machine/reboot", "/keys", "/keys/00000000", "/reach",
-    "/runs/RUN/notes", "/runs/RUN/resume", "/jobs/first", "/jobs/ID/picture", "/jobs/../../etc/passwd/report", "/jobs/%2e%2e%2f%2e%2e/report", "/runs",
+    "/runs/RUN/notes", "/runs/RUN/resume", "/jobs/first", "/jobs/ID/picture",
+    "/jobs/../../etc/passwd/report", "/jobs/%2e%2e%2f%2e%2e/report", "/runs",
     "/runs/RUN/report", "/runs/../x/report",
     "/scene", "/close", "/live", "/foxglove/x", "/nothing", "//etc/passwd", "/\x00", "/" + "a" * 3000, "/jobs/\u2028/x",
 )  # fmt: skip

@@ -69,8 +69,9 @@ export class First {
   mine(text, act) { return [text, act, this.orders.mine ? "" : this.orders.why("release")]; }
 
   machine() {
-    const { robot, lines, frame: [low, high] } = this.sitting;
-    return { done: true, told: t("first.machine.told", { robot, n: lines.length, size: high.map((v, k) => fixed(v - low[k], 2)).join(" \u00d7 ") }) };
+    const { robot, machine, lines, frame: [low, high] } = this.sitting, done = localStorage.getItem("known") === machine;
+    const known = (name) => () => localStorage.setItem("known", name);
+    return { done, act: done ? null : [t("first.machine.yes"), known(machine)], back: done ? [t("first.machine.no"), known("")] : null, told: t("first.machine.told", { robot, n: lines.length, size: high.map((v, k) => fixed(v - low[k], 2)).join(" \u00d7 ") }) };
   }
 
   enable({ state }) {

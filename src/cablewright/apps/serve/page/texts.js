@@ -94,7 +94,7 @@ export const TEXTS = {
   "plan.note": "Click a place: the way there is checked first, and then asked for. The height stays.", "plan.label": "Plan of the frame: click a place to go there", "plan.place": "({place}) m",
 
   "first.note": "Step by step to the first part. What is done shows by the state of the machine; each step can be done again.", "first.done": "done", "first.open": "to do",
-  "first.machine": "The machine", "first.machine.text": "The robot comes from cablewright new or import. Is it the one that stands there? If not: end serve by Ctrl-C, and start it with the right file.", "first.machine.told": "{robot}: {n} lines, frame {size} m",
+  "first.machine": "The machine", "first.machine.text": "The robot comes from cablewright new or import. Is it the one that stands there? If not: end serve by Ctrl-C, and start it with the right file.", "first.machine.yes": "It is this one", "first.machine.no": "It is another", "first.machine.told": "{robot}: {n} lines, frame {size} m",
   "first.enable": "Enable", "first.enable.text": "Keep everyone clear. Brakes open, and the winches hold. Release closes the brakes again.",
   "first.tension": "Tension", "first.tension.text": "No line is slack, and all tensions are within their limits. Release, and look at the lines, where one is not.", "first.tension.told": "Tensions from {low} to {high}; {n} lines are slack.",
   "first.home": "Home", "first.home.text": "The position is known. Homing tests the saved lengths, or takes a place that was measured.", "first.home.told": "The machine takes itself to be at ({place}) m.", "first.home.none": "This machine knows its lengths without homing.",
