@@ -85,7 +85,7 @@ class Address:
             raise EnvironmentFault("serve: paho-mqtt is not installed: pip install 'cablewright[mqtt]'")
 
     def _require_camera(self) -> None:
-        """Refuse an address that says more than where a picture is: it is sent to all who watch."""
+        """Reject an address that says more than where a picture is: it is sent to all who watch."""
         start = f"--camera = {self.camera[:80]!r}:"
         try:
             parts = urlsplit(self.camera)
@@ -263,7 +263,7 @@ def _serve(
 ) -> None:
     listen = listening(address)
     write_station(folder, station.robot, owner)
-    Keys(folder)  # a damaged file is refused here
+    Keys(folder)  # a damaged file is rejected here
     interrupted = threading.Event()
 
     def show() -> None:

@@ -31,10 +31,10 @@ from cablewright.live.prints.recorder import read_checkpoint
 from cablewright.live.prints.run import CHECKPOINT, log_epoch
 from cablewright.live.rest_pose import rest_pose
 from cablewright.live.serve.winch import WinchByHand
-from cablewright.live.still_path import still_path
+from cablewright.live.stationary_path import still_path
 from cablewright.machine.drives.bus import Port
 from cablewright.machine.log.head import LogHead
-from cablewright.machine.paced import Paced
+from cablewright.machine.real_time_machine import Paced
 from cablewright.machine.settings import MachineSettings, extruding
 from cablewright.machine.simulated.settings import TwinSettings
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
@@ -92,7 +92,7 @@ def resting_pose(robot: Robot, place: Array | None = None) -> Array:
 
 @dataclass(eq=False)
 class SimulatedStation:
-    """A simulated machine. It is made anew for each sitting, with a full drum, where the platform was left."""
+    """A simulated machine. It is made again for each sitting, with a full drum, where the platform was left."""
 
     robot: Robot
     settings: TwinSettings
