@@ -134,6 +134,8 @@ def job(page: Page, server: Served, name: str, text: str, answer: str, why: str 
 def test_nothing_overlaps_or_is_cut(chromium: Browser, server: Served, width: int, dark: bool) -> None:
     with opened(chromium, server, width, dark=dark, mine=False) as page:
         page.until("operate.view.view")
+        page.run("document.getElementById('first-run').open = true")
+        page.until("document.querySelector('#first button:not([hidden])')")
         assert page.run("document.documentElement.scrollWidth") <= width
         assert page.run(OVERLAPS) == []
         assert page.run(CLIPPED) == []
