@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-import driven
+import shared_winch_robots
 from cablewright.estimation.body import filter as of_body
 from cablewright.estimation.body import measurement
 from cablewright.estimation.body.correction import _go_to
@@ -28,7 +28,7 @@ UNREAD = frozen(np.full(6, np.nan))
 
 def known() -> tuple[Robot, BodySettings, BodyState]:
     """Three pairs of lines, each on one drum, with motors alone; at home."""
-    robot = driven.pairs()
+    robot = shared_winch_robots.pairs()
     owner = built_machine(robot)[0].with_owner(load_cells=None, inertial=None, motor_torques=MOTORS).owner
     settings = body_settings(robot, owner, sensors=True)
     return robot, settings, start(settings, resting_pose(robot, np.array([0.1, 0.05, 0.9])))
