@@ -292,7 +292,7 @@ def _stuck(settings: GuardSettings, state: GuardState, now: float, counts: list[
     if settings.max_uncounted is None or settings.counts_per_radian is None or state.ordered is None:
         return []
     late = _LATE * settings.timeouts.get("encoders", 0.5)
-    found, modes, turned = [], state.ordered[1].modes, np.broadcast_to(state.turned, len(counts)).tolist()
+    found, modes, turned = [], state.ordered[1].modes, state.turned.tolist() * (len(counts) // len(state.turned))
     for i, (count, most) in enumerate(zip(counts, settings.max_uncounted.tolist(), strict=True)):
         last = state.uncounted.get(i)
         given = not modes or modes[i] is WinchMode.VELOCITY

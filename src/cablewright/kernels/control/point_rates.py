@@ -32,23 +32,26 @@ class PointGains(NamedTuple):
 
 
 @jit(allocates=True)
-def hold(packed, mass, position, velocity, accelerations, dt, lengths, tensions):
+def hold(packed, mass, position, velocity, accelerations, dt, near, known, lengths, tensions):
     """Write the lengths (HELD, m), m, that hold a point of *mass*, kg, on its path, and tensions (m,), N, at rest.
 
     *packed* is a batch of one row. *accelerations* (2, 3), m/s^2: now and after *dt*, s. The rows of a point that is
-    not accelerated are 0. NaN where no tensions hold it.
+    not accelerated are 0. NaN where no tensions hold it. *near* (m, 6): states of the lines at rest, where *known*
+    those at a place nearby; they become those here. Returns whether these are known.
     """
     m = packed.lines.shape[1]
     own = Packed(packed.freedoms, packed.lines[0], packed.platform[0].copy(), packed.general)
     work, pose = inverse_workspace(own), position.copy()
     states = np.zeros((HELD, m, 6))
-    _solve(own, pose, states[REST], work, False)
+    states[REST] = near
+    held = _solve(own, pose, states[REST], work, known) == OK
+    near[:, :] = states[REST]
     lengths_of(own, states[REST], lengths[REST])
     for i in range(m):
         tensions[i] = exp(states[REST, i, TAU])
     lengths[PUSHED:] = 0.0
     if not accelerations.any():
-        return
+        return held
     code = NOT_CONVERGED
     for row in range(PUSHED, HELD):
         later = row in (PUSHED_THEN, THEN)
@@ -60,6 +63,7 @@ def hold(packed, mass, position, velocity, accelerations, dt, lengths, tensions)
             states[row] = states[row - 1]
         code = _solve(own, pose, states[row], work, code == OK)
         lengths_of(own, states[row], lengths[row])
+    return held
 
 
 @jit(allocates=True)

@@ -227,7 +227,7 @@ class Printer:
         )
         if estimate.valid:
             self.last_pose[:3] = estimate.position
-            self.radii[:] = np.where(np.isfinite(estimate.radii), estimate.radii, 0.0)
+            self.radii[:] = [each if math.isfinite(each) else 0.0 for each in estimate.radii.tolist()]
             self.last_pose[3:] = estimate.rotation[: len(self.last_pose) - 3]
         self._on_transition(state, verdict)
         self._begin_stop(state, verdict, command)
