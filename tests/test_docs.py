@@ -18,7 +18,7 @@ EXTENDING = (ROOT / "docs" / "extending.md").read_text("utf-8")
 
 
 def test_the_page_of_files_is_as_written_by_its_tool() -> None:
-    """`python tools/refresh_docs.py docs/files.md` writes it anew."""
+    """`python tools/refresh_docs.py docs/files.md` writes it again."""
     tool = runpy.run_path(str(ROOT / "tools" / "pages" / "files.py"))
     assert (ROOT / "docs" / "files.md").read_text("utf-8") == tool["page"]()
 
@@ -64,6 +64,14 @@ def test_the_page_of_commands_is_as_written_by_its_tool() -> None:
     """`python tools/refresh_docs.py docs/commands.md` writes the page."""
     tool = runpy.run_path(str(ROOT / "tools" / "pages" / "commands.py"))
     assert (ROOT / "docs" / "commands.md").read_text("utf-8") == tool["page"]()
+
+
+@pytest.mark.slow
+def test_the_page_of_makers_is_as_its_commands_print(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`python tools/refresh_docs.py docs/makers.md` writes it, with the files of `examples/makers`."""
+    monkeypatch.setenv("COLUMNS", "1000")
+    tool = runpy.run_path(str(ROOT / "tools" / "pages" / "makers.py"))
+    assert (ROOT / "docs" / "makers.md").read_text("utf-8") == tool["page"]()
 
 
 def test_texts_can_be_drawn_and_read(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

@@ -16,9 +16,9 @@ from cablewright.control.guide import TimedPath
 from cablewright.foundation.signals import Command, Order, OrderKind, PrintState, SensorFrame, WinchMode
 from cablewright.live.estimators import estimator
 from cablewright.live.prints import loop
-from cablewright.live.prints.attendant import Attendant
 from cablewright.live.prints.limits import planned
 from cablewright.live.prints.loop import Printer, Step
+from cablewright.live.prints.simulated_operator import Attendant
 from cablewright.machine.drives.canopen_drives import CanopenDrives
 from cablewright.machine.drives.cia402 import PowerState
 from cablewright.machine.drives.drive_machine import DriveMachine
@@ -141,6 +141,7 @@ def bench(
 RING_BEGIN = {
     "merlet2023": (0.7, -0.5, 1.0),
     "house-printer": (0.7, -0.5, 1.0),
+    "cogiro": (0.1, 0.05, 0.8),
     "ipanema": (0.1, 0.05, 0.9),
     "maslow4": (0.1, 0.8 * 0.258819 / 0.965926, 0.8),
     "grab-four-lines": (1.2, 0.1, -0.2),

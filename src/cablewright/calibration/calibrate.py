@@ -106,10 +106,11 @@ def calibrate(
 
 
 def _with_effects(found: Calibration, rough: float, outliers: bool, seed: int, progress: Progress) -> Calibration:
-    """Return the calibration with the effects that the data ask for: tested again after each fit, which weighs anew.
+    """Return the calibration with the effects that the data ask for.
 
-    Where some poses stretch lines far more than others, effects are found without these first: what they do there is
-    far from linear in the pose, and a fit without them would not be near.
+    Each effect is tested again after each fit, since a fit changes the weights. Where some poses stretch lines far more
+    than others, effects are fitted without these poses first: the stretch there is far from linear in the pose, so that
+    a fit without effects would be far from the solution.
     """
     measured, plan, model = found.problem.measured, found.problem.plan, found.problem.model
     given: tuple[float, bool, int, Progress] = rough, outliers, seed, progress

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from cablewright.exchange.completion import chosen_cable, frame_of
+from cablewright.exchange.assumed_values import chosen_cable, frame_of
 from cablewright.exchange.millimetres import from_mm
 from cablewright.exchange.translation import ImportedRobot, Mapped, Notes
 from cablewright.exchange.xml_input import finite
@@ -82,6 +82,11 @@ def read_maslow(path: Path, cable: str | None = None) -> ImportedRobot:
     feet = [(x, *(_tidy(y * along[k]) for k in (1, 2))) for x, y, _ in anchors.values()]  # in the plane of the board
     assumed.add(f"platform.mass: {SLED:g} kg, the sled with its router")
     assumed.add("platform: a point; belts are straight from the anchors to it, without the arms of the sled")
+    if any(z for _, _, z in anchors.values()):
+        assumed.add(
+            "lines.exit_point: in front of the board by Z, as lengths do not show which way a belt leads; the belts of "
+            "a Maslow lead down from its sled, and press it onto the board as much as they lift it here"
+        )
     x, y = middle(anchors)
     zero = (x, *(_tidy(y * along[k]) for k in (1, 2)))
     assumed.add(
@@ -124,7 +129,7 @@ def middle(anchors: Mapping[str, tuple[float, float, float]]) -> tuple[float, fl
 
 
 def _of_arms(anchors: Mapping[str, tuple[float, float, float]], arm: float) -> str:
-    """Return what is lost of arms of a length (m) that stay level while their belts fall: by how much lengths differ.
+    """Return a note on arms of a length (m) that stay level while their belts slope: the lost difference of lengths.
 
     There a belt is sqrt((d - arm)^2 + z^2) long, of the distance d along the board, and here sqrt(d^2 + z^2) - arm.
     """

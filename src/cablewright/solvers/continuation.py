@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError, Status
+from cablewright.foundation.units import LARGEST
 from cablewright.kernels import continuation
 from cablewright.kernels.certificates.krawczyk import CERTIFIED, certify
 from cablewright.kernels.certificates.system_enclosure import certificate_pool, unfold
@@ -36,7 +37,7 @@ class TrackerSettings:
     """Smallest pivot of the stiffness, relative to its largest entry, below which the equilibrium is near a fold."""
 
     def __post_init__(self) -> None:
-        """Refuse tolerances that are not positive."""
+        """Reject tolerances that are not positive."""
         for name in ("tolerance", "jump", "fold"):
             if not getattr(self, name) > 0.0:
                 raise InputError(f"{name} = {getattr(self, name):g}: over 0 is expected")
@@ -49,8 +50,8 @@ class Tracker:
     otherwise it is divided, and the status is `Status.JUMPED` if that does not help. It is `Status.FOLD` near a fold
     and `Status.UNCERTIFIED` where the end cannot be certified; the certificate is about the end, not the path. With
     massless lines (elastic cables) a step is only solved: a jump to another equilibrium is not detected. Not safe for
-    use by two threads at once. `pose` (n,) and `states` (m, 6) are the last valid solution; `margin` is its smallest
-    pivot, see `TrackerSettings.fold`.
+    simultaneous use by two threads. `pose` (n,) and `states` (m, 6) are the last valid solution; `margin` is its
+    smallest pivot, see `TrackerSettings.fold`.
     """
 
     def __init__(
@@ -83,13 +84,15 @@ class Tracker:
 
         Raises `InputError` for lengths of the wrong count, not finite or not positive.
         """
-        rows, single = as_rows(lengths, self.model.m, "lengths", "m")
-        if not single or not (rows > 0.0).all():
-            raise InputError(f"lengths: {self.model.m} numbers over zero are expected, in m; got {rows.tolist()}")
-        pose, states = self.pose.copy(), self.states.copy()
-        code, margin = self._follow(rows[0], pose, states)
+        if not (isinstance(lengths, np.ndarray) and lengths.shape == self._lengths.shape and _are_sound(lengths)):
+            rows, single = as_rows(lengths, self.model.m, "lengths", "m")
+            if not single or not (rows > 0.0).all():
+                raise InputError(f"lengths: {self.model.m} numbers over zero are expected, in m; got {rows.tolist()}")
+            lengths = rows[0]
+        given, pose, states = np.array(lengths, dtype=np.float64), self.pose.copy(), self.states.copy()
+        code, margin = self._follow(given, pose, states)
         if code == Code.OK:
-            self.pose, self.states, self.margin, self._lengths = pose, states, margin, rows[0]
+            self.pose, self.states, self.margin, self._lengths = pose, states, margin, given
             return Status.OK
         return Status.of(code)
 
@@ -146,3 +149,8 @@ class Tracker:
             if certify(self._packed, lengths, pose, states, tolerance, pool) != CERTIFIED:
                 return int(Code.UNCERTIFIED)
         return int(code)
+
+
+def _are_sound(lengths: Array) -> bool:
+    """Whether *lengths* (m,) are numbers over 0 that are not too large: most are, in a loop of control."""
+    return lengths.dtype == np.float64 and all(0.0 < each <= LARGEST for each in lengths.tolist())

@@ -17,7 +17,7 @@ from browser import Browser, Page, browser, executable
 from cablewright.apps.serve.uploads import Uploads
 from cablewright.live.serve.jobs import JobCheck, subject_of, write_check
 from cablewright.robot import load
-from operated import STATE, enable
+from operator_page import STATE, enable
 from served import RING, Served, client
 
 pytestmark = [
@@ -134,6 +134,8 @@ def job(page: Page, server: Served, name: str, text: str, answer: str, why: str 
 def test_nothing_overlaps_or_is_cut(chromium: Browser, server: Served, width: int, dark: bool) -> None:
     with opened(chromium, server, width, dark=dark, mine=False) as page:
         page.until("operate.view.view")
+        page.run("document.getElementById('first-run').open = true")
+        page.until("document.querySelector('#first button:not([hidden])')")
         assert page.run("document.documentElement.scrollWidth") <= width
         assert page.run(OVERLAPS) == []
         assert page.run(CLIPPED) == []
@@ -149,7 +151,8 @@ def test_every_text_is_in_the_table_and_every_text_is_used() -> None:
     pages = "".join(each.read_text() for each in PAGE.iterdir() if each.name != "texts.js")
     named = set(re.findall(r'data-t(?:-label|-hint)?="([^"]+)"', pages)) | set(re.findall(r'\bt\("([^"]+)"', pages))
     assert named <= table
-    begins = set(re.findall(r"`([a-z]+)\.\$\{", pages))  # of keys that are made up
+    begins = set(re.findall(r"`([a-z]+)\.\$\{|worded\(\"([a-z]+)\"", pages))  # of keys that are made up
+    begins = {each for pair in begins for each in pair}
     whole = set(re.findall(r'"([a-z][\w. ]+)"', pages))
     unused = {key for key in table - named - whole if key.split(".")[0] not in begins}
     assert unused == set()
@@ -326,7 +329,7 @@ def test_a_job_whose_robot_was_changed_can_be_checked_again(chromium: Browser, s
         Uploads(server.folder).remove(number)
 
 
-def test_a_refused_job_says_why_and_what_is_next(chromium: Browser, server: Served) -> None:
+def test_a_rejected_job_says_why_and_what_is_next(chromium: Browser, server: Served) -> None:
     with opened(chromium, server) as page:
         number = job(page, server, "too far", RING, "no", "it is too far out")
         page.until("document.getElementById('jobs').textContent.includes('it is too far out')")
@@ -373,7 +376,7 @@ def test_one_confirmation_prints_and_pause_resume_stop_have_a_way_on(chromium: B
         )
         run = page.run("operate.runs.runs[0].name")
         noted = "document.querySelector('#runs summary').textContent.includes('line two was worn')"
-        for _ in range(20):  # a list that is made anew meanwhile, or a lease that was lost, is no dead end
+        for _ in range(20):  # a list that is made again meanwhile, or a lease that was lost, is no dead end
             page.run("operate.orders.mine || document.getElementById('take').click()")
             page.run("""{ const [area, keep] = document.querySelectorAll('#runs textarea, #runs details button');
               area.value = 'line two was worn'; keep.click(); }""")

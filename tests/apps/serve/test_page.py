@@ -13,7 +13,7 @@ import pytest
 pytest.importorskip("starlette")
 
 from browser import Browser, Page, browser, executable
-from operated import STATE, enable
+from operator_page import STATE, enable
 from served import RING, Served, client
 
 pytestmark = [
@@ -21,7 +21,7 @@ pytestmark = [
     pytest.mark.skipif(executable() is None, reason="no chromium is installed: see README.md"),
 ]
 
-LOOKS = [(1280, False), (1280, True), (390, False), (390, True)]
+LOOKS = [(1280, False), (1280, True), (390, False), (390, True), (2560, False), (2560, True)]
 HOLD = """(() => {
   const b = document.querySelectorAll('#jog button')[%d], r = b.getBoundingClientRect();
   b.scrollIntoView({ block: 'center', behavior: 'instant' });
@@ -84,6 +84,8 @@ def press(page: Page, x: float, y: float, kind: str) -> None:
 def test_it_fits_is_named_and_can_be_read(chromium: Browser, server: Served, width: int, dark: bool) -> None:
     with opened(chromium, server, width, dark, view=True) as page:
         page.until(f"{STATE} !== 'connecting'")
+        page.run("document.querySelectorAll('details').forEach((each) => { each.open = true; })")
+        page.until("document.querySelector('#first button:not([hidden])')")
         assert page.run("document.documentElement.scrollWidth") <= width
         assert page.run(UNNAMED) == []
         page.until("!document.body.classList.contains('stale')")
@@ -170,7 +172,7 @@ def test_old_values_are_greyed_and_stop_still_gets_through(chromium: Browser, se
         watching.until(lambda state: state.get("state") == "fault", 10.0)
 
 
-def test_a_bad_and_a_huge_file_are_refused_by_name(chromium: Browser, server: Served) -> None:
+def test_a_bad_and_a_huge_file_are_rejected_by_name(chromium: Browser, server: Served) -> None:
     send = """((name, text) => { const t = new DataTransfer(); t.items.add(new File([text], name));
       document.getElementById('files').files = t.files; document.getElementById('upload').requestSubmit(); })"""
     with opened(chromium, server) as page:
@@ -180,7 +182,7 @@ def test_a_bad_and_a_huge_file_are_refused_by_name(chromium: Browser, server: Se
         assert "big.toml" in page.run("document.getElementById('upload-told').textContent")
         page.run(f"{send}('bad.toml', 'schema = 1\\nname = 7\\n')")
         page.until("document.querySelector('#jobs').textContent.includes('job.toml: name = 7')")
-        page.complaints(), page._browser.events.clear()  # the refusals are in the console, as any status over 400
+        page.complaints(), page._browser.events.clear()  # the rejections are in the console, as any status over 400
 
 
 def test_a_page_without_a_script_stops(chromium: Browser, server: Served) -> None:

@@ -195,7 +195,7 @@ def check_drift(
 ) -> Drift:
     """Test new *data* of a calibrated *robot* against the *record* of its calibration.
 
-    *new_home*: whether lengths were set to zero anew: then those at home are unknown, and not tested. *false_alarm*:
+    *new_home*: whether lengths were set to zero again: then those at home are unknown, and not tested. *false_alarm*:
     the share of checks that find a change where there is none. Positions in the data are start values only.
 
     Raises `InputError` for a record that is not of this robot, and for data that leave nothing over; `AnswerError` if

@@ -1,4 +1,4 @@
-"""The result of a calibration: values and their covariance, open freedoms, and useful further measurements."""
+"""The result of a calibration: values, covariance, undetermined degrees of freedom, useful further measurements."""
 
 from __future__ import annotations
 
@@ -320,7 +320,7 @@ class Calibration(Pictured):
 
     @cached_property
     def gauge(self) -> tuple[str, ...]:
-        """The freedoms that the data alone leave open, in words."""
+        """The degrees of freedom that the data alone leave open, in words."""
         return open_freedoms(self.alone)
 
     @cached_property

@@ -197,8 +197,8 @@ def _in_plane(robot: Robot, poses: Array, inset: Array) -> Array:
 def aligned(points: Array, truth: Array, others: Array | None = None, tilt: bool = False) -> tuple[Array, Array]:
     """Return *points* (m, 3) moved onto *truth* (m, 3) by the best translation and yaw, and *others* (N, 3) with them.
 
-    *tilt*: use any rotation instead of a yaw. Encoders do not measure these freedoms: errors without this alignment
-    show how well a start was chosen, not how good the calibration is. Raises `InputError` for other shapes.
+    *tilt*: use any rotation instead of a yaw. Encoders do not measure these degrees of freedom: errors without this
+    alignment show how well a start was chosen, not how good the calibration is. Raises `InputError` for other shapes.
     """
     points, truth = as_rows(points, 3, "points", "m")[0], as_rows(truth, 3, "truth", "m")[0]
     if points.shape != truth.shape:

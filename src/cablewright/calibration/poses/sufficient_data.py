@@ -58,7 +58,7 @@ def _check_size(
 
 
 def gauge_size(problem: CalibrationProblem) -> int:
-    """Return how many freedoms the machine's own sensors leave open: those of the world and of the platform frame."""
+    """Return how many degrees of freedom the machine's own sensors leave open: of the world and the platform frame."""
     names = {each.name for each in problem.unknowns}
     if "exit_point" not in names or problem.measured.positioned >= _THREE:
         return 0
@@ -76,7 +76,7 @@ def surplus_per_pose(problem: CalibrationProblem) -> int:
 
 
 def min_poses(problem: CalibrationProblem) -> int:
-    """Return how many different poses are required to determine the unknowns, except for the gauge freedoms.
+    """Return how many different poses are required to determine the unknowns, except for the gauge degrees of freedom.
 
     Unknowns that nothing tells do not count: zeros of sensors that did not measure. Raises `InputError` where no number
     of poses is enough.
@@ -84,7 +84,7 @@ def min_poses(problem: CalibrationProblem) -> int:
     surplus = surplus_per_pose(problem)
     if surplus < 1:
         m, n = problem.robot.m, problem.robot.freedoms
-        why = f"{m} lines measure {m} lengths of a pose with {n} freedoms"
+        why = f"{m} lines measure {m} lengths of a pose with {n} degrees of freedom"
         more = "measure more"
         if problem.elastic:
             why = f"for elastic lines {m} lengths determine pose and tensions, and encoders measure those {m} lengths"

@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.estimation.body import counts, diagnosis, measurement
+from cablewright.estimation.body import diagnosis, encoder_lengths, measurement
 from cablewright.estimation.body.correction import correct
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.state import BodyState, corrected, follow, set_load
@@ -51,7 +51,7 @@ def step(settings: BodySettings, state: BodyState, frame: SensorFrame) -> Estima
     for beam in accepted(state.monitor, frame.of(BeamLength), frame.time):
         _read_beam(settings, state, beam.length)
     for encoders in accepted(state.monitor, frame.of(Encoders), frame.time):
-        counts.read(settings, state, encoders)
+        encoder_lengths.read(settings, state, encoders)
     state.belief.gradients[_by_radius(state)] = state.wound.paid
     state.lengths = corrected(state)
     found = follow(state)
@@ -103,6 +103,8 @@ def _smooth_velocity(settings: BodySettings, state: BodyState, before: Array, dt
 
 def _read_sensors(settings: BodySettings, state: BodyState, frame: SensorFrame) -> None:
     """Add the readings of all sensors but encoders to the window, less what is predicted of them."""
+    if not settings.winches.plain:
+        encoder_lengths.see_drums(settings, state)
     for sensor, expected in zip(settings.sensors, measurement.predicted(settings, state), strict=True):
         for reading in accepted(state.monitor, frame.of(sensor.READING), frame.time):
             whole = all(len(getattr(reading, name)) == state.layout.m for name in per_line(sensor.READING))
@@ -138,7 +140,7 @@ def _estimate(settings: BodySettings, state: BodyState, slopes: Slopes | None, f
         frozen(state.lengths),
         frozen(excess),
         excess > settings.slack_threshold,
-        frozen(counts.radii(settings, state)),
+        frozen(encoder_lengths.radii(settings, state)),
         covariance=frozen(covariance),
         faults=state.monitor.faults,
         valid=found and state.home.known and not state.monitor.is_active("encoders", "quiet"),

@@ -52,7 +52,7 @@ def slopes_of(state: BodyState) -> Slopes | None:
 
 
 def set_gradients(state: BodyState) -> None:
-    """Compute anew what the unknowns do to the lengths."""
+    """Compute again what the unknowns do to the lengths."""
     toward = state.taut.toward
     if np.isfinite(toward).all():
         lines, crept = LineNumbers(state.tracker.packed.lines), state.creep.doubt.strain
@@ -71,7 +71,7 @@ def measurement_of(settings: BodySettings, state: BodyState, slopes: Slopes, acc
         read = state.window.readings.get(sensor)
         if read is not None:
             part = sensor.part(settings, state, slopes, np.array(read), acceleration)
-            cells = part.rows if isinstance(sensor, Cells) else cells
+            cells = part.rows[part.rows < state.layout.m] if isinstance(sensor, Cells) else cells
             parts.append(part._replace(rows=begin + part.rows))
         begin += len(expected)
     if not parts:
@@ -87,7 +87,7 @@ def measurement_of(settings: BodySettings, state: BodyState, slopes: Slopes, acc
 
 def predicted(settings: BodySettings, state: BodyState) -> list[Array]:
     """Return what each sensor would read at the present unknowns, (k,)."""
-    here = HeldBody(state.pose, state.tensions, state.taut.planes)
+    here = HeldBody(state.pose, state.tensions, state.taut.planes, drums=state.wound.drums)
     return [sensor.as_known(state, sensor.shown(here)) for sensor in settings.sensors]
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from cablewright.estimation.body.creep import BodyCreep, LoadPath, creep_of
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.unknowns import BodyLayout, prior
-from cablewright.estimation.body.updates.update import Update
+from cablewright.estimation.body.updates.update import DrumPulls, Update
 from cablewright.estimation.drum_clock import ClockLead
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.foundation.arrays import Array, Mask
@@ -46,7 +46,7 @@ class Contradiction:
     count: int = 0
 
     def add(self, innovation: Array, rows: NDArray[np.int64]) -> None:
-        """Add a measurement; one of other readings than the last begins anew."""
+        """Add a measurement; one of other readings than the last begins again."""
         if not np.array_equal(rows, self.rows):
             self.total, self.rows, self.count = np.zeros(len(rows)), rows, 0
         self.total, self.count = self.total + innovation, self.count + 1
@@ -95,6 +95,7 @@ class Wound:
     sliding: Array  # (m,) how cables slide over their sheaves: 1 while they are paid out, -1 while they are wound
     last_counts: tuple[float, NDArray[np.int64]] | None = None  # s, and the counts of then
     pending: NDArray[np.int64] | None = None  # (m,) counts that jumped, not yet believed
+    drums: DrumPulls | None = None  # of drums with several lines; None: each line has a winch of its own
 
 
 @dataclass(eq=False)
@@ -109,7 +110,7 @@ class BodySwing:
 
 @dataclass(eq=False)
 class Doubts:
-    """How measurements contradict the statics. Begins anew where state is loaded, but for cells that are off."""
+    """How measurements contradict the statics. Begins again where state is loaded, but for cells that are off."""
 
     SAVED = ("cells_used",)
 
@@ -132,7 +133,7 @@ class LastFrame:
 
 @dataclass(eq=False)
 class BodyState:
-    """Changed in place by `step`. Windows and doubts begin anew where state is loaded."""
+    """Changed in place by `step`. Windows and doubts begin again where state is loaded."""
 
     SAVED = (
         "belief",

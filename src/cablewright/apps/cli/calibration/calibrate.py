@@ -1,4 +1,6 @@
-"""`calibrate`, `simulate-calibration`: numbers of a robot from what was measured at poses; and data to try it with."""
+"""`calibrate`, `simulate-calibration`: parameters of a robot from measurements at poses; and simulated data to try
+it.
+"""
 
 from __future__ import annotations
 
@@ -259,7 +261,7 @@ def _guide(machine: cw.Robot, fit: FitOptions, given: GuideOptions, seed: int, a
 
 @options("Noise")
 class NoiseOptions:
-    """Standard deviations of what is simulated."""
+    """Standard deviations of the simulated measurements."""
 
     noise: Annotated[float, typer.Option("--noise", help="Standard deviation of the encoders, m.")]
     guess: Annotated[float, typer.Option("--guess", help="Maximum error, m, of the guesses x,y,z in the file.")] = 0.05

@@ -1,0 +1,102 @@
+"""Lengths of the lines by the encoders, and counts that jump by more than a winch can turn."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.estimation.body.settings import BodySettings
+from cablewright.estimation.body.state import BodyState
+from cablewright.estimation.body.updates.update import DrumPulls
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.signals import Encoders
+from cablewright.models.coil import Coil
+
+_FASTER: Final = 1.5  # times the winches' largest speed: counts that change so fast have slipped ...
+_SLIDES: Final = 1e-3  # m, assumed, from rest until a cable slides over all of its sheave
+_LEAST: Final = 0.05  # rad: ... and by this much of a drum at least
+
+
+def read(settings: BodySettings, state: BodyState, reading: Encoders) -> None:
+    """Take one reading of all encoders; *state* changes in place.
+
+    Counts that jump are believed once they are read again: then they have slipped, and the jump is left out.
+    """
+    if len(reading.counts) != len(settings.winches.hosts):
+        state.monitor.report("encoders", "lines", f"a reading of {len(reading.counts)} winches: not used")
+        return
+    if not state.home.known:
+        state.home.counts, state.home.known = reading.counts.copy(), True
+    if state.wound.last_counts is None:
+        state.wound.last_counts = reading.time, reading.counts
+        _unwind(settings, state, reading.counts - state.home.counts)
+        return
+    (before, last), pending = state.wound.last_counts, state.wound.pending
+    dt = reading.time - before
+    if pending is None and _jumps(settings, reading.counts - last, dt).any():
+        state.wound.pending = reading.counts
+        return
+    if pending is not None:
+        jumped = _jumps(settings, pending - last, 0.5 * dt)
+        if not _jumps(settings, reading.counts - pending, 0.5 * dt).any():
+            _leave_out(settings, state, jumped, pending - last)
+    state.wound.pending = None
+    state.wound.last_counts = reading.time, reading.counts
+    _unwind(settings, state, reading.counts - state.home.counts)
+
+
+def _jumps(settings: BodySettings, change: NDArray[np.int64], dt: float) -> NDArray[np.bool_]:
+    most = max(_FASTER * settings.max_drum_speed * max(dt, 0.0), _LEAST)
+    return np.asarray(np.abs(change) / settings.counts_per_radian > most)
+
+
+def _leave_out(settings: BodySettings, state: BodyState, jumped: NDArray[np.bool_], change: NDArray[np.int64]) -> None:
+    """Move the home counts of the winches whose encoders slipped, and say so."""
+    state.home.counts = state.home.counts + np.where(jumped, change, 0)
+    bare = settings.drums.radii(state.wound.angles)
+    for winch in np.flatnonzero(jumped):
+        i = int(settings.winches.hosts[winch])
+        name = settings.model.robot.lines[i].name
+        slipped = 1e3 * float(change[winch]) / settings.counts_per_radian * float(bare[i])
+        why = f"the encoder of line {name} slipped by {slipped:.1f} mm: it jumped by more than its winch can turn"
+        state.monitor.report("encoders", f"slip {name}", why)
+        state.judged.danger = state.judged.danger or why
+
+
+def _unwind(settings: BodySettings, state: BodyState, counts: NDArray[np.int64]) -> None:
+    """Set the lengths paid out by *counts* (w,) since home."""
+    angles = state.home.angles - settings.winches.of_lines(counts) / settings.counts_per_radian
+    if not settings.drums.holds(angles):
+        state.monitor.report("encoders", "jump", "the counts exceed the turns of a winch drum: not used")
+        return
+    state.monitor.clear("encoders", "jump")
+    paid = settings.drums.paid(state.home.angles, angles)
+    state.wound.sliding = np.clip(state.wound.sliding + (paid - state.wound.paid) / _SLIDES, -1.0, 1.0)
+    state.wound.paid = paid
+    state.wound.angles = angles
+
+
+def see_drums(settings: BodySettings, state: BodyState) -> None:
+    """Set how the tensions of several lines on one drum add up to its torque, at the radii of now."""
+    winches, arms = settings.winches, radii(settings, state) * [line.cables for line in settings.model.robot.lines]
+    senses, hosts = winches.senses[winches.shared], winches.hosts[winches.shared]
+    state.wound.drums = DrumPulls(hosts, arms[hosts], np.where(senses, senses * arms, 0.0) / arms[hosts, None])
+
+
+def radii(settings: BodySettings, state: BodyState) -> Array:
+    """Return the radii (m,), m, at which cable leaves the drums, as estimated."""
+    bare = [_radius(coil, angle) for coil, angle in zip(settings.coils, state.wound.angles.tolist(), strict=True)]
+    return np.array(bare) * (1.0 + state.belief.unknowns[state.layout.radius])
+
+
+def _radius(coil: Coil | None, angle: float) -> float:
+    """As `Coil.radius`, in a fifth of the time; NaN without a winch."""
+    if coil is None:
+        return math.nan
+    turns = angle / math.tau
+    whole = min(max(int(turns), 0), len(coil.radii) - 2)
+    low, high = float(coil.radii[whole]), float(coil.radii[whole + 1])
+    return low + min(max(turns - whole, 0.0), 1.0) * (high - low)

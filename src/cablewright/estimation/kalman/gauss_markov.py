@@ -1,0 +1,46 @@
+"""What was learnt fades where no model is exact: states as Gauss-Markov processes about what was told.
+
+Lidars see no shift of all walls and mounts together. Without fading, what is wrong in the models of lines, the same in
+each layer of a print, would move them farther and farther.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from cablewright.estimation.kalman.state import FilterState
+from cablewright.foundation.arrays import Array
+from cablewright.kernels.filtering import predict as kernel
+
+_SURVEY_TIME: Final = 1000.0  # s over which what was learnt of surveyed numbers fades
+_INTERVAL: Final = 1.0  # s between two times at which it does
+_CLOCK_TIME: Final = 60.0  # s over which the drum's clock wanders
+
+
+def fade(P: Array, states: slice, share: float, variances: float | Array) -> float:
+    """Predict the covariance *P* (n, n) of *states* over a *share* of their time; return the factor of their means.
+
+    *variances*: theirs where nothing is known.
+    """
+    known = np.full(states.stop - states.start, 0.0) + variances
+    return float(kernel.fade(P, states.start, states.stop, float(share), known))
+
+
+def fade_clock(state: FilterState, dt: float) -> None:
+    """Predict the drum's clock, which wanders within the bounds of its lag, by *dt*, s."""
+    clock, at = state.checks.clock, state.layout.clock
+    if clock is not None:
+        state.built.clock_error *= fade(state.P, slice(at, at + 1), dt / _CLOCK_TIME, clock.sigma**2)
+        state.P[at, at] = max(state.P[at, at], clock.doubt**2)
+
+
+def fade_survey(state: FilterState, dt: float) -> None:
+    """Predict walls and mounts by *dt*, s, about where the owner was told that they are."""
+    state.built.unfaded += dt
+    if state.built.unfaded < _INTERVAL:
+        return
+    keep = fade(state.P, state.layout.surveyed, state.built.unfaded / _SURVEY_TIME, state.built.survey_variances)
+    state.built.unfaded = 0.0
+    state.mean.x[state.layout.surveyed] *= keep
