@@ -3,9 +3,9 @@
 Known numbers are considered (Schmidt 1966): each is assumed to a standard deviation, the data estimate its error, and
 the shift by that error adds to the covariance. Each kind of number has an even chance to be exact, so the result is an
 average over all subsets of kinds, weighted by their evidence (Bayesian model averaging): a kind that the data deny adds
-next to nothing, one that they show or cannot tell adds its part. So it is with effects that cross-validation weighed:
+next to nothing, one that they show or cannot determine adds its part. So it is with effects that cross-validation weighed:
 the number of one that was chosen is as wrong as the data leave it, and one that was not is believed as wide as one pose
-tells it (the unit information prior of Kass and Wasserman 1995), so that what the choice itself may miss is in sigma.
+shows it (the unit information prior of Kass and Wasserman 1995), so that what the choice itself may miss is in sigma.
 
 The covariance by the scatter of poses and of surveyed points (a sandwich, clustered, HC3) replaces a smaller one where
 it exceeds what noise explains.
@@ -149,7 +149,7 @@ def model_doubt(
 def _as_wide_as_told(numbers: Sequence[Considered], rows: Array, poses: int) -> Iterator[Considered]:
     """Yield *numbers*, those of effects with the sigma that is believed of them, by their *rows* (g, q) of sigma 1.
 
-    Of those that are fitted: so wide that the data decide. Of others: as one of the *poses* tells them beside the
+    Of those that are fitted: so wide that the data decide. Of others: as one of the *poses* shows them beside the
     fitted ones, or what is usual.
     """
     fitted = np.array([each.fitted for each in numbers])
