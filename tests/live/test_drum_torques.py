@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import driven
 import numpy as np
 import pytest
 
-import driven
 from cablewright.estimation.body import filter as of_body
 from cablewright.estimation.body import measurement
 from cablewright.estimation.body.correction import _go_to

@@ -37,7 +37,8 @@ def string_density(frequency: Value, span: Value, tension: Value, mode: int = 1)
 
 def string_frequency(tension: Value, span: Value, density: Value, mode: int = 1) -> Value:
     """Return the frequency, Hz, of a *mode* of a string of *span*, m, and *density*, kg/m, under a *tension*, N."""
-    return 0.5 * mode / span * (tension / density) ** 0.5
+    found: Value = 0.5 * mode / span * (tension / density) ** 0.5
+    return found
 
 
 def sag_parameter(weight: float, level: float, tension: float, stiffness: float) -> float:
