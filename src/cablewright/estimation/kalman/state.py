@@ -93,7 +93,7 @@ class FilterSettings:
     layers: CoilLayers | None = None
 
     def __post_init__(self) -> None:
-        """Refuse numbers that are not positive and finite."""
+        """Reject numbers that are not positive and finite."""
         for name, value in vars(self).items():
             if name == "zero_sigma":
                 if not 0.0 <= value < math.inf:
@@ -199,7 +199,8 @@ class _Part:
 
     def __get__(self, owner: Any, kind: type) -> Array:
         mean: Mean = owner.mean
-        return mean.x[getattr(mean.layout, self._name)][: self._last].reshape(self._shape)
+        part: slice = getattr(mean.layout, self._name)
+        return mean.x[part][: self._last].reshape(self._shape)
 
     def __set__(self, owner: Any, value: ArrayLike) -> None:
         self.__get__(owner, type(owner))[...] = value
@@ -279,7 +280,7 @@ class Lines:
     stretching: float = 0.0  # s since the covariance had what the rates of stretch did
     loosened: Array = field(default_factory=lambda: np.zeros(0))  # (m,) m of excess, since the covariance had it
     last_angle_time: float = -math.inf  # of the last update by line angles
-    angles_refused_since: float = math.inf  # of the first in a row that was refused; inf: the last was not
+    angles_refused_since: float = math.inf  # of the first in a row that was rejected; inf: the last was not
 
 
 @dataclass(eq=False)
