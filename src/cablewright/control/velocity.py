@@ -161,6 +161,7 @@ def step(
     that retracts. *calms*: whether swings in which lines stretch may be damped now. If one exceeds the limit, all are
     scaled, so that the platform stays on its path. Zeros for an unknown position or a line without a tangent there.
     """
+    state.tension_error = math.inf  # unless it is found here
     if settings.model.n == 6:
         rates = _rates_of_body(settings, state, estimate, target, dt, tensions, beam, calms=calms)
         return np.zeros(len(settings.hosts)) if rates is None else _within(settings, rates, estimate)
@@ -254,7 +255,8 @@ def _rates_of_body(
     if held is None or not np.isfinite(estimate.lengths).all():
         return None
     state.chosen = held.tensions[0]
-    state.tension_error = math.inf if tensions is None else float(np.abs(tensions - held.tensions[0]).max())
+    if tensions is not None and np.isfinite(tensions).all():
+        state.tension_error = float(np.abs(tensions - held.tensions[0]).max())
     now, then = held.lengths[:, settings.hosts]
     error = _length_errors(settings, estimate, held, retraction, tensions)
     if not np.isfinite(error).all():

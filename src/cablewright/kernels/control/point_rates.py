@@ -125,13 +125,13 @@ def balance(
 
     *hosts* (w,): lines with a winch. *toward*, *whole*: of `follow`. *excess* (m,), m, is estimated, and *tensions*
     (m,), N, or empty, are measured. *planned* (m,), m, and the slack *line* (1,) change. Returns the largest error of a
-    tension, N; NaN: none chosen.
+    tension, N; inf: one is not known, and counts as right; NaN: none chosen.
     """
     m = packed.lines.shape[0]
     for i in range(m):
         if not isfinite(held[REST, i]):
             return np.nan
-    softness, error = np.empty((m, SOFTNESS)), np.empty(m)
+    softness, error, most = np.empty((m, SOFTNESS)), np.empty(m), 0.0
     soften(packed.lines, whole, toward, softness)
     if gains.manages:
         _choose(gains, chosen, line)
@@ -143,16 +143,17 @@ def balance(
         draw(packed, target, found, planes, there, there.copy())
         for i in range(m):
             error[i] = held[REST, i] - found[i, WHOLE] + planned[i] - excess[i]
-            error[i] = error[i] if isfinite(excess[i]) else 0.0
     else:
         for i in range(m):
             error[i] = softness[i, STRETCH] * (tensions[i] - chosen[i])
-            error[i] = error[i] if isfinite(error[i]) else 0.0
+    for i in range(m):
+        if not isfinite(error[i]):
+            error[i], most = 0.0, np.inf
     own, moving, motion = error[hosts], np.empty(hosts.shape[0]), np.empty(free.shape[1])
     work = _gradients(toward, free)[hosts]
     work[:, -1] = own
     split(work, moving, motion)
-    gain, most = min(gains.internal_gain, 0.5 / dt), 0.0
+    gain = min(gains.internal_gain, 0.5 / dt)
     for j in range(hosts.shape[0]):
         off = own[j] - moving[j]
         most = max(most, abs(off / softness[hosts[j], STRETCH]))

@@ -328,7 +328,7 @@ class Printer:
         """Whether lines with winches have about their tensions on the path: those that the control chooses."""
         own = self.plan.velocity
         chooses = own.model.m > own.model.freedoms and own.law == "model" and not own.manage_slack
-        if not (chooses or self.plan.path.attitude is not None) or self.estimator.tensions is None:
+        if not (chooses or self.plan.path.attitude is not None):
             return True
         waited, wanted = self.time - self.supervisor.state_start > _TENSIONING_TIME, self.velocity.chosen
         if waited or wanted is None:
