@@ -37,13 +37,10 @@ def serve_command(
     key: Annotated[Path | None, typer.Option("--key", metavar="PEM", help="Private key of the certificate.")] = None,
     camera: Annotated[
         str,
-        typer.Option(
-            "--camera", metavar="URL", help="Address of a camera's picture, MJPEG or still, that the page shows."
-        ),
+        typer.Option("--camera", metavar="URL", help="Address of a camera's picture, MJPEG or still, for the page."),
     ] = "",
     news: Annotated[
-        Path | None,
-        typer.Option("--news", metavar="FILE", help="Webhooks and MQTT broker that get news of the machine."),
+        Path | None, typer.Option("--news", metavar="FILE", help="Webhooks and MQTT broker that get news.")
     ] = None,
     at: Annotated[
         str | None,
