@@ -60,8 +60,7 @@ def serve_command(
     """No performance level is claimed: the builder adds a hard-wired emergency stop, which no browser replaces.
 
     The command prints the address of the page once, with a token. Everyone with the address can stop the machine; one
-    page at a time operates it. A machine file with drives moves a real machine; others are simulated at the pace of the
-    clock.
+    page at a time operates it. A machine file with drives moves a real machine; others are simulated in real time.
 
     Needs the extra web (pip install 'cablewright[web]'), and Linux or macOS. Ctrl-C stops the machine and quits.
     """
