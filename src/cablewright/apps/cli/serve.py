@@ -43,10 +43,7 @@ def serve_command(
         Path | None, typer.Option("--news", metavar="FILE", help="Webhooks and MQTT broker that get news.")
     ] = None,
     at: Annotated[
-        str | None,
-        typer.Option(
-            "--at", metavar="X,Y,Z[,..]", help="Start position of the platform of a simulated machine, m [and rad]."
-        ),
+        str | None, typer.Option("--at", metavar="X,Y,Z[,..]", help="Start pose of a simulated machine, m [and rad].")
     ] = None,
     seed: Seed = 0,
     tried: Annotated[
