@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cablewright.apps.cli.main import run
 from cablewright.exchange.formats import read_robot
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.units import Vec3
@@ -81,6 +82,16 @@ def test_a_hangprinter_prints_a_small_ring(name: str, tmp_path: Path) -> None:
     assert found.expected is not None
     assert found.expected.value < 2.5e-4
     assert any("zeroed_at" in note for note in found.notes)
+
+
+def test_gcode_of_another_bed_is_answered_with_a_report(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The zero of its bed is at a corner, some metres away: no pose is held, and the pictures are drawn."""
+    text = "G21\nG90\nM83\n;LAYER:0\nG0 X4000 Y4000 Z0.6 F3000\nG1 X4200 Y4000 E9 F1800\nG1 X4200 Y4200 E9\n"
+    (tmp_path / "part.gcode").write_text(text)
+    out = tmp_path / "out"
+    assert run(["check", "hangprinter-v4", str(tmp_path / "part.gcode"), "--out", str(out), "--no-interference"]) == 1
+    assert "out of bounds" in capsys.readouterr().err
+    assert (out / "report.html").stat().st_size > 20_000
 
 
 class TestZeroed:
