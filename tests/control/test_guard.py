@@ -223,7 +223,7 @@ def test_one_number_too_few_is_a_cause_and_no_error() -> None:
     for short in (pulls(1.0, 1.0), drives(faults=()), Encoders(math.inf, np.zeros(2, dtype=np.int64))):
         found = Watched().sees(short, encoders=False)
         assert found is not None
-        assert "do not tell 3 numbers" in found.reason
+        assert "do not report 3 numbers" in found.reason
 
 
 def test_a_reading_of_the_future_silences_nobody() -> None:

@@ -30,6 +30,8 @@ SHOWN = 10
 TEXTS = {tokenize.COMMENT, tokenize.STRING, getattr(tokenize, "FSTRING_MIDDLE", tokenize.STRING)}
 CODE = re.compile(r"^(`{3,}).*?^\1|`+[^`]+`+|(?<=\])\([^)]*\)|^:::.*$", re.MULTILINE | re.DOTALL)
 
+INSERTED = re.compile(r"\{[^{}]*\}")
+
 
 class Found(NamedTuple):
     """A banned word, the line it stands in, and what to write instead."""
@@ -95,7 +97,8 @@ def _of_python(text: str) -> Iterator[tuple[int, str]]:
     before = ""
     for token in tokenize.generate_tokens(io.StringIO(text).readline):
         if token.type in TEXTS and " " in token.string:
-            yield token.start[0], CODE.sub(_blank, token.string)
+            text = INSERTED.sub(" value", token.string) if token.string[0] in "fF" else token.string
+            yield token.start[0], CODE.sub(_blank, text)
         elif token.type == tokenize.NAME and before == "def" and token.string.startswith("test_"):
             yield token.start[0], token.string.replace("_", " ")
         before = token.string

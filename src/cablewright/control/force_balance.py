@@ -1,7 +1,7 @@
-"""Whether measured tensions carry the platform where it is said to be: a test that needs no lengths.
+"""Balance of measured tensions and weight at the assumed pose: a test of the pose that needs no lengths.
 
 A plane carries what is across it. Of a rigid platform moments count too, as forces at the arm of its farthest line.
-Lines that pull against each other may be off by more than the weight of a light platform: what all tensions are
+Errors of opposing lines may exceed the weight of a light platform: what all tensions are
 together is allowed for then.
 
 It is coarse, as tensions are, but knows nothing of the lengths, so that it also sees what all of them agree on: a place
@@ -33,8 +33,8 @@ _MOVING: Final = 1.5  # times what is allowed at rest: it speeds up and slows do
 class ForceBalance:
     """``off``: (n,) N and N m, what the lines carry beyond the ``weight``, N. ``limit``: N, the size that is allowed.
 
-    ``arm``: m, at which moments count as forces; 0 of a point. ``reach``: m, how far off a place must be at least
-    before it is sure to show; ``turn``: rad, by how much a rotation of a rigid platform must be.
+    ``arm``: m, at which moments count as forces; 0 of a point. ``reach``: m, the smallest error of position that the
+    test is sure to detect; ``turn``: rad, that of a rotation of a rigid platform.
     """
 
     pose: Array

@@ -35,7 +35,7 @@ class ManualSettings:
 
     ``deceleration``: m/s^2, of a jog that is let go; None: ``acceleration``. ``max_run_out``: m, from the last order to
     jog to rest. ``delay``: s from a target to its motion. ``holds``: whether the lines hold a rigid platform with its
-    nozzle at a place (3,), m, at a rotation (3,), rad; None: nobody asks. ``period``: for which a motion from rest is
+    nozzle at a place (3,), m, at a rotation (3,), rad; None: no order. ``period``: for which a motion from rest is
     shaped; None: it is not. A jog that is let go or is to slow down, and a stop before lines cannot hold, are not.
     ``plane``: in which the moved point stays; None: in none.
     """
@@ -146,7 +146,7 @@ def begin(
 def step(settings: ManualSettings, state: ManualState, now: float, dt: float, off: float = 0.0) -> TargetMotion:
     """Return the motion over the next *dt* (s), with bounded acceleration; *state* changes in place.
 
-    *off*: m, by which the platform is off the target; at a place that it was sent to it settles first.
+    *off*: m, distance of the platform from the target; at an ordered position it settles first.
     """
     wish = _towards(settings, state, dt) if state.goal is not None else _jog(settings, state, now, dt)
     stuck = (
@@ -185,7 +185,7 @@ def step(settings: ManualSettings, state: ManualState, now: float, dt: float, of
 
 
 def _is_prompt(state: ManualState, wish: Array) -> bool:
-    """Whether the velocity follows its *wish* (3,), m/s, at once: a jog slows down or turns, or goes on to a place."""
+    """Whether the velocity follows its *wish* (3,), m/s, without delay: it slows down, or turns, or goes on to a place."""
     if state.goal is None:
         return float(wish @ state.velocity) < float(state.velocity @ state.velocity)
     return not state.mean.has_begun and bool(state.velocity.any())
@@ -199,7 +199,7 @@ def _nearer(velocity: Array, wish: Array, change: float) -> Array:
 
 
 def _ahead(settings: ManualSettings, state: ManualState, wish: Array) -> Array:
-    """A place (3,), m, on the way of a *wish* (3,), m/s, a little farther than where the target could stop."""
+    """A position (3,), m, in the direction of a *wish* (3,), m/s, just beyond the stopping distance of the target."""
     speed = float(np.linalg.norm(state.velocity))
     return np.asarray(
         state.position + (_AHEAD + speed * speed / (2.0 * settings.acceleration)) * wish / np.linalg.norm(wish)

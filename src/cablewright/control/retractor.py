@@ -1,4 +1,4 @@
-"""The drive that retracts a platform: its speed by the schedule of the job, and what it does to the lines."""
+"""The drive that retracts a platform: its speed by the schedule of the job, and its effect on the lines."""
 
 from __future__ import annotations
 

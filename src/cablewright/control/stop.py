@@ -20,9 +20,9 @@ class StopKind(IntEnum):
     """How a stop begins, and ends; the most urgent one counts."""
 
     RAMP = 0  # then hold, then brake
-    HOLD = 1  # at once, then brake
-    KEEP = 2  # hold at once and keep torque on: a brake cannot be relied on
-    BRAKE = 3  # at once: a winch has no torque
+    HOLD = 1  # immediately, then brake
+    KEEP = 2  # hold immediately and keep torque on: a brake cannot be relied on
+    BRAKE = 3  # immediately: a winch has no torque
 
 
 @dataclass(frozen=True)

@@ -62,7 +62,7 @@ class WinchJog:
     def begin(self, now: float) -> None:
         """As `Procedure`."""
         self._times = ReadingTimes()
-        self._asked = False  # what was asked for before it began is no wish to move now
+        self._asked = False  # earlier requests do not count
         self._lease_end, self._read, self._speed, self._tension = now, now, 0.0, math.nan
         self._now = now
 
@@ -71,11 +71,11 @@ class WinchJog:
         self._asked = True
 
     def let_go(self) -> None:
-        """End the lease: nobody holds the button any more."""
+        """End the lease: the button was released."""
         self._asked, self._lease_end = False, min(self._lease_end, self._now)
 
     def step(self, frame: SensorFrame, _estimate: Estimate, dt: float) -> ProcedureStep:
-        """As `Procedure`. It ends when nobody asks any more, and fails where the line's tension is not known."""
+        """As `Procedure`. It ends when requests stop, and fails where the line's tension is not known."""
         own, now = self.settings, frame.time
         self._now = now
         if self._asked:
@@ -95,7 +95,7 @@ class WinchJog:
             return ProcedureStep(speeds)
         wish = own.speed if now < self._lease_end else 0.0
         if (own.speed < 0.0 or own.opposed) and self._tension >= own.max_tension:
-            self._speed = wish = 0.0  # at once: a ramp would go on reeling in
+            self._speed = wish = 0.0  # immediately: a ramp would go on reeling in
         change = (own.deceleration if not wish else _RAMP) * dt
         self._speed += min(max(wish - self._speed, -change), change)
         speeds[own.line] = self._speed / own.radius

@@ -165,7 +165,7 @@ def step(settings: SlacknessSettings, state: SlacknessState, reading: LineAngles
 def _scatter_times(settings: SlacknessSettings, state: SlacknessState, dt: float, new: float | Array) -> float | Array:
     """Smoothing times, all or (m,), over which the scatter is averaged, with *new* ones *dt*, s, after the last.
 
-    Readings that are closer than a smoothing time do not tell it soon: a line that vibrates hardly moves meanwhile.
+    Readings closer than a smoothing time do not show it soon: a line that vibrates hardly moves meanwhile.
     """
     if dt <= settings.smoothing_time:
         return _SCATTER_TIMES

@@ -1,6 +1,6 @@
 """The filter of all sensors with the paper's chain before it, which finds its first position, and again a lost one.
 
-The chain is no part of the filter: it runs until it has a position, hands that over, and is gone.
+The estimator of Merlet 2023 is no part of the filter: it runs until it has a position, hands that over, and is gone.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def step(settings: StartedSettings, state: StartedState, frame: SensorFrame) -> 
 
 
 def weigh(settings: StartedSettings, state: StartedState, mass: float) -> None:
-    """Take the drum to be of *mass*, kg, from now on; the chain takes it to be as it was filled."""
+    """Take the drum to be of *mass*, kg, from now on; the estimator of Merlet 2023 takes it to be as filled."""
     load.weigh(settings.filter, state.filter, mass)
 
 

@@ -13,7 +13,7 @@ from cablewright.machine.settings import MachineSettings
 
 
 def load_machine(name_or_path: str | Path) -> MachineSettings:
-    """Return what the owner knows of the machine of that library name, or of that TOML file.
+    """Return the machine of that library name or TOML file, without its part ``[simulation]``.
 
     Its table ``[simulation]`` is left out unread: `load_twin` is for simulations. Raises `InputError`, one line.
     """

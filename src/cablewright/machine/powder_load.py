@@ -1,4 +1,4 @@
-"""Powder in a drum, by what was commanded: openings of the valve, and refills."""
+"""Powder in a drum, by the commands: openings of the valve, and refills."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cablewright.machine.carriers import Body, Drum
 
 @dataclass
 class PowderLoad:
-    """What a drum holds.
+    """The powder that a drum contains.
 
     ``flow``: kg/s with the valve open. ``full``: kg after a refill; inf: it never ends. ``poured``: kg since then.
     """

@@ -23,7 +23,7 @@ class Paced:
 
     def __init__(self, machine: Machine) -> None:
         """Begin with the first step; *machine* is one that does not wait by itself."""
-        self._machine, self._due = machine, 0.0  # s, when the next step is due; 0: at once
+        self._machine, self._due = machine, 0.0  # s, when the next step is due; 0: now
         self._prepared = 0  # kernels, at the last step
         self.lateness: array[float] = array("d")
         """Of each step when it was due, s: negative where there was time left."""

@@ -6,8 +6,8 @@ counters, and an epoch: a number that changes whenever counts begin again, so th
 reckoned with them.
 
 Whoever finds the mark compares the counters. Where they are the same, nothing has turned. Where all begin at zero, they
-have lost power: the counts go on, and whether somebody turned a drum meanwhile, only its lengths can tell. Anything
-else is a motion that nobody has counted: a new epoch begins.
+have lost power: the counts go on, and only its lengths can show whether a drum was turned meanwhile. Anything else is
+an uncounted motion: a new epoch begins.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ class SavedCounts:
     valid: bool
 
     def turned(self, raw: NDArray[np.int64]) -> bool:
-        """Whether, by the counters *raw* (m,), something has turned that nobody has counted."""
+        """Whether, by the counters *raw* (m,), a drum has turned without being counted."""
         half = 1 << (BITS - 1)
         apart = (raw - self.raw + half) % (1 << BITS) - half
         return bool(np.abs(apart).max() > GRAIN) and bool(np.abs(raw).max() > _ZERO)
@@ -236,7 +236,7 @@ class Remembering:
         return replace(reading, counts=totals)
 
     def _go_on(self, saved: SavedCounts, raw: NDArray[np.int64]) -> None:
-        """Go on from what was saved, or begin a new epoch where something has turned since."""
+        """Continue from the saved counts, or begin a new epoch where a drum has turned since."""
         if saved.turned(raw):
             self.epoch, self._saved, self._marked = time.time_ns(), None, None
             return

@@ -77,7 +77,7 @@ def test_the_guard_counts_winches_and_names_their_lines() -> None:
     assert guard.judge(settings, GuardState(), frame([0, 0, 0])) is None
     wrong = guard.judge(settings, GuardState(), frame([0] * 6))
     assert wrong is not None
-    assert wrong.reason == "the encoders do not tell 3 numbers, one for each winch"
+    assert wrong.reason == "the encoders do not report 3 numbers, one for each winch"
     states = (DriveState.ENABLED, DriveState.FAULT, DriveState.ENABLED)
     none = np.zeros(3)
     drives = Drives(1.0, states, none, none, none, none, ("", "overheated", ""))

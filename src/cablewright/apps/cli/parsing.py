@@ -158,15 +158,15 @@ def named_lengths(text: str, option: str, expected: str) -> list[tuple[str, floa
     return [named_number(part, f"{option} = {text!r}: expected {expected}") for part in text.split(",")]
 
 
-def named_number(text: str, refusal: str) -> tuple[str, float]:
-    """The name and the number of ``NAME=VALUE``. Raises `InputError` with the text *refusal*."""
+def named_number(text: str, why: str) -> tuple[str, float]:
+    """The name and the number of ``NAME=VALUE``. Raises `InputError` with the text *why*."""
     name, equals, value = (each.strip() for each in text.rpartition("="))
     try:
         number = float(value)
     except ValueError:
         name, number = "", 0.0
     if not (equals and name):
-        raise InputError(refusal)
+        raise InputError(why)
     return name, number
 
 

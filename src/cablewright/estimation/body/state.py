@@ -109,7 +109,7 @@ class BodySwing:
 
 @dataclass(eq=False)
 class Doubts:
-    """How measurements contradict the statics. Begins again where state is loaded, but for cells that are off."""
+    """How measurements contradict the statics. Begins again where state is loaded, except for wrong cells."""
 
     SAVED = ("cells_used",)
 
@@ -219,7 +219,7 @@ def start(
 
 
 def resumed(settings: BodySettings, state: BodyState) -> None:
-    """Let a *state* go on with what was loaded."""
+    """Let a *state* go on with the loaded data."""
     crept, home, places = state.creep.memories, state.load_path.home, state.load_path.places
     state.load_path, state.creep = LoadPath(home), creep_of(settings.model.robot, home, settings.deviations.creep)
     state.load_path.places = places
@@ -241,7 +241,7 @@ def _tracker_near(model: Model, lengths: Array, pose: Array) -> Tracker:
 
 
 def corrected(state: BodyState) -> Array:
-    """Return the lengths (m,), m, by the encoders, creep as described, and what is known of the unknowns."""
+    """Return the lengths (m,), m, by the encoders, creep as described, and the estimated unknowns."""
     counted, of_lengths, described = (
         state.home.lengths + state.wound.paid,
         state.layout.softness.start,

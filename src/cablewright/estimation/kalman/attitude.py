@@ -52,7 +52,7 @@ def predict(settings: FilterSettings, state: FilterState, reading: Inertial) -> 
     state.attitude.last_imu_time = reading.time
     _predict_covariance(state, dt, dt * wz)
     diagonal(state.P)[state.layout.attitude] += settings.gyro_noise**2 * dt
-    if dt > _MAX_INTERVAL:  # one rate does not tell how a swing ends
+    if dt > _MAX_INTERVAL:  # one rate does not determine the end of a swing
         _predict_upright(settings, state)
     state.turns.attitudes.add(reading.time, (state.attitude.gyro_yaw, *state.attitude.tilt.tolist()))
     fx, fy, _ = reading.acceleration.tolist()

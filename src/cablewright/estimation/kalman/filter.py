@@ -340,7 +340,7 @@ def _predict_coasting(settings: FilterSettings, state: FilterState, dt: float) -
 
 
 def _process_turn(settings: FilterSettings, state: FilterState) -> None:
-    """Do the next part of the work on the queued lidar turns: as much as one time step has time for."""
+    """Do the next part of the work on the queued lidar scans: as much as one time step has time for."""
     if state.turns.extracted is not None:
         source = state.turns.extracted.source
         lidar_update.update(settings, state)
@@ -415,7 +415,7 @@ def estimate(settings: FilterSettings, state: FilterState) -> Estimate:
 
 
 def _sealed(fresh: Array) -> Array:
-    """Return a *fresh* array, of which nobody else has a reference, as read-only."""
+    """Return a *fresh* array, without another reference, as read-only."""
     fresh.flags.writeable = False
     return fresh
 

@@ -29,7 +29,7 @@ _CHI2: Final = {1: 15.1, 2: 18.4, 3: 21.1, 4: 23.5}  # by degrees of freedom, ex
 
 @dataclass(frozen=True, eq=False)
 class FilterSettings:
-    """Standard deviations and random walks, beside what is known of the ``machine``.
+    """Standard deviations and random walks, beside the settings of the ``machine``.
 
     docs/estimation.md gives the source of each number.
 
@@ -47,8 +47,8 @@ class FilterSettings:
     ``height_sigma`` m of the floor, ``distance_sigma`` m of the distance sensor, ``gravity_sigma`` rad of the mean over
     a tenth of a second, ``swing_sigma`` rad of the drum's swing and ``swing_period`` s, ``line_angle_sigma`` rad of a
     smoothed line angle, ``excess_sigma`` m, ``stretch_sigma`` (besides the compliance), ``mass_sigma`` and
-    ``load_sigma`` (how far B sinks for more mass at once) as shares, ``velocity_sigma`` m/s and ``attitude_sigma`` rad
-    of the estimate.
+    ``load_sigma`` (how far B sinks for a sudden increase of mass) as shares, ``velocity_sigma`` m/s and
+    ``attitude_sigma`` rad of the estimate.
 
     Without the IMU: ``turn_rate_sigma`` rad/s of the drum, ``skew_time`` s: error of a wall's distance, m, for each
     rad/s during the turn. ``layers``: where radii step; None: not known. ``max_position_sigma``: m in space, beyond
@@ -108,7 +108,7 @@ class FilterSettings:
 class FilterLayout(NamedTuple):
     """Slices of the error state; ``range_bias`` has one entry for each horizontal lidar, then the vertical one.
 
-    From ``walls`` on they are constants of a machine as built: errors of what its owner was told.
+    From ``walls`` on they are constants of a machine as built: errors of its specified values.
     """
 
     position: slice
@@ -181,7 +181,7 @@ class DrumMotionState:
     last_encoder_time: float = -math.inf  # of the last encoder reading ...
     last_motion_time: float = -math.inf  # ... and the last in which the counts had changed
     settling_start: float = -math.inf  # when the first state, or encoders after a gap, were first used
-    bounce_end: float = -math.inf  # of the drum, after its mass changed by much at once
+    bounce_end: float = -math.inf  # of the drum, after a large sudden change of its mass
 
 
 @dataclass(eq=False)
@@ -232,7 +232,7 @@ class Hung:
 
 @dataclass(eq=False)
 class AsBuilt:
-    """Errors of sensors and of what the owner was told, and the ground."""
+    """Errors of sensors and of specified values, and the ground."""
 
     gyro_bias: Array = field(default_factory=lambda: np.zeros(3))
     accelerometer_bias: Array = field(default_factory=lambda: np.zeros(2))
@@ -335,7 +335,7 @@ def apply_update(
 
 
 def moving_velocity(state: FilterState) -> Array:
-    """Velocity (3,) of B, m/s: by the winches, or its own state while no encoder tells it."""
+    """Velocity (3,) of B, m/s: by the winches, or its own state while no encoder reports it."""
     return (
         state.motion.velocity
         if state.motion.coasting
@@ -378,7 +378,7 @@ def inject_correction(state: FilterState, correction: Array) -> None:
 
 
 def inflate_shaken(state: FilterState, most: float = math.inf) -> None:
-    """Take B to have moved by what encoders do not show, at *most* so far, m, until it is measured again."""
+    """Take B to have moved without the encoders, at *most* so far, m, until it is measured again."""
     position, deviation = state.layout.position, min(most, _SHAKEN_SIGMA)
     if float(np.trace(state.P[position, position])) < deviation**2:
         inflate_position(state, deviation)

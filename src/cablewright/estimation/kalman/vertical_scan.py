@@ -118,7 +118,7 @@ def mean_height(
 
 
 def level_sigma(state: FilterState) -> float:
-    """Standard deviation, m, of what a ray straight down adds up: height, range bias and mount."""
+    """Standard deviation, m, of the sum of errors of a vertical ray: height, range bias and mount."""
     lay = state.layout
     below = [lay.position.start + 2, lay.range_bias.stop - 1, lay.vertical_mount.start + 2]
     return math.sqrt(max(0.0, float(state.P[np.ix_(below, below)].sum())))

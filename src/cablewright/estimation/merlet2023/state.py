@@ -1,4 +1,4 @@
-"""Settings and state of the observer: the chain of Merlet and Papegay 2023, section III."""
+"""Settings and state of the observer: the estimator of Merlet and Papegay 2023, section III."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ FRESH: Final = 0.2
 
 
 class Setpoint(NamedTuple):
-    """What a winch is to do in the next cycle. ``speed``: rad/s, ``torque``: N m, of the drum; positive pays out.
+    """Setpoint of a winch for the next cycle. ``speed``: rad/s, ``torque``: N m, of the drum; positive pays out.
 
     The valve is that of the drive which has its output; of the others it is not read.
     """
@@ -45,7 +45,7 @@ class Setpoint(NamedTuple):
 
 @dataclass(eq=False)
 class Axis:
-    """A drive: what it told last, and what is asked of it.
+    """A drive: its last reported state, and the requests to it.
 
     ``rest``: s without torque after which its brake has closed. ``valve``: the bit of its outputs, as a mask, that
     opens the valve; 0: it has none.
@@ -70,7 +70,7 @@ class Axis:
     inputs_heard: float = -math.inf  # s
     energised: float = math.inf  # s, when it last had torque, or may have had it
     commanded: float = 0.0  # rad/s of the drum, as sent
-    restarted: bool = False  # it lost its settings, and has not been told them again
+    restarted: bool = False  # it lost its settings, and they were not written again
     pending: int = 0  # PDOs that this cycle has not brought yet, a bit each
     failure: str = ""  # of its parameters
     notes: list[str] = field(default_factory=list)
@@ -92,7 +92,7 @@ class Axis:
         return now - self.state_heard <= FRESH and now - self.energised >= self.rest
 
     def begin(self, now: float) -> None:
-        """Forget what it told: it may have torque."""
+        """Forget its reported state: it may have torque."""
         self.statusword, self.mode, self.restarted = 0, 0, False
         self.heard = self.state_heard = self.inputs_heard = -math.inf
         self.energised = now

@@ -21,7 +21,7 @@ class CanPort:
 
     @classmethod
     def opened(cls, interface: str, channel: str, bitrate: int) -> CanPort:
-        """Open the bus. Raises `EnvironmentFault`, with what to install or set up."""
+        """Open the bus. Raises `EnvironmentFault`, with the package to install or the setup to do."""
         try:
             import can
         except ImportError:
@@ -47,7 +47,7 @@ class CanPort:
             raise BusError(str(error)) from None
 
     def receive(self, until: float) -> CanFrame | None:
-        """As `Port`; frames that CANopen has not are left out, those that tell of an error are errors."""
+        """As `Port`; frames that CANopen has not are left out, error frames raise errors."""
         while True:
             left = until - time.monotonic()
             try:

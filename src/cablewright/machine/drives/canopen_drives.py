@@ -108,7 +108,7 @@ class CanopenDrives:
             self._leave()
 
     def read(self) -> dict[str, list[tuple[ObjectParameter, int | None]]]:
-        """What should be written, and what each drive has, by line; None: it has no such object. Raises as `open`."""
+        """The parameters to write, and each drive's value, by line; None: it has no such object. Raises as `open`."""
         bus = self.connect()
         try:
             return read_back(bus, self.axes, self.parameters)

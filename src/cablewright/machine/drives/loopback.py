@@ -1,6 +1,6 @@
 """A bus on this computer alone, for virtual drives in a process of their own: UDP bound to 127.0.0.1.
 
-The process of the drives is the hub: it tells each frame to all others that take part. python-can's own UDP bus cannot
+The process of the drives is the hub: it passes each frame on to all other members. python-can's own UDP bus cannot
 be used for it, since that listens on all networks of the computer.
 """
 
@@ -16,7 +16,7 @@ from cablewright.machine.drives.bus import BusError, CanFrame
 
 _HOME: Final = "127.0.0.1"
 _HELLO: Final = b""  # joins the bus, and is answered by the same
-_MEMBER_TIME: Final = 10.0  # s without a frame after which the hub tells a program no more
+_MEMBER_TIME: Final = 10.0  # s without a frame after which the hub drops a member
 _MAX_MEMBERS: Final = 16
 _ANSWER_TIME: Final = 1.0  # s for the hub to answer
 _STANDARD: Final = 1 << 11  # identifiers
@@ -104,7 +104,7 @@ class Hub:
         self._tell(_packed(frame), None)
 
     def receive(self, until: float) -> CanFrame | None:
-        """As `Port`; what comes is told to the other members too."""
+        """As `Port`; received frames go to the other members too."""
         while True:
             if not _waits(self._socket, until):
                 return None

@@ -117,7 +117,7 @@ class Network:
         return now
 
     def identify(self, node: int) -> Identity | None:
-        """Ask a node who it is; None: nobody answers."""
+        """Ask a node for its identity; None: no answer."""
         peer = self._by_node.get(node)
         asked = _stranger(node) if peer is None else _Peer.of(Axis(f"node {node}", node, peer.axis.scale))
         known, self._by_node[node] = peer, asked

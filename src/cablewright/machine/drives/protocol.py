@@ -19,7 +19,7 @@ class WinchDrives(Protocol):
         """Who is on the bus, of this machine or not; no parameter is written. Raises `EnvironmentFault`."""
 
     def read(self) -> dict[str, list[tuple[ObjectParameter, int | None]]]:
-        """What should be written, and what each drive has, by line; None: it has no such object. Raises as `open`."""
+        """The parameters to write, and each drive's value, by line; None: it has no such object. Raises as `open`."""
 
     @property
     def winches(self) -> WinchLines:
@@ -27,7 +27,7 @@ class WinchDrives(Protocol):
 
     @property
     def axes(self) -> Sequence[Axis]:
-        """What each drive has told last."""
+        """The last reported state of each drive."""
 
     @property
     def statistics(self) -> BusStatistics:
@@ -41,7 +41,7 @@ class WinchDrives(Protocol):
         """The time, s, by the clock of `cycle`."""
 
     def open(self) -> None:
-        """Find the drives, and write and read back what they are to watch; nothing is enabled.
+        """Find the drives, and write and read back the settings of their own supervision; nothing is enabled.
 
         Raises `EnvironmentFault` where the bus cannot be had or somebody else commands it, `InputError` for drives
         that are not those of the machine file.

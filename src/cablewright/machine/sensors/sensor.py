@@ -25,7 +25,8 @@ class SensorSheet(Description):
 class Sensor(Generic[_SheetT]):
     """A sensor that machines may have: name of its source, and what its table in a machine file holds.
 
-    ``key``: of that table; empty: the source's name. ``noise``: keys of what is less in a mean of readings.
+    ``key``: of that table; empty: the source's name. ``noise``: keys of quantities that are smaller in a mean of
+    readings.
     """
 
     source: str

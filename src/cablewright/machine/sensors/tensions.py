@@ -1,4 +1,4 @@
-"""Data sheets of load cells, and of motors whose torques tell tensions."""
+"""Data sheets of load cells, and of motors whose torques measure tensions."""
 
 from typing import Final
 
@@ -22,7 +22,7 @@ class TensionSensor(SensorSheet):
 
     @property
     def walk(self) -> float:
-        """By how much a zero walks in an hour, as told or assumed, N."""
+        """Random walk of a zero in an hour, as specified or assumed, N."""
         return 0.1 * self.gain_deviation * self.most if self.drift is None else self.drift
 
 

@@ -30,7 +30,7 @@ def as_built(robot: Robot, tolerances: Tolerances, seed: int) -> Robot:
 
 
 def _wound_on(line: Line, size: float) -> Line:
-    """*line* with a winch drum of that *size*, relative to what is told."""
+    """*line* with a winch drum of that *size*, relative to the specified one."""
     radius = line.winch.drum_radius
     if radius is None or size == 1.0:
         return line

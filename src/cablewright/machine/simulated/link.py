@@ -32,7 +32,7 @@ class Gaps:
         self._spells = Spells(every, (length, length), seed, GAPS, number) if every and length else None
 
     def end(self, time: float) -> float:
-        """Return when there is a connection again from *time* on, s: at once, or at the end of a gap."""
+        """Return when there is a connection again from *time* on, s: *time*, or the end of a gap."""
         while True:
             later = time
             for begin, end in self._planned:

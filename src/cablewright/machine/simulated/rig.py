@@ -39,7 +39,7 @@ from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 
 _DAY = 86400.0  # s
-_MAX_FALLING = 0.03  # kg, deposited at once
+_MAX_FALLING = 0.03  # kg, deposited in one step
 _FLAG_CONDITIONS = (
     (winding.LIMITED, Condition.LIMITED),
     (winding.STALLED, Condition.STALLED),
@@ -201,7 +201,7 @@ class Rig:
         return notices
 
     def _wander(self, period: float) -> None:
-        """Change the yaw at which the twist of a drum's lines rests, by the way that it went and by its drive."""
+        """Change the yaw at which the twist of a drum's lines rests, by its path and by its drive."""
         drum = self._twist
         if drum is None:
             return
@@ -220,7 +220,7 @@ class Rig:
         self.unmodelled.advance(self.packed, self.states, self.work.planes, self.winches, place, period, air)
 
     def brake(self, modes: Sequence[WinchMode], reset: bool) -> None:
-        """Close the brakes of winches whose *modes* are off, and open others; *reset*: what has slipped is known."""
+        """Close the brakes of winches whose *modes* are `OFF`, and open others; *reset*: what has slipped is known."""
         if self.brakes is None:
             return
         if reset:
@@ -315,7 +315,7 @@ class Rig:
         self._weigh()
 
     def _weigh(self) -> None:
-        """Set mass, centre and inertia by what is in the platform and how long it is."""
+        """Set mass, centre and inertia by the content and the length of the platform."""
         kept, stuck = self.body[[dynamics.YAW_REST]], 0.0 if self.stuck is None else self.stuck.mass
         self.body = self.masses.numbers(self.powder, stuck, self.retraction.length)
         self.body[[dynamics.YAW_REST]] = kept

@@ -16,7 +16,7 @@ from cablewright.robot import Robot
 
 @dataclass(frozen=True, eq=False)
 class Mounted:
-    """What a simulated sensor is told of its machine, whose steps are a *period*, s, long."""
+    """Data of the machine for its simulated sensors. A step has the length *period*, s."""
 
     robot: Robot  # as built
     nozzle: Array  # (3,) m, drum

@@ -1,4 +1,4 @@
-"""The numbers of severities: how far a simulated machine, its room and its sensors are off what is described.
+"""The numbers of severities: deviations of a simulated machine, its room and its sensors from their description.
 
 One of three names, fixed before anything was estimated with them. An owner who knows how good the survey was knows the
 standard deviations, and nothing else.
@@ -40,7 +40,7 @@ MEANINGS: Final[Mapping[str, str]] = MappingProxyType({
     "rough": "walls, mounts, clocks, zeros, people, gaps of the link and what no model has, by the severity rough",
     OWN: "walls, mounts, clocks, zeros, people, gaps of the link and what no model has, by the machine's file",
 })  # fmt: skip
-"""What a severity says of the machine as built."""
+"""Tolerances of the machine as built, by severity."""
 
 
 def _severity(

@@ -131,7 +131,7 @@ class SimulatedMachine:
 
     @property
     def settings(self) -> MachineSettings:
-        """What the owner knows of it; of a quasi-static one with its slower sensors."""
+        """The owner's settings; of a quasi-static machine with its slower sensors."""
         return self._twin.owner
 
     @property
@@ -146,7 +146,7 @@ class SimulatedMachine:
 
     @property
     def abilities(self) -> Abilities:
-        """Those of the simulation, which takes no time and can tell the truth."""
+        """Those of the simulation, which takes no time and knows the truth."""
         return self._abilities
 
     def open(self) -> None:
@@ -309,7 +309,7 @@ class SimulatedMachine:
         return reading
 
     def _apply_shift(self, fault: FaultPlan, reading: Reading) -> Reading:
-        """Return *reading* with the numbers of the fault's lines off by its size."""
+        """Return *reading* with the fault's size added to the numbers of its lines."""
         sizes = [fault.size if fault.line in (None, name) else 0.0 for name in self._names_of(reading)]
         values = _of_lines(reading)
         return _with_lines(reading, values + _SHIFTS[fault.source, fault.kind](np.array(sizes), self._mounted))

@@ -19,7 +19,7 @@ from cablewright.models.winch_lines import WinchLines
 from cablewright.robot import Line, Robot
 
 _Number = TypeVar("_Number", np.float64, np.bool_)
-_TRIES: Final = 12  # each leaves of an error what a crossing is of the radius
+_TRIES: Final = 12  # each reduces the error to the ratio of crossing and radius
 
 
 class Winches:

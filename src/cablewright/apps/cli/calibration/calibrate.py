@@ -1,6 +1,4 @@
-"""`calibrate`, `simulate-calibration`: parameters of a robot from measurements at poses; and simulated data to try
-it.
-"""
+"""`calibrate`, `simulate-calibration`: parameters of a robot from measurements at poses, and simulated data."""
 
 from __future__ import annotations
 

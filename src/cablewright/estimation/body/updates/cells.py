@@ -21,7 +21,7 @@ _LEAST_GAIN: Final = 1e-3  # share: no load cell's scale is known better ...
 _LEAST_ZERO: Final = 0.1  # N: ... nor its zero ...
 _LEAST_DRIFT: Final = 0.1  # N: ... nor does that stay for an hour
 _HOUR: Final = 3600.0  # s
-_AT_THE_WINCH: Final = "motor_torques"  # which feel all that a sheave takes off; a cell on its axle half of that
+_AT_THE_WINCH: Final = "motor_torques"  # which contain the whole friction of a sheave; a cell on its axle half of that
 _ARM: Final = 0.3  # m: arm of the moment that goes with a platform's acceleration
 
 
@@ -29,8 +29,8 @@ _ARM: Final = 0.3  # m: arm of the moment that goes with a platform's accelerati
 class Cells(Update):
     """Load cells or torques: noise and zero, N, share of the gain, standard deviations, and the source's name.
 
-    ``drift``: N, by which a zero walks in an hour. Without it a zero that was learnt would count for ever: what it has
-    walked since would be taken for a machine that is otherwise off, in the directions that are known least.
+    ``drift``: N, by which a zero walks in an hour. Without it a learnt zero would count for ever: its later drift would
+    be taken for other errors of the machine, in the least known directions.
     """
 
     READING: ClassVar[type[Reading]] = Tensions

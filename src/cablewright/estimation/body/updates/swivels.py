@@ -40,7 +40,7 @@ class Swivelling(Update):
         return reading.angles
 
     def shown(self, there: HeldBody) -> Array:
-        """As `Update`: nobody knows how a broken line hangs."""
+        """As `Update`: the angle of a broken line is unknown."""
         angles = np.arctan2(there.planes[:, 1], there.planes[:, 0])
         if there.broken is not None:
             angles[there.broken] = np.nan

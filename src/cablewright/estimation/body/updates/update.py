@@ -1,4 +1,4 @@
-"""What an update says: how the readings of one kind of sensor correct the unknowns of a rigid platform's machine."""
+"""Interface of an update: how readings of one kind of sensor correct the unknowns of a rigid platform's machine."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class UpdatePart(NamedTuple):
 
 
 class Update(ABC):
-    """What is told of a sensor, standard deviations, and what that makes of its readings.
+    """Data of a sensor, its standard deviations, and its corrections by readings.
 
     Subclasses are frozen dataclasses. ``READING``: their kind. ``UNKNOWNS``: how many numbers of the sensor itself are
     not known, besides those that `BodyLayout` names. ``MISSED``: whether its silence is a fault.
@@ -66,7 +66,7 @@ class Update(ABC):
     @classmethod
     @abstractmethod
     def told(cls, source: str, sheet: Any) -> Self:
-        """Return what the data *sheet* of a *source* tells."""
+        """Return the update by the data *sheet* of a *source*."""
 
     @abstractmethod
     def read(self, settings: BodySettings, state: BodyState, reading: Reading) -> Array | None:
@@ -74,7 +74,7 @@ class Update(ABC):
 
     @abstractmethod
     def shown(self, there: HeldBody) -> Array:
-        """Return the numbers (k,) that a perfect sensor reads *there*; NaN: nobody knows."""
+        """Return the numbers (k,) that a perfect sensor reads *there*; NaN: unknown."""
 
     @abstractmethod
     def as_known(self, state: BodyState, shown: Array) -> Array:

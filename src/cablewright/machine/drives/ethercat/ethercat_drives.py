@@ -70,7 +70,7 @@ class EthercatDrives:
         try:
             for node, name in nodes.items():
                 if node > found:
-                    why = f"the ring has {found} devices; check wiring and places" if found else "nobody answers"
+                    why = f"the ring has {found} devices; check wiring and places" if found else "no device answers"
                     raise EnvironmentFault(f"drives.nodes.{name}.id = {node}: {why}")
             if found > len(nodes):
                 why = f"of {found} devices in the ring the drives of lines are {len(nodes)}: take the others out of it"
@@ -155,7 +155,7 @@ class EthercatDrives:
         require_agreed(axis)
 
     def _require_sizes(self, found: list[tuple[int, int]]) -> None:
-        """Raise `InputError` for a drive whose process data are of another length than what was assigned."""
+        """Raise `InputError` for a drive whose process data are of another length than the assigned one."""
         for axis, sizes in zip(self._by_place, found, strict=True):
             wanted = sum(each.size for mapped in axis.mapped for each in mapped), sum(_FROM_DRIVE)
             if sizes != wanted:
@@ -215,7 +215,7 @@ class EthercatDrives:
         return any(going)
 
     def cycle(self, setpoints: tuple[Setpoint, ...], due: float, *, reset: bool = False, beats: bool = True) -> float:
-        """As `WinchDrives`: commands go out at once, and are sent again when answers are due."""
+        """As `WinchDrives`: commands go out immediately, and are sent again when answers are due."""
         numbers = self.statistics
         if reset and beats:
             self._operate(setpoints, reset=True)

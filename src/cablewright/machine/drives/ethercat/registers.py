@@ -1,4 +1,4 @@
-"""What an EtherCAT drive is told besides the parameters of CiA 402: its process data, and its watch over the master.
+"""Registers of an EtherCAT drive besides the parameters of CiA 402: its process data, and its watch over the master.
 
 Registers of the slave controller (ETG.1000.4) stand below the object dictionary, which begins at 0x1000, so that both
 are read and written as objects.

@@ -104,7 +104,7 @@ class EthercatSlave:
             self._tell(0)
 
     def _obstacle(self, wanted: int) -> int:
-        """The code of what keeps it from a higher state; 0: nothing."""
+        """The code of the reason that prevents a higher state; 0: none."""
         if _NEXT.get(self.state) != wanted:
             return _BAD_CHANGE
         if wanted == SAFEOP:

@@ -28,7 +28,7 @@ _TICKS: Final = 5  # of the drives, in a step of the plant
 MADE_UP: Final = 0.5
 """Time that is made up for after the computer was held up, s."""
 
-_YIELD: Final = 0.2  # share of a line's stiffness by which a motor under torque gives way in a step
+_YIELD: Final = 0.2  # share of a line's stiffness by which a motor under torque yields in a step
 
 Disturb = Callable[[CanFrame, float], tuple[float, ...]]
 """Delays, s, of the copies in which a frame sent at a time arrives: ``(0.0,)`` as it should, ``()`` lost."""
@@ -84,7 +84,7 @@ class VirtualRig:
         return self.ticks * self.plant.period / _TICKS
 
     def hear(self, frame: CanFrame, now: float) -> list[CanFrame]:
-        """Tell all drives a frame; return their answers. The plant's steps end with the SYNCs, from the first on."""
+        """Pass a frame to all drives; return their answers. The plant's steps end with the SYNCs, from the first on."""
         if frame.id == SYNC and self._phase is None:
             self._phase = self.ticks % _TICKS
         for drive in self.drives:

@@ -51,7 +51,7 @@ class VirtualDrive:
     brake_closed: bool = True
     chain_closed: bool = True
     stop_input: bool = False  # its own input for a quick stop
-    tells_early: bool = False  # it tells that it is off, or in fault, while its brake still closes under torque
+    tells_early: bool = False  # it reports that it is disabled, or in fault, while its brake still closes under torque
     drift: float = 0.0  # counts/s by which it turns besides, unknown to itself
     keeps_outputs: bool = False  # in a fault, instead of clearing them
     dead: bool = False  # neither hears nor says anything
@@ -61,8 +61,8 @@ class VirtualDrive:
     outbox: list[CanFrame] = field(default_factory=list)
     _edge: bool = False  # bit 7 of the last controlword
     _opening: float = math.inf  # s of operation left until the brake is open
-    _closing: bool = False  # on the way to be off
-    _holds: bool = False  # torque, though it tells that it is off
+    _closing: bool = False  # becoming disabled
+    _holds: bool = False  # torque, though it reports that it is disabled
     _closes_in: float = math.inf  # s until the brake has closed, since its coil lost current
     _wanted: float = 0.0  # counts/s, after the ramp
     _error: float = 0.0  # counts that it is behind its target
@@ -180,7 +180,7 @@ class VirtualDrive:
         return [CanFrame(cob & 0x7FF, self.told(0x1A00 + k)) for k, cob in enumerate(cobs) if not cob >> 31]
 
     def _refresh(self) -> Dictionary:
-        """Bring what it tells up to date."""
+        """Update its reported state."""
         own, limit = self.dictionary, 1e3 / self.rated_torque
         own[o.STATUSWORD] = _STATUS[self.state] | _REMOTE
         wrapped = (math.floor(self.position) + (1 << 31)) % (1 << 32) - (1 << 31)

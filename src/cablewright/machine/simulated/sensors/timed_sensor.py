@@ -72,7 +72,7 @@ class TimedSensor(ABC, Generic[_SheetT, _FlawsT]):
 class Simulated(Generic[_SheetT, _FlawsT]):
     """How a sensor is simulated: what is wrong with one unit, and who reads it.
 
-    ``faults``: kinds of planned faults besides silent and stuck, each with what it adds to a reading by sizes (m,).
+    ``faults``: kinds of planned faults besides silent and stuck, each with the change of a reading by sizes (m,).
     ``place``: of the flaws' table among those of ``[simulation]``; 0: by the sensor's stream.
     """
 

@@ -30,7 +30,7 @@ class Brakes:
     SAVED = ("_softer",)
 
     def __init__(self, law: WinchBrakes, names: tuple[str, ...], seed: int, limit: float) -> None:
-        """*names* (m,) of the lines; *limit*: m of cable by which one may slip until that is told.
+        """*names* (m,) of the lines; *limit*: m of cable by which one may slip without a notice.
 
         Raises `UnknownName` for a line.
         """
@@ -72,7 +72,7 @@ class Brakes:
         winches.slipped[:] = 0.0
 
     def notices(self, winches: Winches) -> list[Notice]:
-        """Tell which winch has slipped too far since the last reset, as a machine with drives does."""
+        """Report each winch that has slipped too far since the last reset, as a machine with drives does."""
         lengths = winches.slipped * winches.leaving_radii
         worst = int(np.argmax(lengths))
         if lengths[worst] <= self._limit:

@@ -23,7 +23,7 @@ class DrumDrive:
     ) -> None:
         """*torsion*: rad per N m at the drum; *ripple*: rad, and periods of it in a turn; *phases* (m,), rad, of that.
 
-        *slide*: share of what a drum winds or pays out that slides out under the *reference*, N. *angles* (m,), rad,
+        *slide*: share of the wound or paid-out length that slides out under the *reference*, N. *angles* (m,), rad,
         wound at the start.
         """
         self._torsion, (self._ripple, self._periods), self._slide = torsion, ripple, slide
@@ -45,7 +45,7 @@ class DrumDrive:
         torque = pulls * radii
         if np.isnan(self._torque).any():
             self._torque = torque
-        # torque and twist follow each other: as far at once as a line between fixed points would let them
+        # torque and twist follow each other: in each step as far as between fixed points
         share = 1.0 / (1.0 + self._torsion * radii * radii / softness)
         self._twist = self._twist + share * (self._torsion * (torque - self._torque) - self._twist)
         self.slid = self.slid + self._slide * pulls / self._reference * np.abs(angles - self._angles)

@@ -1,4 +1,4 @@
-"""How much a plant has of what no model knows: tables of ``[simulation]``. All of it is 0, so absent, by default."""
+"""Sizes of a plant's unmodelled effects: tables of ``[simulation]``. All are 0, so absent, by default."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def of_lines(lines: Sequence[str], by_line: Mapping[str, _Value], other: _Value)
 class CableStretch(Description):
     """What a cable stretches by besides its elasticity, as strains at the reference load, see `Unmodelled`.
 
-    ``creep``: after an hour under it; of each line off by a uniform share of at most ``creep_spread``.
+    ``creep``: after an hour under it; of each line with a uniform relative error of at most ``creep_spread``.
     ``hysteresis``: between the ways up and down of a cycle that is larger than the load. ``settling``: for good, of a
     new cable, when it is first under that load. ``stiffening``: share by which it is stiffer at twice the load than at
     it, where it is as the robot file says.
@@ -77,7 +77,7 @@ class WinchGears(Description):
 class WinchBrakes(Description):
     """``torque``: N m at the drum, up to which a closed brake holds; 0: it never gives. ``by_line``: of some lines.
 
-    Each is off by a uniform share of at most ``spread``.
+    Each has a uniform relative error of at most ``spread``.
     """
 
     torque: Annotated[NonNegative[Torque], Field(le=1e6)] = 0.0
@@ -101,7 +101,7 @@ class Wind(Description):
 
 
 class StickingMaterial(Description):
-    """Material that sticks to a clean nozzle: the ``share`` of what leaves the valve; ``most``: kg that stay on it.
+    """Material that sticks to a clean nozzle: the ``share`` of the released material; ``most``: kg that stay on it.
 
     None: without limit.
     """
@@ -113,7 +113,7 @@ class StickingMaterial(Description):
 class HangingHose(Description):
     """A hose or cable chain that hangs from ``start``, (3,) m, world, to the platform's origin.
 
-    ``length``: m; ``linear_density``: kg/m, with what is in it.
+    ``length``: m; ``linear_density``: kg/m, with its content.
     """
 
     start: Vec3
