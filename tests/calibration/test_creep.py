@@ -318,7 +318,7 @@ def test_a_unit_that_is_not_known_is_said(unit: str, tmp_path: Path) -> None:
     [
         (cut(recorded(HELD), 610.0), {}, "the element of 20 min needs a load for 20 min, the test has 9.96 min"),
         (cut(recorded(HELD), 60.0), {"retardations": ()}, "logarithmic creep needs two decades of time, from 1 s to"),
-        (cut(recorded(HELD), 1e4, 40), {}, "the element of 60 s has 2 samples within 60 s of the load: 3 tell it"),
+        (cut(recorded(HELD), 1e4, 40), {}, "the element of 60 s has 2 samples within 60 s of the load: 3 determine it"),
         (TensileTest(np.arange(30.0), np.arange(30.0)), {}, "no column 'time', which creep needs"),
         (TensileTest(np.ones(30), np.arange(30.0), time=np.arange(30.0)), {}, "the force never changes"),
         (recorded(HELD), {"retardations": (60.0, 30.0)}, "retardations = 60, 30 s: expected up to 4 that rise"),

@@ -324,7 +324,7 @@ def test_exit_points_in_the_plane_need_what_the_plan_says_of_them(tmp_path: Path
     made = simulate_calibration(truth, 30, 1e-4, seed=2)
     found = calibrate(truth, made.measured, rough=0.05)
     assert (found.status, found.verdict) == ("degenerate", "bad")
-    assert "hardly tell how far exit points are off the plane with normal" in found.reason
+    assert "hardly determine the distances of exit points from the plane with normal" in found.reason
     assert 'across = "2 mm"' in found.reason
     plan = tmp_path / "plan.toml"
     plan.write_text('schema = 1\nacross = "5 mm"\n')

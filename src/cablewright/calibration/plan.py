@@ -40,7 +40,7 @@ _Poses = Annotated[tuple[Annotated[int, Strict(), Field(ge=1)], ...], Field(min_
 class Sigmas(Description):
     """Standard deviations of the sensors. Without ``encoder``, that of the encoders is estimated from the residuals.
 
-    ``friction``: of what the cable passes between exit point and load cell, as a share of the tension.
+    ``friction``: of the guides between exit point and load cell, as a share of the tension.
     """
 
     encoder: _Sigma[Length] | None = None
@@ -203,8 +203,8 @@ class CalibrationPlan(FileDescription):
     ``lengths``: whether counts are lengths from the exit point on (absolute) or changes since home (relative; the
     default, with ``length_offset`` among the unknowns). ``shared``: unknowns that are one number for all lines;
     ``groups``: for some. ``datum``: exit points (``south-west``) or coordinates (``south-east.y``) to hold. ``level``:
-    sigma of the tilt of all exit points against the file, rad. ``across``: for a platform in a plane, sigma of how far
-    off it the file says that each exit point is, m.
+    sigma of the tilt of all exit points against the file, rad. ``across``: for a platform in a plane, sigma of the
+    file's distance of each exit point from it, m.
     """
 
     lengths: Literal["absolute", "relative"] | None = None

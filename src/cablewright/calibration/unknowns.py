@@ -192,7 +192,7 @@ def require_covered(robot: Robot, elastic: bool) -> None:
 
 
 def with_mounts(robot: Robot) -> Robot:
-    """Return the robot with a compliance of each mount: 0 where the file says nothing, and what it says elsewhere."""
+    """Return the robot with a compliance of each mount: that of the file, else 0."""
     rigid = (line.model_copy(update={"exit_compliance": line.exit_compliance or 0.0}) for line in robot.lines)
     return robot.model_copy(update={"lines": tuple(rigid)})
 

@@ -185,7 +185,7 @@ def step(settings: ManualSettings, state: ManualState, now: float, dt: float, of
 
 
 def _is_prompt(state: ManualState, wish: Array) -> bool:
-    """Whether the velocity follows its *wish* (3,), m/s, without delay: it slows down, or turns, or goes on to a place."""
+    """Whether the velocity follows its *wish* (3,), m/s, without delay: it slows down, turns, or goes on to a place."""
     if state.goal is None:
         return float(wish @ state.velocity) < float(state.velocity @ state.velocity)
     return not state.mean.has_begun and bool(state.velocity.any())

@@ -52,7 +52,7 @@ class Estimator(Protocol):
 
 @runtime_checkable
 class Weighing(Protocol):
-    """An estimator that is told what the drum weighs."""
+    """An estimator that receives the mass of the drum."""
 
     def weigh(self, mass: float) -> None:
         """Take the drum with its powder to be of *mass*, kg, in the next step."""
@@ -132,7 +132,7 @@ def homed(
 
 
 def homed_settings(robot: Robot, settings: MachineSettings) -> ReckoningSettings | BodySettings:
-    """Return what `homed` is told of a machine on drives: a rigid platform's torques correct its lengths.
+    """Return the settings of `homed` of a machine on drives: a rigid platform's torques correct its lengths.
 
     Raises `InputError` as `reckoning_of`.
     """
@@ -169,7 +169,7 @@ class _SteppedEstimator:
 
 
 def _observed(observer: Observer, settings: Any, state: Any) -> Estimator:
-    """Return the chain, or the filter with the tensions at its lengths."""
+    """Return the Merlet 2023 estimator, or the filter with the tensions at its lengths."""
     stepped = _SteppedEstimator(observer.step, settings, state)
     if not isinstance(settings, StartedSettings):
         return stepped
@@ -202,7 +202,7 @@ class CreepingEstimator:
 
 
 class DeadReckoning(_SteppedEstimator):
-    """Encoders alone, which may be told where the platform is.
+    """Encoders alone, which accept measured positions of the platform.
 
     What cables have crept, and what places have taught of lengths, is saved with a print.
     """
@@ -211,7 +211,7 @@ class DeadReckoning(_SteppedEstimator):
     danger, searches = "", False
 
     def after_load(self) -> None:
-        """Go on with what was loaded. Raises `AnswerError` where there is no equilibrium."""
+        """Go on with the loaded data. Raises `AnswerError` where there is no equilibrium."""
         dead_reckoning.resumed(self._settings, self._state)
 
     @property
@@ -265,7 +265,7 @@ def _tensions(tracker: Tracker | None) -> Array | None:
 
 
 def _with_radii(settings: Any, radii: Array) -> Any:
-    """Return the *settings* of the chain or the filter with initial *radii* (m,), m; unchanged if any is unknown."""
+    """Return the *settings* of either estimator with initial *radii* (m,), m; unchanged if any is unknown."""
     if not (radii > 0.0).all():
         return settings
     if isinstance(settings, StartedSettings):

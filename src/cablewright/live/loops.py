@@ -111,7 +111,7 @@ class LoopComparison(Pictured):
     FIGURES: ClassVar = (
         Figure("status", "", "ok, or stopped: a run ended early."),
         Figure("robot", "", "Name of the robot."),
-        Figure("trajectory", "", "What the trajectory is made of.", "trajectory.source"),
+        Figure("trajectory", "", "Source of the trajectory.", "trajectory.source"),
         Figure("duration", "s", "Time of the trajectory.", "trajectory.duration", shown="s"),
         Figure("runs", "", "The runs.", parts=_RUN),
     )
@@ -154,7 +154,7 @@ def compare_loops(
     * *plants*: ``quasi-static``, ``dynamic``, or ``make(robot, start, seed)``, which returns a machine with the true
       state among its `Abilities`. *start* (n,), m and rad, is the first pose.
 
-    *machine*: as for `simulate`. The largest drum speed bounds all controllers alike. The trajectory begins when the
+    *machine*: as for `simulate`. The largest drum speed bounds all controllers equally. The trajectory begins when the
     estimate is valid.
 
     Raises `InputError` for unknown names, two of one name, rates that are not m finite numbers, and a plant without a
@@ -193,7 +193,7 @@ def compare_loops(
 def _named(
     what: str, given: Sequence[str | _MadeT], known: Sequence[str], ours: Callable[[str], _MadeT]
 ) -> list[tuple[str, _MadeT]]:
-    """Return names with what makes each. Raises `InputError`."""
+    """Return names with the function that makes each. Raises `InputError`."""
     found: dict[str, _MadeT] = {}
     for each in given:
         name = each if isinstance(each, str) else getattr(each, "__name__", type(each).__name__)
@@ -225,7 +225,7 @@ class _OurLaw:
 
 
 class _TrueState:
-    """An estimator that is told the truth."""
+    """An estimator that reports the truth."""
 
     def __init__(self, truth: Callable[[], Truth]) -> None:
         self._truth = truth

@@ -281,7 +281,7 @@ def replay(
 ) -> Replay:
     """Run an estimator on a machine's *log*, an MCAP file or a run folder, and compare it with the truth in the log.
 
-    *estimator* is ``paper``, the chain of Merlet and Papegay 2023, ``filter``, the Kalman filter of all sensors, or
+    *estimator* is ``paper``, that of Merlet and Papegay 2023, ``filter``, the Kalman filter of all sensors, or
     ``encoders``, dead reckoning by these alone; None: the first one for which the machine has the sensors. *lasers*:
     distances from B to walls that an operator measured at the start. Raises `UnknownName` for another estimator,
     `InputError` for a file that is no log or a machine without the sensors that the estimator needs.
@@ -320,7 +320,7 @@ def replay(
 
 
 def _usual_estimator(head: LogHead) -> str:
-    """Return the estimator that the sensors of a log's machine allow: of a point platform with lidars the chain."""
+    """Return the estimator for the sensors of a log's machine: for a point platform with lidars that of Merlet 2023."""
     best = best_estimator(head.settings)
     return "paper" if _is_by_scans(best, head) else best
 

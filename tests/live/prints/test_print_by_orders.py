@@ -49,7 +49,7 @@ def test_a_ring_is_printed_by_orders_and_its_log_is_that_of_a_real_machine(tmp_p
     typist = Typist({state: list(words) for state, words in WORDS.items()})
     answer = printed(found, tmp_path, typist)
     assert answer.finished, typist.said
-    assert any("refused: start: has no effect while the state is off" in line for line in typist.said)
+    assert any("rejected: start: has no effect while the state is off" in line for line in typist.said)
     assert any(line.startswith("no order 'dance'") for line in typist.said)
     assert all(drive.brake_closed for drive in found.rig.drives)
     assert abs(answer.to_dict()["estimated_max_path_error"]) < 2e-3

@@ -56,13 +56,13 @@ def policy_with(camera: str) -> bytes:
 
 
 def new_token() -> str:
-    """A token that nobody can guess."""
+    """A random token of 256 bits."""
     return secrets.token_urlsafe(32)
 
 
 @dataclass(eq=False)
 class Bucket:
-    """So many at once, and so many a second."""
+    """A token bucket that limits rates: a burst, and a number a second."""
 
     most: float
     rate: float
@@ -89,7 +89,7 @@ class Access:
     """What a server with these *hosts* lets in. ``key``: of cookies, known to this start alone.
 
     ``token``: SHA-256 of the token. ``secure``: whether the page is served by TLS. ``port``: in the cookie's name, as
-    browsers do not tell ports apart.
+    browsers do not distinguish ports.
     """
 
     key: bytes
@@ -126,11 +126,11 @@ class Access:
         return "foxglove" if len(given) == 1 and given[0] in FOXGLOVE_ORIGINS else "foreign"
 
     def is_token(self, given: str) -> bool:
-        """Whether it is the token, in a time that tells nothing of it."""
+        """Whether it is the token, compared in constant time."""
         return hmac.compare_digest(hashlib.sha256(given.encode("utf-8", "replace")).digest(), self.token)
 
     def may_guess(self) -> bool:
-        """Whether one more wrong token is answered at once."""
+        """Whether one more wrong token is answered immediately."""
         return self._guesses.take()
 
     def is_view_token(self, given: str) -> bool:

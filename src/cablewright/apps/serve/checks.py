@@ -24,7 +24,7 @@ _NOTHING: Final = "0" * 64
 
 @dataclass(eq=False)
 class Checks:
-    """The queue of what is to be done for `Uploads`. ``busy``: what is done, by job or run."""
+    """The queue of checks and reports for `Uploads`. ``busy``: the present task, by job or run."""
 
     uploads: Uploads
     busy: dict[str, str] = field(default_factory=dict)

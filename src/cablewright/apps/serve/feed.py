@@ -110,7 +110,7 @@ class Feed:
         self._draws = asyncio.get_running_loop().create_task(self._draw(self.sitting, self.head))
 
     async def _draw(self, sitting: dict[str, Any], head: LogHead) -> None:
-        """Make the scene of a sitting, and what its lines are drawn by, beside all else: kernels may be compiled."""
+        """Make the scene of a sitting and the solver of its lines in a thread: kernels may be compiled."""
         try:
             scene, shapes = await asyncio.to_thread(_drawn, head, self._scene_file(sitting))
         except CablewrightError as error:

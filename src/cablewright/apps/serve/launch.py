@@ -237,7 +237,7 @@ def serve(
     say: Callable[[str], None],
     lock: Path | None = None,
 ) -> None:
-    """Serve until interrupted. *owner*: settings of the machine. *lock*: file that stands for one that is real.
+    """Serve until interrupted. *owner*: settings of the machine. *lock*: lock file of a real machine.
 
     Raises `EnvironmentFault` where the port is in use, or another program serves this folder or machine.
     """

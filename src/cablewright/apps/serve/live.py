@@ -73,7 +73,7 @@ class Live:
             if message["type"] != "websocket.receive" or data is None:
                 return  # it has gone, or sends what no page does
             if not client.messages.take():
-                return  # whoever sends so much is no person at a page
+                return  # too many messages: no person at a page
             try:
                 given = from_json(data)
             except ValueError:

@@ -57,7 +57,7 @@ class Operators:
     _operator: Client | None = None
     _number: int = field(default_factory=lambda: round(1e3 * time.monotonic()))  # of the last lease
     _looked: float = field(default_factory=time.monotonic)  # s, when the server was last seen to run
-    _hung: float = -float("inf")  # s, when it went on after it had hung
+    _hung: float = -float("inf")  # s, when it continued after a hang
 
     def look(self) -> None:
         """Note that the server runs, and whether it hung: the lease of a page that it did not hear for long ends."""
@@ -69,7 +69,7 @@ class Operators:
 
     @property
     def delayed(self) -> str:
-        """Why no order counts now: after a hang, what is read may have been sent long before; or an empty text."""
+        """Why no order counts now: after a hang, messages may be old; or an empty text."""
         self.look()
         return "the server hung: order it again" if self._looked - self._hung < ORDER_LIFE else ""
 

@@ -21,7 +21,7 @@ from cablewright.live.serve.messages import OrderMessage
 
 _ANSWER: Final = 2.0  # s to wait for the control's answer
 _PARALLEL: Final = 2  # uploads at a time
-_ALIKE: Final = 0.05  # s in which one stop stands for all
+_ALIKE: Final = 0.05  # s in which repeated stops count as one
 
 
 @dataclass(eq=False, kw_only=True)

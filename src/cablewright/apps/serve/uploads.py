@@ -1,4 +1,4 @@
-"""Jobs that people send, and the runs of them: names are made here, so that nobody's names a place."""
+"""Uploaded jobs and their runs: the server makes their names, so that no user's name is a path."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ DRAINED: Final = 1 << 30
 
 NOTES: Final = "notes.txt"
 MAX_NOTES: Final = 2000
-"""Letters that are kept of what a person notes of a run."""
+"""Largest number of letters of a person's note on a run."""
 
 METRICS: Final = "metrics.json"
 _RESULTS: Final = ("max_error_in_space", "max_path_error", "max_height_error", "material_mass", "duration")
@@ -78,7 +78,7 @@ class Uploads:
         return number
 
     async def put(self, number: str, part: str, data: AsyncIterator[bytes]) -> int:
-        """Write a file of a job from what is sent; return its size. Raises `InputError`, `TooLarge` by name."""
+        """Write a file of a job from an upload; return its size. Raises `InputError`, `TooLarge` by name."""
         folder, name = self.job(number), PARTS[part]
         if (folder / name).exists():
             raise InputError(f"{part}: was sent already; a changed file is another job")

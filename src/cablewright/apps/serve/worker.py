@@ -20,7 +20,7 @@ from cablewright.foundation.file_output import whole_folder, write_whole
 from cablewright.live.serve.jobs import JobCheck, load_served, subject_of, write_check
 
 STATION: Final = "station.json"
-"""File in the served folder with the robot and what its owner knows of the machine."""
+"""File in the served folder with the robot and the owner's settings of the machine."""
 
 SCENE: Final = "scene.json"
 """File in a job's folder with the scene of its path."""

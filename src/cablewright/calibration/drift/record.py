@@ -52,10 +52,10 @@ class KnownValue(Description):
 
 
 class CalibrationRecord(FileDescription):
-    """What a calibration found, when and from what.
+    """Results of a calibration, with its date and data.
 
-    ``sigma``: of the sensors, as their residuals say. ``redundancy``: the numbers left over that the encoders' sigma is
-    estimated from; absent where it was given. ``considered``: numbers that count as known, by how far they are off.
+    ``sigma``: of the sensors, as their residuals say. ``redundancy``: the redundant numbers from which the encoders'
+    sigma is estimated; absent where it was given. ``considered``: numbers that count as known, by their errors.
     ``covariance``: the rows of the lower triangle of that of values and considered, SI.
     """
 

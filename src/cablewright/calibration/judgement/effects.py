@@ -72,7 +72,7 @@ class _Candidate(NamedTuple):
 def effects_of(problem: CalibrationProblem, found: PoseFit, already: Collection[str] = ()) -> tuple[Effect, ...]:
     """Return the effects of the family that this machine can have, those in the model first.
 
-    *already*: names of those that counts are corrected by; their numbers are how far off these corrections are.
+    *already*: names of those that counts are corrected by; their numbers are the errors of these corrections.
     """
     rows = problem.derivatives(found.theta, found.poses, found.weights)
     left = _candidates(problem, found)

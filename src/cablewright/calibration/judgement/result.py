@@ -97,7 +97,7 @@ FIGURES = (
     Figure("effects", "", "Effects that the model may lack: which the data ask for, by the held-out error of lengths.",
            only=lambda of: bool(of.effects), parts=(
         Figure("name", "", "Name of the effect.", name="effect"),
-        Figure("words", "", "What it is.", name="number"),
+        Figure("words", "", "Description of the number.", name="number"),
         Figure("value", "SI", "The number by the data; of an unknown its change from the file.", digits=3),
         Figure("sigma", "SI", "Standard deviation of it.", digits=2),
         Figure("unit", "", "Unit of both."),
@@ -116,7 +116,7 @@ FIGURES = (
         Figure("row", "1", "Row of the file."),
         Figure("line", "", "Line of the reading; null where the whole pose is left out."),
         Figure("sensor", "", "Sensor of the reading."),
-        Figure("size", "SI", "Error of the reading.", name="off by", digits=3),
+        Figure("size", "SI", "Error of the reading.", name="error", digits=3),
         Figure("unit", "", "Unit of the error."),
         Figure("measured", "SI", "The reading; of a whole pose those of all encoders.", digits=6),
         Figure("expected", "SI", "What all others predict it to be.", digits=6),

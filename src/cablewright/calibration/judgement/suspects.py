@@ -31,11 +31,11 @@ _UNITS: Final = {
     **{f"{READING}{angles}": "rad" for angles in ("swivel angles", "tilts", "yaw angles")},
 }
 _MAX_NAMED: Final = 4
-_MORE: Final = 1e-3  # probability of what more amounts explain by chance, under which they are said to be needed
+_MORE: Final = 1e-3  # probability of the gain of more amounts by chance, under which they are required
 _ALIKE: Final = 6.0  # difference of two scores under which a suspect is 20 times as likely as another, at most
 _NULL: Final = 1e-6  # relative size of an effect that counts as none
 _ZERO: Final = 1e-9  # relative size of a singular value that counts as zero
-_POWER: Final = 0.9  # probability with which a change of the size that is told is found
+_POWER: Final = 0.9  # probability with which a change of the reported size is found
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +101,7 @@ class Explanation:
 
     probability: float
     changes: tuple[DriftChange, ...]
-    rest: float  # probability of what the changes leave, if they are all
+    rest: float  # probability of the residual besides the changes, if they are all
 
 
 class Evidence:
@@ -143,11 +143,11 @@ class Evidence:
         return int(len(self.seen) - self._basis(named).shape[1])
 
     def _basis(self, named: list[int]) -> Array:
-        """Return an orthonormal basis (d, r) of what the *named* suspects explain."""
+        """Return an orthonormal basis (d, r) of the space that the *named* suspects explain."""
         return _span(np.concatenate([np.zeros((len(self.seen), 0)), *(self.effects[at] for at in named)], axis=1))
 
     def _probability(self, named: list[int]) -> float:
-        """Return the probability of what is left beside the *named* suspects by chance."""
+        """Return the probability of the residual beside the *named* suspects by chance."""
         basis = self._basis(named)
         rest, free = self.seen - basis @ (basis.T @ self.seen), len(self.seen) - basis.shape[1]
         if free < 1:
@@ -228,7 +228,7 @@ class Evidence:
 
 
 def beside(columns: Array) -> Array:
-    """Return an orthonormal basis (d, r) of what is orthogonal to all *columns* (d, c)."""
+    """Return an orthonormal basis (d, r) of the space orthogonal to all *columns* (d, c)."""
     left, values, _ = np.linalg.svd(columns, full_matrices=True)
     return np.asarray(left[:, int((values > _ZERO * values.max(initial=1e-300)).sum()) :])
 

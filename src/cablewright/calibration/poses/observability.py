@@ -66,7 +66,7 @@ class Information:
     exits: Array  # (m, 3) m, the fitted exit points
     ties: Array  # (m, 3) m, the fitted platform points
     rows: Array  # (r, k): their Gram matrix is the information matrix
-    null: Array  # (k, d): an orthonormal basis of what stays open
+    null: Array  # (k, d): an orthonormal basis of the undetermined space
     rank: int  # of all unknowns, those of the poses included
     total: int  # number of all unknowns, those of the poses included
     measurements: int
@@ -185,7 +185,7 @@ def azimuth_offsets(unknowns: Sequence[Unknown]) -> Array:
 
 
 def beyond_frames(found: Information) -> Array:
-    """Return the part (k, d) of what stays open that is no motion of a frame: the data do not determine it."""
+    """Return the part (k, d) of the undetermined space that is no motion of a frame: the data do not determine it."""
     known = np.array(list(motions(found).values())).reshape(-1, len(found.unknowns))
     left, values, _ = np.linalg.svd(known.T, full_matrices=False)
     span = left[:, values > 1e-9 * max(values.max(initial=0.0), 1e-300)]
@@ -254,7 +254,7 @@ def suggestions(found: Information, scale: float) -> tuple[Suggestion, ...]:
     """Return the effect of one more measurement each, the most helpful first; *scale*: sigma over that of the weights.
 
     Rows of the measurement are added to the information. Sigmas before and after are in one frame: under the inner
-    constraint of what is open without the measurement.
+    constraint of the space that is undetermined without the measurement.
     """
     exits, _ = exit_rows(found.robot, found.unknowns)
     if not len(exits):

@@ -102,7 +102,7 @@ class CalibrationProblem(ABC):
     limits: Array  # (2, k) min and max of the free unknowns
     frame: tuple[Array, Array] = NO_FRAME
     found_encoder: float | None = None  # m, the encoders' sigma from the residuals
-    factors: Mapping[str, float] = field(default_factory=dict)  # on told sigmas, by kind of measurement
+    factors: Mapping[str, float] = field(default_factory=dict)  # on given sigmas, by kind of measurement
 
     @classmethod
     def of(
@@ -124,7 +124,7 @@ class CalibrationProblem(ABC):
         put_known(robot, lines, plan)
         start = np.array([each.entry.nominal or 0.0 for each in unknowns])
         start[target[target >= 0]] = lines[target >= 0]
-        if cls.elastic:  # equilibria count what gives
+        if cls.elastic:  # equilibria include compliance
             lines[:, straight_line.GIVING], target[:, straight_line.GIVING] = 0.0, -1
         held = held_by_datum(robot, unknowns, plan) if hold else np.zeros(len(unknowns), dtype=bool)
         if held.all():
@@ -430,7 +430,7 @@ class StraightProblem(CalibrationProblem):
     def adjust(
         self, theta: Array, states: Array, weights: Array, settings: StopRule
     ) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
-        """Minimise the cost by the kernel, from all starts at once; see `CalibrationProblem.adjust`."""
+        """Minimise the cost by the kernel, from all starts together; see `CalibrationProblem.adjust`."""
         states[:] = within(self.robot.platform.plane, states)
         codes, steps, costs = (*np.zeros((2, len(theta)), dtype=np.int64), np.zeros(len(theta)))
         pose_schur.adjust_runs(

@@ -78,7 +78,7 @@ def best_fit(problem: CalibrationProblem, seed: int, rough: float, progress: Pro
     """Return the fit with the lowest cost from the file's numbers and random ones up to *rough* (m) from them.
 
     The search ends when the lowest cost was found several times. Lengths over sheaves are the same in a mirror: of
-    solutions that fit alike, the one with exit points nearest to the file's is returned.
+    solutions that fit equally, the one with exit points nearest to the file's is returned.
     """
     first = first_start(problem)
     problem = framed(problem, first.theta, first.poses)

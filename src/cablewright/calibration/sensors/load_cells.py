@@ -43,7 +43,7 @@ def tension_rows(robot: Robot, measured: Measured, sigma: Sigmas) -> Iterator[Se
 
 
 def _deviations(tensions: Array, sigma: Sigmas) -> Array:
-    """Return the standard deviation (N, m) of *tensions*, N: of the load cell, and of the friction on the way to it."""
+    """Return the standard deviation (N, m) of *tensions*, N: of the load cell, and of the friction before it."""
     return np.asarray(np.hypot(sigma.tension, sigma.friction * np.nan_to_num(tensions)))
 
 
@@ -86,7 +86,7 @@ def _start_poses(robot: Robot, measured: Measured) -> Array:
 
 
 def _wrenches(robot: Robot, poses: Array) -> Array:
-    """Return the wrench (N, m, p) of a tension of 1 N in each line at *poses* (N, n), in what the platform is free.
+    """Return the wrench (N, m, p) of a tension of 1 N in each line at *poses* (N, n), along the free directions.
 
     A line goes from its sheave to its platform point; where that is inside the sheave, from the exit point.
     """

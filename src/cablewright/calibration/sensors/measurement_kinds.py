@@ -33,7 +33,7 @@ class MeasurementKind:
     """A kind of measurement.
 
     ``words``: what people call it. ``sigma``: the key of the plan's sigma, where that has a default. ``reading``: what
-    of a pose may be wrong alone. ``resists``: whether rows far off by their sigma pull no harder than others.
+    of a pose may be wrong alone. ``resists``: whether the weight of rows with large residuals is reduced.
     """
 
     words: str

@@ -36,7 +36,7 @@ _WALL_MARK = re.compile(r"(NORTH|EAST|SOUTH|WEST|FLOOR|CEIL(?:ING)?)[-._]?([0-9]
 
 
 class MarkedFeature(NamedTuple):
-    """What a marker is on: a kind of feature, and the line's or wall's name ("" for floor and ceiling)."""
+    """The feature that a marker is on: its kind, and the line's or wall's name ("" for floor and ceiling)."""
 
     kind: Kind
     name: str

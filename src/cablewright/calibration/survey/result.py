@@ -189,7 +189,7 @@ class Survey(Pictured):
 
 
 def surveyed(robot: Robot, found: Survey) -> tuple[Robot, tuple[str, ...]]:
-    """Return the robot with the surveyed exit points of its lines, and sentences on what could not be taken over.
+    """Return the robot with the surveyed exit points of its lines, and sentences on data that could not be transferred.
 
     A robot file has the winch exit of a swivelling sheave straight below or above the exit point. Where the winch is
     beside that axis, only its height is taken, with a note. Dead spans that are given as lengths get the surveyed

@@ -114,7 +114,7 @@ class PersonOperator:
 
 @dataclass(eq=False)
 class _Telling(FolderRecorder):
-    """A recorder that also tells why orders were rejected, and why the position is doubted."""
+    """A recorder that also reports why orders were rejected, and why the position is doubted."""
 
     say: Callable[[str], None] = lambda _line: None
     doubt: Callable[[], str] = lambda: ""
@@ -125,7 +125,7 @@ class _Telling(FolderRecorder):
         super().add(printer, step, last=last)
         for order in step.orders:
             if order.refusal:
-                self.say(f"refused: {order.refusal}")
+                self.say(f"rejected: {order.refusal}")
         if (doubt := self.doubt()) != self._told:
             self._told = doubt
             if doubt:

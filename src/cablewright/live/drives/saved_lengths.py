@@ -37,7 +37,7 @@ _Number = Annotated[float, Field(ge=-1e5, le=1e5, allow_inf_nan=False)]
 
 
 class _File(CountsFile):
-    """What the file holds: lengths that were out at counts, and where the platform was then."""
+    """Content of the file: lengths at counts, and the position of the platform then."""
 
     lengths: tuple[_Number, ...]
     position: tuple[_Number, _Number, _Number]
@@ -135,7 +135,7 @@ class KeptEstimator:
     SAVED: ClassVar[Saved] = ()
 
     def __init__(self, keeper: LengthKeeper, guess: Array) -> None:
-        """*guess* (n,), m and rad: what is told as the pose while it is not known."""
+        """*guess* (n,), m and rad: the reported pose while it is unknown."""
         self._keeper, self._guess = keeper, guess
         self._carried = CarriedWatch(keeper.reckoning.model, keeper.tension_error)
         self._times = ReadingTimes()
@@ -244,4 +244,4 @@ def warm(keeper: LengthKeeper, pose: Array) -> None:
     try:
         Tracker(reckoning.model, lengths, TrackerSettings(certify=certifies), begin=held).step(lengths)
     except AnswerError:
-        return  # said when it is asked for
+        return  # reported on request

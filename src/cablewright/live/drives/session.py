@@ -52,7 +52,7 @@ _OVER: Final = 1.2  # of a drive's own limit: where the guard stops
 
 @dataclass(eq=False)
 class RealMachine:
-    """A machine on drives, with what belongs to it on disk: its counts, and its lengths."""
+    """A machine on drives, with its files on disk: its counts, and its lengths."""
 
     robot: Robot
     settings: MachineSettings

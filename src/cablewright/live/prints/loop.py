@@ -89,7 +89,7 @@ class PrintPlan:
     procedures: Mapping[PrintState, Procedure] = field(default_factory=dict)
     beam: BeamSettings | None = None  # of a platform that retracts
     yaw: YawSettings | None = None  # of a drum whose yaw is held
-    notes: tuple[str, ...] = ()  # what the path has that its job does not say
+    notes: tuple[str, ...] = ()  # properties of the path that its job does not have
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +119,7 @@ class Printer:
     ) -> None:
         """Start in a fault, to be reset, at the start of the path or as *saved*; *now*: machine time, s.
 
-        Raises `InputError` for a machine that lacks what the plan needs.
+        Raises `InputError` for a machine that lacks equipment of the plan.
         """
         robot, able = plan.velocity.model.robot, machine.abilities
         require_abilities(able, robot.winches, plan.sensors)
@@ -148,7 +148,7 @@ class Printer:
         self.learning = self.estimator if isinstance(self.estimator, Learning) else None
         self._weighing = self.estimator if isinstance(self.estimator, Weighing) else None
         self._measuring = self.estimator if isinstance(self.estimator, Measuring) else None
-        self._danger = ""  # that the estimator told last
+        self._danger = ""  # last one of the estimator
         if saved is not None and self.learning is not None and self.learning.SAVED:
             load(self.learning, saved["estimator"])
 
@@ -184,7 +184,9 @@ class Printer:
         self.load.refill()
 
     def place_measured(self, place: Array, *, by_tensions: bool = False) -> None:
-        """Tell the estimator where the standing platform is, (3,) m; *by_tensions*: see `dead_reckoning.placed`.
+        """Pass the measured position of the standing platform to the estimator, (3,) m.
+
+        *by_tensions*: see `dead_reckoning.placed`.
 
         Raises `InputError` if it takes no place.
         """
@@ -249,7 +251,7 @@ class Printer:
         return self.learning is not None and self.learning.searches
 
     def _cause(self, frame: SensorFrame, state: PrintState) -> StopCause | None:
-        """Why the machine is to stop: by what is measured, and by what the estimator makes of it."""
+        """Why the machine is to stop: by measured limits, and by the estimate."""
         lowest = state is PrintState.PRINTING
         inferred, best = self.estimator.tensions, self.tensions
         found = guard.judge(self.plan.guard, self._guard, frame, inferred, lowest=lowest, best=best)
@@ -370,7 +372,7 @@ class Printer:
         return mode is not WinchMode.VELOCITY and mode in self.machine.abilities.modes
 
     def _with_reset(self, verdict: Verdict, command: Command) -> Command:
-        """The command, with an order to reset for the machine's drives where winches are off.
+        """The command, with an order to reset for the machine's drives where winches are disabled.
 
         It reaches them even where it was rejected, as their own faults are a cause for that: it is ordered again then.
         """
@@ -439,7 +441,7 @@ class StepRecorder(Protocol):
 def run(printer: Printer, operator: Operator, recorder: StepRecorder) -> int:
     """Run until the operator ends it; return the number of steps.
 
-    The machine is opened before and closed after, whatever happens; an error on the way stops it first.
+    The machine is opened before and closed after, whatever happens; an error in between stops it first.
     """
     machine = printer.machine
     try:

@@ -105,7 +105,7 @@ class PrintedJob(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the path has that its job does not say, and errors of the log."""
+        """Notes on properties of the path that the job does not have, and on errors of the log."""
         return (*self.run.printer.plan.notes, *self.record.notes)
 
     @property
@@ -174,7 +174,7 @@ def print_job(
     )
     assert isinstance(run.machine, SimulatedMachine)
     structure = run.machine.rig.ground.field
-    with alone_in(run.folder):  # nobody resumes the print while its log is joined
+    with alone_in(run.folder):  # no process resumes the print while its log is joined
         record, log = finish(
             run.folder, twin.path.track, twin.path.print_speed, structure, progress, twin.path.attitude
         )

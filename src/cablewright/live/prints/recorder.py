@@ -91,7 +91,7 @@ class FolderRecorder:
 
 
 def checkpoint_of(printer: Printer) -> dict[str, Snapshot]:
-    """The print at one time, and the machine with it if it can tell its whole state."""
+    """The print at one time, and the machine with it if it can save its whole state."""
     snapshot = printer.machine.abilities.snapshot
     whole = {} if snapshot is None else {"machine": snapshot()}
     learnt = {} if printer.learning is None else {"estimator": save(printer.learning)}

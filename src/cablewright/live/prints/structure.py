@@ -213,7 +213,7 @@ class PrintedStructure(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Where the scans, or the cells, tell less than is there."""
+        """Notes on parts that the scans or the cells do not cover."""
         notes = []
         if self.mass_seen < _SEEN:
             notes.append(

@@ -15,7 +15,7 @@ from typing import Any, Final
 from cablewright.foundation.file_output import cannot_write
 
 KEPT: Final = 60
-"""Answers and events that are told."""
+"""Number of answers and events that are sent."""
 
 
 @dataclass(eq=False)
@@ -47,7 +47,7 @@ class Events:
         """Write an order, with UTC, down. Where that is impossible an event says so, and nothing else ends."""
         stamp = {"utc": datetime.now(UTC).isoformat(timespec="milliseconds")}
         try:
-            if not os.fstat(self.file.fileno()).st_nlink:  # it was removed: what is written to it is lost
+            if not os.fstat(self.file.fileno()).st_nlink:  # it was removed: writes to it are lost
                 removed, self.file = self.file, _opened(self.path)
                 removed.close()
             end = os.fstat(self.file.fileno()).st_size

@@ -91,7 +91,7 @@ def _is_plain(named: object) -> bool:
 
 
 def subject_of(folder: Path, robot: Robot) -> str:
-    """SHA-256 of the job's files and the robot: what a check is about. Raises `InputError`."""
+    """SHA-256 of the job's files and the robot: identifies the subject of a check. Raises `InputError`."""
     whole = hashlib.sha256(robot.model_dump_json().encode())
     for name, most in MAX_BYTES.items():
         data = read_bytes(folder / name, most, name) if is_file(folder / name) else b""

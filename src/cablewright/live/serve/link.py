@@ -1,7 +1,7 @@
-"""The two ends of what connects the control with the page's server: states one way, messages the other.
+"""The link between the control and the page's server, both ends: states one way, messages the other.
 
-Neither end ever waits for the other: states are replaced, messages that do not fit are rejected at once. Stops have a
-channel of their own, so that no other message is before them.
+Neither end ever waits for the other: states are replaced, messages that do not fit are rejected immediately. Stops have
+a channel of their own, so that no other message is before them.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ STATE_SIZE: Final = 4 << 20
 """Bytes of the state and its topics."""
 
 SITTING_SIZE: Final = 2 << 20
-"""Bytes of what is fixed for a sitting."""
+"""Bytes of the data that are fixed for a sitting."""
 
 LEASE: Final = struct.Struct("=Qd")
-"""Number of the lease, and when the server told it, s of the monotonic clock."""
+"""Number of the lease, and when the server reported it, s of the monotonic clock."""
 
 _MOST: Final = 32  # messages of a channel that are taken in one step
 
@@ -74,7 +74,7 @@ class ControlLink:
 
     @property
     def lease(self) -> int:
-        """Number of the lease under which somebody operates; 0: nobody does, or the server does not say so any more."""
+        """Number of the operator's lease; 0: no operator, or the server does not confirm it any more."""
         _, data = self.told_lease.read()
         number, time_told = LEASE.unpack(data) if data else (0, 0.0)
         return int(number) if self.clock() - time_told <= ORDER_LIFE else 0
@@ -139,7 +139,7 @@ class ServerLink:
             memory.close()
 
     def tell_lease(self, number: int) -> None:
-        """Say under which lease somebody operates now; 0: nobody does. It holds for `ORDER_LIFE`."""
+        """Report the operator's lease; 0: no operator. It holds for `ORDER_LIFE`."""
         self.lease.write(LEASE.pack(number, self.clock()))
 
     def send(self, message: Message, channel: ChannelName = "orders") -> bool:

@@ -51,7 +51,7 @@ class PageOperator:
 
     @property
     def jogged(self) -> float | None:
-        """Machine time of the last lease of a jog that goes on, s; None: nobody jogs."""
+        """Machine time of the last lease of a jog that goes on, s; None: no jog."""
         return None if self._jog is None else self._jog[1]
 
     def orders(self, printer: Printer, now: float) -> tuple[Order, ...]:
@@ -74,7 +74,7 @@ class PageOperator:
         return self.load is not None or (self.has_job and printer.finished) or self.ends()
 
     def answered(self, printer: Printer, orders: tuple[Order, ...], now: float) -> None:
-        """Take note of what became of the orders of a step."""
+        """Record the results of the orders of a step."""
         waiting, self._waiting = self._waiting, []
         for (number, _), order in zip(waiting, orders, strict=True):
             if order.kind is OrderKind.JOG and not order.refusal:

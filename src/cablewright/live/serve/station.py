@@ -57,7 +57,7 @@ class Sitting:
     refill: Callable[[], None] = lambda: None
     lateness: Callable[[], list[float]] = list
     home_at: Callable[[Array | None], None] = lambda _place: None
-    """Takes where a person has measured the platform, (3,) m or (n,), before an order to home; None: nobody has."""
+    """Takes where a person has measured the platform, (3,) m or (n,), before an order to home; None: not measured."""
 
     notes: tuple[str, ...] = ()
 

@@ -1,4 +1,4 @@
-"""What the control tells all who watch: the latest state as JSON, and the latest message of each topic of the log."""
+"""Status messages to all pages: the latest state as JSON, and the latest message of each topic of the log."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ from cablewright.models.winch_lines import WinchLines
 from cablewright.robot import Plane
 
 STATE_STEPS: Final = 2
-"""Steps between two states that are told."""
+"""Steps between two states that are sent."""
 
 TOPIC_STEPS: Final = 5
 """Steps between two messages of a topic."""
@@ -65,7 +65,7 @@ def unpacked_state(message: bytes) -> tuple[bytes, bytes]:
 
 @dataclass(eq=False)
 class Telling:
-    """A `StepRecorder` that tells each step, beside one that keeps it.
+    """A `StepRecorder` that sends each step to the pages, beside one that saves it.
 
     ``lost``: why that one cannot keep the run any more. The machine is stopped then, and `gives_up` once it is at rest.
     """
@@ -154,7 +154,7 @@ class Telling:
         self._topics[key] = b'["%s",%d,%s]' % (topic.encode(), stamp, data)
 
     def _note(self, step: Step) -> None:
-        """Tell changes of state, faults and notices as events."""
+        """Send changes of state, faults and notices as events."""
         state = f"{step.progress.state.value}{f': {step.progress.reason}' if step.progress.reason else ''}"
         if self._shown.get("state") != state:
             self._shown["state"] = state

@@ -75,7 +75,7 @@ class Moonraker:
         """One method by HTTP."""
         name = request.url.path.strip("/").replace("/", ".")
         if name in _ORDERS and request.method != "POST":
-            raise InputError(f"{name}: is asked for by POST")
+            raise InputError(f"{name}: requires POST")
         given: Parameters = dict(request.query_params)
         if request.method == "POST":
             given |= await body_of(request)
@@ -271,7 +271,7 @@ class _Socket:
 
 
 def _chosen(objects: dict[str, Parameters], wanted: object) -> dict[str, Parameters]:
-    """The objects and fields that are asked for; what is not there is left out."""
+    """The requested objects and fields; unknown ones are left out."""
     if not isinstance(wanted, dict):
         raise InputError("objects: a table of names is expected")
     found = {}

@@ -70,7 +70,7 @@ class Desk:
         raise InputError(f"{wanted!r}: there is no such file")
 
     async def notes(self, job: dict[str, Any]) -> GcodeNotes:
-        """What the slicer has noted in a job's G-code. Raises `InputError`."""
+        """Comments of the slicer in a job's G-code. Raises `InputError`."""
         if job["id"] not in self._notes:
             try:
                 found = await asyncio.to_thread(notes_of, self.page.uploads.job(job["id"]) / GCODE)
@@ -102,7 +102,7 @@ class Desk:
             try:
                 await asyncio.to_thread(uploads.put_whole, number, _PART, form.content)
                 if why := checks.ask("check", number):
-                    raise Busy(f"the check of {form.name!r} cannot be asked for: {why}")
+                    raise Busy(f"the check of {form.name!r} cannot be queued: {why}")
             except (CablewrightError, OSError):
                 await asyncio.to_thread(uploads.remove, number)
                 raise
