@@ -76,7 +76,7 @@ FEWER = ("(20000, 3)", "(500, 3)")  # poses of a script that takes times, which 
 
 
 @pytest.mark.parametrize(("script", "printed"), blocks(PYTHON))
-def test_a_script_of_the_documentation_prints_what_the_page_says(
+def test_a_script_of_the_documentation_prints_the_output_on_the_page(
     script: str,
     printed: str | None,
     tmp_path: Path,
@@ -99,7 +99,7 @@ def sessions() -> list[object]:
 
 
 @pytest.mark.parametrize("session", sessions())
-def test_a_session_of_the_documentation_prints_what_the_page_says(
+def test_a_session_of_the_documentation_prints_the_output_on_the_page(
     session: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)

@@ -86,7 +86,7 @@ def test_polylines_are_as_near_to_the_lines_as_they_say(name: str, tolerance: fl
 
 
 @pytest.mark.parametrize("tolerance", [1e-7, 1e-9, 1e-15])
-def test_what_more_points_than_there_are_would_take_is_told(tolerance: float) -> None:
+def test_too_few_points_report_the_required_number(tolerance: float) -> None:
     found = distances(held("house-printer", 3), settings=InterferenceSettings(tolerance=tolerance))
     for row in range(3):
         assert tolerance < found.bounds[row] < 1e-3
@@ -263,7 +263,7 @@ def test_a_beam_is_touched_as_deep_as_it_is_pushed_in() -> None:
         np.testing.assert_allclose(contact.place, 0.3 * a + 0.7 * b, atol=1e-9)
 
 
-def test_a_body_about_the_lines_ends_is_felt_beyond_the_ends() -> None:
+def test_a_body_about_the_ends_of_lines_is_measured_beyond_the_ends() -> None:
     robot = with_shapes(load("house-printer"))
     body = (Box(lowest=(-0.3, -0.3, -0.3), highest=(0.3, 0.3, 0.3)),)
     robot = robot.model_copy(update={"platform": robot.platform.model_copy(update={"boxes": body})})

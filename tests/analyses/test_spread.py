@@ -156,7 +156,7 @@ def test_first_order_has_the_deviations_of_samples(name: str) -> None:
         assert not samples.unsolved.any()
 
 
-def test_where_a_line_may_go_slack_first_order_says_how_far_it_is_off() -> None:
+def test_where_a_line_may_go_slack_first_order_reports_its_own_error() -> None:
     model = Model(load("house-printer"))
     held = cases.poses(model, 60, 3)
     slackest = held.tensions.min(axis=1).argsort()[:2]

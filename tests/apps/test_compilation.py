@@ -47,7 +47,7 @@ def test_what_others_leave_undone_is_done_here(done: list[str], monkeypatch, cod
     assert sorted(done) == list("abcd")
 
 
-def test_others_do_the_last_tasks_and_each_is_told(done: list[str], monkeypatch) -> None:
+def test_others_do_the_last_tasks_and_each_is_reported(done: list[str], monkeypatch) -> None:
     helped_by(monkeypatch, ECHO, 2)
     said: list[tuple[int, int, float]] = []
 

@@ -68,7 +68,7 @@ def test_without_a_terminal_it_asks_nothing(cli) -> None:
     assert found.json["print"].split()[-1] == "attic/machine.toml"
 
 
-def test_on_a_terminal_it_asks_what_is_missing() -> None:
+def test_on_a_terminal_it_asks_for_missing_values() -> None:
     said, code = on_terminal("round\n", "planar\n", "4\n", "3,2.5\n", "heavy\n", "3\n", "belt-at5-10mm\n", "\n")
     assert code == 0, said
     assert "allowed: body, over-middle, planar, suspended" in said

@@ -102,7 +102,7 @@ def test_a_print_begins_again_where_that_is_wanted(cli, copied: tuple[Path, Path
     assert (copied[1] / CHECKPOINT).exists()
 
 
-def test_a_restart_that_is_killed_at_once_resumes_as_itself(cli, copied: tuple[Path, Path]) -> None:
+def test_a_restart_that_is_killed_immediately_resumes_as_itself(cli, copied: tuple[Path, Path]) -> None:
     """Nothing of the earlier print is left that would be taken for its end."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("cablewright.live.prints.run._run", killed)

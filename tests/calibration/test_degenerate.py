@@ -158,7 +158,7 @@ def test_no_warnings_where_exit_points_are_known(unknowns: tuple[str, ...]) -> N
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_a_build_up_that_nothing_shows_is_told_and_no_traceback(seed: int) -> None:
+def test_a_build_up_that_nothing_shows_is_reported_and_no_traceback(seed: int) -> None:
     made = simulate_calibration(EYELETS, 40, 1e-3, seed=seed)
     plan = CalibrationPlan(unknowns=("exit_point", "length_offset", "length_scale", "build_up"))
     found = calibrate(EYELETS, made.measured, plan)
@@ -175,7 +175,7 @@ def test_a_spool_without_build_up_may_stay_at_none() -> None:
     assert (found.status, found.values[-1]) == ("ok", 0.0)
 
 
-def test_what_the_data_cannot_tell_apart_is_named_with_a_remedy() -> None:
+def test_indistinguishable_parameters_are_named_with_a_remedy() -> None:
     """Exact data: a larger machine with a larger scale reads the same."""
     made = simulate_calibration(EYELETS, 40, 0.0, seed=5)
     found = calibrate(EYELETS, made.measured, SCALED)

@@ -306,7 +306,7 @@ def test_a_compliance_of_the_file_that_is_wrong_is_in_the_sigmas() -> None:
     assert np.all(told.sigma >= 0.999 * told.noise_sigma)
 
 
-def test_what_is_found_is_written_to_the_file() -> None:
+def test_found_values_are_written_to_the_file() -> None:
     """Beside values of the file that stay, and mounts that a file does not have are added to it."""
     robot = load("merlet2023")
     soft = on_mounts(robot, np.random.default_rng(4))

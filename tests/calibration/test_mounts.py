@@ -139,7 +139,7 @@ def test_a_prior_and_bounds_are_in_metres_per_newton() -> None:
     assert "the edge of its range from 0 to 2e-06 m/N" in found.reason
 
 
-def test_without_tensions_nothing_tells_them() -> None:
+def test_without_tensions_nothing_determines_them() -> None:
     made = simulate_calibration(WANG, 40, 1e-4, seed=1)
     with pytest.raises(InputError, match="unknowns: exit_compliance: the data has no column f_1, so no data"):
         calibrate(WANG, made.measured, SOFT)

@@ -186,7 +186,7 @@ def test_an_oracle_of_its_own_finds_the_same(plane: str, body: bool) -> None:
     ("plane", "body", "left"),
     [("vertical", False, 2), ("tilted", False, 2), ("vertical", True, 2), ("horizontal", False, 3)],
 )
-def test_load_cells_of_straight_lines_count_what_balances_in_the_plane(plane: str, body: bool, left: int) -> None:
+def test_load_cells_of_straight_lines_count_the_balance_in_the_plane(plane: str, body: bool, left: int) -> None:
     """In a plane that does not lie gravity tells how the frame is turned, and nothing of the forces across."""
     truth = robot_of(plane, body)
     made = simulate_calibration(truth, 40, 0.0, seed=2, sensors=SensorNoise(tension=0.0), guess=0.0)
@@ -319,7 +319,7 @@ def test_exit_points_stay_on_the_files_side() -> None:
         assert np.abs(again.theta - found.theta).max() < 1e-8
 
 
-def test_exit_points_in_the_plane_need_what_the_plan_says_of_them(tmp_path: Path) -> None:
+def test_exit_points_in_the_plane_need_priors_of_the_plan(tmp_path: Path) -> None:
     truth = robot_of("tilted", False, off=0.0)
     made = simulate_calibration(truth, 30, 1e-4, seed=2)
     found = calibrate(truth, made.measured, rough=0.05)

@@ -110,7 +110,7 @@ def test_errors_are_at_the_bound_and_sigmas_cover_them() -> None:
     assert np.mean(inside < 1.96) == pytest.approx(0.95, abs=0.03)
 
 
-def test_what_encoders_cannot_see_is_told() -> None:
+def test_undetermined_parameters_of_encoders_are_reported() -> None:
     made = simulate_calibration(WANG, 40, 1e-4, seed=1)
     found = calibrate(WANG, made.measured)
     assert found.status == "ok"

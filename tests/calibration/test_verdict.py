@@ -47,7 +47,7 @@ def ordered(order: list[int], signs: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0), s
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_what_is_measured_well_is_good(seed: int) -> None:
+def test_well_measured_data_are_good(seed: int) -> None:
     made = simulate_calibration(WANG, 40, 1e-4, seed=seed)
     found = calibrate(WANG, made.measured, SURVEYED, need=5e-3)
     assert (found.verdict, found.reasons, found.refusal, found.ok) == ("good", (), "", True)
@@ -125,7 +125,7 @@ def test_many_poses_left_out_are_a_reason(spoiled: int, verdict: str | None) -> 
 
 
 @pytest.mark.parametrize(("by", "verdict"), [(0.0, "good"), (0.01, "bad")])
-def test_a_slip_between_the_halves_is_told(by: float, verdict: str) -> None:
+def test_a_slip_between_the_halves_is_reported(by: float, verdict: str) -> None:
     found = calibrate(WANG, slipped(1, by), need=1.0, outliers=False)
     assert found.verdict == verdict
     assert any("did something slip" in each for each in found.reasons) == (by > 0.0)
@@ -182,7 +182,7 @@ def test_a_prior_that_the_data_deny(off: float, verdict: str) -> None:
     assert any("of its prior, limit 4" in each for each in found.reasons) == (verdict != "good")
 
 
-def test_kinds_that_contradict_each_other_are_told() -> None:
+def test_kinds_that_contradict_each_other_are_reported() -> None:
     """Positions told to 1 mm that are good to 4: doubtful, with kind, value and limit."""
     rng = np.random.default_rng(3)
     made: SimulatedCalibration = measure(WANG, random_poses(WANG, 30, rng), 1e-4, rng)
@@ -319,7 +319,7 @@ def test_an_order_is_named_without_start_values_of_the_poses(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_positions_whose_sigma_is_much_too_large_are_told(seed: int) -> None:
+def test_positions_whose_sigma_is_much_too_large_are_reported(seed: int) -> None:
     measured = positioned(40, seed, 0.02)
     measured = replace(measured, pose_sigma=np.full((40, 3), 0.3))
     found = calibrate(WANG, measured, need=10.0)

@@ -76,7 +76,7 @@ def test_nothing_is_wrong_where_nothing_is() -> None:
         )
 
 
-def test_a_measured_tension_needs_two_readings_and_holds_at_once_while_it_rises() -> None:
+def test_a_measured_tension_needs_two_readings_and_holds_immediately_while_it_rises() -> None:
     watched = Watched()
     assert watched.sees(pulls(100.0, 900.0, 100.0)) is None
     found = watched.sees(pulls(100.0, 950.0, 100.0))
@@ -168,7 +168,7 @@ def test_notices_stop_it_as_they_should(condition: Condition) -> None:
     assert (None if found is None else found.kind) is NOTICES.get(condition)
 
 
-def test_the_more_urgent_cause_is_told() -> None:
+def test_the_more_urgent_cause_is_reported() -> None:
     found = Watched().sees(conditions=(Condition.ESTOP, Condition.BRAKE))
     assert found is not None
     assert found.kind is StopKind.KEEP
@@ -205,7 +205,7 @@ def test_a_reading_that_was_overtaken_is_not_heard() -> None:
     assert "pulls 900 N" in late.reason
 
 
-def test_brakes_that_do_not_do_as_told_are_found() -> None:
+def test_brakes_that_ignore_commands_are_found() -> None:
     open_, closed = (True, False, True), (True, True, True)
     for to_close, contacts, says in ((True, open_, "line 2 does not close"), (False, closed, "line 1 does not open")):
         watched, found = Watched(), []
@@ -226,7 +226,7 @@ def test_one_number_too_few_is_a_cause_and_no_error() -> None:
         assert "do not report 3 numbers" in found.reason
 
 
-def test_a_reading_of_the_future_silences_nobody() -> None:
+def test_a_reading_of_the_future_silences_no_sensor() -> None:
     watched = Watched()
     assert watched.sees(pulls(100.0, 100.0, 100.0, at=1e6)) is None
     watched.sees(pulls(100.0, 900.0, 100.0, at=watched.now + DT))
@@ -243,7 +243,7 @@ def test_who_dies_over_the_limit_has_not_recovered() -> None:
     assert watched.sees(pulls(100.0, 100.0, 100.0)) is None
 
 
-def test_counts_that_are_told_twice_hide_no_speed() -> None:
+def test_counts_that_are_reported_twice_hide_no_speed() -> None:
     watched = Watched()
     found = None
     for _ in range(10):

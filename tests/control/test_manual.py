@@ -80,7 +80,7 @@ def test_it_stops_before_the_lines_cannot_hold_a_rigid_platform(
     assert manual.step(limits, state, 20.0, DT).failure == ""  # the way back is free
 
 
-def test_a_jog_ends_when_nobody_repeats_it() -> None:
+def test_a_jog_ends_without_repetition() -> None:
     order = Order(OrderKind.JOG, arguments={"velocity": (0.0, 0.2, 0.0)})
     steps = moved(order, again=1.0)
     assert steps[60].velocity == pytest.approx([0.0, 0.2, 0.0])
@@ -106,7 +106,7 @@ def test_what_cannot_be_obeyed_is_rejected(order: Order, says: str) -> None:
     assert bool(manual.refusal(LIMITS, order, 0.0)) == bool(says)
 
 
-def test_without_a_parking_place_nobody_parks() -> None:
+def test_without_a_parking_place_parking_is_rejected() -> None:
     assert "no parking place" in manual.refusal(ManualSettings((0.0,) * 3, (1.0,) * 3, 0.5), Order(OrderKind.PARK), 0.0)
 
 

@@ -134,7 +134,7 @@ def test_the_share_is_what_a_mode_gains() -> None:
     assert gained == pytest.approx(CELLS.added(np.array([rate]))[0], rel=0.5)
 
 
-def test_fast_modes_are_left_alone_and_said_to_be() -> None:
+def test_fast_modes_are_left_undamped_and_reported() -> None:
     rates = 2.0 * np.pi * np.array([0.5, 1.77, 4.0, 8.0, 15.0])
     added = CELLS.added(rates)
     assert (added[:2] >= 0.05).all()

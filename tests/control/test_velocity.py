@@ -55,7 +55,7 @@ def loop(
 
 
 @pytest.mark.parametrize("direction", np.eye(3))
-def test_a_wanted_velocity_is_what_the_platform_does(direction: np.ndarray) -> None:
+def test_the_platform_moves_with_the_wanted_velocity(direction: np.ndarray) -> None:
     """The forward solver, told the lengths a moment later, agrees."""
     lengths = solve_inverse(MODEL, PLACE).checked().lengths
     wanted = 0.03 * direction
@@ -99,7 +99,7 @@ def test_without_slack_it_keeps_the_models_tensions() -> None:
     np.testing.assert_allclose(found.tensions, held.tensions, rtol=0.02)
 
 
-def test_all_winches_slow_down_alike_where_one_is_too_slow() -> None:
+def test_all_winches_slow_down_equally_where_one_is_too_slow() -> None:
     lengths = solve_inverse(MODEL, PLACE).checked().lengths
     fast, slow = settings(law="paper"), VelocitySettings(MODEL, 0.1, "paper")
     asked = target(PLACE, np.array([0.1, 0.05, 0.0]))

@@ -93,7 +93,7 @@ def test_the_covariance_is_honest() -> None:
 
 
 @pytest.mark.parametrize("line", [1, 6])
-def test_a_cell_that_is_off_is_named_and_left_out(line: int) -> None:
+def test_a_cell_that_has_an_error_is_named_and_left_out(line: int) -> None:
     plant, settings = BodyPlant(ROBOT, HOME, 931), told(ROBOT)
     state, _ = driven(plant, settings, 60)
     plant.cell_offset[line] = 150.0
@@ -135,7 +135,7 @@ def test_a_broken_line_is_named_with_where_the_platform_hangs() -> None:
     assert np.linalg.norm(off(plant, estimate)) < 0.02
 
 
-def test_without_further_readings_nobody_waits_for_a_name() -> None:
+def test_without_further_readings_the_wait_for_a_name_ends() -> None:
     plant, settings = BodyPlant(ROBOT, HOME, 935), told(ROBOT)
     state, _ = driven(plant, settings, 60)
     plant.cut = 4

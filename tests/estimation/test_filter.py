@@ -292,7 +292,7 @@ def test_a_clock_that_jumps_back_is_named_and_survived(whole: Any) -> None:
     assert found[-1].valid
 
 
-def test_ground_that_was_seen_is_forgotten_where_the_clock_is_set_back(later: FilterState) -> None:
+def test_known_ground_is_forgotten_where_the_clock_is_set_back(later: FilterState) -> None:
     """Nobody knows what was laid since. Where the position is found again it stays: the floor was in sight."""
     state, here = copy.deepcopy(later), later.motion.position[None, :2]
     state.built.ground_map.write(here, np.array([0.1]))
@@ -373,7 +373,7 @@ def _spoiled(reading: Any, random: np.random.Generator) -> Any:
     return reading
 
 
-def test_frames_without_readings_tell_no_place() -> None:
+def test_frames_without_readings_give_no_position() -> None:
     state = started_filter.start(STARTED)
     assert not any(started_filter.step(STARTED, state, SensorFrame(0.01 * (k + 1))).valid for k in range(50))
 

@@ -65,7 +65,7 @@ def move(state: FilterState, up: float, sigma: float) -> None:
 
 
 @pytest.mark.parametrize("estimator", OBSERVERS)
-def test_a_floor_that_is_hidden_is_not_found_in_what_hides_it(estimator: str) -> None:
+def test_a_hidden_floor_is_not_found_in_the_material_above_it(estimator: str) -> None:
     recording, _ = stand(estimator, 120, covered)
     off = np.array([estimate.position - truth.position for estimate, truth in recording[20:]])
     assert np.abs(off[:, 2]).max() < 0.01
@@ -103,7 +103,7 @@ def test_a_drum_that_sinks_under_new_powder_is_where_the_floor_says(estimator: s
 
 
 @pytest.mark.parametrize(("wrong", "is_found"), [(6e-3, True), (-6e-3, True), (0.03, False)])
-def test_where_no_floor_is_in_sight_the_ground_that_was_seen_tells_the_height(wrong: float, is_found: bool) -> None:
+def test_where_no_floor_is_in_sight_known_ground_gives_the_height(wrong: float, is_found: bool) -> None:
     """Most of the ground is laid on while the rest shows the floor; then all is. What is far off is not believed."""
 
     def laid_on(step: int, twin: SimulatedMachine, state: Any) -> None:

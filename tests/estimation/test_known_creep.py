@@ -37,7 +37,7 @@ def creeping(compliance: float) -> Robot:
     return ROBOT.model_copy(update={"lines": tuple(lines)})
 
 
-def test_a_filter_of_cables_that_creep_is_told_what_the_drum_weighs() -> None:
+def test_a_filter_of_creeping_cables_receives_the_mass_of_the_drum() -> None:
     one = estimator("filter", creeping(1e-12), load_twin("merlet2023").owner, np.zeros(3))
     assert isinstance(one, CreepingEstimator)
     one.weigh(41.0)

@@ -100,7 +100,7 @@ def test_errors_are_as_large_as_their_covariance(size: float) -> None:
     assert abs(np.mean(squares) - 12.0) < 3.5 * np.sqrt(2.0 * 12.0 / DRAWS)
 
 
-def test_what_lines_are_off_by_is_found() -> None:
+def test_errors_of_lines_are_found() -> None:
     """By places without noise: sums that move the platform are right to a tenth of what they were off by."""
     learnt = begun(replace(EXACT, place=1e-5))
     true = np.column_stack([[4e-4, -3e-4, 2e-4, -5e-4], np.array([1.0, 0.2, 0.6, 0.4]) / MEAN * 1e-3,
@@ -157,7 +157,7 @@ def weighted_rows(learnt: LearntLengths, counted: np.ndarray, place: np.ndarray)
     return np.column_stack(columns), np.linalg.inv(noise)
 
 
-def test_what_places_do_not_tell_keeps_its_prior() -> None:
+def test_undetermined_combinations_keep_their_prior() -> None:
     """One place tells three numbers of twelve: in the other nine directions nothing is known better than before."""
     learnt = begun()
     known = learnt.known.covariance.copy()
@@ -187,7 +187,7 @@ def test_one_exact_place_without_gives_is_the_smallest_change() -> None:
 COUNTED_PLAIN = inverse(load("house-printer"), PLACES[0]).checked().lengths
 
 
-def test_a_mount_that_gives_is_so_much_length() -> None:
+def test_a_compliant_mount_acts_as_additional_length() -> None:
     """Platform held: solved again with another mount, tensions are those of a line that is so much longer."""
     held = inverse(ROBOT, PLACES[0]).checked()
     more = mount_lengths(held[None])[0]
@@ -208,7 +208,7 @@ def test_cable_wound_is_as_uncertain_as_the_radius() -> None:
         np.testing.assert_allclose(winding(priors, np.array([turns])), expected, rtol=1e-3)
 
 
-def test_no_mount_gives_and_no_cable_creeps_less_than_nothing() -> None:
+def test_no_compliance_and_no_creep_is_negative() -> None:
     """What is used is the nearest by the covariance: no other of which all give and creep is nearer."""
     robot = load("house-printer")
     learnt = LearntLengths.of(EXACT, Model(robot), np.full(4, MEAN))

@@ -50,7 +50,7 @@ def test_lines_lead_where_taut_lines_lead(later: FilterState) -> None:
     assert np.linalg.eigvalsh(state.P)[0] > -1e-12
 
 
-def test_a_zero_that_is_doubted_goes_back_to_what_was_told(later: FilterState) -> None:
+def test_a_doubted_zero_returns_to_the_specified_one(later: FilterState) -> None:
     settings, lines = dataclasses.replace(KNOWN, zero_sigma=0.026), np.arange(4)
     state = copy.deepcopy(later)
     rows, first = np.arange(state.layout.zeros.start, state.layout.zeros.stop), 0.026**2
@@ -81,7 +81,7 @@ def test_a_line_that_gets_slack_uncounted_is_followed_by_its_angle(later: Filter
     assert twelve_seconds_ago < line_update.excess(state)[line] < 1.1 * now
 
 
-def test_the_zero_of_a_slack_line_stays_within_what_was_told(later: FilterState) -> None:
+def test_the_zero_of_a_slack_line_stays_near_the_specified_one(later: FilterState) -> None:
     """A line that the state takes for taut hangs loose by 20 mm: its length is wrong, and not its accelerometer."""
     settings, state = dataclasses.replace(KNOWN, layers=None, zero_sigma=np.radians(0.5)), copy.deepcopy(later)
     lay, m, (line, hanging) = state.layout, len(state.lines.lengths), slackest(settings, state)

@@ -57,7 +57,7 @@ def test_that_is_as_unsure_as_it_is_far_and_nothing_else_is(later: FilterState) 
     assert state.motion.coasted[:3] - later.motion.coasted[:3] == pytest.approx(moved)  # of what lidars saw before
 
 
-def test_a_turn_tells_no_height_that_began_before_it_sank_or_bounced(
+def test_a_scan_begun_before_a_sink_or_bounce_gives_no_height(
     later: FilterState, whole: list[tuple[SensorFrame, Truth]]
 ) -> None:
     scan = next(

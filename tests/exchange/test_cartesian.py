@@ -51,7 +51,7 @@ def fed(text: str) -> float:
 
 
 @pytest.mark.parametrize("name", ["reprapfirmware", "klipper"])
-def test_a_job_keeps_what_its_file_has(name: str, job: Job) -> None:
+def test_a_job_keeps_the_commands_of_its_file(name: str, job: Job) -> None:
     made = firmware(name, load("hangprinter-v4"), job)
     text = made.files["job.g" if name == "reprapfirmware" else "job.gcode"]
     assert job.gcode is not None
@@ -83,7 +83,7 @@ def test_commands_stay_where_they_are(job: Job) -> None:
     assert text.index("G1 E-0.80000", second) < text.index("G1 X", second)
 
 
-def test_a_larger_part_is_told_in_strand(tmp_path: Path) -> None:
+def test_a_larger_part_is_reported_in_strand(tmp_path: Path) -> None:
     (tmp_path / "vase.gcode").write_text(vase(2, 12))
     (tmp_path / "job.toml").write_text('schema = 1\nname = "v"\ngcode = "vase.gcode"\nscale = 2.0\n')
     made = firmware("reprapfirmware", load("hangprinter-v4"), load_job(tmp_path / "job.toml"))

@@ -53,7 +53,7 @@ def test_maslow(tmp_path: Path) -> None:
     assert found.robot.platform.plane.one_sided  # a board pushes, and does not pull
 
 
-def test_a_flat_maslow_feels_no_gravity_in_its_plane(tmp_path: Path) -> None:
+def test_a_flat_maslow_has_no_gravity_in_its_plane(tmp_path: Path) -> None:
     robot = read(tmp_path, "maslow.yaml", MASLOW.replace("vertical: true", "vertical: false")).robot
     assert robot.platform.plane is not None
     assert robot.platform.plane.across == (0.0, 0.0, 1.0)

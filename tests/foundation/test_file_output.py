@@ -69,7 +69,7 @@ def test_a_place_that_cannot_be_written(folder: Path, monkeypatch: pytest.Monkey
     assert names(folder) == []
 
 
-def test_missing_folders_are_made_where_that_is_asked_for(folder: Path) -> None:
+def test_missing_folders_are_made_where_that_is_requested(folder: Path) -> None:
     write_whole(folder / "b" / "c" / "a", b"text", parents=True)
     assert (folder / "b" / "c" / "a").read_bytes() == b"text"
 

@@ -46,7 +46,7 @@ def test_what_is_copied_exists_and_is_not_ignored() -> None:
         assert any(fnmatch.fnmatch(source, f"{each}*") for each in kept), source
 
 
-def test_what_the_wheel_needs_is_copied() -> None:
+def test_files_for_the_wheel_are_copied() -> None:
     sources = {source.split("/")[0] for word, rest in instructions() if word == "COPY" for source in rest.split()[:-1]}
     assert {PROJECT["readme"], *PROJECT["license-files"][:1], "pyproject.toml", "src", "requirements"} <= sources
 

@@ -194,7 +194,7 @@ def test_a_retracting_platform_is_homed_at_its_own_length(tmp_path: Path) -> Non
     assert np.linalg.norm(np.array(answer.position) - pose_of(found)[:3]) < 1e-3
 
 
-def test_a_sitting_on_drives_homes_at_a_pose_and_goes_where_the_nozzle_is_told_to(tmp_path: Path) -> None:
+def test_a_sitting_on_drives_homes_at_a_pose_and_moves_the_nozzle_to_the_goal(tmp_path: Path) -> None:
     found = made()
     begin = pose_of(found)
     station = DriveStation(found.robot, found.twin.owner, tmp_path / "machine", lambda: found.port, begin)

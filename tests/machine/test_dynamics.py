@@ -204,7 +204,7 @@ def over_sheaves(density: float) -> Robot:
 
 
 @pytest.mark.parametrize("robot", [without_sheaves(1e-6), over_sheaves(1e-6)], ids=["eyelets", "swivels"])
-def test_mujoco_moves_the_same_drum_alike(robot: Robot) -> None:
+def test_mujoco_finds_the_same_motion_of_a_drum(robot: Robot) -> None:
     """MuJoCo's tendons weigh nothing, and its drum hangs by a ball joint. Swivels are turned to B before each step."""
     moving = Moving(robot, PLACED)
     moving.motion[2] += 0.0005

@@ -261,7 +261,7 @@ def test_a_gear_loses_its_backlash_only_where_no_line_pulls() -> None:
 
 
 @pytest.mark.parametrize("period", [0.01, 0.2])
-def test_gusts_have_the_force_and_the_memory_that_are_told(period: float) -> None:
+def test_gusts_have_the_given_force_and_correlation_time(period: float) -> None:
     gusts = Gusts(3.0, 2.0, np.random.default_rng(4))
     forces = np.array([gusts.blow(period) for _ in range(round(4000.0 / period))])
     assert math.sqrt((forces**2).sum(axis=1).mean()) == pytest.approx(3.0, rel=0.06)

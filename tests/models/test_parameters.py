@@ -97,7 +97,7 @@ def assert_same_arrays(model: Model, parameters: Sequence[Parameter], values: np
 
 
 @pytest.mark.parametrize("model", MODELS, ids=cases.name)
-def test_each_number_alone_and_all_at_once_are_as_if_described_so(model: Model) -> None:
+def test_each_number_alone_and_all_together_are_as_if_described_so(model: Model) -> None:
     # where no dead span is modelled, arrays differ in its height, which nothing reads: see the test below
     parameters = [one for one in all_of(model.robot) if one.kind != "exit_point.z" or winches(model.robot)]
     values = drawn(model.robot, parameters, 2)

@@ -101,7 +101,7 @@ def _parts(found) -> tuple[np.ndarray, np.ndarray]:
     return found.elastic, found.geometric
 
 
-def test_a_sagging_line_gives_way_by_stretch_and_sag_in_series() -> None:
+def test_a_sagging_line_deflects_by_stretch_and_sag_in_series() -> None:
     """Ernst: 1/k = L/EA + (w cos a)^2 L^3 / 12 T^3, so that the elastic part falls with the tension's third power."""
     cable = load("house-printer").lines[0].cable
     robot = cases.replaced(load("house-printer"), "heavy", cable=cable.model_copy(update={"linear_density": 0.2}))

@@ -170,7 +170,7 @@ class TestMachine:
         assert machine.distance(found.pose, origin) < 1e-14
         assert machine.angle(found.pose, (*origin, 0, turn, 0)) < 1e-14
 
-    def test_an_unbalanced_moment_is_told_by_how_much(self) -> None:
+    def test_the_size_of_an_unbalanced_moment_is_reported(self) -> None:
         robot, pose = _eight(**PUSHED), (0.1, -0.2, 1.5, 0.1, -0.05, 0.2)
         states, lengths = _held(robot, pose, 250)
         found = machine.solve(robot, lengths, pose, states, "elastic")

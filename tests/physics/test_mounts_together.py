@@ -76,7 +76,7 @@ def test_blocks_of_posts_apart_leave_nothing_out() -> None:
     assert off(COGIRO, lengths_on(blocks)).max() > 1e-3
 
 
-def test_what_two_exit_points_on_a_post_leave_out() -> None:
+def test_error_of_separate_mounts_for_two_exit_points_on_a_post() -> None:
     """The page says how much: `docs/robots.md`, mounts that give together."""
     whole = compliance()
     lengths = lengths_on(whole)

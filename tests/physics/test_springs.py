@@ -46,7 +46,7 @@ def of(name: str) -> Robot:
 
 @pytest.mark.parametrize("name", ROBOTS)
 @pytest.mark.parametrize("cable", LAWS)
-def test_a_line_is_shorter_by_what_its_spring_stretches(name: str, cable: str) -> None:
+def test_a_line_is_shorter_by_the_stretch_of_its_spring(name: str, cable: str) -> None:
     """At the same pose tensions are the same, and lengths paid out less by tension over rate."""
     plain = held(of(name), cable)
     robot = sprung(of(name))

@@ -233,7 +233,7 @@ WRONG_ENTRIES = [
 
 
 @pytest.mark.parametrize(("keys", "message"), WRONG_ENTRIES)
-def test_a_wrong_entry_is_told_in_one_line(keys: str, message: str, tmp_path: Path) -> None:
+def test_a_wrong_entry_is_reported_in_one_line(keys: str, message: str, tmp_path: Path) -> None:
     good = '[[parameters]]\nname = "force.x"\nplus_minus = 1\n'
     with pytest.raises(InputError) as error:
         read(f"schema = 1\n{good}[[parameters]]\n{keys}\n", tmp_path)
@@ -260,7 +260,7 @@ def test_a_wrong_entry_is_told_in_one_line(keys: str, message: str, tmp_path: Pa
         ("schema = [", "not TOML"),
     ],
 )
-def test_a_wrong_file_is_told_in_one_line(text: str, message: str, tmp_path: Path) -> None:
+def test_a_wrong_file_is_reported_in_one_line(text: str, message: str, tmp_path: Path) -> None:
     with pytest.raises(InputError) as error:
         read(text, tmp_path)
     assert str(error.value).startswith(f"{tmp_path / 'uncertain.toml'}: {message}")
@@ -324,7 +324,7 @@ OVER = JOINT.winch_exit[2] if JOINT.winch_exit else math.nan
         ),
     ],
 )
-def test_what_does_not_fit_the_robot_is_told_in_one_line(robot: Robot, keys: dict[str, Any], message: str) -> None:
+def test_a_mismatch_with_the_robot_is_reported_in_one_line(robot: Robot, keys: dict[str, Any], message: str) -> None:
     uncertainty = Uncertainty(parameters=[{"name": "force.y", "plus_minus": 1}, keys])
     for origin in ("the uncertainty", "some/file.toml"):
         with pytest.raises(InputError) as error:

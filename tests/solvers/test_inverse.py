@@ -223,7 +223,7 @@ def test_limits_may_be_a_list() -> None:
     np.testing.assert_array_equal(inverse(robot, [0, 0, 1], tension_limits=[1.0, 1000.0]).lengths, wanted.lengths)
 
 
-def test_a_no_is_raised_only_when_asked_for() -> None:
+def test_a_no_is_raised_only_when_requested() -> None:
     no = inverse(load("house-printer"), [0, 0, 14.9])
     assert no.status is Status.INFEASIBLE
     with pytest.raises(AnswerError, match="no tensions within the limits balance the load: at best line south-west is"):

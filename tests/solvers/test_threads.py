@@ -40,7 +40,7 @@ print("wrong" if wrong else "right")
 
 
 @pytest.mark.parametrize("count", ["1", "2", "5"])
-def test_threads_may_solve_batches_at_once(count: str) -> None:
+def test_threads_may_solve_batches_simultaneously(count: str) -> None:
     ended = subprocess.run(
         [sys.executable, "-c", THREE_AT_ONCE],
         env=os.environ | {"NUMBA_NUM_THREADS": count},

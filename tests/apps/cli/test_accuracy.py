@@ -163,7 +163,7 @@ def test_an_unknown_parameter_names_the_nearest(cli, tmp_path: Path) -> None:
     assert "known.toml" in line
 
 
-def test_the_report_says_what_was_asked_for(cli, tmp_path: Path) -> None:
+def test_the_report_states_the_request(cli, tmp_path: Path) -> None:
     cli(*HOUSE, "--at", "3,2,1", "--home", "0,0,1", "--tension-limits", "50,5000", "--out", str(tmp_path / "run"))
     page = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
     assert "<td>zeroed at</td><td>0,0,1</td>" in page

@@ -196,7 +196,7 @@ def test_options_reach_the_boundary(cli) -> None:
         assert told(*option) != plain, option
 
 
-def test_poses_out_of_their_limits_are_told(cli) -> None:
+def test_poses_out_of_their_limits_are_reported(cli) -> None:
     given = ("--boundary", "--grid", "9", "--criterion", "wrench-closure", "--tension-limits", "10,30")
     told = cli("modes", "jung2020", *given, "--json").json["boundary"]
     assert 0 < told["out_of_limits"] <= told["n"]

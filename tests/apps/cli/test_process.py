@@ -45,7 +45,7 @@ def test_bad_input() -> None:
     assert "Traceback" not in ended.stderr
 
 
-def test_help_is_there_at_once() -> None:
+def test_help_appears_within_its_time() -> None:
     walls = []
     for _ in range(3):
         begin = time.perf_counter()
@@ -129,7 +129,7 @@ def test_a_request_to_end_is_heard_anywhere(asked: signal.Signals, waits: tuple[
         assert [each.name for each in tmp_path.iterdir() if each.name != "cache"] == []
 
 
-def test_what_an_interruption_leaves_half_made_is_not_told() -> None:
+def test_objects_half_made_by_an_interruption_are_not_reported() -> None:
     program = """
 import os, signal
 from cablewright.apps.cli import main

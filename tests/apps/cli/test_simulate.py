@@ -26,7 +26,7 @@ def test_a_log_is_written_and_summed_up(cli, tmp_path) -> None:
     assert sum(len(entry.frame.readings) for entry in entries) == sum(values["readings"].values())
 
 
-def test_a_severity_is_told_and_kept_in_the_log(cli, tmp_path) -> None:
+def test_a_severity_is_reported_and_kept_in_the_log(cli, tmp_path) -> None:
     out = tmp_path / "run.mcap"
     options = [*SHORT, "--seed", 3, "--severity", "typical", "--fault", "north,0,100"]
     answer = cli("simulate", "merlet2023", *options, "--out", out, "--json")

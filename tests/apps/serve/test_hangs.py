@@ -70,7 +70,7 @@ def stands(page: Client, place: list[float], seconds: float = 3.0) -> None:
     assert np.allclose(page.state["platform"]["position"], place, atol=2e-3)
 
 
-def test_nothing_moves_by_what_was_asked_of_a_control_that_hung(server: Served) -> None:
+def test_orders_to_a_hung_control_move_nothing(server: Served) -> None:
     with client(server) as page:
         page.ready()
         place = page.state["platform"]["position"]
@@ -83,7 +83,7 @@ def test_nothing_moves_by_what_was_asked_of_a_control_that_hung(server: Served) 
         assert page.state["time"] - before < time.monotonic() - resumed + 2.0  # no step was made up for
 
 
-def test_nothing_moves_by_what_was_asked_of_a_server_that_hung(server: Served) -> None:
+def test_orders_to_a_hung_server_move_nothing(server: Served) -> None:
     with client(server) as page:
         page.ready()
         place = page.state["platform"]["position"]

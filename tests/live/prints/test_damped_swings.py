@@ -53,7 +53,7 @@ def left(damping: bool) -> float:
 
 
 @pytest.mark.slow
-def test_a_load_that_comes_at_once_swings_for_less_than_half_of_the_time() -> None:
+def test_a_sudden_load_swings_for_less_than_half_of_the_time() -> None:
     damped, free = left(True), left(False)
     assert free > 0.4
     assert np.log(damped) <= 2.0 * np.log(free)

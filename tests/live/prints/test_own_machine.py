@@ -209,7 +209,7 @@ def test_a_gap_in_the_jog_stops_it() -> None:
     assert abs(moved[1]) < 0.02
 
 
-def test_the_speed_is_overridden_and_nobody_overrides_beyond_the_plan() -> None:
+def test_the_speed_is_overridden_and_never_beyond_the_plan() -> None:
     half = Order(OrderKind.OVERRIDE, arguments={"share": (0.5,)})
     more = Order(OrderKind.OVERRIDE, arguments={"share": (1.5,)})
     steps = run({1: (*ON, START, half), 2: (more,)}, 1500)

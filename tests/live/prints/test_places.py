@@ -65,7 +65,7 @@ def test_it_is_where_it_was_measured_and_counts_on_from_there() -> None:
 
 
 @pytest.mark.parametrize("source", ["load_cells", "motor_torques"])
-def test_tensions_tell_what_one_place_leaves_open(source: str) -> None:
+def test_tensions_determine_the_lengths_that_one_place_leaves_open(source: str) -> None:
     """Of four lengths that are off, a place alone finds three numbers; with tensions it is right elsewhere too."""
     owner = OWNER.model_copy(update={source: TensionSensor(rate=1.0, deviation=1e-3, most=1e4)})
     settings, counts = reckoning_of(ROBOT, owner), np.zeros(4, dtype=np.int64)
@@ -94,7 +94,7 @@ def test_a_place_that_fits_changes_nothing() -> None:
     np.testing.assert_allclose(known.start_lengths, state.lengths, atol=1e-9)
 
 
-def test_before_the_first_counts_nothing_can_be_told() -> None:
+def test_before_the_first_counts_no_place_can_be_given() -> None:
     settings = reckoning_of(ROBOT, OWNER)
     with pytest.raises(AnswerError, match="has read no encoder yet"):
         dead_reckoning.placed(settings, dead_reckoning.start(settings, PLACE), PLACE)

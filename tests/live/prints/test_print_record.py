@@ -78,7 +78,7 @@ def test_states_and_stops_are_counted(made, found) -> None:
     assert found.layers_begun == 1
 
 
-def test_lines_are_told_as_they_were(made, found) -> None:
+def test_lines_are_reported_as_they_were(made, found) -> None:
     entries, _, _ = made
     steps = printing(entries)
     valid = [each.estimate for each in steps if each.estimate.valid]
@@ -102,7 +102,7 @@ def test_what_is_drawn_is_of_the_steps(made, found) -> None:
 
 
 @pytest.mark.parametrize("missing", ["truth", "estimate", "progress"])
-def test_what_a_log_lacks_is_not_told(made, missing: str) -> None:
+def test_quantities_without_data_in_the_log_are_not_reported(made, missing: str) -> None:
     entries, track, _ = made
     found = record(without(entries, missing), head(), track, print_speed=SPEED)
     assert found.steps == len(entries)
@@ -124,7 +124,7 @@ def test_metrics_are_json_with_all_keys(found) -> None:
     assert {line["name"] for line in result["lines"]} == {"south-west", "south-east", "north-east", "north-west"}
 
 
-def test_a_log_gives_what_its_steps_give(made, found, tmp_path: Path) -> None:
+def test_a_log_has_the_record_of_its_steps(made, found, tmp_path: Path) -> None:
     entries, track, _ = made
     path = tmp_path / "print.mcap"
     with path.open("wb") as file, LogWriter(file, head()) as log:

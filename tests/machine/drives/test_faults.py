@@ -168,7 +168,7 @@ def test_a_drive_that_restarts_is_not_commanded_on() -> None:
     assert found.machine.tripped
 
 
-def test_a_fault_is_reset_by_an_order_alone_and_only_while_all_are_off() -> None:
+def test_a_fault_is_reset_by_an_order_alone_and_only_with_all_drives_disabled() -> None:
     found = moving()
     found.rig.drives[0].fail(0x4310)
     found.step(WinchMode.VELOCITY, SPEEDS, 50)

@@ -99,7 +99,7 @@ def test_closing_waits_for_a_drive_that_has_to_stop_by_itself() -> None:
     assert found.rig.drives[0].dictionary[o.ERROR_CODE] == 0x8130
 
 
-def test_an_orderly_end_leaves_nobody_waiting_for_a_heartbeat() -> None:
+def test_an_orderly_end_leaves_no_drive_waiting_for_a_heartbeat() -> None:
     found = moving()
     found.machine.close()
     assert not found.machine.left

@@ -92,7 +92,7 @@ def same(a: Any, b: Any) -> bool:
     return a == b or (a != a and b != b)
 
 
-def test_what_was_told_comes_out_again(written: tuple[Path, list[Entry]]) -> None:
+def test_written_signals_are_read_back(written: tuple[Path, list[Entry]]) -> None:
     path, entries = written
     found, notes = read(path)
     assert notes == []

@@ -203,7 +203,7 @@ class Full(io.RawIOBase):
 
 
 @pytest.mark.parametrize("room", [10, 3000, 40_000])
-def test_a_full_disk_is_told_in_one_line(room: int) -> None:
+def test_a_full_disk_is_reported_in_one_line(room: int) -> None:
     twin, logs = machine(plant="quasi-static"), list[LogWriter]()
 
     def fill() -> None:
