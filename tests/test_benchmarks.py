@@ -1,4 +1,4 @@
-"""Benchmarks run, at sizes too small to tell anything; rows are kept with the commit that they were measured at."""
+"""Benchmarks run, at sizes too small for results; rows are kept with the commit that they were measured at."""
 
 from __future__ import annotations
 

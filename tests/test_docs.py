@@ -1,4 +1,4 @@
-"""What the docs say of the code: files and names that they speak of exist, and each file is on its page."""
+"""Docs against code: files and names in the docs exist, and each file is on its page."""
 
 from __future__ import annotations
 

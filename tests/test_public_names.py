@@ -1,4 +1,4 @@
-"""The public names, and what importing costs: nothing that is not asked for."""
+"""The public names, and what importing costs: nothing that is not requested."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far off the nozzle is: what must vanish, what Table 1 of Paty 2021 gives, what moves and turns with the robot."""
+"""Errors of the nozzle: those that vanish, Table 1 of Paty 2021, and invariance under motions of the robot."""
 
 from __future__ import annotations
 

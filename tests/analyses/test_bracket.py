@@ -219,7 +219,7 @@ def test_brackets_deflect_in_proportion(found: Comparison) -> None:
     rigid = bracket_at(Model(HOUSE), POSE, bracket=stiff, times=1)
     assert rigid.conventional.max_von_mises == pytest.approx(found.conventional.max_von_mises, rel=1e-6)
     moved, stiffly = (np.abs(each.universal_joint.sheave_motions).max() for each in (found, rigid))
-    assert stiffly < 0.15 * moved  # what is left is the steel axle
+    assert stiffly < 0.15 * moved  # the remainder is the steel axle
 
 
 @pytest.mark.slow

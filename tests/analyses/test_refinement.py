@@ -1,4 +1,4 @@
-"""Refinement of known bodies: the error that is told holds, surfaces are closed, what is small is found or told."""
+"""Refinement of known bodies: the reported error holds, surfaces are closed, small parts are found or reported."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Workspaces with known answers, their laws, and what they have in common with the solvers that they are made of."""
+"""Workspaces with known answers, their laws, and agreement with the solvers that they use."""
 
 from __future__ import annotations
 

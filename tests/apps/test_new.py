@@ -80,7 +80,7 @@ def test_on_a_terminal_it_asks_for_missing_values() -> None:
 
 
 @pytest.mark.parametrize(
-    "typed", [[INTERRUPT], ["\n", INTERRUPT], ["\n", "\x04"]], ids=["at once", "second", "end of file"]
+    "typed", [[INTERRUPT], ["\n", INTERRUPT], ["\n", "\x04"]], ids=["first", "second", "end of file"]
 )
 def test_leaving_the_questions_writes_nothing(typed: list[str]) -> None:
     said, code = on_terminal(*typed)

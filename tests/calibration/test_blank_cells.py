@@ -46,7 +46,7 @@ def test_blank_tensions_of_straight_lines_say_nothing_and_harm_nothing() -> None
 
 
 def test_a_blank_cell_weighs_as_a_cell_of_no_accuracy() -> None:
-    """Rows of a pose with a blank cell tell what is left when its tension is eliminated."""
+    """Rows of a pose with a blank cell are those after elimination of its tension."""
     measured = made_of(COGIRO, 2, 0.0, SensorNoise(tension=0.0))
     assert measured.tensions is not None
     blank = measured.tensions.copy()
@@ -100,7 +100,7 @@ def test_blank_angles_count_for_nothing() -> None:
 
 
 def test_friction_before_a_cell_is_a_share_of_its_tension() -> None:
-    """Tensions 3 % off either way: told so, their residuals are as large as their sigma says."""
+    """Tensions with errors of 3 % of either sign: with this sigma, their residuals are as large as their sigma says."""
     ratios = []
     for seed in range(3):
         rng = np.random.default_rng(seed)

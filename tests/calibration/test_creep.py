@@ -59,7 +59,7 @@ def recorded(
 
 
 def errors(found: CreepResult) -> np.ndarray:
-    """What is found less what is true, over its sigma: 1 / EA and the parts of the creep."""
+    """The error of the result over its sigma: 1 / EA and the parts of the creep."""
     true = np.concatenate([[1.0 / STIFFNESS], COMPLIANCES])
     sigmas = np.sqrt(np.diagonal(found.covariance))[:4]
     return (np.concatenate([[found.elastic], found.compliances]) - true) / sigmas
@@ -259,7 +259,7 @@ def test_a_humidity_is_a_share(value: float) -> None:
 
 
 def test_residuals_that_wander_widen_the_sigmas() -> None:
-    """With noise that is alike for 50 samples sigmas of white noise would be far too small."""
+    """With noise that is constant over 50 samples sigmas of white noise would be far too small."""
     base, within = recorded(HELD), []
     for seed in range(60):
         walk = np.random.default_rng(seed).normal(size=len(base.force) // 50 + 2)
@@ -300,7 +300,7 @@ def cut(test: TensileTest, end: float, every: int = 1) -> TensileTest:
 
 
 def test_rest_is_no_time_under_load() -> None:
-    """100 s of load and three hours of rest tell nothing of an element of 20 min under load."""
+    """100 s of load and three hours of rest do not determine an element of 20 min under load."""
     times = np.arange(0.0, 10900.0, 10.0)
     force = np.where((times > 0.0) & (times <= 100.0), 1000.0, 0.0)
     with pytest.raises(InputError, match=r"the element of 20 min needs a load for 20 min, the test has 100 s"):

@@ -167,7 +167,7 @@ def test_a_build_up_that_nothing_shows_is_reported_and_no_traceback(seed: int) -
 
 
 def test_a_spool_without_build_up_may_stay_at_none() -> None:
-    """Its range ends at what the file has: that is an answer."""
+    """Its range ends at the value of the file: that is an answer."""
     made = simulate_calibration(WANG, 40, 0.0, seed=3)
     counted = np.log1p(0.01 * made.measured.counted) / 0.01  # cable that a spool of a growing radius would not pay out
     plan = CalibrationPlan(unknowns=("length_offset", "build_up"), shared=("build_up",))
@@ -202,7 +202,7 @@ def test_a_pose_inside_a_sheave_is_unexplained_and_breaks_nothing() -> None:
 
 
 def test_a_start_out_of_its_bounds_begins_at_their_edge() -> None:
-    """Home lengths, which no file has, start at 0: the answer is within the bounds, or is told to end there."""
+    """Home lengths, which no file has, start at 0: the answer is within the bounds, or reported to end there."""
     made = simulate_calibration(WANG, 20, 1e-4, seed=1)
     low, high = made.home_lengths.min() - 0.1, made.home_lengths.max() + 0.1
     plan = CalibrationPlan(bounds=(Bound(name="length_offset", min=low, max=high),))

@@ -197,7 +197,7 @@ def test_errors_are_at_the_bound_and_sigmas_cover_them() -> None:
 
 
 def test_bad_encoders_and_load_cells_are_left_out() -> None:
-    """A line is named where the others tell which; a load cell's error explains no encoder's."""
+    """A line is named where the others identify it; a load cell's error explains no encoder's."""
     robot = load("paty2021")
     made = simulate_calibration(robot, 30, 1e-4, seed=1, guess=0.02, cable="catenary", sensors=SensorNoise(tension=2.0))
     assert made.measured.tensions is not None

@@ -1,4 +1,4 @@
-"""The search for gross errors: what is clean stays whole, however sigmas are told; what is wrong is found."""
+"""The search for gross errors: clean data stay whole for any given sigmas; wrong data are found."""
 
 from __future__ import annotations
 

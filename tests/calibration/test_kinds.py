@@ -75,7 +75,7 @@ def test_the_encoders_sigma_is_estimated_beside_other_sensors(truth: float, besi
 
 
 def test_sigmas_cover_the_errors_where_the_encoders_sigma_was_not_given() -> None:
-    """Encoders ten times as bad as assumed, beside positions of 1 mm: sigmas used to be a tenth of what they should."""
+    """Encoders ten times as bad as assumed, beside positions of 1 mm: sigmas used to be a tenth of the right ones."""
     shares = []
     for seed in range(30):
         made, measured = positioned(seed, 20, 1e-3)
@@ -156,7 +156,7 @@ def test_counts_at_a_pose_are_what_the_equations_expect() -> None:
 
 
 def test_positions_with_too_small_sigmas_weigh_less() -> None:
-    """Two of 20 points are off by 4 of their sigmas, too little to be left out: over seeds the answer is nearer."""
+    """Two of 20 points have errors of 4 sigmas, too little to be left out: over seeds the answer is nearer."""
     plain, robust = [], []
     for seed in range(30):
         made, measured = positioned(seed, 20)
@@ -185,7 +185,7 @@ def test_without_errors_the_resisting_fit_costs_a_few_percent() -> None:
 
 
 def test_each_kind_says_how_well_it_fits() -> None:
-    """Positions told to 1 mm that are good to 5 mm: their ratio is 5, that of the lengths 1."""
+    """Positions given to 1 mm that are good to 5 mm: their ratio is 5, that of the lengths 1."""
     ratios = []
     for seed in range(10):
         made, measured = positioned(seed, 30, 1e-4, sigma=5e-3)

@@ -1,4 +1,4 @@
-"""Sigmas that hold where the model is wrong: every kind's noise, known numbers that are off, scatter, friction."""
+"""Sigmas that hold where the model is wrong: every kind's noise, wrong known numbers, scatter, friction."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def test_numbers_that_are_unknown_are_not_considered_too() -> None:
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("told", [True, False])
 def test_friction_in_the_sheaves_is_reported(seed: int, told: bool) -> None:
-    """Tensions 3 % off, of random sign: a modulus 20 % off used to be told to 2.3 %, an exit 63 mm off to 5.3 mm."""
+    """With tension errors of 3 % a modulus error of 20 % had a sigma of 2.3 %, one of 63 mm of an exit point 5.3 mm."""
     rng = np.random.default_rng(seed)
     made = measure(PATY, random_poses(PATY, 40, rng, "catenary"), 1e-4, rng, 0.02, "catenary", SensorNoise(tension=5.0))
     assert made.measured.tensions is not None

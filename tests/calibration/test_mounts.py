@@ -103,7 +103,7 @@ def straight(rng: np.random.Generator, soft: np.ndarray) -> Measured:
 
 
 def test_mounts_under_straight_lines_are_found_by_their_tensions() -> None:
-    """The line leaves its sheave near the direction from the exit point; a tenth of what is given is left for that."""
+    """The line leaves its sheave near the direction from the exit point; a tenth of the deflection is left for that."""
     rng = np.random.default_rng(2)
     soft = 3.0 * soft_of(WANG, rng)
     measured = straight(rng, soft)
@@ -147,7 +147,7 @@ def test_without_tensions_nothing_determines_them() -> None:
 
 @pytest.mark.parametrize(("robot", "cable"), [(WANG, "rigid"), (load("merlet2023"), "catenary")])
 def test_counts_are_those_that_leave_no_residual(robot: Robot, cable: str) -> None:
-    """With a drum that builds up, mounts that give, and load cells with offsets where lines are straight."""
+    """With a drum that builds up, compliant mounts, and load cells with offsets where lines are straight."""
     rng = np.random.default_rng(4)
     model = Model(robot, Fidelity.of(cable))
     held = solve_inverse(model, random_poses(robot, 5, rng, cable)).checked()

@@ -1,4 +1,4 @@
-"""Sensors whose zero is off: offsets and scales are found, told from the frame, and named where they are the reason."""
+"""Sensors with wrong zeros: offsets and scales are found, separated from the frame, and named as reasons."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def turned(measured: Measured, zeros: np.ndarray = ZEROS) -> Measured:
 
 
 def strained(measured: Measured, gains: np.ndarray = GAINS) -> Measured:
-    """The readings of load cells with a zero and a scale that are off."""
+    """The readings of load cells with errors of zero and scale."""
     assert measured.tensions is not None
     return replace(measured, tensions=(measured.tensions - CELLS) / gains)
 

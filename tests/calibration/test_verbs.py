@@ -1,4 +1,5 @@
-"""The public verbs of calibration: a robot or a model, options rejected at once, results that tell themselves."""
+"""The public verbs of calibration: a robot or a model, options rejected at the call, results that describe
+themselves."""
 
 from __future__ import annotations
 

@@ -183,7 +183,7 @@ def test_a_prior_that_the_data_deny(off: float, verdict: str) -> None:
 
 
 def test_kinds_that_contradict_each_other_are_reported() -> None:
-    """Positions told to 1 mm that are good to 4: doubtful, with kind, value and limit."""
+    """Positions given to 1 mm that are good to 4: doubtful, with kind, value and limit."""
     rng = np.random.default_rng(3)
     made: SimulatedCalibration = measure(WANG, random_poses(WANG, 30, rng), 1e-4, rng)
     guess = made.poses + rng.normal(0.0, 4e-3, (30, 3))
@@ -302,14 +302,14 @@ def test_an_assumed_sigma_of_the_encoders_is_a_reason() -> None:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_no_order_is_claimed_that_fits_worse(seed: int) -> None:
-    """Noise of centimetres: the residuals of no arrangement tell anything."""
+    """Noise of centimetres: the residuals of all arrangements are noise."""
     found = calibrate(WANG, simulate_calibration(WANG, 20, 0.02, seed=seed).measured)
     assert not any("would explain the data far better" in each for each in found.reasons)
 
 
 @pytest.mark.parametrize("seed", range(2))
 def test_an_order_is_named_without_start_values_of_the_poses(seed: int) -> None:
-    """Counts of lines in another order fit as well, but with exit points far off: that alone is looked into."""
+    """Counts of lines in another order fit as well, but with large errors of exit points: this alone is examined."""
     measured = Measured(ordered([1, 2, 3, 0], seed=seed).counted)
     found = calibrate(WANG, measured, rough=5.0, need=10.0)
     right = calibrate(WANG, Measured(ordered([0, 1, 2, 3], seed=seed).counted), rough=0.5, need=10.0)
@@ -330,7 +330,7 @@ def test_positions_whose_sigma_is_much_too_large_are_reported(seed: int) -> None
 
 
 def test_an_error_of_the_model_along_one_axis_is_named() -> None:
-    """Heights off by more than their sigma where x and y are not: all positions together would hide it."""
+    """Heights with errors above their sigma where x and y have none: all positions together would hide it."""
     rng = np.random.default_rng(11)
     made = measure(WANG, random_poses(WANG, 27, rng), 1e-4, rng)
     off = np.column_stack([rng.normal(0.0, 5e-3, (27, 2)), 0.045 * np.sign(rng.normal(0.0, 1.0, 27))])

@@ -1,4 +1,4 @@
-"""The guard finds what is wrong by what is measured alone, stops as it should, and takes outliers for outliers."""
+"""The guard finds faults by measurements alone, stops correctly, and ignores outliers."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def test_a_measured_tension_needs_two_readings_and_holds_immediately_while_it_ri
     falling = watched.sees(pulls(100.0, 900.0, 100.0))
     assert falling is not None
     assert falling.kind is StopKind.RAMP
-    assert watched.sees() == falling  # it holds until the load cells tell otherwise
+    assert watched.sees() == falling  # it holds until the load cells report otherwise
     assert watched.sees(pulls(100.0, 100.0, 100.0)) is None
     assert watched.sees(pulls(100.0, 900.0, 100.0)) is None
 
@@ -255,7 +255,7 @@ def test_counts_that_are_reported_twice_hide_no_speed() -> None:
 
 
 def test_a_step_takes_microseconds() -> None:
-    """Asked are 20 us; `python -m benchmarks.run machine` measures it. This only finds what is far off."""
+    """20 us are required; `python -m benchmarks.run machine` measures it. This only finds large excesses."""
     watched, began = Watched(), time.perf_counter()
     for _ in range(2000):
         watched.sees(pulls(100.0, 200.0, 100.0))

@@ -1,4 +1,4 @@
-"""By hand the platform goes where it is told, no faster than allowed, and stops when nobody asks any more."""
+"""By hand the platform goes to the ordered goal, no faster than allowed, and stops when requests end."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def moved(order: Order, *, again: float = 0.0, seconds: float = 20.0) -> list[Ta
         steps.append(manual.step(LIMITS, state, k * DT, DT))
         if steps[-1].done:
             return steps
-    raise AssertionError("it does not come to an end")
+    raise AssertionError("it does not finish")
 
 
 def changes(steps: list[TargetMotion]) -> np.ndarray:

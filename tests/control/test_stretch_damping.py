@@ -45,7 +45,7 @@ STILL = np.zeros(3)
 
 @dataclass(frozen=True)
 class Louder(StretchDamping):
-    """Damping with a gain that is a *factor* of what it should be."""
+    """Damping with a gain that is wrong by a *factor*."""
 
     factor: float = 2.0
 
@@ -67,8 +67,8 @@ def swing(
     """The largest displacements (k,), m, in each second of a swing that begins with 1 mm along each axis.
 
     An own integration of the linear platform, whose stiffness is *softer* than the control believes: speeds come late
-    by *delay*, s, and winches have a lag; lengths are brought back as a print does it. What is read is 15 ms old when
-    its speed acts.
+    by *delay*, s, and winches have a lag; lengths are brought back as a print does it. A reading is 15 ms old when its
+    speed acts.
     """
     parts, mass = stiffness(held), mass_matrix(HOUSE.robot, held.pose)
     own = softer * parts.total

@@ -238,7 +238,7 @@ def test_each_order_in_each_state_leads_where_the_table_says(state: PrintState, 
     verdict = made.go(1, order, target=quiet)
     then = TRANSITIONS.get((state, order), state)
     if (state, order) in WAITING:
-        assert (verdict.state, verdict.orders[0].refusal) == (PrintState.READY, "")  # nobody is in the way
+        assert (verdict.state, verdict.orders[0].refusal) == (PrintState.READY, "")  # the barrier is clear
         return
     assert verdict.state is then
     known = (state, order) in TRANSITIONS or order is OrderKind.OVERRIDE

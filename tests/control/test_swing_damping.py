@@ -19,7 +19,7 @@ def swing(settings: SwingDamping, *, delay: float = 0.0, lag: float = 0.02, tilt
     """Amplitudes (k,), rad, of each second of a swing that begins with 0.01 rad, and where the platform has gone, m.
 
     An own integration of the pendulum: the command comes late by *delay*, s, and the winches have a *lag*, s; a sensor
-    is off by *tilt*, rad.
+    has an error of *tilt*, rad.
     """
     state, rate = SwingState(), settings.rate
     late = deque([0.0] * round(delay / PERIOD))

@@ -56,7 +56,7 @@ def loop(
 
 @pytest.mark.parametrize("direction", np.eye(3))
 def test_the_platform_moves_with_the_wanted_velocity(direction: np.ndarray) -> None:
-    """The forward solver, told the lengths a moment later, agrees."""
+    """The forward solver, with the lengths a moment later, agrees."""
     lengths = solve_inverse(MODEL, PLACE).checked().lengths
     wanted = 0.03 * direction
     given = settings(law="paper")

@@ -73,7 +73,7 @@ def test_a_platform_that_stands_sinks_by_the_closed_form(seconds: float) -> None
 def machine_stands(robot: Robot, creep: float, seconds: float) -> tuple[Array, Array, Array]:
     """True, and estimated by encoders alone with *robot* and without its creep, place of an exact machine that stands.
 
-    *creep*: of what nobody describes.
+    *creep*: without a description.
     """
     twin = load_twin("cogiro")
     zero = dict.fromkeys(("anchor", "sheave_radius", "modulus", "home_length", "drum_radius", "mass"), 0.0)

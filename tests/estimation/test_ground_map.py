@@ -91,7 +91,7 @@ def test_ground_that_grows_is_expected_to_and_known_until_it_has_grown_much() ->
 
 
 def test_floor_beside_laid_material_counts_as_long_as_it_is_seen() -> None:
-    """The foot of what is laid may hide it: 30 cm beside the path, where two metres of path near it are too much."""
+    """The foot of laid material may hide it: 30 cm beside the path, where two metres of path near it are too much."""
     ground, beside, far = GroundMap(), np.array([[0.0, 0.3]]), np.array([[0.0, 0.6]])
     ground.growth = 1e-3
     ground.write(beside, np.zeros(1))

@@ -1,4 +1,4 @@
-"""The filter's prediction by encoders and update by line angles, against differences and what they have to tell."""
+"""The filter's prediction by encoders and update by line angles, against differences and known results."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_a_doubted_zero_returns_to_the_specified_one(later: FilterState) -> None
     state.lines.zeros = np.full(4, 0.03)
     line_update._doubt_zeros(settings, state, lines[:2], np.array([0.3, 9.0]) * first)
     assert state.P[rows, rows] == pytest.approx(first * np.array([0.4, 1.0, 0.1, 0.1]))
-    # told and learnt together, before: 0.03; what was learnt alone is unchanged where its weight is less
+    # specified and learnt together, before: 0.03; the learnt part is unchanged where its weight is less
     assert state.lines.zeros == pytest.approx([0.03 * 0.6 / 0.9, 0.0, 0.03, 0.03])
     for _ in range(100):
         line_update._doubt_zeros(settings, state, lines, np.full(4, first))

@@ -54,7 +54,7 @@ def test_that_is_as_unsure_as_it_is_far_and_nothing_else_is(later: FilterState) 
     assert added[position, position] == pytest.approx(KNOWN.load_sigma**2 * float(moved @ moved) * np.eye(3), abs=1e-15)
     added[position, position] = 0.0
     assert not added.any()
-    assert state.motion.coasted[:3] - later.motion.coasted[:3] == pytest.approx(moved)  # of what lidars saw before
+    assert state.motion.coasted[:3] - later.motion.coasted[:3] == pytest.approx(moved)  # of earlier scans
 
 
 def test_a_scan_begun_before_a_sink_or_bounce_gives_no_height(

@@ -311,7 +311,7 @@ def test_one_direction_only_is_said() -> None:
 
 
 def test_east_taken_for_west_is_caught() -> None:
-    """With any yaw allowed, three walls tell where north is; a fourth that the survey does not have makes it doubtful.
+    """With any yaw allowed, three walls determine north; a fourth that the survey does not have makes it doubtful.
 
     Never is a wrong place called sure, and a laser decides.
     """

@@ -1,4 +1,4 @@
-"""Excess from angles: the inverse of what a hanging line shows, straight lines beside rigid cables, dead sensors."""
+"""Excess from angles: the inverse of a hanging line's angle, straight lines beside rigid cables, dead sensors."""
 
 from __future__ import annotations
 

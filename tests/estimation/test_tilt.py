@@ -1,4 +1,4 @@
-"""How the drum leans: a pendulum's swing, sensors that are off, and rotation vectors beside SciPy's."""
+"""How the drum leans: a pendulum's swing, biased sensors, and rotation vectors beside SciPy's."""
 
 from __future__ import annotations
 

@@ -255,7 +255,7 @@ def randomly_built(number: np.random.Generator) -> Robot:
 
 
 def finite_of(robot: Robot, number: np.random.Generator) -> bool | None:
-    """Whether the firmware's places of motors are finite for what is written; None where nothing is."""
+    """Whether the firmware's places of motors are finite for the written file; None without one."""
     at = number.uniform(-0.4, 0.4, (3, 3))
     drums = drums_of(robot)
     squares = [
@@ -263,7 +263,7 @@ def finite_of(robot: Robot, number: np.random.Generator) -> bool | None:
     ]
     try:
         law = rrf_spool.spool_law(robot, drums, at, squares[0])
-    except InputError:  # of a spool that is empty there, or a law that is too far off
+    except InputError:  # of a spool that is empty there, or a law with too large errors
         return None
     spans = np.array([line.advantage for line in robot.lines], float)
     anchors = 1e3 * np.array([line.exit_point for line in robot.lines])

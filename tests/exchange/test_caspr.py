@@ -102,7 +102,7 @@ def test_lengths_are_distances(tmp_path: Path) -> None:
 
 
 def test_attachments_from_the_centre_of_mass(tmp_path: Path) -> None:
-    """The same robot, told from another origin of its body."""
+    """The same robot, described from another origin of its body."""
     from_mass = [tuple(b - c for b, c in zip(end, (0.0, 0.02, 0.1), strict=True)) for end in samples.ENDS]
     pairs = enumerate(zip(samples.EXITS, from_mass, strict=True))
     found = read(tmp_path, cables=caspr_cables("".join(caspr_cable(f"cable {k}", a, b, "com") for k, (a, b) in pairs)))

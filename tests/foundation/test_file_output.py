@@ -106,7 +106,7 @@ def test_a_link_in_the_place_itself_is_replaced(folder: Path, precious: Path) ->
     assert precious.read_text() == "years of work"
 
 
-@pytest.mark.skipif(not hasattr(os, "O_NOFOLLOW"), reason="this system cannot tell")
+@pytest.mark.skipif(not hasattr(os, "O_NOFOLLOW"), reason="this system cannot detect links")
 @pytest.mark.parametrize("dangling", [False, True])
 def test_a_growing_file_is_not_opened_through_a_link(folder: Path, precious: Path, dangling: bool) -> None:
     target = precious.with_name("none") if dangling else precious

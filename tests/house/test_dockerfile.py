@@ -1,4 +1,4 @@
-"""The Dockerfile: what it copies exists and is not ignored, images are pinned, and nobody is root at the end.
+"""The Dockerfile: copied files exist and are not ignored, images are pinned, and the final user is not root.
 
 No container is built here; its Python steps are those that `make wheel` and a user's pip do.
 """

@@ -1,4 +1,4 @@
-"""What a release says of itself: one version and one date in all places, and a section of the changelog."""
+"""Statements of a release: one version and one date in all places, and a section of the changelog."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ posix = pytest.mark.skipif(os.name != "posix", reason="owners, modes, forks and 
 
 
 def fresh() -> Any:
-    """A kernel of the package as a new process has it: compiled by nobody yet."""
+    """A kernel of the package as a new process has it: not compiled yet."""
     return jit(platform.angle_of.py_func)
 
 

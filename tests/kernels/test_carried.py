@@ -38,7 +38,7 @@ ANGLE = 7.0
 
 
 def fresh() -> Any:
-    """A kernel of the package as a new process has it: compiled by nobody yet."""
+    """A kernel of the package as a new process has it: not compiled yet."""
     return jit(platform.angle_of.py_func)
 
 

@@ -24,7 +24,7 @@ def real(found: Bench, folder: Path) -> RealMachine:
 
 
 def home(found: Bench, folder: Path, place: np.ndarray | None = None) -> tuple[RealMachine, SessionOperator, float]:
-    """Home it; also returns how far off the position is that was found, m."""
+    """Home it; also returns the error of the resulting position, m."""
     on = real(found, folder)
     homing = on.homing(np.array(RING_BEGIN["merlet2023"]), place)
     printer = on.printer(session_path(found.robot, None), "model", {PrintState.HOMING: homing})
@@ -43,7 +43,7 @@ def test_a_place_that_a_person_measured_begins_it_and_its_lengths_are_kept(tmp_p
     assert first.reason == ""
     assert off < 0.01
     assert all(drive.brake_closed for drive in found.rig.drives)
-    _, again, off = home(found, tmp_path)  # after a loss of power, by what was saved
+    _, again, off = home(found, tmp_path)  # after a loss of power, by saved lengths
     assert again.reason == ""
     assert off < 0.01
 

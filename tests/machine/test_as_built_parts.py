@@ -1,4 +1,4 @@
-"""What hangs on the robot as built: errors have the laws of their tolerances, one by one, and nobody is told them."""
+"""Equipment as built: errors have the laws of their tolerances, one by one, and no estimator receives them."""
 
 from __future__ import annotations
 

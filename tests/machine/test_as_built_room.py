@@ -207,7 +207,7 @@ def test_a_machine_resumed_in_a_gap_and_a_visit_goes_on_to_the_bit(plant: str) -
 
 
 def test_random_periods_of_any_time_are_drawn_quickly() -> None:
-    """Also of a time that a file may name, a thousand million seconds ahead; they do not depend on what was asked."""
+    """Also of a time that a file may name, a thousand million seconds ahead; they do not depend on earlier requests."""
     for every, length in ((1.0, 0.1), (1e9, 1e9), (60.0, 2.0)):
         one, other = (Spells(every, (length, length), 1, 2) for _ in range(2))
         times = np.random.default_rng(0).uniform(0.0, 1e12, 400)

@@ -156,7 +156,7 @@ def test_weak_brakes_of_drums_with_two_lines_let_the_platform_down_until_they_ho
 
 
 def test_a_platform_on_slipping_brakes_falls_with_the_excess_of_its_weight() -> None:
-    """Four lines of one pull, which is 0.8 of what carries the head: it falls with a fifth of gravity."""
+    """Four lines of one pull, which is 0.8 of the head's weight: it falls with a fifth of gravity."""
     pulled = torques(made("house-printer", "dynamic", {}))
     assert np.ptp(pulled) < 0.003 * pulled.max()
     machine = made("house-printer", "dynamic", {"torque": 0.8 * pulled.mean()}, radius_walk=0.0)

@@ -176,7 +176,7 @@ def test_line_angles_are_the_tangents_of_statics() -> None:
 
 
 def test_angle_noise_has_its_deviation() -> None:
-    """Of the mean of the readings that a quasi-static period stands for."""
+    """Of the mean of the readings that a quasi-static period represents."""
     averaged = SETTINGS.line_angles.rate * SIMULATION.quasi_static_period
     bare = changed(drum=QUIET, line={"vibration": 0.0}, line_angles={"outliers": 0.0})
     measured = of(LineAngles, run(machine(bare, plant="quasi-static"), 2000))
@@ -212,7 +212,7 @@ def test_inertial_readings_are_gravity_and_turning() -> None:
 
 
 def test_inertial_readings_integrate_to_the_motion() -> None:
-    """What gyro and accelerometer tell, integrated, is where the drum goes: turn and place of the unit."""
+    """Readings of gyro and accelerometer, integrated, are the motion of the drum: turn and place of the unit."""
     twin = machine(perfect(changed(drum={"yaw_wander": 0.0, "swing_damping": 0.0})))
     twin.rig.motion[9:12] = 0.3, -0.2, 0.4
     place = np.array(SETTINGS.inertial.place)

@@ -1,4 +1,4 @@
-"""Severities: `ideal` is the machine without them, and each sets the truth and what its owner knows of it."""
+"""Severities: `ideal` is the machine without them, and each sets the truth and the owner's settings."""
 
 from __future__ import annotations
 

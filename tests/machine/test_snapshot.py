@@ -42,7 +42,7 @@ def troubled(period: float) -> Any:
 
 
 def outputs(twin: SimulatedMachine, steps: int) -> list[Any]:
-    """All that so many steps tell, as bytes, and what was true."""
+    """All output of *steps* steps, as bytes, and the truth."""
     found = []
     for _ in range(steps):
         command = Command(twin.time, SPEEDS * np.cos(0.4 * twin.time), 1.0)

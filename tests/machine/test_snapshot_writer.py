@@ -68,5 +68,5 @@ def test_a_disk_that_rejects_is_reported_at_the_next_one_or_at_the_end(tmp_path:
         put_until_refused(missing)
     with pytest.raises(EnvironmentFault, match="cannot be written"), SnapshotWriter(missing) as keeper:
         keeper.put(number(1))
-    with pytest.raises(InputError), SnapshotWriter(missing):  # what went wrong first is what is told
+    with pytest.raises(InputError), SnapshotWriter(missing):  # the first error is reported
         read_snapshots(missing)

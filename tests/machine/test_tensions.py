@@ -1,4 +1,4 @@
-"""Simulated load cells show what their file says, and the guard of a print stops by them."""
+"""Simulated load cells behave as their file states, and the guard of a print stops by them."""
 
 from __future__ import annotations
 

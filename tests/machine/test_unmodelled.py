@@ -36,7 +36,7 @@ def made(name: str, twin: TwinSettings, plant: str, seed: int = 1) -> SimulatedM
 
 
 def drive(moved: SimulatedMachine, steps: int) -> list[bytes]:
-    """What each step says, as bytes, of a machine that moves to and fro."""
+    """Output of each step, as bytes, of a machine that moves to and fro."""
     said = []
     names = [line.name for line in moved.robot.lines]
     for _ in range(steps):

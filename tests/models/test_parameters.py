@@ -189,7 +189,8 @@ def test_rows_of_their_own_keep_what_sets_them_apart() -> None:
 
 
 def test_platform_points_of_a_retracted_platform_stay_retracted() -> None:
-    """Nominal platform points change nothing in rows that are retracted, and a retracted robot's others move alike."""
+    """Nominal platform points change nothing in rows that are retracted, and the others of a retracted robot move
+    equally."""
     robot = load("jung2020")
     model, lengths = Model(robot), np.ones((2, robot.m))
     drawn_in = np.array([1.2, 1.7])

@@ -370,5 +370,5 @@ class TestMujoco:
         assert rest.left_over < 1e-8
         assert machine.distance(found.pose, rest.pose) < 1e-10
         assert machine.angle(found.pose, rest.pose) < 1e-10
-        assert found.balance.geometry < 1e-14  # also, what is said to be slack is
+        assert found.balance.geometry < 1e-14  # also, lines marked as slack are slack
         assert list(rest.tensions) == pytest.approx(tensions, rel=1e-8, abs=1e-8)

@@ -127,7 +127,7 @@ HEAVY = LAW.model_copy(
 
 
 def room(temperature: float, warming: float = 0.0) -> TwinSettings:
-    """The library's machine, its quasi-static plant by half seconds; in a room that warms by so much in 900 s."""
+    """The library's machine, its quasi-static plant by half seconds; in a room that warms by *rise* in 900 s."""
     twin = load_twin("merlet2023").with_simulation(quasi_static_period=0.5)
     swing = warming / math.sin(2.0 * math.pi * 900.0 / 86400.0)
     climate = twin.simulation.climate.model_copy(update={"temperature": temperature, "swing": swing})

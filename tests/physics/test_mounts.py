@@ -189,7 +189,7 @@ def held(robot: Robot, cable: str) -> cw.Equilibrium:
 
 @pytest.mark.parametrize("cable", ["rigid", "elastic"])
 def test_a_mount_of_zero_compliance_is_stiff(cable: str) -> None:
-    """Also what gives is stiff where cables are rigid: lengths are then geometry."""
+    """Compliant mounts are stiff too where cables are rigid: lengths are then geometry."""
     plain = load("merlet2023")
     for compliance in (0.0, *([1e-5] if cable == "rigid" else [])):
         same = cw.inverse(on_mounts(plain, compliance), POSE, cable=cable)
@@ -269,7 +269,7 @@ def test_bad_compliances_are_one_line(compliance: Any, message: str, tmp_path: P
 
 
 def test_mounts_of_zero_compliance_are_as_stiff_ones_everywhere() -> None:
-    """A zero written in the file, where a bound is told in an uncertainty, rejects nothing."""
+    """A zero written in the file, where a bound is given in an uncertainty, rejects nothing."""
     zero = tuple(map(tuple, np.zeros((3, 3)).tolist()))
     for compliance in (0.0, zero):
         robot = on_mounts(load("merlet2023"), compliance)

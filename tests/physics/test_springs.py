@@ -79,7 +79,7 @@ def test_the_platform_rests_where_the_energy_is_least() -> None:
 
     least = minimize(energy, np.append(found.pose + 1e-3, np.zeros(4)), method="BFGS", options={"gtol": 1e-7})
     strains = found.tensions / hard
-    assert strains.max() < 2e-3  # of the split, whose energy is off by that share
+    assert strains.max() < 2e-3  # of the split, whose energy has an error of that share
     np.testing.assert_allclose(least.x[:3], found.pose, atol=2e-4)
 
 

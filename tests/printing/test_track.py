@@ -1,4 +1,4 @@
-"""Laws of `Track`: the nearest place by brute force, its side by the tangent, branches of a crossing told apart."""
+"""Laws of `Track`: the nearest place by brute force, its side by the tangent, branches of a crossing distinguished."""
 
 from pathlib import Path
 

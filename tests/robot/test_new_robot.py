@@ -81,7 +81,7 @@ def test_winches_are_below_sheaves_and_hold_the_cable() -> None:
 
 @pytest.mark.parametrize("layout", LAYOUTS)
 def test_assumed_values_are_marked(layout: str) -> None:
-    """Each number of the file is asked for, has a source, is in a part that is all assumed, or is marked as assumed."""
+    """Each number of the file is requested, has a source, is in a part that is all assumed, or is marked as assumed."""
     text = robot_file(outline(layout=layout, cable="steel-4mm"))
     known = ("schema", "mass", "construction", "linear_density", "breaking_load", "diameter", "gravity", "exit_point")
     head, _, rest = text.partition("[uncertainty]")

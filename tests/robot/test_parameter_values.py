@@ -29,7 +29,7 @@ PLACES = {
 
 
 def leaves(value: Any, place: str = "") -> dict[str, Any]:
-    """What a description holds, by place: ``lines.0.exit_point.x``."""
+    """Values of a description, by place: ``lines.0.exit_point.x``."""
     if isinstance(value, tuple):
         names = "xyz" if len(value) == 3 and isinstance(value[0], float) else map(str, range(len(value)))
         value = dict(zip(names, value, strict=True))

@@ -1,4 +1,4 @@
-"""The numbers of a robot that may be uncertain: their names, which robots have them, what the file says they are."""
+"""The numbers of a robot that may be uncertain: their names, which robots have them, their values in the file."""
 
 import dataclasses
 from typing import Any
@@ -40,7 +40,7 @@ def with_line(robot: Robot, index: int, **changes: Any) -> Robot:
 
 
 def said(robot: Robot, kind: str) -> list[float]:
-    """What the file says of each line, or of the platform; read without the code under test."""
+    """Values in the file of each line, or of the platform; read without the code under test."""
     key, _, axis = kind.partition(".")
     read: dict[str, Any] = {
         "modulus": lambda line: 1.0,

@@ -1,4 +1,4 @@
-"""The parts of a robot: what they are, and what each rejects."""
+"""The parts of a robot: their values, and the input that each rejects."""
 
 import math
 import subprocess

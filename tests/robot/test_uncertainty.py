@@ -1,4 +1,4 @@
-"""Files that say how uncertain a robot is: what each way of saying it means, and what each mistake is told."""
+"""Uncertainty files of a robot: the meaning of each form, and the message for each mistake."""
 
 import math
 import tomllib
@@ -426,7 +426,7 @@ def test_whatever_a_file_says_it_is_an_uncertainty_or_one_line(
     file: dict[str, Any], robot: Robot, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     text = tomlkit.dumps({"schema": 1} | file)
-    tomllib.loads(text)  # the strategy writes TOML: what is rejected below is what it says
+    tomllib.loads(text)  # the strategy writes TOML: the content is rejected below
     try:
         found = read(text, tmp_path_factory.getbasetemp()).of(robot)
     except InputError:

@@ -1,4 +1,4 @@
-"""Moments in portions are those of all numbers at once; thinned rows are evenly spaced and never too many."""
+"""Moments in portions are those of all numbers together; thinned rows are evenly spaced and never too many."""
 
 import numpy as np
 import pytest

@@ -101,7 +101,8 @@ class Exact:
         return found + self._held(place, machine.total(self.robot, place, checks))
 
     def _held(self, place: Place, wrench: list[mpf]) -> list[mpf]:
-        """The balance, and in a plane the rows of the kernel: what it does not take, and that the platform is in it."""
+        """The balance, and in a plane the rows of the kernel: the balance that it does not carry, and that the platform
+        is in it."""
         body = PlatformNumbers(self.row.packed.platform[0])
         if not body.held:
             return wrench
@@ -123,7 +124,7 @@ class Exact:
 
 
 def misses(found: Equilibrium, certificate: Certificate) -> np.ndarray:
-    """By what share of its bound each row's pose is off (N,), the worst component."""
+    """The error of each row's pose as a share of its bound (N,), the worst component."""
     off = np.array([Exact(found[i]).polished() for i in range(len(found.code))])
     return np.asarray(np.abs(off) / certificate.bound).max(axis=1)
 
@@ -207,7 +208,7 @@ def test_a_row_is_certified_as_it_is_alone() -> None:
         assert "exactly one equilibrium" in one.reason()
 
 
-# --- Mounts that give, springs, planes
+# --- Compliant mounts, springs, planes
 
 SOFT = {
     "mount": {"exit_compliance": 2e-6},
@@ -289,7 +290,7 @@ def test_a_pose_error_above_the_tolerance_is_never_certified(size: float) -> Non
 
 
 def disturbed(held: Equilibrium, what: str, size: float, rng: np.random.Generator) -> Equilibrium:
-    """Rows of *held*, in each one number off by *size*: a length, a pose coordinate or an unknown of a line."""
+    """Rows of *held*, in each one number wrong by *size*: a length, a pose coordinate or an unknown of a line."""
     rows, each = len(held.code), np.arange(len(held.code))
     lengths, pose, states = held.lengths.copy(), held.pose.copy(), held.states.copy()
     by = size * rng.choice([-1.0, 1.0], rows)

@@ -1,4 +1,4 @@
-"""Every equilibrium: found, told stable or not, certified, and none twice."""
+"""Every equilibrium: found, reported as stable or not, certified, and none twice."""
 
 from __future__ import annotations
 

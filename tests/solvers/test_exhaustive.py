@@ -1,4 +1,4 @@
-"""The exhaustive search: it proves what is so, and never misses an equilibrium that it was not told of."""
+"""The exhaustive search: its proofs are right, and it never misses an unknown equilibrium."""
 
 from __future__ import annotations
 

@@ -137,7 +137,7 @@ def test_a_little_out_of_reach_is_a_little_violation() -> None:
     """Just outside a feasible set the least violation is how far the limit would have to give."""
     robot = load("merlet2023")
     held = inverse(robot, [0.0, 0.0, 2.0]).checked()
-    lowest = float(held.extremes()[0].min())  # by symmetry all four are alike
+    lowest = float(held.extremes()[0].min())  # by symmetry all four are equal
     tight = inverse(robot, [0.0, 0.0, 2.0], tension_limits=(lowest + 1.0, 2000.0))
     assert tight.status is Status.INFEASIBLE
     assert float(tight.violation) == pytest.approx(1.0, abs=1e-3)

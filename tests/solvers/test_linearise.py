@@ -1,4 +1,4 @@
-"""The linearisation as a call: shapes, batches, and only of what was solved."""
+"""The linearisation as a call: shapes, batches, and only of solved equilibria."""
 
 from __future__ import annotations
 

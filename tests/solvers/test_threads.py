@@ -1,4 +1,5 @@
-"""Three threads at once, each of which shares its batches with the same others, and as many as are asked for."""
+"""Three simultaneous threads, each of which shares its batches with the same others; and the requested number of
+threads."""
 
 from __future__ import annotations
 

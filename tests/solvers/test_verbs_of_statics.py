@@ -1,4 +1,4 @@
-"""Equilibria, slack lines and tensions: of a robot as of its model, under one law, told in one line and as JSON."""
+"""Equilibria, slack lines and tensions: of a robot as of its model, under one law, reported in one line and as JSON."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a check says: each no is named, each yes is what was shown, and what was not looked at is listed."""
+"""Verdicts of a check: each no is named, each yes was shown, and open questions are listed."""
 
 from __future__ import annotations
 
@@ -241,7 +241,7 @@ class TestAcceleration:
 
 
 def test_the_step_follows_the_robot() -> None:
-    """Lengths midway between samples are off by no more than the step is chosen for."""
+    """Lengths midway between samples have no larger errors than the step is chosen for."""
     small = loads(TOWER.replace("[-2, 0, 2]", "[-0.4, 0, 0.5]").replace("[2, 2, 2]", "[0.3, 0.3, 0.5]")
                   .replace("[2, -2, 2]", "[0.3, -0.3, 0.5]"))  # fmt: skip
     helix = {"radius": 0.05, "layers": 1, "layer_height": 0.002, "first_height": 0.05}

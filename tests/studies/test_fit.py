@@ -107,7 +107,7 @@ def test_a_wall_has_an_area(tmp_path: Path) -> None:
 
 
 def leaning(angle: float) -> Robot:
-    """The wall plotter on a board that leans back by an *angle*, rad, with so much gravity that its pen weighs the same
+    """The wall plotter on a board that leans back by an *angle*, rad, with gravity such that its pen weighs the same
     along the board."""
     s, c = math.sin(angle), math.cos(angle)
     table = load("wall-plotter").model_dump(by_alias=True)

@@ -1,4 +1,4 @@
-"""What the natural frequency of a line's lateral vibration tells: its tension, or its mass, and where also its EA."""
+"""Tension or mass of a line, and in some cases its EA, from the natural frequency of its lateral vibration."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ _ANY: Final = Dimension("reading", {"1": Decimal(1)})
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LineVibration(Result):
-    """What the first frequencies of a line tell, beside what the model expects at a pose."""
+    """Results from the first frequencies of a line, beside those of the model at a pose."""
 
     FIGURES: ClassVar = (
         Figure("line", "", "Name of the line."),
@@ -61,7 +61,7 @@ class LineVibration(Result):
                only=lambda of: of.in_plane_frequency is not None),
         Figure("expected_in_plane", "Hz", "That by the model.", name="expected in-plane frequency"),
         Figure("sag_parameter", "1", "Lambda squared of Irvine and Caughey by the tension of the frequency."),
-        Figure("modulus_below", "N", "Tension below which two frequencies tell EA to 20 %; 0: none.",
+        Figure("modulus_below", "N", "Tension below which two frequencies determine EA to 20 %; 0: none.",
                name="modulus observable below"),
         Figure("modulus", "", "observable or not observable, at this tension."),
         Figure("modulus_factor", "1", "EA by both frequencies, over that of the robot file.",
@@ -99,7 +99,7 @@ class LineVibration(Result):
 
     @property
     def modulus(self) -> str:
-        """Whether two frequencies tell EA at the tension found."""
+        """Whether two frequencies determine EA at this tension."""
         return "observable" if self.tension < self.modulus_below else "not observable"
 
 
@@ -113,11 +113,12 @@ def line_vibration(
     in_plane: float | None = None,
     tension: float | None = None,
 ) -> LineVibration:
-    """Return what the first natural *frequency*, Hz, of a *line* tells at a *pose* (n,), m and rad.
+    """Return the results from the first natural *frequency*, Hz, of a *line* at a *pose* (n,), m and rad.
 
     *frequency*: across the plane of the sag, or a CSV of a vibration: ``t`` and readings of an accelerometer or a load
     cell. *sigma*: its standard deviation, Hz; by default that of the record, or 0.5 %. *in_plane*: first frequency in
-    the plane of the sag, Hz, which tells EA where sag matters. *tension*: of a load cell, N, instead of that by statics.
+    the plane of the sag, Hz, which determines EA where sag matters. *tension*: of a load cell, N, instead of that by
+    statics.
 
     Raises `InputError` for an unknown line, a cable without weight, numbers out of range and records without a
     vibration near the expected one; `AnswerError` where no tensions hold the pose.
@@ -172,7 +173,8 @@ def line_vibration(
 
 
 def _factor(ratio: float, sag: float, sigma: float) -> tuple[float | None, float | None]:
-    """Return EA over the file's and its sigma, by the *ratio* of the frequencies known to *sigma*; None: not observable.
+    """Return EA over the file's and its sigma, by the *ratio* of the frequencies known to *sigma*; None: not
+    observable.
 
     Newton's steps in the logarithm of the parameter, which the ratio rises with.
     """

@@ -229,7 +229,7 @@ def _notes(
     if (given is not None or problem.elastic) and math.isfinite(chi) and not 0.5 < chi < 2.0 and alone.redundancy > 5:
         yield f"residuals are {chi:.3g} times what the given sigmas predict"
     if robot.m < robot.freedoms and not problem.elastic:
-        yield "lines hold fewer freedoms than the platform has: with --cable elastic gravity determines the others"
+        yield "the platform has more degrees of freedom than lines: with --cable elastic gravity determines the others"
     plan, measured = problem.plan, problem.measured
     tests_height = measured.positioned or plan.points or plan.planes or plan.ranges or plan.level is not None
     if problem.named("exit_point").any() and not tests_height:

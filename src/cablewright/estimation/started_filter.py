@@ -75,7 +75,7 @@ def weigh(settings: StartedSettings, state: StartedState, mass: float) -> None:
 
 
 def _first(chain: ObserverState, now: float) -> FirstState | None:
-    """Return what the *chain* has found by *now*, s; None: nothing yet."""
+    """Return the first state of the *chain*, an estimator of Merlet 2023, by *now*, s; None: none yet."""
     if chain.tracker is None or chain.lengths is None or chain.taut is None or chain.drum_angles is None:
         return None
     if chain.located.wall_pose is None or chain.located.wall_pose.status != "ok":

@@ -1,4 +1,4 @@
-"""Lateral vibration of a line: what its natural frequency tells of tension and density, and what sag tells of EA.
+"""Lateral vibration of a line: tension and density from its natural frequency, and EA from sag.
 
 Across the plane in which it sags a line vibrates as a taut string, however much it sags. In that plane its first
 symmetric mode is faster, by the parameter of Irvine and Caughey (1974), which is the only trace of EA in a frequency.
@@ -62,7 +62,7 @@ def sag_stiffening(parameter: float) -> tuple[float, float]:
 
 
 def observable_below(weight: float, level: float, stiffness: float, sigma: float) -> float:
-    """Return the tension, N, below which two frequencies known to *sigma*, as a share, tell EA to `KNOWN`; else 0.
+    """Return the tension, N, below which two frequencies known to *sigma*, as a share, determine EA to `KNOWN`; else 0.
 
     They are the first in the plane of the sag and the first across it.
     """

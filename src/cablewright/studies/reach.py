@@ -78,7 +78,7 @@ def reach(robot: Robot, *, max_error: float | None = None, nodes: int = NODES, p
     """Return where the unrotated platform can bring the nozzle: within the tension limits, with all physics, at rest.
 
     *max_error*: m, that the expected error of the nozzle may have, by first order of the file's uncertainty; None: any.
-    Raises `InputError` where the frame's box is off the robot's plane.
+    Raises `InputError` where the frame's box does not contain the robot's plane.
     """
     axes, directions = _grid(robot, nodes)
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3) @ directions

@@ -179,7 +179,7 @@ def test_without_an_equilibrium_at_any_corner_there_is_no_answer(cli, tmp_path: 
 
 
 def test_another_controllers_failure_is_not_the_answer(cli) -> None:
-    """At this pose the lengths of a model without sheaves break a line; those asked for do not."""
+    """At this pose the lengths of a model without sheaves break a line; the requested ones do not."""
     found = cli("accuracy", "wang2021", "--at", "0,0,1", "--json").json
     assert [each["compensation"] for each in found["remains"]] == ["none", "elastic", "full"]
 

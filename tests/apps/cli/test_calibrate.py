@@ -178,7 +178,7 @@ def test_bad_data_are_one_line_and_change_nothing(cli, changed, tmp_path: Path, 
     [
         ("south-west,south-west.x", "held twice"),
         ("inner,south-west", "contradict each other"),
-        ("nobody", "unknown datum 'nobody'"),
+        ("nowhere", "unknown datum 'nowhere'"),
         ("south-west.q", "unknown datum"),
     ],
 )

@@ -36,7 +36,7 @@ def test_a_severity_is_reported_and_kept_in_the_log(cli, tmp_path) -> None:
         assert (log.head.severity, log.head.settings.room.deviation) == ("typical", 1e-3)
         frames = [entry.frame for entry in log.entries()]
         stamps = [each.time - frame.time for frame in frames for each in frame.of(Inertial)]
-        assert len({round(each, 4) for each in stamps}) == 1  # a clock that is off, and hardly drifts
+        assert len({round(each, 4) for each in stamps}) == 1  # a clock with an offset that hardly drifts
         assert 1e-6 < abs(stamps[0]) < 0.01
         assert {each.time - frame.time for frame in frames for each in frame.of(Encoders)} == {0.0}  # on a wire
     assert cli("simulate", "merlet2023", *SHORT, "--json").json["severity"] == "ideal"

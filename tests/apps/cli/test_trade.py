@@ -190,7 +190,7 @@ def test_nothing_inside_is_a_no(cli, tmp_path: Path) -> None:
         (["--vary", "mass=1", "--retraction", "9"], "retracts from 1.2 to 2 m"),
         (["--vary", "mass=1", "--tension-limits", "9,1"], "0 <= lowest < highest"),
         (["--vary", "mass=1", "--criterion", "best"], "is not one of"),
-        (["--vary", "mass=1", "--criterion", "static", "--cable", "rope"], "is not one of"),
+        (["--vary", "mass=1", "--criterion", "static", "--cable", "cord"], "is not one of"),
         (["--vary", "mass=1", "--count", "cells"], "is not one of"),
         (["--vary", "mass=1", "--grid", "0"], "grid 0: 3 to 400 nodes"),
         (["--vary", "mass=1", "--boundary-grid", "500"], "grid 500: 3 to 121 nodes"),

@@ -1,4 +1,4 @@
-"""The report of a print: whole in itself, honest about what is missing, with the structure as meshes."""
+"""The report of a print: whole in itself, honest about missing data, with the structure as meshes."""
 
 from __future__ import annotations
 

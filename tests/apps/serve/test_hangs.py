@@ -1,4 +1,4 @@
-"""Control and server that hang or are killed: what people asked for meanwhile moves nothing, and drives brake."""
+"""Control and server that hang or are killed: orders given meanwhile move nothing, and drives brake."""
 
 from __future__ import annotations
 
@@ -184,7 +184,7 @@ acceleration = 0.1
 
 
 class Typed:
-    """A print whose orders are typed, and what it says."""
+    """A print whose orders are typed, and its output."""
 
     def __init__(self, command: list[str]) -> None:
         self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True)

@@ -58,7 +58,7 @@ def test_prusaslicer_and_orcaslicer_upload_by_octoprint(server: Served, key: str
     assert headers["location"].partition("/api/")[2] == "files/local/square.gcode"  # Cura's plugin splits it there
     told = json.loads(text)
     assert told["done"]
-    assert not told["effectivePrint"]  # it was asked for, and a person decides
+    assert not told["effectivePrint"]  # it was requested, and a person decides
     job = json.loads(server.ask("GET", "/api/job", x_api_key=key)[1])
     assert job["job"]["file"]["name"] == "square.gcode"
     assert job["state"] == "Operational"
@@ -168,7 +168,7 @@ def test_orcaslicer_reads_the_state_by_websocket(server: Served, key: str) -> No
             news = json.loads(socket.recv(timeout=20))
             if news["params"][0].get("print_stats", {}).get("filename") == "news.gcode":
                 return
-    raise AssertionError("the new file was not told")
+    raise AssertionError("the new file was not reported")
 
 
 def test_nothing_that_a_key_may_do_starts_motion(server: Served) -> None:

@@ -1,4 +1,4 @@
-"""What a scene says of a robot is what the robot's statics say."""
+"""The scene of a robot agrees with the robot's statics."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""Places that are measured on the way: where a print stops for them, and what it learns from them."""
+"""Positions measured during a print: where it stops for them, and the corrections learnt from them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The loop prints on a machine that is no simulation to it: on a thread, late, lossy, and without a truth to tell."""
+"""The loop prints on a machine that is no simulation to it: on a thread, late, lossy, and without truth."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def twin(plant: str) -> MachineTwin:
 
 
 class OwnMachine:
-    """A plant on a thread of its own: it goes on with its last command while nobody sends another.
+    """A plant on a thread of its own: it goes on with its last command until the next one.
 
     Of a hundred steps five are late, by one or two periods; of a hundred readings two are lost.
     """

@@ -99,7 +99,7 @@ def test_it_comes_to_its_end_and_nothing_is_lost(estimator: str) -> None:
 
 
 def test_encoders_alone_carry_their_errors_along() -> None:
-    """They cannot see how cable lies on the drums, so they are off by more than with lidars, and know nothing of it."""
+    """They cannot see how cable lies on the drums, so their errors are larger than with lidars, and unknown to them."""
     made = Print(twin(estimator="encoders", plant="quasi-static", seed=3))
     off, seen = [], []
     for step in made.steps(400):

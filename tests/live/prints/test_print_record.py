@@ -213,7 +213,7 @@ def test_beads_finer_than_the_cells_are_said(found) -> None:
 
 
 def test_a_scan_without_errors_rebuilds_the_heap() -> None:
-    """What is left on the heap is the cells' size: 2 cm of a flank of 22 degrees are 8 mm high."""
+    """The error on the heap is the cells' size: 2 cm of a flank of 22 degrees are 8 mm high."""
     entries, track, twin = printed(20.0, perfect(), seed=5, heap=6.0)
     known = [
         replace(e, estimate=replace(e.estimate, position=e.truth.position, rotation=e.truth.rotation, valid=True))
@@ -246,7 +246,7 @@ def test_a_tone_is_found_and_noise_is_not() -> None:
         angles[rng.random(2000) < 0.01] = np.nan
         assert peak_frequency(times, angles, 1.1 * tone) == pytest.approx(tone, abs=0.01)
     assert np.isnan(peak_frequency(times, noise, 15.0))
-    assert np.isnan(peak_frequency(times, noise, 45.0)), "beyond what the rate tells"
+    assert np.isnan(peak_frequency(times, noise, 45.0)), "beyond the range of the rate"
     assert np.isnan(peak_frequency(times[::20], noise[::20], 9.3)), "a rate of 5 Hz"
 
 

@@ -1,4 +1,4 @@
-"""The emulated EtherCAT ring without a network: what its slaves do with datagrams, and with what is none."""
+"""The emulated EtherCAT ring without a network: its slaves handle datagrams, and data that are none."""
 
 from __future__ import annotations
 

@@ -91,7 +91,7 @@ def test_a_worker_killed_from_outside_changes_nothing(tmp_path: Path) -> None:
 
 
 class _EndedError(Exception):
-    """Stands for an interruption."""
+    """Represents an interruption."""
 
 
 @pytest.mark.parametrize("resumes", ["serial", "processes"])

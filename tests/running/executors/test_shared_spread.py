@@ -1,4 +1,4 @@
-"""The spread of errors over many places: the same bytes whoever computes it, and resumed from what was kept."""
+"""The spread of errors over many places: the same bytes whoever computes it, and resumed from stored results."""
 
 from __future__ import annotations
 

@@ -30,7 +30,9 @@ def vibration_command(
     record: Annotated[
         Path | None,
         typer.Option(
-            "--record", metavar="FILE.csv", help="Record of a vibration, columns t and readings, instead of --frequency."
+            "--record",
+            metavar="FILE.csv",
+            help="Record of a vibration, columns t and readings, instead of --frequency.",
         ),
     ] = None,
     in_plane: Annotated[
@@ -47,7 +49,7 @@ def vibration_command(
 ) -> int:
     """Ends of the line count as at rest, and its bending stiffness is left out.
 
-    Compare the tension with that expected for maintenance. Sag alone tells the modulus: below the tension that is named.
+    Compare the tension with the expected one for maintenance. Sag alone determines the modulus: below the named tension.
     """
     machine = cw.load(robot)
     pose = pose_of(at, machine)

@@ -128,7 +128,9 @@ def model_doubt(
     largest, considered = np.diag(noise).copy(), tuple[Considered, ...]()
     if numbers:
         left = np.concatenate([other + known @ motion, others @ motion]) / scale  # of the rows, as unknowns follow
-        numbers = [_as_wide_as_told(each, rows_of, problem.poses) for each, rows_of in zip(numbers, left.T, strict=True)]
+        numbers = [
+            _as_wide_as_told(each, rows_of, problem.poses) for each, rows_of in zip(numbers, left.T, strict=True)
+        ]
         found_off = _found_off(left, -(other.T @ off.ravel()) / scale**2, numbers)
         shown = np.concatenate([motion, np.eye(len(numbers))])
         joint += shown @ found_off.averaged @ shown.T
@@ -150,7 +152,8 @@ def model_doubt(
 def _as_wide_as_told(number: Considered, rows: Array, poses: int) -> Considered:
     """Return a number of an effect with the sigma that is believed of it, by its *rows* (g,) of sigma 1.
 
-    Of one that is fitted: so wide that the data decide. Of another: as one of the *poses* tells it, or what is usual.
+    Of one that is fitted: so wide that the data decide. Of another: as one of the *poses* determines it, or the usual
+    value.
     """
     size = max(float(np.linalg.norm(rows)), 1e-300)
     if number.fitted:

@@ -157,7 +157,9 @@ def _frequencies(held: Equilibrium) -> Array:
     if weightless is not None:
         raise InputError(f"frequency noise: line {weightless!r} has no cable.linear_density")
     densities = np.array([line.cable.linear_density for line in robot.lines])
-    return string_frequency(held.tensions, free_spans(robot, held.pose), np.broadcast_to(densities, held.tensions.shape))
+    return string_frequency(
+        held.tensions, free_spans(robot, held.pose), np.broadcast_to(densities, held.tensions.shape)
+    )
 
 
 def random_poses(

@@ -127,7 +127,7 @@ def _reach(met: _Crossing) -> tuple[float, float]:
 def drop_lines_behind(points: Points, sigmas: Array, lines: Sequence[WallLine]) -> list[WallLine]:
     """Return the *lines* that are not mostly behind others: those are outside, or mirrored by glass.
 
-    A line that meets an object at an end, such as the back of an alcove, is kept. Others are dropped
+    A line whose end meets an object, such as the back of an alcove, is kept. Others are dropped
     also behind points just past the end of a wall: a pane may reach to the corner.
     """
     met = [_crossing(points, sigmas, line) for line in lines]
