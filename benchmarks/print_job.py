@@ -1,4 +1,4 @@
-"""A layer of the paper's print under control, beside what the paper tells; and what a step of control takes."""
+"""A layer of the paper's print under control, beside the paper's figures; and the time of a control step."""
 
 from __future__ import annotations
 

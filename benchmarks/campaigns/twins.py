@@ -10,13 +10,14 @@ build-up, counts without stretch and deflection, and good positions:
 * belts: 4 toothed belts to a point, which stretch by 0.2 % at their mean tension, 20 % less by the file, on a frame
   that bends by 2 mm at the mean force.
 * suspended: a body on 4 lines over swivels with horizontal axes and angle sensors, calibrated from 27 poses without any
-  measured position. Its free freedoms are solved by gravity, which is 0.5 deg off the surveyed frame. Zeros of the
-  angle sensors are 1 deg off, the centre of mass 5 mm, the noise of lengths is 3 mm. The oracle knows gravity, zeros and
-  the centre of mass. `suspended8` has 8 poses.
+  measured position. Its free coordinates are solved by gravity, which is 0.5 deg off the surveyed frame. Zeros of the
+  angle sensors are 1 deg off, the centre of mass 5 mm, the noise of lengths is 3 mm. The oracle knows gravity, zeros
+  and the centre of mass. `suspended8` has 8 poses.
 
-`outside` are belts whose sheave of one line has a radius 2 mm from that in the file: an effect that is not in the family.
-Columns: held-out positions from lengths alone, rms; the error of the first pose, of which the lengths at home tell;
-errors of exit points over the printed sigma, rms; whether the truth is in the joint 95 % ellipsoid of all exit points.
+`outside` are belts whose sheave of one line has a radius 2 mm from that in the file: an effect that is not in the
+family. Columns: held-out positions from lengths alone, rms; the error of the first pose, which the lengths at home
+determine; errors of exit points over the printed sigma, rms; whether the truth is in the joint 95 % ellipsoid of all
+exit points.
 """
 
 from __future__ import annotations
@@ -140,7 +141,9 @@ def suspended(seed: int, count: int = 27) -> Twin:
     """A suspended body, *count* poses."""
     own, rng = load("grab-four-lines"), np.random.default_rng(seed)
     lines = [
-        line.model_copy(update={"sheave": Swivel(radius=0.0225, axis=(1.0 if line.exit_point[0] < 1.1 else -1.0, 0, 0))})
+        line.model_copy(
+            update={"sheave": Swivel(radius=0.0225, axis=(1.0 if line.exit_point[0] < 1.1 else -1.0, 0, 0))}
+        )
         for line in own.lines
     ]
     file = Robot.model_validate(own.model_copy(update={"lines": tuple(lines)}).model_dump())
@@ -283,7 +286,7 @@ def _off(poses: Array, true: Array) -> Array:
 def joint(twin: Twin, found: Calibration) -> tuple[bool, float]:
     """Return whether the true exit points are in the joint 95 % ellipsoid, and the errors over sigma, rms.
 
-    Of what the data leave open, which the datum holds, there is no error.
+    Directions that the data leave open and the datum holds have no error.
     """
     k = len(twin.exits)
     sizes, ways = np.linalg.eigh(found.covariance[:k, :k])
