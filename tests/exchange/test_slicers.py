@@ -183,8 +183,8 @@ def test_cura_slices_with_the_profile(spiral: bool, hangprinter: Robot, tmp_path
     command = ["CuraEngine", "slice", "-j", "cura.def.json", "-o", "part.gcode"]
     command += ["-s", "magic_spiralize=true", "-s", "adhesion_type=none"] if spiral else []
     done = subprocess.run(
-        [*command, "-e0", "-s", "material_diameter=1.75", "-l", "part.stl"], cwd=tmp_path, capture_output=True, text=True,
-        check=False, timeout=300, env=os.environ | {"CURA_ENGINE_SEARCH_PATH": f"{tmp_path}:{DEFINITIONS}"},
+        [*command, "-e0", "-s", "material_diameter=1.75", "-l", "part.stl"], cwd=tmp_path, capture_output=True,
+        text=True, check=False, timeout=300, env=os.environ | {"CURA_ENGINE_SEARCH_PATH": f"{tmp_path}:{DEFINITIONS}"},
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
     job = load_job(tmp_path / "part.gcode")
