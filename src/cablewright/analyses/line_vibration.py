@@ -173,8 +173,9 @@ def line_vibration(
 
 
 def _factor(ratio: float, sag: float, sigma: float) -> tuple[float | None, float | None]:
-    """Return EA over the file's and its sigma, by the *ratio* of the frequencies known to *sigma*; None: not
-    observable.
+    """Return EA over the file's and its sigma, by the *ratio* of the frequencies; None: not observable.
+
+    *sigma*: of the frequencies, as a share.
 
     Newton's steps in the logarithm of the parameter, which the ratio rises with.
     """

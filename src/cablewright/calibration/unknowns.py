@@ -101,7 +101,7 @@ class Unknown(Parameter):
 
     @property
     def column(self) -> int:
-        """Its column among the numbers of a line, or -1."""
+        """Column of the unknown among the numbers of a line, or -1."""
         first = _COLUMNS[self.name]
         return first if first < 0 else first + (self.axis or 0)
 

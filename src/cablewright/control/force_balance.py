@@ -56,7 +56,7 @@ class ForceBalance:
         return self.size <= self.limit
 
     def sentence(self) -> str:
-        """What is wrong, with numbers."""
+        """The error in words, with numbers."""
         x, y, z = self.pose[:3].tolist()
         ways = ", ".join(f"{force:+.0f}" for force in self.off[:3].tolist())
         turns = ", ".join(f"{moment:+.0f}" for moment in self.off[3:].tolist())
@@ -107,7 +107,9 @@ def weight_of(model: Model, laid: float = 0.0) -> float:
 
 
 def excess(model: Model, pose: Array, tensions: Array, laid: float = 0.0) -> Array:
-    """What the lines carry beyond the weight, (n,) N and N m, of the platform from which *laid* kg have left.
+    """Return the surplus (n,), N and N m, of the lines' wrench over the weight of a platform without *laid* kg.
+
+    In a plane along its free directions alone: the plane carries the rest.
 
     In a plane that carries the rest: along its free directions alone.
     """
@@ -136,7 +138,7 @@ class CarriedWatch:
         return time - self._time >= _EVERY
 
     def judge(self, pose: Array, tensions: Array, time: float, laid: float = 0.0) -> str:
-        """Why the platform, without *laid* kg, cannot be at *pose* (n,), at *time*, s; an empty text: it can."""
+        """Return why the platform, without *laid* kg, cannot be at *pose* (n,), at *time*, s; or an empty text."""
         off = excess(self.model, pose, tensions, laid)
         if self._mean is None:
             self._mean, self._since = off, time

@@ -102,7 +102,7 @@ class GuardSettings:
 
 
 class StopCause(NamedTuple):
-    """Why the guard stops the machine."""
+    """Reason for a stop by the guard."""
 
     reason: str
     kind: StopKind = StopKind.RAMP

@@ -79,7 +79,7 @@ class Homing:
         self.begin(0.0)
 
     def begin(self, now: float) -> None:
-        """As `Procedure`."""
+        """Begin the procedure at *now*, s; see `Procedure.begin`."""
         self.take_up.begin(now)
         self._taut_since = np.nan
         self._torques: list[Array] = []
@@ -89,7 +89,7 @@ class Homing:
         self.pose, self.notes = None, list[str]()
 
     def step(self, frame: SensorFrame, estimate: Estimate, dt: float) -> ProcedureStep:
-        """As `Procedure`."""
+        """Return the winch commands for the next *dt*, s; see `Procedure.step`."""
         if self._way is not None:
             return self._go(frame, dt)
         if np.isnan(self._taut_since):

@@ -50,7 +50,7 @@ class LengthCheck:
         return self.misfit <= LIMIT
 
     def sentence(self, names: Sequence[str]) -> str:
-        """What is wrong, with numbers."""
+        """The error in words, with numbers."""
         offsets = [f"{names[i]} by {1e3 * offset:+.0f} mm" for i, offset in self.suspects.items()]
         what = f"the lengths do not fit together: {1e3 * self.misfit:.0f} mm; at most {1e3 * LIMIT:g} are allowed"
         if len(offsets) == 1:

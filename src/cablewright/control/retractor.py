@@ -30,7 +30,7 @@ class BeamMotion(NamedTuple):
 
 @dataclass(frozen=True)
 class BeamSettings:
-    """Of a robot whose platform retracts. ``max_speed``: m/s; ``least``, ``most``: m."""
+    """Settings of the drive that retracts a platform. ``max_speed``: m/s; ``least``, ``most``: m."""
 
     max_speed: float
     least: float

@@ -17,7 +17,7 @@ from cablewright.foundation.signals import WinchMode
 
 
 class StopKind(IntEnum):
-    """How a stop begins, and ends; the most urgent one counts."""
+    """Type of a stop: how it begins, and ends; the most urgent one counts."""
 
     RAMP = 0  # then hold, then brake
     HOLD = 1  # immediately, then brake

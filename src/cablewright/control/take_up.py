@@ -65,7 +65,7 @@ class TakeUp:
         self.begin(0.0)
 
     def begin(self, now: float) -> None:
-        """As `Procedure`."""
+        """Begin the procedure at *now*, s; see `Procedure.begin`."""
         self.tensions: Array | None = None
         self.torques: Array | None = None
         self.counts: NDArray[np.int64] | None = None
@@ -77,7 +77,7 @@ class TakeUp:
         self._places: deque[tuple[float, float]] = deque()
 
     def step(self, frame: SensorFrame, _estimate: Estimate, _dt: float) -> ProcedureStep:
-        """As `Procedure`."""
+        """Return the winch commands for the next *dt*, s; see `Procedure.step`."""
         now = frame.time
         if not self.hear(frame):
             return self.hold("no tensions or counts are read" if now - self._oldest > _SILENCE else "")

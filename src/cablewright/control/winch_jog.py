@@ -60,7 +60,7 @@ class WinchJog:
         self.begin(0.0)
 
     def begin(self, now: float) -> None:
-        """As `Procedure`."""
+        """Begin the procedure at *now*, s; see `Procedure.begin`."""
         self._times = ReadingTimes()
         self._asked = False  # earlier requests do not count
         self._lease_end, self._read, self._speed, self._tension = now, now, 0.0, math.nan
@@ -75,7 +75,10 @@ class WinchJog:
         self._asked, self._lease_end = False, min(self._lease_end, self._now)
 
     def step(self, frame: SensorFrame, _estimate: Estimate, dt: float) -> ProcedureStep:
-        """As `Procedure`. It ends when requests stop, and fails where the line's tension is not known."""
+        """Return the winch commands for the next *dt*, s; see `Procedure.step`.
+
+        It ends when requests stop, and fails where the line's tension is not known.
+        """
         own, now = self.settings, frame.time
         self._now = now
         if self._asked:

@@ -40,7 +40,7 @@ class ClockLeadSettings:
 
 @dataclass(eq=False)
 class ClockLead:
-    """How far the drum's clock is ahead of the machine's, s; changed in place by each frame."""
+    """Lead of the drum's clock over the machine's, s; changed in place by each frame."""
 
     settings: ClockLeadSettings
     ahead: float = 0.0

@@ -177,7 +177,7 @@ class LearntLengths:
 
     @property
     def remembered(self) -> Array:
-        """What cables remember of their tensions, (m,), N: by a load for an hour, that load."""
+        """Tensions (m,), N, that the cables' creep remembers: the mean over about an hour."""
         return self.memory.strain / self.hour
 
     def longer(self, counted: Array) -> Array:

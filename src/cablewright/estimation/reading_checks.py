@@ -211,7 +211,7 @@ class Turns:
 
 @dataclass(eq=False, kw_only=True)
 class ClockedState:
-    """What is of both estimators' state. Changed in place."""
+    """State that both estimators share. Changed in place."""
 
     checks: ReadingChecks
     slackness: SlacknessState

@@ -35,7 +35,7 @@ _TOLERANCE: Final = 1e-6  # rad, of the angle that an excess has to give
 
 @dataclass(frozen=True)
 class SlacknessSettings:
-    """Where the sensors sit and when a line is slack.
+    """Positions of the line sensors, and the threshold of slack.
 
     ``from_platform``: m along the line before B. ``threshold``: m of excess from which a line counts as slack.
     ``smoothing_time``: s, time constant of the angles' low-pass filter, against vibration. ``gate``: rad by which a
@@ -63,7 +63,7 @@ class SlacknessSettings:
 
 
 class StraightLines(NamedTuple):
-    """What a parabola's excess needs of straight lines, computed once for one place; (m,) arrays."""
+    """Geometry of straight lines for a parabola's excess, computed once for one position; (m,) arrays."""
 
     taut: Taut
     slopes: Array  # of their tangents

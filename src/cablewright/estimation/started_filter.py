@@ -20,7 +20,7 @@ from cablewright.solvers.taut import Taut
 
 @dataclass(frozen=True, eq=False)
 class StartedSettings:
-    """Those of both."""
+    """Settings of the filter and of the estimator that starts it."""
 
     chain: ObserverSettings
     filter: FilterSettings
@@ -35,7 +35,7 @@ class StartedState:
 
     @property
     def creep(self) -> KnownCreep | None:
-        """Of cables that creep as described, which both know."""
+        """Creep of the cables as described, shared by both estimators."""
         return self.filter.creep
 
     @property

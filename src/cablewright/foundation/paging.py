@@ -77,7 +77,7 @@ class RowExtremes:
 
     @property
     def dtype(self) -> np.dtype[np.float64]:
-        """Of a number."""
+        """Type of the numbers."""
         return self.values.dtype
 
     def __len__(self) -> int:

@@ -65,7 +65,7 @@ class Figure:
 
     @property
     def label(self) -> str:
-        """What people read."""
+        """Label of the figure for people."""
         return self.name or self.key.replace("_", " ")
 
     def of(self, result: object) -> Any:
@@ -130,7 +130,7 @@ class Result:
 
     @property
     def refusal(self) -> str:
-        """Why the answer is no, in a sentence; empty where it is yes."""
+        """Reason for a no, in a sentence; empty for a yes."""
         return ""
 
     def _repr_html_(self) -> str:

@@ -53,7 +53,7 @@ def is_compiled(function: Any, *arguments: Any) -> bool:
 
 
 def thread_count() -> int:
-    """How many threads a batch may take: `NUMBA_NUM_THREADS`, by default one for each processor."""
+    """Number of threads for a batch: `NUMBA_NUM_THREADS`, by default one for each processor."""
     return int(config.NUMBA_NUM_THREADS)
 
 

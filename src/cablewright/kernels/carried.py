@@ -40,7 +40,7 @@ def _has_any(stamp: str) -> bool:
 
 
 def missing(host: tuple[Any, ...]) -> list[str]:
-    """What of the level the *host* has not."""
+    """Return the processor features of the level that the *host* lacks."""
     level, own = ({each[1:] for each in listed.split(",") if each[:1] == "+"} for listed in (FEATURES, host[2]))
     return sorted(level - own)
 

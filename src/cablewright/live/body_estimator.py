@@ -100,23 +100,26 @@ class BodyEstimator:
         self._settings, self._state = settings, start(settings, pose, lengths=lengths, counts=counts)
 
     def step(self, frame: SensorFrame) -> Estimate:
-        """As `Estimator`."""
+        """Return the estimate after one frame; see `Estimator.step`."""
         return of_body.step(self._settings, self._state, frame)
 
     @property
     def tensions(self) -> Array | None:
-        """As `Estimator`."""
+        """Return the tensions at the sheaves (m,), N, at the estimated lengths; see `Estimator.tensions`."""
         return np.asarray(self._state.tensions)
 
     @property
     def measured(self) -> Array | None:
-        """As `Measuring`, of cells beside a pose by encoders alone; of those that are not read by the lengths."""
+        """Return the measured, smoothed tensions (m,), N; see `Measuring.measured`.
+
+        Used where the pose is by encoders alone; silent cells have the tensions of the lengths.
+        """
         measured = self._state.latest.tensions
         return None if measured is None else np.where(np.isnan(measured), self._state.tensions, measured)
 
     @property
     def danger(self) -> str:
-        """Why the machine is to stop; empty: nothing."""
+        """Reason why the machine must stop; empty: none."""
         return self._state.judged.danger
 
     @property

@@ -187,16 +187,19 @@ class CreepingEstimator:
         self._observed, self._creep = observed, creep
 
     def step(self, frame: SensorFrame) -> Estimate:
-        """As `Estimator`."""
+        """Return the estimate after one frame; see `Estimator.step`."""
         return self._observed.step(frame)
 
     @property
     def tensions(self) -> Array | None:
-        """As `Estimator`."""
+        """Return the tensions at the sheaves (m,), N, at the estimated lengths; see `Estimator.tensions`."""
         return self._observed.tensions
 
     def weigh(self, mass: float) -> None:
-        """As `Weighing`, where the observed one is."""
+        """Set the mass of the drum with its powder, kg, for the next step; see `Weighing.weigh`.
+
+        Only if the inner estimator accepts it.
+        """
         if isinstance(self._observed, Weighing):
             self._observed.weigh(mass)
 
@@ -216,13 +219,13 @@ class DeadReckoning(_SteppedEstimator):
 
     @property
     def learnt(self) -> LearntLengths | None:
-        """What places have taught of lengths, where they do."""
+        """Corrections of lengths learnt at measured positions, if the settings ask for them."""
         found: LearntLengths | None = self._state.learnt
         return found
 
     @property
     def measured(self) -> Array | None:
-        """As `Measuring`."""
+        """Return the measured, smoothed tensions (m,), N; see `Measuring.measured`."""
         found: Array | None = self._state.measured
         return found
 

@@ -75,7 +75,7 @@ class LoopRun:
 
     @property
     def name(self) -> str:
-        """What differs between runs."""
+        """Label of the run: the properties that differ between runs."""
         return f"{self.controller}, {self.estimator}, {self.plant}"
 
 
@@ -128,7 +128,7 @@ class LoopComparison(Pictured):
 
     @property
     def refusal(self) -> str:
-        """Why the first run that ended early did so; empty where none did."""
+        """Reason of the first run that ended early; empty where none did."""
         return next((f"{run.name}, seed {run.seed}: {run.reason}" for run in self.runs if run.reason), "")
 
 

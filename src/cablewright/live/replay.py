@@ -146,7 +146,7 @@ class Replay(Pictured):
 
     @property
     def refusal(self) -> str:
-        """Why the answer is no."""
+        """Reason for a no, in a sentence."""
         return "" if self.valid else NO_ESTIMATE
 
     @property
@@ -262,7 +262,7 @@ class Replays(Pictured):
 
     @property
     def refusal(self) -> str:
-        """Why the answer is no."""
+        """Reason for a no, in a sentence."""
         lost = [each.estimator for each in self.each if not each.valid]
         return f"{NO_ESTIMATE}: {', '.join(lost)}" if lost else ""
 

@@ -46,7 +46,7 @@ class Machine(Protocol):
 
     @property
     def abilities(self) -> Abilities:
-        """Its equipment and abilities."""
+        """Equipment and abilities of the machine."""
 
     def open(self) -> None:
         """Connect to it. Raises `EnvironmentFault` where it does not answer."""

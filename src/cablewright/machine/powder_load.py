@@ -35,7 +35,7 @@ class PowderLoad:
 
     @property
     def gone(self) -> float:
-        """By how much the drum is lighter than a full one, kg."""
+        """Mass that has left a full drum, kg."""
         return min(self.poured, self.full)
 
     def pour(self, valve: float, dt: float) -> None:

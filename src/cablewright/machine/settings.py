@@ -212,7 +212,7 @@ class MachineSettings(_WithSensors):
 
     @property
     def carrier(self) -> Drum | Body:
-        """What the lines carry: the drum or the body."""
+        """Load on the lines: the drum or the body."""
         carrier = self.body if self.drum is None else self.drum
         assert carrier is not None  # one of both is given
         return carrier

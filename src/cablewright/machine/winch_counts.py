@@ -76,7 +76,7 @@ _Count = Annotated[int, Field(ge=-(2**62), le=2**62)]
 
 
 class CountsFile(BaseModel):
-    """What every file of counts holds: of which robot, lines and epoch they are."""
+    """Common content of all files of counts: robot, lines and epoch."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
@@ -169,11 +169,14 @@ class Remembering:
 
     @property
     def abilities(self) -> Abilities:
-        """Those of the machine."""
+        """Abilities of the machine."""
         return self.machine.abilities
 
     def open(self) -> None:
-        """As `Machine`; reads the saved counts. Raises `InputError` for a file that is damaged or of another."""
+        """Connect to the machine; see `Machine.open`.
+
+        Reads the saved counts. Raises `InputError` for a damaged file or one of another machine.
+        """
         saved = self.file.read()
         self._saved = saved if saved is not None and saved.valid else None
         self._marked = None if self._saved is None else self._saved.counts
@@ -182,7 +185,10 @@ class Remembering:
         self.machine.open()
 
     def step(self, command: Command) -> SensorFrame:
-        """As `Machine`. Raises `EnvironmentFault` where the mark cannot be taken away: nothing is sent then."""
+        """Send *command*, wait for the step, and return the readings that arrived; see `Machine.step`.
+
+        Raises `EnvironmentFault` where the mark of the saved counts cannot be removed: no command is sent then.
+        """
         rests = self._is_rest(command)
         if not rests:
             self._unmark()
@@ -198,11 +204,14 @@ class Remembering:
         return SensorFrame(frame.time, readings, notices)
 
     def stop(self) -> None:
-        """As `Machine`."""
+        """Stop and hold all winches; see `Machine.stop`."""
         self.machine.stop()
 
     def close(self) -> None:
-        """As `Machine`; before that it waits, with brakes closed, until the counts can be saved as valid."""
+        """Disconnect from the machine; see `Machine.close`.
+
+        Before that it waits, with brakes closed, until the counts can be saved as valid.
+        """
         try:
             if WinchMode.OFF in self.abilities.modes and self._totals is not None:
                 self._stand()

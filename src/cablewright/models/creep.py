@@ -101,7 +101,7 @@ class CreepMemory:
 
     @property
     def strain(self) -> Array:
-        """Of each line, (m,)."""
+        """Creep strain of each line, (m,)."""
         return np.asarray(self.stretched.sum(axis=1))
 
     def feel(self, air: Air) -> None:

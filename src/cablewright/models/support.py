@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 class Coverage(StrEnum):
-    """How far a capability covers a feature, from the best to the worst."""
+    """Degree of support of a feature by a capability, from the best to the worst."""
 
     WORKS = "works"
     UNCERTIFIED = "not certified"

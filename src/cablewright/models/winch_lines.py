@@ -45,7 +45,7 @@ class WinchLines:
 
     @property
     def alone(self) -> Mask:
-        """Which lines have a winch for themselves, (m,): the torque of its motor is theirs."""
+        """Mask (m,) of lines with a winch of their own: the torque of its motor is theirs."""
         return np.array([host >= 0 and np.count_nonzero(self.host == host) == 1 for host in self.host])
 
     @cached_property
@@ -58,7 +58,7 @@ class WinchLines:
 
     @cached_property
     def opposed(self) -> Mask:
-        """Which drums wind one line up as they pay another out, (w,): their torque is a difference of tensions."""
+        """Mask (w,) of drums that wind one line up and pay another out: their torque is a difference of tensions."""
         return np.asarray((self.senses == -1.0).any(axis=1))
 
     def torques(self, tensions: Array, arms: Array) -> Array:

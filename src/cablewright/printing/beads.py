@@ -76,7 +76,7 @@ class Beads:
 
     @property
     def source(self) -> str:
-        """Where widths and heights are from, in words."""
+        """Source of widths and heights, in words."""
         return self.width_by if self.width_by == self.height_by else f"width {self.width_by}, height {self.height_by}"
 
 

@@ -134,7 +134,7 @@ class Motion(Description):
 
 
 class Sampling(Description):
-    """How finely the path is sampled, m, machine."""
+    """Distances of samples along the path, m, machine."""
 
     step: _Distance | None = None
     """Maximum distance between samples; None: by the robot and the part, at most `DEFAULT_STEP`."""

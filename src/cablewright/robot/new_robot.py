@@ -27,7 +27,7 @@ Point = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class LineEnds:
-    """Where a line begins and ends: its exit point, and its platform point on a body, m."""
+    """Ends of a line: its exit point, and its platform point on a body, m."""
 
     name: str
     exit_point: Point

@@ -86,7 +86,7 @@ class Kind:
 
     @property
     def bound(self) -> str:
-        """Which values are valid, as the end of a sentence."""
+        """Valid values, as the end of a sentence."""
         return f"must be {'at least' if self.closed else 'above'} {self.min_value:g}"
 
     def allows(self, value: float) -> bool:

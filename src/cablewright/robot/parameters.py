@@ -42,15 +42,15 @@ class Described(Protocol):
 
     @property
     def name(self) -> str:
-        """Its name."""
+        """Name of the robot."""
 
     @property
     def platform(self) -> Platform:
-        """Its platform."""
+        """Platform of the robot."""
 
     @property
     def lines(self) -> tuple[Line, ...]:
-        """Its lines."""
+        """Lines of the robot."""
 
     def model_copy(self, *, update: Mapping[str, Any]) -> Self:
         """Return one with other parts."""

@@ -135,7 +135,7 @@ class PointPlatform(_PlatformWithLoads):
 
     @property
     def assumption(self) -> str:
-        """What the model assumes of it, in words."""
+        """Assumption of the model on this platform, in words."""
         return f"The platform is a point: all lines meet in it, and it has no tilt.{self.guidance}"
 
     @model_validator(mode="after")
@@ -211,7 +211,7 @@ class RigidPlatform(_PlatformWithLoads):
 
     @property
     def assumption(self) -> str:
-        """What the model assumes of it, in words."""
+        """Assumption of the model on this platform, in words."""
         centre, nozzle = (", ".join(f"{x:g}" for x in point) for point in (self.centre_of_mass, self.nozzle))
         return (
             f"The platform is a rigid body: its centre of mass is at ({centre}) m and its nozzle at ({nozzle}) m from "
@@ -220,13 +220,13 @@ class RigidPlatform(_PlatformWithLoads):
 
     @property
     def drawing(self) -> str:
-        """What a picture of it does not show, in words; empty if nothing."""
+        """Limitation of pictures of it, in words; empty if none."""
         joined = "The robot file has no boxes of the platform: its platform points are joined by their convex hull."
         return "" if self.boxes else joined
 
     @property
     def own_nozzle(self) -> Vec3:
-        """Its nozzle, m, platform frame."""
+        """Position of its nozzle, m, platform frame."""
         return self.nozzle
 
     @property

@@ -44,7 +44,7 @@ _COMPASS: Final = {"n": "north", "e": "east", "s": "south", "w": "west"}
 
 
 class Doubt(NamedTuple):
-    """What is doubtful, and whether it is impossible."""
+    """A doubtful number, and whether it is impossible."""
 
     sentence: str
     impossible: bool = False

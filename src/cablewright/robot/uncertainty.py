@@ -218,7 +218,7 @@ class Uncertainty(FileDescription):
             raise InputError(f"{origin}: {error}") from None
 
     def ranges(self, robot: Described) -> tuple[Range, ...]:
-        """As `of`, with messages that begin with the entry."""
+        """Return the ranges, see `of`, with messages that begin with the entry."""
         ranges: list[Range] = []
         givers: dict[tuple[str, str], int] = {}  # by kind and line
         for index, entry in enumerate(self.parameters or assumed_uncertainty(robot).parameters):

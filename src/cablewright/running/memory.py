@@ -19,7 +19,7 @@ def require_memory(needed: float, what: str, advice: str) -> None:
 
 
 def require_for_samples(samples: int, each: float, what: str) -> None:
-    """As `require_memory`, for a study of a job's *samples* that takes so many bytes for *each*."""
+    """Require memory for a study of a job's *samples*, *each* of so many bytes; see `require_memory`."""
     require_memory(samples * each, f"{what} of {samples} samples", "a longer step in [sampling] takes less")
 
 

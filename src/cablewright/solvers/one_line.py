@@ -97,7 +97,7 @@ class LoneLine:
 
     @cached_property
     def taut(self) -> float:
-        """Its taut length, m; NaN inside a sheave."""
+        """Taut length of the line, m; NaN inside a sheave."""
         return float(taut_lengths(self.packed, self.pose)[0, self.index])
 
     @property

@@ -95,7 +95,7 @@ class Fit(Pictured):
 
     @property
     def refusal(self) -> str:
-        """Why it does not fit."""
+        """Reason why the part does not fit."""
         if self.fits:
             return ""
         return f"the part fits {self.robot.name!r} up to a scale of {self.scale:.3g}: {self.limit}"

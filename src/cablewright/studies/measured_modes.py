@@ -52,7 +52,7 @@ EXPLANATIONS: Final = (
 
 @dataclass(frozen=True)
 class OneNumberFit:
-    """What one *number* with another value would explain of the differences; fields as `EXPLANATIONS` says."""
+    """Effect of another value of one *number* on the differences; fields as in `EXPLANATIONS`."""
 
     number: str
     value: float

@@ -221,7 +221,7 @@ class Accuracy(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What to know before the figures are used."""
+        """Cautions on the figures."""
         curved, lost = _most(self.spread.nonlinearity), int(self.spread.unsolved.sum())
         off = f"first order deviates by up to {100.0 * curved:.2g} % of the spread"
         notes = []
@@ -335,7 +335,7 @@ class AccuracyQuestion:
         return self._answered(self._errors(there, self.progress), there.wanted, there.retraction)
 
     def answer_in(self, room: Room, poses: Array, retraction: Array | None) -> Accuracy:
-        """As `answer` of the `hold` of neighbouring poses, which are solved some at a time, with arrays in a *room*."""
+        """Return the `answer` of the `hold` of neighbouring poses, solved in blocks, with arrays in a *room*."""
         rows = len(poses)
         found: _Errors | None = None
         for at in blocks(rows, BLOCK):

@@ -22,7 +22,7 @@ from cablewright.solvers.inverse import solve_inverse
 
 @dataclass(frozen=True, eq=False, repr=False)
 class InverseDynamics(Pictured):
-    """What lines and winches do along a trajectory of k times.
+    """Lengths, tensions and winch speeds of lines along a trajectory of k times.
 
     ``held``: the equilibria of all forces, those of inertia among them, as a batch: ``lengths`` and ``tensions`` (k, m)
     are theirs. ``length_rates`` (k, m): m/s, at which lengths grow, by the Jacobian of straight cables.
@@ -91,7 +91,7 @@ class InverseDynamics(Pictured):
 
     @property
     def refusal(self) -> str:
-        """Why the answer is no, in a sentence; empty where it is yes."""
+        """Reason for a no, in a sentence; empty for a yes."""
         if self.feasible:
             return ""
         row = int(np.flatnonzero(~self.held.ok)[0])

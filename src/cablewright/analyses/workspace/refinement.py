@@ -65,7 +65,7 @@ class SearchBox:
 
     @property
     def volume(self) -> float:
-        """Its volume, m^3."""
+        """Volume of the box, m^3."""
         return float(np.prod(self.high - self.low))
 
     def at(self, shares: Array) -> Array:

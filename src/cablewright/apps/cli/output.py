@@ -47,7 +47,7 @@ def answer(found: Result, as_json: bool, **files: object) -> int:
 
 @contextmanager
 def refused(status: str, **known: object) -> Iterator[None]:
-    """What is *known*, and the status of the error or else *status*, are in the JSON of an `AnswerError` inside."""
+    """Context that adds *known* values and a status to the JSON of an `AnswerError` inside."""
     try:
         yield
     except AnswerError as reason:

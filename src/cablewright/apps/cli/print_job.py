@@ -30,7 +30,7 @@ from cablewright.foundation.errors import InputError
 
 @options()
 class SimulatedOptions:
-    """How a simulated machine moves, and what happens to it; not for real drives."""
+    """Options of a simulated machine and of events during its print; not for real drives."""
 
     plant: Plant = "dynamic"
     period: Period = 1.0
@@ -117,7 +117,7 @@ class RunOptions:
 
     @property
     def log_every(self) -> int:
-        """Of so many steps one is logged. Raises `InputError` for a text that does not say it."""
+        """Return N: the first of each N steps is logged. Raises `InputError` for another text."""
         from cablewright.machine.log.head import MAX_EVERY
 
         name, _, number = self.log.partition("=")

@@ -191,7 +191,7 @@ class RobotList(Result):
 
 @dataclass(frozen=True)
 class RobotSupport(Result):
-    """How far each capability covers a robot."""
+    """Coverage of a robot by each capability."""
 
     FIGURES: ClassVar = (
         Figure("robot", "", "Name of the robot."),

@@ -64,7 +64,7 @@ class MachineList(Result):
 
 @options("Path")
 class DriveOptions:
-    """Where and how the machine is driven."""
+    """Options of the machine's motion."""
 
     loop: Annotated[
         float | None, typer.Option("--loop", metavar="L", help="Length of a random closed path to follow, m.")

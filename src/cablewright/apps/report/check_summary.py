@@ -74,7 +74,7 @@ class Digest:
 
     @property
     def nothing_drawn(self) -> str:
-        """Why there may be nothing to draw."""
+        """Reason why there may be nothing to draw."""
         return "no error is known" if self.check.samples.extruding.any() else "nothing is extruded"
 
     @cached_property

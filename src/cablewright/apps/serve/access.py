@@ -48,7 +48,7 @@ REPORT_POLICY: Final = (
 
 
 def policy_with(camera: str) -> bytes:
-    """What the page may load, where it shows the picture at the address *camera* too; empty: none."""
+    """Content security policy of the page; *camera*: address of the camera picture, or empty."""
     if not camera:
         return POLICY
     parts = urlsplit(camera)
@@ -86,7 +86,9 @@ class Bucket:
 
 @dataclass(eq=False)
 class Access:
-    """What a server with these *hosts* lets in. ``key``: of cookies, known to this start alone.
+    """Access rules of a server with these *hosts*.
+
+    ``key``: of cookies, known to this start alone.
 
     ``token``: SHA-256 of the token. ``secure``: whether the page is served by TLS. ``port``: in the cookie's name, as
     browsers do not distinguish ports.
@@ -102,7 +104,7 @@ class Access:
 
     @property
     def cookie_name(self) -> str:
-        """Of this server."""
+        """Name of this server's cookie."""
         return f"cablewright-{self.port}"
 
     @property

@@ -103,7 +103,7 @@ class Page(Served):
         return asset("index.html")
 
     async def enter(self, request: Request) -> Response:
-        """Where the token is entered, and taken."""
+        """Page on which the token is entered, and its check."""
         if request.method == "GET":
             return asset("enter.html")
         token = (await _body(request, _ENTER)).decode("utf-8", "replace").strip()

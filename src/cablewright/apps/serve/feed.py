@@ -97,7 +97,7 @@ class Feed:
         return self.version
 
     def answer_of(self, number: int, by: str) -> str | None:
-        """What the control answered to a message; None: nothing yet."""
+        """Return the control's answer to a message; None: none yet."""
         for known, who, refusal in reversed(self.state.get("answers", ())):
             if known == number and who == by:
                 return str(refusal)

@@ -43,7 +43,9 @@ _LOOPBACK: Final = ("localhost", "127.0.0.1", "[::1]")
 
 @dataclass(frozen=True)
 class Address:
-    """Where the page is served. ``names``: by which other computers call this one.
+    """Network address of the page.
+
+    ``names``: by which other computers call this one.
 
     ``certificate`` and ``certificate_key``: files for TLS. ``camera``: of a picture of the machine, MJPEG or still.
     """
@@ -106,11 +108,11 @@ class Address:
 
     @property
     def scheme(self) -> str:
-        """Of its addresses."""
+        """URL scheme of its addresses."""
         return "http" if self.certificate is None else "https"
 
     def hosts(self, port: int) -> frozenset[str]:
-        """What requests may call the server."""
+        """Host names by which requests may address the server."""
         address = ipaddress.ip_address("127.0.0.1" if self.host == "localhost" else self.host)
         own = () if address.is_unspecified else (f"[{address}]" if address.version == 6 else str(address),)
         known = {*self.names, *own, *(_LOOPBACK if address.is_loopback or address.is_unspecified else ())}
@@ -164,7 +166,7 @@ class Server:
 
     @property
     def access(self) -> Access:
-        """What it lets in."""
+        """Access rules of the server."""
         token = hashlib.sha256(self.token.encode()).digest()
         return Access(self.key, token, self.address.hosts(self.port), self.port, self.address.certificate is not None)
 

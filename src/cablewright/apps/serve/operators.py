@@ -40,7 +40,7 @@ class Client:
 
     @property
     def title(self) -> str:
-        """Who gives its orders."""
+        """Name of the operator in logs."""
         return f"{self.name or 'somebody'} (page {self.number})"
 
 
@@ -69,7 +69,7 @@ class Operators:
 
     @property
     def delayed(self) -> str:
-        """Why no order counts now: after a hang, messages may be old; or an empty text."""
+        """Reason why orders are rejected now, after a hang: messages may be old; or an empty text."""
         self.look()
         return "the server hung: order it again" if self._looked - self._hung < ORDER_LIFE else ""
 

@@ -123,7 +123,7 @@ class Uploads:
         return folder_of(self.folder / JOBS, number)
 
     def name(self, number: str) -> str:
-        """What people call a job."""
+        """Name of a job for people."""
         return str(_values(self.job(number) / ABOUT).get("name", number))[:40]
 
     def jobs(self, busy: dict[str, str]) -> list[dict[str, Any]]:

@@ -128,7 +128,7 @@ def route(line: Any) -> list[tuple[float, float, float]]:
 
 
 def lines_of(robot: Robot) -> list[dict[str, Any]]:
-    """What is fixed of each line: the way of its cable to the exit point, the sheave's size, its limits."""
+    """Return the constant data of each line: its guides up to the exit point, the sheave's size, its limits."""
     return [
         {
             "name": line.name,

@@ -120,7 +120,7 @@ def with_new_home(problem: CalibrationProblem, theta: Array) -> Array:
 
 @dataclass(frozen=True)
 class LineDrift:
-    """By how much a line's length seems to have changed, as if it alone did, and how little would be found."""
+    """Apparent length change of a line, if no other changed, and the smallest change that the test detects."""
 
     line: str
     change: float  # m
@@ -152,7 +152,10 @@ FIGURES = (
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Drift(Result):
-    """What moved since a calibration, `changes`, if the `probability` that nothing did is under `false_alarm`."""
+    """The result of a drift check: `changes` since the calibration.
+
+    There are some if the `probability` of no change is under `false_alarm`.
+    """
 
     FIGURES: ClassVar = FIGURES
     HEADLINES: ClassVar = ("verdict", "probability", "poses")
@@ -177,7 +180,7 @@ class Drift(Result):
 
     @property
     def refusal(self) -> str:
-        """What moved, in a sentence; empty where nothing did."""
+        """The changes in a sentence; empty without any."""
         if self.verdict == "unchanged":
             return ""
         named = "; ".join(each.sentence for each in self.changes) or "no single change explains how"

@@ -102,7 +102,7 @@ class CalibrationRecord(FileDescription):
 
     @property
     def freedom(self) -> float:
-        """How many numbers the encoders' sigma is estimated from; inf where it was given."""
+        """Number of degrees of freedom for the encoders' sigma; inf where it was given."""
         return math.inf if self.redundancy is None else float(self.redundancy)
 
     @property

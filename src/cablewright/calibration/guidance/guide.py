@@ -230,7 +230,7 @@ def _inverse(root: Array) -> Array:
 
 @dataclass(frozen=True)
 class KnownExit:
-    """How well the least known coordinate of an exit point is known now, and after the next poses."""
+    """Sigma of the least known coordinate of an exit point, now and after the next poses."""
 
     line: str
     now: float  # m
@@ -290,12 +290,12 @@ class Guidance(Result):
 
     @property
     def reasons(self) -> tuple[str, ...]:
-        """What speaks against the answer so far."""
+        """Reasons against the present result."""
         return () if self.found is None else self.found.reasons
 
     @property
     def refusal(self) -> str:
-        """Why no further pose helps, in a sentence."""
+        """Reason why no further pose helps."""
         return self.words if self.advice == "mend" else ""
 
 

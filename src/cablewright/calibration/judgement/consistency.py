@@ -102,7 +102,7 @@ class Together:
 
     @property
     def ratio(self) -> float:
-        """By how much the sigma grows."""
+        """Factor by which the sigma grows."""
         return self.joint / self.alone
 
 

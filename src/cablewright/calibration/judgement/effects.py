@@ -62,7 +62,7 @@ class Effect:
 
     @property
     def fall(self) -> float:
-        """By how much the held-out error falls, as a share."""
+        """Decrease of the held-out error, as a share."""
         return 1.0 - self.after / self.before if self.before > 0.0 else 0.0
 
 

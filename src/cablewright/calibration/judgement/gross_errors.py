@@ -137,7 +137,7 @@ class Rejected:
 
     @property
     def unit(self) -> str:
-        """Of the size: m or N."""
+        """Unit of the size: m or N."""
         return "N" if self.sensor == "tension" else "m"
 
 

@@ -39,7 +39,7 @@ _HUBER: Final = 1.5  # sigmas beyond which a row of these pulls no harder: 96 % 
 
 @dataclass(frozen=True)
 class KindFit:
-    """How well one kind of measurement fits: rms residual over the given sigma, for its redundancy."""
+    """Goodness of fit of one kind of measurement: rms residual over the given sigma, for its redundancy."""
 
     name: str
     ratio: float

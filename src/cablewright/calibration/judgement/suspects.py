@@ -55,7 +55,7 @@ class Suspect:
 
 @dataclass(frozen=True)
 class DriftChange:
-    """What moved, by how much (``amount`` is the length of ``vector``), and what else would explain it as well."""
+    """A detected change: its size (``amount`` is the length of ``vector``), and equally good explanations."""
 
     what: str
     line: str | None
@@ -97,7 +97,7 @@ CHANGE_PARTS: Final = (
 
 @dataclass(frozen=True)
 class Explanation:
-    """How probable the numbers are if nothing changed, and what changed where that is less than the level."""
+    """Probability of the numbers without a change, and the changes where it is below the level."""
 
     probability: float
     changes: tuple[DriftChange, ...]

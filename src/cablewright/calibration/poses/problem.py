@@ -66,7 +66,7 @@ class Derivatives:
 
     @property
     def whole(self) -> Mask:
-        """Which poses (N,) have a value: not those inside a sheave, or without an equilibrium."""
+        """Mask (N,) of poses with a value: not those inside a sheave, or without an equilibrium."""
         return np.asarray(np.isfinite(self.by_pose).all(axis=(1, 2)) & np.isfinite(self.residual).all(axis=1))
 
     def blank(self, poses: Mask) -> Derivatives:

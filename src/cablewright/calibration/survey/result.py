@@ -117,7 +117,7 @@ class SurveyedWall:
 
     @property
     def words(self) -> str:
-        """What messages call it: ``wall west``, ``floor``."""
+        """Name of the wall in messages: ``wall west``, ``floor``."""
         return self.name if self.name in ("floor", "ceiling") else f"wall {self.name}"
 
 
@@ -184,7 +184,7 @@ class Survey(Pictured):
 
     @property
     def unchecked(self) -> int:
-        """How many markers nothing checks."""
+        """Number of markers that no other measurement checks."""
         return sum(math.isnan(row.residual) and math.isnan(row.repeat) for row in self.residuals)
 
 

@@ -163,7 +163,7 @@ class TensileResult(Pictured):
 
     @property
     def against_paper(self) -> str:
-        """How the range compares with the one that Paty 2021 assumes, and the option of `accuracy` for it."""
+        """Comparison of the range with that of Paty 2021, and the option of `accuracy` for it."""
         low, high = 1 - PAPER_SPREAD, 1 + PAPER_SPREAD
         kind = "within" if low <= self.modulus_range[0] and self.modulus_range[1] <= high else "wider than"
         return (

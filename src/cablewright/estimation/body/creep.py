@@ -65,7 +65,7 @@ class BodyCreep:
 
 
 class LoadPath:
-    """How far the loads of m lines have gone, back and forth, but for small ways (a play operator)."""
+    """Path of the loads of m lines, up and down, without small changes (a play operator)."""
 
     SAVED = ("home", "places")
 

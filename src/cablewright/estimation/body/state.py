@@ -59,7 +59,7 @@ class Contradiction:
 
 @dataclass(eq=False)
 class Belief:
-    """What is believed of the unknown numbers of the machine, by `BodyLayout`."""
+    """Estimated values of the unknown numbers of the machine, by `BodyLayout`."""
 
     SAVED = ("unknowns", "covariance", "gradients", "pose_covariance")
 
@@ -72,7 +72,7 @@ class Belief:
 
 @dataclass(eq=False)
 class Home:
-    """Where the platform was homed."""
+    """Pose and lengths at the last homing."""
 
     SAVED = ("lengths", "angles", "toward", "counts", "known")
 
@@ -109,7 +109,10 @@ class BodySwing:
 
 @dataclass(eq=False)
 class Doubts:
-    """How measurements contradict the statics. Begins again where state is loaded, except for wrong cells."""
+    """Contradictions between measurements and statics.
+
+    They begin again where state is loaded, except for wrong cells.
+    """
 
     SAVED = ("cells_used",)
 

@@ -69,7 +69,7 @@ _MAX_GROUND_REJECTIONS: Final = 5  # readings of the distance sensor in a row, a
 
 
 class FirstState(NamedTuple):
-    """What the filter begins with."""
+    """Initial state of the filter."""
 
     time: float  # s
     position: Array  # (3,) m, world, of B

@@ -43,7 +43,7 @@ _UNSEEN: Final = np.array((_NOBODY, np.nan, np.nan, 0.0, 0.0, 0.0, 0.0), dtype=_
 
 
 class KnownGround(NamedTuple):
-    """What is expected at some places."""
+    """Expected heights of the ground at some positions."""
 
     heights: Array  # (k,) m over the floor
     may_have_grown: Array  # (k,) m, since it was seen
@@ -81,7 +81,7 @@ class GroundMap:
             np.add.at(self._kept[kind], cells, away / steps)
 
     def interrupt(self) -> None:
-        """How the nozzle comes to its next place is not known."""
+        """Record that the nozzle's path to its next position is unknown."""
         self._place = None
 
     def write(self, places: Array, heights: Array) -> None:

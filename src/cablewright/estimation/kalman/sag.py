@@ -79,7 +79,7 @@ class Balanced(NamedTuple):
         return np.asarray(self.first + shares[:, None] * self.change)
 
     def unsure(self, shares: Array) -> Array:
-        """How forces change with the j numbers, (k, m, j), N, by *shares* (k,)."""
+        """Derivatives of forces by the j numbers, (k, m, j), N, at *shares* (k,)."""
         return np.asarray(self.first_unsure + shares[:, None, None] * self.change_unsure)
 
 

@@ -100,7 +100,7 @@ class FilterSettings:
 
     @cached_property
     def hung(self) -> Mask | None:
-        """Which lines have a counterweight, (m,); None: none has."""
+        """Mask (m,) of lines with a counterweight; None without any."""
         found = np.asarray(self.machine.model.lines.counterweight > 0.0)
         return found if found.any() else None
 
@@ -144,7 +144,7 @@ class FilterLayout(NamedTuple):
 
     @property
     def surveyed(self) -> slice:
-        """What an owner measured with a tape: walls and mounts of lidars."""
+        """Indices of quantities that an owner measures by tape: walls and mounts of lidars."""
         return slice(self.walls.start, self.vertical_mount.stop)
 
     @property
@@ -204,7 +204,7 @@ class DrumAttitude:
 
 @dataclass(eq=False)
 class Lines:
-    """What is estimated of the m lines, and the times, s, of updates by their angles."""
+    """Estimates of the m lines, and the times, s, of updates by their angles."""
 
     lengths: Array = field(default_factory=lambda: np.zeros(0))
     radii: Array = field(default_factory=lambda: np.zeros(0))
@@ -249,7 +249,7 @@ class AsBuilt:
 
 @dataclass(eq=False)
 class Judged:
-    """How measurements agree with the state. Times are in s."""
+    """Agreement of measurements with the state. Times are in s."""
 
     consistency: Consistency = field(default_factory=Consistency)
     rejections: dict[str, int] = field(default_factory=dict)  # in a row, by measurement

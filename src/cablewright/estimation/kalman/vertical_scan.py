@@ -68,7 +68,7 @@ def turn_of(
 
 
 def moved(state: FilterState, turn: VerticalTurn) -> Array:
-    """By how much (3,), m, updates and the drum's clock have moved B's place at the rays of a *turn*."""
+    """Return by how much (3,), m, updates and clock corrections have moved B at the rays of a *turn*."""
     return state.motion.position - turn.estimate - state.built.clock_error * moving_velocity(state)
 
 

@@ -50,7 +50,7 @@ _MERGE_SIGMAS: Final = 4.0  # of a cluster's ends from the line of another one
 
 
 class Rules(NamedTuple):
-    """What `LineSearch` says, beside clusters."""
+    """Limits of `LineSearch`, and of clusters."""
 
     angle_sigma: float  # rad
     merge_distance: float  # m

@@ -52,7 +52,7 @@ class Odometry:
 
 @dataclass(eq=False)
 class Located:
-    """Where lidars place the drum, as offsets from odometry, and the turns from which lengths are found. Times in s."""
+    """Positions of the drum by lidars, as offsets from odometry, and the scans for finding lengths. Times in s."""
 
     wall_state: WallState
     wall_pose: WallPose | None = None

@@ -99,7 +99,7 @@ def paid_out(line, counted):
 
 @jit
 def per_tension(line, free):
-    """By how much less cable lies beyond the winch per tension as mount and spring give, m/N, after `over_sheave`.
+    """Return the length that mount and spring add beyond the winch per tension, m/N, after `over_sheave`, negated.
 
     The force on the mount is p times the tension of one cable: of all spans, and of the cable that comes to the exit.
     The mount moves by its compliance times that force, and these cables become shorter by p times how far it moves.

@@ -175,12 +175,12 @@ class _Off:
     _steps = 30
 
     def orders(self, _printer: Printer, _now: float) -> tuple[Order, ...]:
-        """As `Operator`."""
+        """Return the orders since the last call, at *now*, s; see `Operator.orders`."""
         self._steps -= 1
         return ()
 
     def is_over(self, _printer: Printer) -> bool:
-        """As `Operator`."""
+        """Return whether the run ends; see `Operator.is_over`."""
         return self._steps <= 0
 
 
@@ -191,7 +191,7 @@ class _JogOperator(SessionOperator):
     held: Callable[[], bool]
 
     def orders(self, printer: Printer, now: float) -> tuple[Order, ...]:
-        """As `Operator`."""
+        """Return the orders since the last call, at *now*, s; see `Operator.orders`."""
         given, state = super().orders(printer, now), printer.supervisor.state
         if given or not self.homed or state not in (PrintState.IDLE, PrintState.MANUAL):
             return given
@@ -204,7 +204,7 @@ class _JogOperator(SessionOperator):
         return (Order(OrderKind.JOG, self.by, now, _STAND),) if state is PrintState.MANUAL else ()
 
     def is_over(self, printer: Printer) -> bool:
-        """As `Operator`."""
+        """Return whether the run ends; see `Operator.is_over`."""
         over = super().is_over(printer)
         self.homed = self.homed or (self._given and printer.supervisor.valid_since > 0.0)
         return over if not self.homed or self.reason else self.ends()

@@ -44,7 +44,7 @@ class Found:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class BusScan(Result):
-    """Who answers on a bus."""
+    """Devices that answer on a bus."""
 
     FIGURES: ClassVar = (
         Figure("machine", "", "Name of the machine."),
@@ -58,7 +58,7 @@ class BusScan(Result):
 
     @property
     def refusal(self) -> str:
-        """Which drives are not there."""
+        """The missing drives, in a sentence."""
         return f"no drive answers for {', '.join(self.missing)}" if self.missing else ""
 
 
@@ -153,5 +153,5 @@ class DriveSession(Result):
 
     @property
     def refusal(self) -> str:
-        """Why it was not done."""
+        """Reason why the action was not done."""
         return self.reason

@@ -61,7 +61,7 @@ class LengthKeeper:
 
     @property
     def pose(self) -> Array | None:
-        """Where the platform was at the last homing, (n,) m and rad; None: it never was homed."""
+        """Pose of the platform at the last homing, (n,) m and rad; None: it never was homed."""
         return None if self._saved is None else np.array([*self._saved.position, *(self._saved.rotation or ())])
 
     def lengths(self, counts: NDArray[np.int64]) -> Array | None:
@@ -142,7 +142,7 @@ class KeptEstimator:
         self._lengths: Array | None = None  # (m,) m, of the last estimate
 
     def step(self, frame: SensorFrame) -> Estimate:
-        """As `Estimator`."""
+        """Return the estimate after one frame; see `Estimator.step`."""
         found = self._keeper.found
         if found is not None:
             estimate = found.step(self._at_radii(frame))
@@ -204,19 +204,22 @@ class KeptEstimator:
 
     @property
     def tensions(self) -> Array | None:
-        """As `Estimator`."""
+        """Return the tensions at the sheaves (m,), N, at the estimated lengths; see `Estimator.tensions`."""
         found = self._keeper.found
         return None if found is None else found.tensions
 
     @property
     def measured(self) -> Array | None:
-        """As `Measuring`: by the torques of the drives."""
+        """Return the measured, smoothed tensions (m,), N; see `Measuring.measured`.
+
+        They are those of the drives' torques.
+        """
         found = self._keeper.found
         return found.measured if isinstance(found, DeadReckoning) else None
 
     @property
     def danger(self) -> str:
-        """Why the machine is to stop, as the estimator of a rigid platform finds it; empty: nothing."""
+        """Reason why the machine must stop, by the estimator of a rigid platform; empty: none."""
         found = self._keeper.found
         return "" if found is None else found.danger
 

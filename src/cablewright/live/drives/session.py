@@ -85,7 +85,7 @@ class RealMachine:
 
     @property
     def take_up(self) -> TakeUpSettings:
-        """How slack is taken up."""
+        """Settings for taking up slack."""
         assert self.settings.drives is not None
         radius = max(axis.scale.radii[1] for axis in self.drives.axes)
         return TakeUpSettings(
@@ -242,7 +242,7 @@ class SessionOperator:
     _done_time: float = np.inf
 
     def orders(self, printer: Printer, now: float) -> tuple[Order, ...]:
-        """As `Operator`."""
+        """Return the orders since the last call, at *now*, s; see `Operator.orders`."""
         self.each(printer)
         state = printer.supervisor.state
         if state is PrintState.FAULT and not self.enabled:
@@ -259,7 +259,7 @@ class SessionOperator:
         return ()
 
     def is_over(self, printer: Printer) -> bool:
-        """As `Operator`."""
+        """Return whether the run ends; see `Operator.is_over`."""
         state, now = printer.supervisor.state, printer.time
         if state is PrintState.FAULT:
             gone = self.enabled or (self._resets >= _RESETS and now - self._reset_time > _RESET_WAIT)
@@ -281,7 +281,7 @@ class Watching:
     refusals: list[str] = field(default_factory=list)
 
     def add(self, _printer: Printer, step: Step, *, last: bool) -> None:  # noqa: ARG002
-        """As `StepRecorder`."""
+        """Record one step; see `StepRecorder.add`."""
         self.last = step
         self.refusals += [order.refusal for order in step.orders if order.refusal]
 

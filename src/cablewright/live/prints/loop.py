@@ -59,7 +59,7 @@ class Learning(Protocol):
 
     @property
     def danger(self) -> str:
-        """Why the machine is to stop; empty: nothing. It may become more exact."""
+        """Reason why the machine must stop; empty: none. It may become more exact."""
 
     @property
     def searches(self) -> bool:
@@ -186,9 +186,7 @@ class Printer:
     def place_measured(self, place: Array, *, by_tensions: bool = False) -> None:
         """Pass the measured position of the standing platform to the estimator, (3,) m.
 
-        *by_tensions*: see `dead_reckoning.placed`.
-
-        Raises `InputError` if it takes no place.
+        *by_tensions*: see `dead_reckoning.placed`. Raises `InputError` if it takes no place.
         """
         if not isinstance(self.estimator, DeadReckoning):
             raise InputError("a measured place is for the estimator of encoders alone")

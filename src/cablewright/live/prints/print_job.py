@@ -44,7 +44,7 @@ _STEP_TIME: Final = (
 
 @dataclass(frozen=True, repr=False)
 class LearntLine(Result):
-    """What measured places have taught of one line, and how well it is known; see `estimation.length_corrections`."""
+    """Corrections of one line learnt at measured positions, with sigmas; see `estimation.length_corrections`."""
 
     FIGURES: ClassVar = (
         Figure("name", "", "Name of the line.", name="line"),
@@ -94,7 +94,7 @@ class PrintedJob(Result):
 
     @property
     def learnt(self) -> tuple[LearntLine, ...]:
-        """What places taught of each line; empty where they were not to."""
+        """Corrections of each line learnt at measured positions; empty without learning."""
         printer = self.run.printer
         learnt = printer.estimator.learnt if isinstance(printer.estimator, DeadReckoning) else None
         if learnt is None:
@@ -110,7 +110,7 @@ class PrintedJob(Result):
 
     @property
     def refusal(self) -> str:
-        """Why the answer is no."""
+        """Reason for a no, in a sentence."""
         return "" if self.finished else f"{self.status}: {self.run.reason}"
 
     @property

@@ -20,7 +20,7 @@ KEPT: Final = 60
 
 @dataclass(eq=False)
 class Events:
-    """What happened, the latest last, and every order in a file: a line of JSON each."""
+    """Events, the latest last, and every order in a file: a line of JSON each."""
 
     path: Path
     file: FileIO

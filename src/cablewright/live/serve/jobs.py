@@ -32,7 +32,7 @@ _NUMBER: Final = re.compile(r"[0-9a-f]{16}")
 
 
 class JobCheck(BaseModel):
-    """What a check of a job has answered. ``subject`` identifies robot and files that it was about."""
+    """Answer of a check of a job. ``subject`` identifies its robot and files."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -47,7 +47,7 @@ class JobCheck(BaseModel):
     """s, of the print at the planned speed."""
 
     def refusal(self, subject: str, confirmed: str) -> str:
-        """Why the job may not be loaded; an empty text: it may. *confirmed*: the subject that a person has read of."""
+        """Return why the job may not be loaded, or an empty text. *confirmed*: the subject that a person read."""
         if self.answer == "failed":
             return f"its check did not come to an answer: {self.why}"
         if self.subject != subject:
@@ -100,7 +100,7 @@ def subject_of(folder: Path, robot: Robot) -> str:
 
 
 def read_check(folder: Path) -> JobCheck | None:
-    """What the job's check answered; None where there is no answer yet."""
+    """Return the answer of the job's check; None: none yet."""
     try:
         return JobCheck.model_validate_json(read_bytes(folder / CHECK, _MAX_CHECK, "check"))
     except (InputError, ValidationError):

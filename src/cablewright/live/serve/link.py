@@ -80,7 +80,7 @@ class ControlLink:
         return int(number) if self.clock() - time_told <= ORDER_LIFE else 0
 
     def age(self, message: Message) -> float:
-        """How long ago the server received a message, s, not under 0."""
+        """Age of the server's last message, s, not under 0."""
         return max(0.0, self.clock() - message.at)
 
     def untimely(self, message: Message) -> str:
@@ -124,7 +124,7 @@ class ServerLink:
 
     @classmethod
     def of(cls, state: int, sitting: int, lease: int, orders: int, stops: int) -> ServerLink:
-        """By the numbers of the files."""
+        """Return the link by the file descriptors."""
         ends = [socket.socket(fileno=number) for number in (orders, stops)]
         for each in ends:
             each.setblocking(False)

@@ -55,7 +55,7 @@ class PageOperator:
         return None if self._jog is None else self._jog[1]
 
     def orders(self, printer: Printer, now: float) -> tuple[Order, ...]:
-        """As `Operator`."""
+        """Return the orders since the last call, at *now*, s; see `Operator.orders`."""
         given = self._withdrawal(printer, now)
         for message in self.link.messages():
             if isinstance(message, LoadMessage):
@@ -70,7 +70,10 @@ class PageOperator:
         return tuple(given)
 
     def is_over(self, printer: Printer) -> bool:
-        """As `Operator`: another job is taken up, this one is printed, or all ends."""
+        """Return whether the run ends; see `Operator.is_over`.
+
+        True when another job is loaded, this one is printed, or the control ends.
+        """
         return self.load is not None or (self.has_job and printer.finished) or self.ends()
 
     def answered(self, printer: Printer, orders: tuple[Order, ...], now: float) -> None:

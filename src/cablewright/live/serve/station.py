@@ -81,7 +81,7 @@ class Station(Protocol):
 
 
 def resting_pose(robot: Robot, place: Array | None = None) -> Array:
-    """Where the platform of a simulated machine begins, (n,) m and rad: at *place* (3,) or (n,), if that is given."""
+    """Return the initial pose of a simulated platform, (n,) m and rad: at *place* (3,) or (n,), if given."""
     return np.array(rest_pose(robot).equilibrium.pose) if place is None else np.pad(place, (0, robot.n - len(place)))
 
 
@@ -97,7 +97,7 @@ class SimulatedStation:
     _last: tuple[SimulatedMachine, Printer] | None = field(default=None, repr=False)
 
     def sitting(self, job: Job | None) -> Sitting:
-        """As `Station`."""
+        """Begin a sitting at the last position of the platform; see `Station.sitting`."""
         if self._last is not None:
             machine, printer = self._last
             truth = np.concatenate([machine.truth.position, machine.truth.rotation])
@@ -146,7 +146,7 @@ class DriveStation:
     begin: Array | None = None  # (n,) m and rad, roughly where the platform is if nothing is saved
 
     def sitting(self, job: Job | None) -> Sitting:
-        """As `Station`."""
+        """Begin a sitting at the last position of the platform; see `Station.sitting`."""
         if job is not None and job.robot not in (None, self.robot.name):
             raise InputError(f"job {job.name!r}: robot = {job.robot!r}, but the robot is {self.robot.name!r}")
         samples, owner = None, self.settings

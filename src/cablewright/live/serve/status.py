@@ -84,7 +84,7 @@ class Telling:
     _shown: dict[str, Any] = field(default_factory=dict, repr=False)
 
     def add(self, printer: Printer, step: Step, *, last: bool) -> None:
-        """As `StepRecorder`."""
+        """Record one step; see `StepRecorder.add`."""
         if self.kept is not None:
             try:
                 self.kept.add(printer, step, last=last)
@@ -242,7 +242,9 @@ def _numbers(values: Array | None) -> list[float] | None:
 def told_sitting(
     number: int, sitting: Sitting, job: str | None, run: str | None, rejected: tuple[str, str] | None = None
 ) -> bytes:
-    """What is fixed for a sitting, as JSON. *job*: number of its folder. *run*: name of the run's folder.
+    """Return the constant data of a sitting, as JSON.
+
+    *job*: number of its folder. *run*: name of the run's folder.
 
     *rejected*: number of a job that the machine could not take up before this sitting, and why.
     """

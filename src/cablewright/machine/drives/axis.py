@@ -79,7 +79,7 @@ class Axis:
 
     @property
     def state(self) -> PowerState:
-        """By its statusword."""
+        """State of the drive by its statusword."""
         return state_of(self.statusword)
 
     @property
@@ -127,7 +127,7 @@ class Axis:
 
     @property
     def mapped(self) -> tuple[tuple[o.Object, ...], ...]:
-        """What its PDOs carry to it."""
+        """Objects that its PDOs carry to the drive."""
         return o.TO_DRIVE_WITH_VALVE if self.valve else o.TO_DRIVES
 
     def commands(self, setpoint: Setpoint, now: float, *, reset: bool) -> tuple[bytes, bytes]:

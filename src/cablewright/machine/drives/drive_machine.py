@@ -85,11 +85,14 @@ class DriveMachine:
 
     @property
     def drives(self) -> WinchDrives:
-        """Its drives."""
+        """Drives of the machine."""
         return self._drives
 
     def open(self) -> None:
-        """As `Machine`: drives are found and configured, and stay disabled. Raises `InputError` for wrong ones."""
+        """Connect to the machine; see `Machine.open`.
+
+        Drives are found and configured, and stay disabled. Raises `InputError` for wrong ones.
+        """
         self._drives.open()
         self._anchor, self._cycles = self._drives.now(), 0
         self._start = self._anchor - self.begin
@@ -101,7 +104,7 @@ class DriveMachine:
         self._strays.forget()
 
     def step(self, command: Command) -> SensorFrame:
-        """As `Machine`."""
+        """Send *command*, wait for the step, and return the readings that arrived; see `Machine.step`."""
         check_command(self._abilities, command, self._last_time)
         self._last_time = command.time
         self._limited = []
@@ -123,7 +126,9 @@ class DriveMachine:
         return self._frame()
 
     def stop(self) -> None:
-        """As `Machine`: each drive comes to rest by its own ramp and closes its brake before torque goes.
+        """Stop and hold all winches; see `Machine.stop`.
+
+        Each drive comes to rest by its own ramp and closes its brake before torque goes.
 
         A quick stop would hold as well, but it ends only with the torque cut.
         """
@@ -139,7 +144,9 @@ class DriveMachine:
                 return
 
     def close(self) -> None:
-        """As `Machine`: winches are stopped and braked before the bus is left.
+        """Disconnect from the machine; see `Machine.close`.
+
+        Winches are stopped and braked before the bus is left.
 
         A drive that is not known to be disabled goes on watching this computer's heartbeat, which ends; ``left``
         reports it.

@@ -55,18 +55,18 @@ class LoopbackPort:
             raise EnvironmentFault(f"drives: the bus loopback {number} cannot be opened: {why}") from None
 
     def now(self) -> float:
-        """As `Port`."""
+        """Return the time, s, by the clock of `receive`; see `Port.now`."""
         return time.monotonic()
 
     def send(self, frame: CanFrame) -> None:
-        """As `Port`."""
+        """Send one frame; see `Port.send`."""
         try:
             self._socket.send(_packed(frame))
         except OSError as error:
             raise BusError(f"the virtual drives are gone: {error.strerror}") from None
 
     def receive(self, until: float) -> CanFrame | None:
-        """As `Port`."""
+        """Return the next frame of other members until a time, s; see `Port.receive`."""
         while True:
             if not _waits(self._socket, until):
                 return None
@@ -78,7 +78,7 @@ class LoopbackPort:
                 return frame
 
     def close(self) -> None:
-        """As `Port`."""
+        """Leave the bus; see `Port.close`."""
         self._socket.close()
 
 
@@ -96,15 +96,18 @@ class Hub:
         self._members: dict[tuple[str, int], float] = {}
 
     def now(self) -> float:
-        """As `Port`."""
+        """Return the time, s, by the clock of `receive`; see `Port.now`."""
         return time.monotonic()
 
     def send(self, frame: CanFrame) -> None:
-        """As `Port`: to all members."""
+        """Send one frame to all members; see `Port.send`."""
         self._tell(_packed(frame), None)
 
     def receive(self, until: float) -> CanFrame | None:
-        """As `Port`; received frames go to the other members too."""
+        """Return the next frame of other members until a time, s; see `Port.receive`.
+
+        Received frames go to the other members too.
+        """
         while True:
             if not _waits(self._socket, until):
                 return None
@@ -122,7 +125,7 @@ class Hub:
                 return frame
 
     def close(self) -> None:
-        """As `Port`."""
+        """Leave the bus; see `Port.close`."""
         self._socket.close()
 
     def _reply(self, member: tuple[str, int]) -> None:

@@ -157,15 +157,15 @@ class Network:
         return tuple(each for each in found if each is not None)
 
     def now(self) -> float:
-        """As `Carrier`."""
+        """Return the time, s; see `Carrier.now`."""
         return self.port.now()
 
     def wait(self, seconds: float) -> None:
-        """As `Carrier`."""
+        """Wait for this time, s; see `Carrier.wait`."""
         self.pump(self.port.now() + seconds)
 
     def finish(self, axis: Axis) -> None:
-        """As `Carrier`."""
+        """Finish the waiting transfers; see `Carrier.finish`."""
         while not axis.transfers.idle:
             self.pump(self.port.now() + 0.1 * TIMEOUT)
 

@@ -74,7 +74,7 @@ def _pdo(
 
 
 def mapping(at: int, mapped: tuple[Object, ...]) -> list[ObjectParameter]:
-    """What a PDO with that mapping object carries."""
+    """Return the objects that a PDO with that mapping object carries."""
     number = Object(at, 0, 1, signed=False, name="number of mapped objects")
     entries = [Object(at, 1 + j, 4, signed=False, name="mapped object") for j in range(len(mapped))]
     found = [ObjectParameter(entry, each.mapping) for entry, each in zip(entries, mapped, strict=True)]
@@ -82,7 +82,7 @@ def mapping(at: int, mapped: tuple[Object, ...]) -> list[ObjectParameter]:
 
 
 def guards(settings: WinchDriveSettings, scale: Scale, counts: int, period: float) -> list[ObjectParameter]:
-    """What a drive watches by itself, its units, and how it stops: written and read back at each enable.
+    """Return the drive's own supervision, its units and stop options: written and read back at each enable.
 
     *counts*: of the encoder, for one turn of the motor. *period*: s, of the cycle.
     """

@@ -24,15 +24,15 @@ class OffWatch:
             self._since = now
 
     def end(self) -> None:
-        """They may be on."""
+        """End the check: drives may be enabled."""
         self._since = math.nan
 
     def unproven(self, now: float) -> list[Axis]:
-        """Which are not known to be off."""
+        """Return the drives that have not confirmed that they are disabled."""
         return [axis for axis in self._axes if not axis.rests(now)]
 
     def disobeys(self, now: float) -> str:
-        """Which drive is not off in time, or cannot be heard; an empty text: none, or none is to be off."""
+        """Return a sentence on a drive that is not disabled in time, or silent; empty: none."""
         if math.isnan(self._since):
             return ""
         own = self._own

@@ -16,14 +16,14 @@ class WinchDrives(Protocol):
     """The drives of all winches, in the order of the lines that these are named for."""
 
     def scan(self) -> tuple[Identity, ...]:
-        """Who is on the bus, of this machine or not; no parameter is written. Raises `EnvironmentFault`."""
+        """List all devices on the bus, of this machine or not; no parameter is written. Raises `EnvironmentFault`."""
 
     def read(self) -> dict[str, list[tuple[ObjectParameter, int | None]]]:
         """The parameters to write, and each drive's value, by line; None: it has no such object. Raises as `open`."""
 
     @property
     def winches(self) -> WinchLines:
-        """Which lines are on which drum."""
+        """Assignment of lines to drums."""
 
     @property
     def axes(self) -> Sequence[Axis]:
@@ -31,11 +31,11 @@ class WinchDrives(Protocol):
 
     @property
     def statistics(self) -> BusStatistics:
-        """What happened on the bus."""
+        """Statistics of the bus."""
 
     @property
     def trouble(self) -> str:
-        """What keeps the bus from being commanded now: an error of it, another master; empty: nothing."""
+        """Reason why the bus cannot be commanded now: an error, another master; empty: none."""
 
     def now(self) -> float:
         """The time, s, by the clock of `cycle`."""

@@ -63,7 +63,7 @@ class Transfers:
 
     @property
     def first(self) -> Transfer | None:
-        """What is to be transferred next, or now; None: nothing."""
+        """Next or present transfer; None: none."""
         try:
             return self._waiting[0]
         except IndexError:
@@ -81,7 +81,7 @@ class Transfers:
             self._waiting.clear()
 
     def end(self, transfer: Transfer, failure: str = "") -> None:
-        """It is done; *failure*: why it could not be."""
+        """End the transfer; *failure*: why it failed."""
         transfer.failure = failure
         transfer.done = True
         with self._changes:

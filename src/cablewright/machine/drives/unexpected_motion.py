@@ -36,7 +36,7 @@ class StrayWatch:
         self._before = None
 
     def judge(self, axes: Sequence[Axis], setpoints: Sequence[Setpoint], time: float) -> str:
-        """Which winch has gone astray by the answers of *time*, s; an empty text: none."""
+        """Return a sentence on a winch that deviates, by the answers of *time*, s; empty: none."""
         if any(axis.pending for axis in axes):
             return ""
         counts = np.array([axis.counts for axis in axes], dtype=np.int64)

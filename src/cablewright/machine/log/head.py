@@ -84,13 +84,13 @@ class LogHead:
 
     @property
     def nozzle(self) -> tuple[float, float, float]:
-        """Where the nozzle is, (3,) m, platform frame: below the drum that hangs from a point platform."""
+        """Position of the nozzle, (3,) m, platform frame: below the drum that hangs from a point platform."""
         drum = self.settings.drum
         return self.robot.platform.nozzle if drum is None else (0.0, 0.0, -drum.valve)
 
     @property
     def origin(self) -> str:
-        """How the log was made, in a few words."""
+        """Origin of the log in a few words."""
         if self.kind != "simulated" or self.plant is None:
             return f"{self.kind} machine"
         return f"{self.plant} plant" + ("" if self.seed is None else f", seed {self.seed}")

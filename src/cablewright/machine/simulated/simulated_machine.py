@@ -136,7 +136,7 @@ class SimulatedMachine:
 
     @property
     def simulation(self) -> SimulationSettings:
-        """What only the simulation has."""
+        """Settings of the simulation alone."""
         return self._twin.simulation
 
     @property
@@ -146,17 +146,17 @@ class SimulatedMachine:
 
     @property
     def abilities(self) -> Abilities:
-        """Those of the simulation, which takes no time and knows the truth."""
+        """Abilities of the simulation, which takes no time and knows the truth."""
         return self._abilities
 
     def open(self) -> None:
-        """As `Machine`: a simulation is always there."""
+        """Connect to the machine; see `Machine.open`. A simulation needs no connection."""
 
     def stop(self) -> None:
-        """As `Machine`: its winches stand between two steps."""
+        """Stop and hold all winches; see `Machine.stop`. Its winches rest between two steps."""
 
     def close(self) -> None:
-        """As `Machine`."""
+        """Disconnect from the machine; see `Machine.close`."""
 
     @property
     def time(self) -> float:
@@ -182,7 +182,7 @@ class SimulatedMachine:
         self._rig_state = self.rig.observe(self.time)
 
     def step(self, command: Command) -> SensorFrame:
-        """As `Machine`."""
+        """Send *command*, wait for the step, and return the readings that arrived; see `Machine.step`."""
         speeds = self._checked(command)
         self.rig.retraction.command(command.outputs.get(RETRACTION, 0.0))
         self.rig.yaw.command(command.outputs.get(YAW, 0.0))

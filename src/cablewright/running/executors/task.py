@@ -53,7 +53,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of one item: the result as JSON text, or the reason why there is none.
+    """Outcome of one item: the result as JSON text, or the reason why there is none.
 
     ``refused``: whether that is an `InputError`.
     """

@@ -38,7 +38,7 @@ REMEDIES: Final[Mapping[str, str]] = {
 
 @dataclass(frozen=True)
 class CampaignPrint:
-    """What all prints of a campaign have in common. ``gcode_hash``: of the job's file; empty where it has none."""
+    """Common data of all prints of a campaign. ``gcode_hash``: of the job's file; empty where it has none."""
 
     robot: Robot
     job: Job

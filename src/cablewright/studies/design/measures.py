@@ -84,7 +84,7 @@ class DesignCandidate:
 
     @cached_property
     def shortfalls(self) -> dict[str, float]:
-        """By how much each limit of the hardware is broken at its worst place, as a share of it; 0: it holds.
+        """Violation of each limit of the hardware at its worst position, as a share of it; 0: it holds.
 
         That of poses which cannot be held is their share.
         """
@@ -173,7 +173,7 @@ class Measure:
 
     @property
     def key(self) -> str:
-        """Its name."""
+        """Name of the measure."""
         return self.figure.key
 
     def of(self, candidate: DesignCandidate) -> float:

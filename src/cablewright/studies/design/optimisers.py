@@ -25,7 +25,7 @@ Batch = Callable[[Array], tuple[Array, Array]]
 
 @dataclass(frozen=True)
 class Budget:
-    """How long a search goes on: candidates in all, how many at a time, and the seed."""
+    """Budget of a search: candidates in all, candidates at a time, and the seed."""
 
     evaluations: int
     population: int
@@ -33,7 +33,7 @@ class Budget:
 
     @property
     def generations(self) -> int:
-        """How many batches that makes."""
+        """Number of batches."""
         return max(1, self.evaluations // self.population)
 
 

@@ -98,7 +98,7 @@ class Designed(Pictured):
 
     @property
     def refusal(self) -> str:
-        """Which constraints stand against each other, and how close the nearest candidate came; empty if any holds."""
+        """Conflicting constraints, and violation of the nearest candidate; empty if a candidate meets all."""
         if self.holding:
             return ""
         known = [each for each in self.tried if not each.fault]

@@ -50,7 +50,7 @@ class CheckOptions:
 
 @options("Guide")
 class GuideOptions:
-    """Which poses to measure next."""
+    """Options of the guide to the next poses."""
 
     guide: Annotated[
         bool,
@@ -69,7 +69,7 @@ class GuideOptions:
 
 
 class Models(StrEnum):
-    """Which effects the model has."""
+    """Effects that the model may contain."""
 
     FILE = "file"
     AUTO = "auto"

@@ -38,7 +38,7 @@ class Key:
 
     @property
     def title(self) -> str:
-        """Who gives its orders."""
+        """Name of the key's user in logs."""
         return f"{self.name} (key {self.number})"
 
     @property
@@ -47,7 +47,7 @@ class Key:
         return self.scope == "operate"
 
     def told(self) -> dict[str, Any]:
-        """What the page shows of it."""
+        """Data of the key for the page."""
         return {"id": self.number, "name": self.name, "scope": self.scope, "utc": self.utc}
 
 

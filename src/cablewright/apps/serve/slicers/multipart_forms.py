@@ -30,7 +30,7 @@ _LIMIT: Final = f"at most {MAX_BYTES[GCODE] >> 20} MiB of G-code are taken"
 
 @dataclass(frozen=True)
 class Form:
-    """What was sent: fields by name, and one file."""
+    """An uploaded form: fields by name, and one file."""
 
     fields: dict[str, str]
     name: str

@@ -53,7 +53,7 @@ class OctoPrint:
         return JSONResponse(VERSION)
 
     async def settings(self, _request: Request) -> Response:
-        """What a client may adapt itself to."""
+        """Answer the settings that a client may read."""
         name = self.desk.page.feed.sitting.get("machine", "")
         return JSONResponse({
             "api": {"enabled": True},
@@ -79,7 +79,7 @@ class OctoPrint:
         return JSONResponse({"state": (await self.desk.view()).flags(), "temperature": {}, "sd": {"ready": False}})
 
     async def job(self, _request: Request) -> Response:
-        """What is printed or waits, and how far it is."""
+        """Answer the present job and its progress."""
         view = await self.desk.view()
         job = view.job
         check = None if job is None else job["check"]

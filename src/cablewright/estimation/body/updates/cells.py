@@ -47,7 +47,10 @@ class Cells(Update):
         return cls(source, noise, zero, max(sheet.gain_deviation, _LEAST_GAIN), max(sheet.walk, _LEAST_DRIFT))
 
     def read(self, settings: BodySettings, state: BodyState, reading: Reading) -> Array | None:
-        """As `Update`; of the other source's readings there are none. A cell that is silent is a fault."""
+        """Return the numbers (k,) of a reading; see `Update.read`.
+
+        Readings of the other source yield none. A cell that is silent is a fault.
+        """
         assert isinstance(reading, Tensions)  # its kind
         if reading.source != self.source:
             return None
@@ -75,7 +78,10 @@ class Cells(Update):
         variances[layout.friction] = loss**2
 
     def walk(self, layout: BodyLayout) -> Array:
-        """As `Update`: zeros do."""
+        """Return the variances (size,) of the random walk of the unknowns in a second; see `Update.walk`.
+
+        Only zeros walk.
+        """
         found = np.zeros(layout.size)
         found[layout.zero] = self.drift**2 / _HOUR
         return found
@@ -83,7 +89,10 @@ class Cells(Update):
     def part(
         self, settings: BodySettings, state: BodyState, slopes: Slopes, read: Array, acceleration: float
     ) -> UpdatePart:
-        """As `Update`; of the cells that are used."""
+        """Return the measured part of the readings (j, k) less their prediction; see `Update.part`.
+
+        Rejected cells are left out.
+        """
         layout, lines = state.layout, np.arange(state.layout.m)
         cells = np.flatnonzero(state.judged.cells_used & np.isfinite(read).any(axis=0))
         gradients = slopes.tensions @ state.belief.gradients

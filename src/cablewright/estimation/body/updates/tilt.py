@@ -41,7 +41,10 @@ class Tilt(Update):
         return cls(*(max(each, _LEAST) for each in given))
 
     def read(self, settings: BodySettings, state: BodyState, reading: Reading) -> Array | None:
-        """As `Update`: the two components along the platform's x and y. How the platform swings is noted."""
+        """Return the numbers (k,) of a reading; see `Update.read`.
+
+        These are the two components along x and y of the platform. The swing is recorded.
+        """
         assert isinstance(reading, Inertial)  # its kind
         force = reading.acceleration
         size = math.sqrt(float(force @ force))

@@ -22,7 +22,7 @@ OF_MEDIAN: Final = 1.6
 
 
 class Slopes(NamedTuple):
-    """How pose and tensions change with lengths and wrench at the present equilibrium."""
+    """Derivatives of pose and tensions by lengths and wrench at the present equilibrium."""
 
     pose: Array  # (6, m) per length
     tensions: Array  # (m, m) per length
@@ -31,7 +31,7 @@ class Slopes(NamedTuple):
 
 
 class HeldBody(NamedTuple):
-    """Where a platform may hang. ``broken``: the line that does not hold it; None: all do."""
+    """A possible equilibrium of the platform. ``broken``: the line that does not hold it; None: all do."""
 
     pose: Array  # (6,)
     tensions: Array  # (m,) N

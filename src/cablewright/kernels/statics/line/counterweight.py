@@ -65,7 +65,7 @@ def shape_hung(row, y):
 
 @jit
 def beyond_limits(row, y):
-    """How far a solved line's tensions are out of its limits, or from its counterweight's, N; negative within."""
+    """Violation of limits by a solved line's tensions, or difference from its counterweight's, N; negative within."""
     low, high = extremes(row, y)
     beyond = max(row[TENSION_MIN] - low, high - row[TENSION_MAX])
     if row[COUNTERWEIGHT] > 0.0:

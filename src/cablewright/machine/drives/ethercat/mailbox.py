@@ -22,15 +22,15 @@ class Mailbox:
         self._thread: threading.Thread | None = None
 
     def now(self) -> float:
-        """As `Carrier`."""
+        """Return the time, s; see `Carrier.now`."""
         return time.monotonic()
 
     def wait(self, seconds: float) -> None:
-        """As `Carrier`."""
+        """Wait for this time, s; see `Carrier.wait`."""
         time.sleep(seconds)
 
     def finish(self, axis: Axis) -> None:
-        """As `Carrier`."""
+        """Finish the waiting transfers; see `Carrier.finish`."""
         self._ring.carry_out(axis.transfers, axis.node - 1)
 
     def work(self) -> None:

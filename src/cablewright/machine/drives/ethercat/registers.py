@@ -59,5 +59,5 @@ def watchdog(settings: WinchDriveSettings) -> list[ObjectParameter]:
 
 
 def armed() -> ObjectParameter:
-    """That the outputs set that watchdog back, and nothing else; the master's set-up has written it."""
+    """Bits by which only the outputs reset that watchdog; the master's set-up has written it."""
     return ObjectParameter(OUTPUT_CONTROL, _ARMED, mask=_ARMED, given=True)

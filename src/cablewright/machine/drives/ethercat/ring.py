@@ -149,7 +149,7 @@ class Ring:
         return [int(device.state) for device in self._devices]
 
     def cause(self, position: int) -> str:
-        """Why a device is in another state than the requested one."""
+        """Return the reason why a device is in another state than the requested one."""
         return str(self._soem.al_status_code_to_string(self._devices[position].al_status))
 
     def request(self, position: int, state: int) -> None:

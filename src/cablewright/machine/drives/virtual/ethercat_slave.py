@@ -47,7 +47,7 @@ class EthercatSlave:
         self.__post_init__()
 
     def read(self, at: int, size: int) -> bytes | None:
-        """What a master reads at an address; None: nothing."""
+        """Return the bytes that a master reads at an address; None: none."""
         manager = self.memory.sync_manager(3)
         if self.state >= SAFEOP and at < manager.start + manager.size and manager.start < at + size:
             self._refresh(manager.start)
@@ -69,7 +69,7 @@ class EthercatSlave:
         return True
 
     def windows(self) -> list[MemoryWindow]:
-        """Where process data stand, once it has them."""
+        """Memory windows of process data, once configured."""
         return self.memory.windows() if self.state >= SAFEOP else []
 
     def tick(self, now: float) -> None:

@@ -171,17 +171,17 @@ class VirtualPort:
         self.down = False  # bus off
 
     def now(self) -> float:
-        """As `Port`."""
+        """Return the time, s, by the clock of `receive`; see `Port.now`."""
         return self.rig.now
 
     def send(self, frame: CanFrame) -> None:
-        """As `Port`."""
+        """Send one frame; see `Port.send`."""
         if self.down:
             raise BusError("bus off")
         self._pass(frame, to_drives=True)
 
     def receive(self, until: float) -> CanFrame | None:
-        """As `Port`."""
+        """Return the next frame of other members until a time, s; see `Port.receive`."""
         while True:
             if self._arrived and not self.down:
                 return self._arrived.popleft()
@@ -194,7 +194,7 @@ class VirtualPort:
                 self._deliver(frame, to_drives)
 
     def close(self) -> None:
-        """As `Port`."""
+        """Leave the bus; see `Port.close`."""
 
     def inject(self, frame: CanFrame) -> None:
         """A frame of somebody else on the bus."""

@@ -72,7 +72,7 @@ class SlaveMemory:
         self.bytes[SYNC_MANAGERS + 8 * k + 5] = FULL if full else 0
 
     def windows(self) -> list[MemoryWindow]:
-        """Those in use."""
+        """Memory windows in use."""
         found = []
         for at in range(WINDOWS, WINDOWS + 16 * 8, 16):
             logical, size, _, _, physical, _, kind, active = struct.unpack_from("<IHBBHBBB", self.bytes, at)
@@ -81,7 +81,7 @@ class SlaveMemory:
         return found
 
     def read(self, at: int, size: int) -> bytes | None:
-        """What a master reads there; None: nothing can be read. A mailbox is read once."""
+        """Return the bytes that a master reads there; None: not readable. A mailbox is read once."""
         box = self.sync_manager(1)
         in_mailbox = box.active and at < box.start + box.size and box.start < at + size
         if in_mailbox and not box.status & FULL:

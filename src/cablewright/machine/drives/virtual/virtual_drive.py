@@ -170,7 +170,7 @@ class VirtualDrive:
             self._control(self.dictionary[o.CONTROLWORD])
 
     def told(self, mapping: int) -> bytes:
-        """What a PDO of that *mapping* carries."""
+        """Return the bytes of a PDO with that *mapping*."""
         return b"".join(each.data for each in self._refresh().mapped(mapping))
 
     def _answers(self) -> list[CanFrame]:

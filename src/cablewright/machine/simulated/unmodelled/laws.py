@@ -27,7 +27,7 @@ def of_lines(lines: Sequence[str], by_line: Mapping[str, _Value], other: _Value)
 
 
 class CableStretch(Description):
-    """What a cable stretches by besides its elasticity, as strains at the reference load, see `Unmodelled`.
+    """Strains of a cable besides elasticity, at the reference load, see `Unmodelled`.
 
     ``creep``: after an hour under it; of each line with a uniform relative error of at most ``creep_spread``.
     ``hysteresis``: between the ways up and down of a cycle that is larger than the load. ``settling``: for good, of a

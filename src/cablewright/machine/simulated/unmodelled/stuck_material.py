@@ -12,7 +12,7 @@ from cablewright.machine.simulated.unmodelled.laws import StickingMaterial
 
 
 class StuckMaterial:
-    """What sticks to a nozzle."""
+    """Material that sticks to a nozzle."""
 
     SAVED = ("mass",)
 

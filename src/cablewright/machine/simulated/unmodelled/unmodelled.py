@@ -26,7 +26,7 @@ from cablewright.robot import Robot
 
 
 class Unmodelled:
-    """What acts on a rig and is in no model of it; parts that are 0 are None.
+    """Unmodelled effects on a rig; effects of size 0 are None.
 
     The reference load of all cables is the mean of the lines' tensions at the start.
     """
