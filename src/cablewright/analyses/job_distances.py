@@ -63,7 +63,10 @@ class JobDistances:
         settings: InterferenceSettings = DEFAULT,
         room: Room = MEMORY,
     ) -> Self:
-        """Return it before the first block; the part is the *mesh*, or else the *beads* laid. *room*: for all."""
+        """Return the empty record before the first block; the part is the *mesh*, or else the *beads* laid.
+
+        *room*: for the arrays.
+        """
         if mesh is None:
             part, now = of_beads(deposit(samples, beads, room), room), np.arange(len(samples), dtype=np.float64)
         else:

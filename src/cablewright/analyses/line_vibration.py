@@ -43,7 +43,7 @@ _ANY: Final = Dimension("reading", {"1": Decimal(1)})
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LineVibration(Result):
-    """Results from the first frequencies of a line, beside those of the model at a pose."""
+    """Results from the first frequencies of a line, compared with those of the model at a pose."""
 
     FIGURES: ClassVar = (
         Figure("line", "", "Name of the line."),

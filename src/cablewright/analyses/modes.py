@@ -117,7 +117,7 @@ class Modes(Pictured):
 
     @property
     def single(self) -> bool:
-        """Whether this is of one equilibrium, not of a batch."""
+        """Whether these modes are of one equilibrium, not of a batch."""
         return self.equilibrium.single
 
     def __len__(self) -> int:

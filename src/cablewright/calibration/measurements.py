@@ -80,7 +80,7 @@ class Measured:
         return replace(self, **silent)
 
     def lengths_alone(self) -> Measured:
-        """Return the lengths, and the start values of the poses, without what other sensors measured."""
+        """Return the lengths, and the start values of the poses, without measurements of other sensors."""
         return Measured(self.counted, self.guess, places=self.places, origin=self.origin, by_drum=self.by_drum)
 
     @property

@@ -83,7 +83,7 @@ class Prior(Description):
         return self
 
     def is_of(self, unknown: Unknown) -> bool:
-        """Whether it is of this unknown."""
+        """Whether the prior is of this unknown."""
         return self.name in (unknown.name, unknown.kind) and (
             self.lines is None or any(unknown.of_line(line) for line in self.lines)
         )
@@ -115,7 +115,7 @@ class Known(Description):
         return self
 
     def is_of(self, name: str, line: str | None) -> bool:
-        """Whether it is of the number *name* of a *line*, or of all for None."""
+        """Whether the entry is of the number *name* of a *line*, or of all for None."""
         return self.name == name and (self.lines is None or line is None or line in self.lines)
 
 
@@ -272,7 +272,7 @@ class CalibrationPlan(FileDescription):
 
 
 def load_plan(path: str | Path) -> CalibrationPlan:
-    """Read a TOML file. Raises `InputError`, one line naming file, key, value and what is allowed."""
+    """Read a TOML file. Raises `InputError`, one line naming file, key, value and the allowed range."""
     return load_model(CalibrationPlan, path)
 
 

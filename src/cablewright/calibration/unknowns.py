@@ -71,7 +71,7 @@ class Unknown(Parameter):
     others: tuple[str, ...] = ()
 
     def of_line(self, name: str) -> bool:
-        """Whether it is a number of the line *name*."""
+        """Whether the unknown is a number of the line *name*."""
         return self.line in (None, name) or name in self.others
 
     @property
@@ -91,7 +91,7 @@ class Unknown(Parameter):
 
     @property
     def in_file(self) -> bool:
-        """Whether a robot file says something of it, at least that it is 1 or 0: not of home lengths and sensors."""
+        """Whether a robot file has the number, at least by its default of 1 or 0: not home lengths and sensors."""
         return self.name != "length_offset" and self.entry.role != "sensor"
 
     @property
@@ -190,7 +190,7 @@ def _grouped(robot: Robot, found: Iterator[Unknown], groups: Sequence[Sequence[s
 
 
 def line_index(robot: Robot, name: str, where: str) -> int:
-    """Return the index of a line. Raises `InputError`, which says *where* the plan names it, for an unknown one."""
+    """Return the index of a line. Raises `InputError` for an unknown one, with the place *where* the plan names it."""
     names = [line.name for line in robot.lines]
     if name not in names:
         raise InputError(f"{where}: {UnknownName('line', name, names)}")

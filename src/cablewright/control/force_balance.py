@@ -31,7 +31,7 @@ _MOVING: Final = 1.5  # times what is allowed at rest: it speeds up and slows do
 
 @dataclass(frozen=True, eq=False)
 class ForceBalance:
-    """``off``: (n,) N and N m, what the lines carry beyond the ``weight``, N. ``limit``: N, the size that is allowed.
+    """Balance of measured tensions. ``off``: (n,) N and N m, surplus over ``weight``, N. ``limit``: N, allowed size.
 
     ``arm``: m, at which moments count as forces; 0 of a point. ``reach``: m, the smallest error of position that the
     test is sure to detect; ``turn``: rad, that of a rotation of a rigid platform.
@@ -134,7 +134,7 @@ class CarriedWatch:
         self._mean, self._time = None, -math.inf
 
     def is_due(self, time: float) -> bool:
-        """Whether it is time to judge again: every reading would say no more."""
+        """Whether the next judgement is due: not every reading is judged."""
         return time - self._time >= _EVERY
 
     def judge(self, pose: Array, tensions: Array, time: float, laid: float = 0.0) -> str:

@@ -58,7 +58,7 @@ class ManualSettings:
 
 
 def require_run_out(speed: float, deceleration: float, delay: float, most: float) -> None:
-    """Raise `InputError` for a jog that goes on by over *most*, m, after the last order: for its lease, then slowing.
+    """Raise `InputError` for a jog that runs on by more than *most*, m, after the last order: its lease, then slowing.
 
     *speed*: m/s; *deceleration*: m/s^2; *delay*: s from an order to the motion.
     """

@@ -25,4 +25,4 @@ class Procedure(Protocol):
         """Begin at *now*, s."""
 
     def step(self, frame: SensorFrame, estimate: Estimate, dt: float) -> ProcedureStep:
-        """Return what to do in the next *dt*, s. Raises nothing, whatever the frame contains."""
+        """Return the winch commands for the next *dt*, s. Raises nothing, whatever the frame contains."""

@@ -54,11 +54,11 @@ class StopState:
         return cls(np.zeros(m), braked=True)
 
     def worsen(self, kind: StopKind) -> None:
-        """Go on as a more urgent stop of that *kind*; a less urgent one changes nothing."""
+        """Change to a more urgent stop of that *kind*; a less urgent one changes nothing."""
         self.kind = max(self.kind, kind)
 
     def at_rest(self, settings: StopSettings) -> bool:
-        """Whether it has come to its end: held for its time, or braked."""
+        """Whether the stop has finished: held for its time, or braked."""
         return self.braked or self.held >= settings.hold_time
 
 

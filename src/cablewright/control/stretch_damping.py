@@ -84,7 +84,7 @@ class DampingLoop:
         return np.asarray(around * self._answered(s, delay))
 
     def lead(self, rate: Array) -> Array:
-        """Return the angle, rad, by which what has passed the lags of a mode of *rate*, rad/s, is to lead."""
+        """Return the phase lead, rad, for a mode of *rate*, rad/s, that compensates its lags."""
         return np.asarray(-np.angle(self._answered(1j * rate, 0.5 * UNKNOWN_DELAY)) - _LAGS[1])
 
     def _answered(self, s: _Complex, delay: Array | float) -> _Complex:

@@ -99,7 +99,7 @@ class SupervisorState:
 
     @property
     def is_new(self) -> bool:
-        """Whether it has never been reset."""
+        """Whether the machine has never been reset."""
         return self.state is PrintState.FAULT and self.reason == NOT_RESET
 
 

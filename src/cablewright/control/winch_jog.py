@@ -67,7 +67,7 @@ class WinchJog:
         self._now = now
 
     def lease(self) -> None:
-        """Let it run for `LEASE` from the next step on."""
+        """Extend the jog by `LEASE` from the next step on."""
         self._asked = True
 
     def let_go(self) -> None:

@@ -177,7 +177,7 @@ def taught(settings: ReckoningSettings, state: ReckoningState, place: Array) -> 
 
 
 def counted(state: ReckoningState) -> Array:
-    """Return the lengths (m,), m, that are out by counts and the file's creep, without what was learnt."""
+    """Return the lengths (m,), m, by counts and the file's creep, without learnt corrections."""
     return state.start_lengths if state.lengths is None else state.lengths
 
 

@@ -62,7 +62,7 @@ class HeightSettings:
 
 
 class HeightEstimate(NamedTuple):
-    """Height of B by one vertical scan, m; NaN where `note` says why it is not known."""
+    """Height of B by one vertical scan, m; NaN with the reason in `note` where unknown."""
 
     over_floor: float = math.nan  # world: z of B
     over_structure: float = math.nan  # mean over the cone: the paper's fictive height

@@ -80,7 +80,7 @@ class LengthPriors:
 
 @dataclass(frozen=True, eq=False)
 class MeasuredPlace:
-    """A place that was measured: *place* (3,), m, at *time*, s, where lengths *counted* (m,), m, were out.
+    """A measured position: *place* (3,), m, at *time*, s, with lengths *counted* (m,), m.
 
     ``remembered`` (m,): N, by cables of their tensions; ``rotation`` (m,): rad, paid out.
     """
@@ -146,7 +146,7 @@ class LearntLengths:
 
     @property
     def place_rows(self) -> Array:
-        """The places (k, 3 m + 4), a row each of the attributes of `MeasuredPlace` in their order."""
+        """The measured positions (k, 3 m + 4), a row each of the attributes of `MeasuredPlace` in their order."""
         rows = [np.hstack(astuple(one)) for one in self.places]
         return np.array(rows).reshape(-1, 3 * len(self.hour) + 4)
 
@@ -186,7 +186,7 @@ class LearntLengths:
         return np.asarray((used[:, SHARE] + used[:, CREEP] * self.remembered) * counted)
 
     def given(self, held: Equilibrium) -> Array:
-        """Return what length (m,), m, mounts give to lines beyond the file, in the equilibrium *held* of one row."""
+        """Return the length (m,), m, that mounts add to lines beyond the file's, in the equilibrium *held* of a row."""
         return np.asarray(self.used[:, MOUNT] * mount_lengths(held)[0])
 
     def packed(self, model: Model) -> Packed:
@@ -277,7 +277,7 @@ def _with_values(held: Equilibrium, places: Sequence[MeasuredPlace], values: Arr
 
 
 def winding(priors: LengthPriors, turns: Array) -> Array:
-    """Return the standard deviation, m, of cable paid out in so many *turns* (m,), by that of the drum's radius.
+    """Return the standard deviation, m, of cable paid out in *turns* (m,) revolutions, by that of the drum's radius.
 
     That is a Gauss-Markov process over turns, and the cable its integral (Uhlenbeck and Ornstein 1930).
     """

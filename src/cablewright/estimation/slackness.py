@@ -74,7 +74,7 @@ class StraightLines(NamedTuple):
 
     @classmethod
     def at(cls, settings: SlacknessSettings, taut: Taut) -> StraightLines:
-        """Return that of lines that are *taut*."""
+        """Return the geometry of *taut* lines."""
         lines, c = settings.model.lines, np.cos(taut.angles)
         rising = lines.weight * (0.5 * taut.free - settings.from_platform)
         return cls(taut, np.tan(taut.angles), c, rising, lines.weight * taut.free * c * c, stretches(lines, taut))

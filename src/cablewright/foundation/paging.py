@@ -48,7 +48,7 @@ MEMORY: Final = Room()
 
 
 def blocks(rows: int, size: int | None = None) -> Iterator[slice]:
-    """Slices of so many *rows*, in order, each of *size* rows at most, by default `BLOCK`."""
+    """Slices of *rows* rows, in order, each of *size* rows at most, by default `BLOCK`."""
     size = size or BLOCK
     for first in range(0, rows, size):
         yield slice(first, min(first + size, rows))

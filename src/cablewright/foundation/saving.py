@@ -62,7 +62,7 @@ class Coded:
     decode: Callable[[Any], Any]
 
     def walk(self, walk: _Walk, key: str, live: Any) -> Any:
-        """Save *live*, or return what was saved."""
+        """Save *live*, or return the saved value."""
         if walk.loading:
             try:
                 return self.decode(walk.value(key, None, lambda _: True, ""))
@@ -285,7 +285,7 @@ def write_snapshots(
 
 
 def read_snapshots(path: Path, *, is_signed: IsSigned | None = None) -> dict[str, Snapshot]:
-    """Read what `write_snapshots` wrote. Raises `InputError`, one line, for any other file, or a damaged one.
+    """Read the file of `write_snapshots`. Raises `InputError`, one line, for any other file, or a damaged one.
 
     With *is_signed*, which decides whether a signature matches a content, also for a content without a signature.
     """

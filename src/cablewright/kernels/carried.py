@@ -26,7 +26,7 @@ _has_told = False
 
 
 def carried(stamp: str, host: tuple[Any, ...]) -> tuple[Path, tuple[Any, ...]] | None:
-    """Return the folder of the kernels carried for *stamp*, and for what processor: (triple, name, features).
+    """Return the folder of the packaged kernels for *stamp*, and their processor: (triple, name, features).
 
     None if there are none, if the *host* lacks something of that level, or if the user has named a processor.
     """

@@ -128,5 +128,5 @@ class BodyEstimator:
         return self._state.judged.search is not None
 
     def after_load(self) -> None:
-        """Go on with the loaded data."""
+        """Resume with the loaded data."""
         resumed(self._settings, self._state)

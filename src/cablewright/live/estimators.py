@@ -214,7 +214,7 @@ class DeadReckoning(_SteppedEstimator):
     danger, searches = "", False
 
     def after_load(self) -> None:
-        """Go on with the loaded data. Raises `AnswerError` where there is no equilibrium."""
+        """Resume with the loaded data. Raises `AnswerError` where there is no equilibrium."""
         dead_reckoning.resumed(self._settings, self._state)
 
     @property

@@ -247,7 +247,7 @@ class Replays(Pictured):
 
     @property
     def first(self) -> Replay:
-        """The first one, for what all have in common."""
+        """The first replay, for properties that all have in common."""
         return self.each[0]
 
     @property

@@ -23,7 +23,7 @@ def load_machine(name_or_path: str | Path) -> MachineSettings:
 
 
 def machine_table(name_or_path: str | Path) -> tuple[dict[str, Any], str]:
-    """Return the whole table of a machine file, and what to call it in messages. Raises `InputError`."""
+    """Return the whole table of a machine file, and its name in messages. Raises `InputError`."""
     if isinstance(name_or_path, str) and name_or_path in machine_names():
         origin = f"{name_or_path} (library)"
         return parse_table(machine_text(name_or_path), origin), origin

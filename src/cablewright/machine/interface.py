@@ -38,7 +38,7 @@ class Abilities:
 
 
 class Machine(Protocol):
-    """A machine with m winches. Its clock starts at 0, or where it was left, and goes on with each step."""
+    """A machine with m winches. Its clock starts at 0, or where it was left, and advances with each step."""
 
     @property
     def period(self) -> float:
@@ -74,7 +74,7 @@ def require_abilities(
     modes: frozenset[WinchMode] = frozenset({WinchMode.VELOCITY}),
     outputs: frozenset[str] = frozenset(),
 ) -> None:
-    """Raise `InputError`, before anything moves, for what the machine lacks."""
+    """Raise `InputError`, before anything moves, for missing abilities of the machine."""
     if abilities.winches != winches:
         raise InputError(f"the machine has {abilities.winches} winches, the robot {winches} lines")
     for what, asked, given in (

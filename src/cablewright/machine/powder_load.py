@@ -39,7 +39,7 @@ class PowderLoad:
         return min(self.poured, self.full)
 
     def pour(self, valve: float, dt: float) -> None:
-        """Count what leaves in *dt*, s, through a *valve* that is open to a share from 0 to 1."""
+        """Subtract the powder that leaves in *dt*, s, through a *valve* opened by a share from 0 to 1."""
         self.poured += self.flow * valve * dt
 
     def refill(self) -> None:
@@ -47,7 +47,7 @@ class PowderLoad:
         self.poured = 0.0
 
     def follow(self, orders: Iterable[Order], command: Command | None, dt: float) -> None:
-        """Count one step of a log: it is taken to be refilled before, if an order that was obeyed says so."""
+        """Process one step of a log; an obeyed order to refill counts first."""
         if any(order.kind is OrderKind.REFILLED and not order.refusal for order in orders):
             self.refill()
         if command is not None:

@@ -106,7 +106,7 @@ class RoomSettings(Description):
 
 
 class ClockSettings(Description):
-    """The clock on the drum, which stamps what is heard over the wireless link, as its owner knows it.
+    """Owner's settings of the clock on the drum, which stamps readings over the wireless link.
 
     ``offset``: standard deviation, s, of its difference from the machine's at the start; ``drift``: of its rate.
     ``latency``: s, the shortest time that a reading takes. ``age``: s, how old the youngest one of a step may be

@@ -118,7 +118,7 @@ class CountFile:
         self.path, self._robot, self._lines = path, robot, tuple(lines)
 
     def read(self) -> SavedCounts | None:
-        """Return what was saved; None without a file. Raises `InputError` for one that is damaged or of another."""
+        """Return the saved counts; None without a file. Raises `InputError` for a damaged or foreign file."""
         if not self.path.exists():
             return None
         try:

@@ -29,7 +29,7 @@ class WinchLines:
 
     @classmethod
     def of(cls, robot: Robot) -> Self:
-        """Return those of *robot*."""
+        """Return the assignment of lines to winches of *robot*."""
         hosts, index = list(robot.hosts), {line.name: i for i, line in enumerate(robot.lines)}
         host, sense = np.arange(robot.m), np.ones(robot.m)
         for i, line in enumerate(robot.lines):

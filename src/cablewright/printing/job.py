@@ -204,7 +204,7 @@ class Job(FileDescription):
         return "piece" if self.gcode is None else "G-code line"
 
     def toolpath(self, progress: Progress | None = None) -> Toolpath:
-        """Read the G-code, with arcs cut as `sampling` says, or compute the path. Raises `InputError`."""
+        """Read the G-code, with arcs cut by `sampling`, or compute the path. Raises `InputError`."""
         if isinstance(self.path, Path):
             step = max((self.sampling.step or DEFAULT_STEP) / self.scale, SHORTEST_ARC_STEP)
             error = max(self.sampling.arc_error / self.scale, SMALLEST_ARC_ERROR)

@@ -211,7 +211,7 @@ class Line(Description):
         return last if isinstance(last, tuple) else self.dead_span().last.start
 
     def dead_span(self, wheels: bool = True) -> DeadSpan:
-        """The way of the cable from its winch exit, which is modelled, to its exit point, or to a pulley there.
+        """The path of the cable from its modelled winch exit to its exit point, or to a pulley there.
 
         Without *wheels* those are points, their centres. Raises `InputError` where no cable runs so.
         """

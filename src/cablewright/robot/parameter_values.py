@@ -121,7 +121,7 @@ def _with(part: Any, path: str, value: float) -> Any:
 
 
 def with_compliance(line: Line, path: str, value: float) -> Line:
-    """Return the line with another compliance of its mount; 0 where its file says nothing leaves it so."""
+    """Return the line with another compliance of its mount; 0 leaves a line without a mount unchanged."""
     changed: Line = line if value == 0.0 and line.exit_compliance is None else _with(line, path, value)
     return changed
 

@@ -53,7 +53,7 @@ class Described(Protocol):
         """Lines of the robot."""
 
     def model_copy(self, *, update: Mapping[str, Any]) -> Self:
-        """Return one with other parts."""
+        """Return a copy with other parts."""
 
 
 R = TypeVar("R", bound=Described)
@@ -138,7 +138,7 @@ class Parameter:
             raise InputError(f"{self.kind}: {fault[1]}")
 
     def of_line(self, name: str) -> bool:
-        """Whether it is a number of the line *name*."""
+        """Whether the parameter is a number of the line *name*."""
         return self.line in (None, name)
 
     @property

@@ -81,7 +81,7 @@ class _PlatformWithLoads(Description):
 
     @property
     def in_tilted_plane(self) -> bool:
-        """Whether it has a plane that is not across an axis of the world."""
+        """Whether the platform has a plane that is not perpendicular to an axis of the world."""
         return self.plane is not None and self.plane.axis is None
 
     @property
@@ -93,7 +93,7 @@ class _PlatformWithLoads(Description):
 
     @property
     def may_lift(self) -> bool:
-        """Whether it has a plane that only pushes, off which lines may lift it."""
+        """Whether the platform has a plane that only pushes, off which lines may lift it."""
         return self.plane is not None and not self.plane.pulls
 
     @model_validator(mode="after")

@@ -257,12 +257,12 @@ def _way(line: Line, robot: Described, place: Vec3) -> float:
 
 
 def load_uncertainty(path: str | Path) -> Uncertainty:
-    """Read a TOML file. Raises `InputError`, one line with file, key, value and what is allowed."""
+    """Read a TOML file. Raises `InputError`, one line with file, key, value and the allowed range."""
     return load_model(Uncertainty, path)
 
 
 def assumed_uncertainty(robot: Described) -> Uncertainty:
-    """Return what is assumed of a robot whose uncertainty is not known.
+    """Return the assumed uncertainty of a robot without a file.
 
     Exit points within 2 mm along each axis, lengths within 0.5 mm, the mass of the platform and of counterweights
     within 2 %, moduli within 10 % for steel and 30 % for fibre. A cable counts as steel if its mass fills its diameter,

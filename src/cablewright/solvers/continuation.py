@@ -94,7 +94,7 @@ class Tracker:
         return Status.of(code)
 
     def change(self, packed: Packed) -> None:
-        """Go on with other numbers of the same robot in *packed*: of another load, or another retraction.
+        """Continue with other numbers of the same robot in *packed*: of another load, or another retraction.
 
         The next step leads to their equilibrium.
         """

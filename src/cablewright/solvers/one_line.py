@@ -116,7 +116,7 @@ class LoneLine:
         return int(codes[0]), states[0, self.index]
 
     def max_excess(self) -> tuple[float, str]:
-        """Return the largest excess, m, and what limits it: a word of `slack.SlackSet`."""
+        """Return the largest excess, m, and its limit: a word of `slack.SlackSet`."""
         line, limit, ended_by = self.model.robot.lines[self.index], math.inf, "nothing"
         if line.winch.capacity is not None:
             limit, ended_by = line.winch.capacity / line.cables - self.taut, "capacity"

@@ -241,7 +241,7 @@ def _shared(question: AccuracyQuestion, file: Path | None, executor: Executor | 
 
 
 def bytes_each(robot: Robot, ranges: int, room: Path | None = None) -> float:
-    """Return the memory for each sample of a job while so many numbers are uncertain: benchmarks/path_memory.py.
+    """Return the memory for each sample of a job with this many uncertain numbers: benchmarks/path_memory.py.
 
     *room*: of its arrays.
     """

@@ -64,7 +64,10 @@ class OneNumberFit:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MeasuredModes(Pictured):
-    """Modes of a swing beside the model's. `matched` (k,): the model's mode of each measured one, -1 for none."""
+    """Modes of a swing compared with the model's.
+
+    `matched` (k,): the model's mode of each measured one, -1 for none.
+    """
 
     FIGURES: ClassVar = (
         Figure("robot", "", "Name of the robot.", "model.equilibrium.model.robot.name"),

@@ -214,7 +214,7 @@ class Criterion:
 
     @property
     def turned_by_gravity(self) -> bool:
-        """Whether a body's lines share so many winches that its position is given, and gravity decides its rotation."""
+        """Whether a body's lines share winches such that its position is given, and gravity decides its rotation."""
         model = self.model
         free = bool(model.robot.sharing) and model.n == 6 and model.robot.platform.plane is None
         return free and 3 <= model.winches < model.freedoms

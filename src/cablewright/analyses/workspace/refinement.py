@@ -55,7 +55,7 @@ class SearchBox:
 
     @property
     def is_flat(self) -> bool:
-        """Whether it is a rectangle: its ends along one axis are equal."""
+        """Whether the box is a rectangle: its ends along one axis are equal."""
         return bool((self.low == self.high).any())
 
     @property

@@ -127,7 +127,7 @@ class NodeCount(Result):
 
     @property
     def columns(self) -> dict[str, Array | Mask]:
-        """(k,) each: the nodes, m, and whether they are inside; what `to_frame` shows."""
+        """Columns (k,) of `to_frame`: the nodes, m, and whether they are inside."""
         nodes = self.box.grid(self.inside.shape).reshape(-1, 3)
         return dict(zip("xyz", nodes.T, strict=True)) | {"inside": self.inside.ravel()}
 

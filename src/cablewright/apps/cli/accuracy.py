@@ -89,7 +89,7 @@ class PlaceOptions:
         return given[0]
 
     def of(self, machine: cw.Robot) -> cw.Places:
-        """The places of a helix, a plane or the workspace of a robot. Raises `InputError`."""
+        """Return the positions of a helix, a plane or the workspace of a robot. Raises `InputError`."""
         from cablewright.live import places
 
         if self.helix is not None:

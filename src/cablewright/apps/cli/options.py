@@ -149,7 +149,7 @@ Tensions = Annotated[
 
 @options("Robot and load")
 class RobotOptions:
-    """The robot and what pulls at its platform."""
+    """Options of the robot and the external wrench on its platform."""
 
     robot: RobotName
     lines: Annotated[
@@ -233,7 +233,7 @@ class RegionOptions(LawOptions):
 
 @options("Workspace")
 class OrientedRegionOptions(RegionOptions):
-    """The same for any orientation and retraction."""
+    """Options of the region, for any orientation and retraction."""
 
     orientations: Annotated[
         str | None,

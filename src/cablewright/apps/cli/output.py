@@ -209,6 +209,6 @@ def compiling(*kernels: str, then: Callable[[], None] | None = None) -> Iterator
 
 
 def tell_compiling(done: int, count: int, seconds: float) -> None:
-    """Say that so many kernels of *count* are compiled, and how long the others may take."""
+    """Report the number of compiled kernels of *count*, and the estimated remaining time."""
     if done < count:
         tell(f"compiling kernels (once): {done + 1} of {count}, about {max(1.0, seconds):.0f} s")

@@ -96,7 +96,7 @@ class SimulatedOptions:
 
 @options()
 class RunOptions:
-    """The run folder, and whether a print in it goes on."""
+    """Options of the run folder, and of resuming the print in it."""
 
     out: Annotated[
         Path | None,

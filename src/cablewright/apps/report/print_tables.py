@@ -39,7 +39,7 @@ def following_table(found: PrintRecord) -> Html:
 
 
 def paper_table(found: PrintRecord) -> Html | None:
-    """The figures that Merlet and Papegay 2023 print beside the same of this print; None for another robot."""
+    """The figures of Merlet and Papegay 2023 beside those of this print; None for another robot."""
     if found.head.robot.name != _OF_THE_PAPER:
         return None
     structure = found.structure

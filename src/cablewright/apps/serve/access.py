@@ -128,7 +128,7 @@ class Access:
         return "foxglove" if len(given) == 1 and given[0] in FOXGLOVE_ORIGINS else "foreign"
 
     def is_token(self, given: str) -> bool:
-        """Whether it is the token, compared in constant time."""
+        """Whether the text is the token, compared in constant time."""
         return hmac.compare_digest(hashlib.sha256(given.encode("utf-8", "replace")).digest(), self.token)
 
     def may_guess(self) -> bool:
@@ -136,7 +136,7 @@ class Access:
         return self._guesses.take()
 
     def is_view_token(self, given: str) -> bool:
-        """Whether it lets read the live log."""
+        """Whether the text is the token that allows reading the live log."""
         return hmac.compare_digest(given.encode("utf-8", "replace"), self.view_token.encode())
 
     def new_cookie(self) -> tuple[str, str]:

@@ -248,7 +248,7 @@ class Page(Served):
         return JSONResponse(await asyncio.to_thread(self.uploads.runs, self.checks.busy))
 
     async def notes(self, request: Request) -> Response:
-        """Keep what a person notes of a run."""
+        """Save a person's note on a run."""
         if self._operator(request) is None:
             return _not_operating()
         run = request.path_params["run"]

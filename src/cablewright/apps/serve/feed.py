@@ -30,7 +30,7 @@ STALE: Final = 0.5
 
 @dataclass(eq=False)
 class Feed:
-    """Reads the control's latest state, once for all pages. `text` is what they get."""
+    """Reader of the control's latest state, once for all pages. `text` is the message to them."""
 
     link: ServerLink
     operators: Operators

@@ -122,7 +122,7 @@ class Address:
 
 
 def require_libraries() -> None:
-    """Raise `EnvironmentFault` where the extra ``web`` is not installed, or the system cannot share what is open."""
+    """Raise `EnvironmentFault` where the extra ``web`` is missing, or the system cannot share open files."""
     if sys.platform == "win32":
         raise EnvironmentFault("serve: needs Linux or macOS: control and server share sockets that are inherited")
     if missing := [name for name in _LIBRARIES if importlib.util.find_spec(name) is None]:

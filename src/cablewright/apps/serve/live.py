@@ -31,7 +31,7 @@ class Live:
         self._waiting: set[asyncio.Task[None]] = set()
 
     async def run(self) -> None:
-        """Serve until it goes; then it operates no more."""
+        """Serve until the page disconnects; then its lease ends."""
         client = self.page.operators.join(self.socket.scope["session"])
         if client is None:
             await self.socket.close(1013)

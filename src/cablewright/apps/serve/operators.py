@@ -60,7 +60,7 @@ class Operators:
     _hung: float = -float("inf")  # s, when it continued after a hang
 
     def look(self) -> None:
-        """Note that the server runs, and whether it hung: the lease of a page that it did not hear for long ends."""
+        """Record that the server runs, and end the lease of a page that was silent for too long or during a hang."""
         before, self._looked = self._looked, time.monotonic()
         if self._looked - before > ORDER_LIFE:
             self._hung = self._looked
@@ -87,7 +87,7 @@ class Operators:
         return client
 
     def leave(self, client: Client) -> None:
-        """A page that has gone operates no more."""
+        """End the lease of a page that has disconnected."""
         self.clients.pop(client.secret, None)
         self.release(client)
 

@@ -52,14 +52,14 @@ class Served:
         return sent
 
     async def calm(self, kind: OrderKind, by: str) -> str:
-        """Give one of the orders to come to rest, which need no lease; return why it was rejected, or an empty text."""
+        """Send an order to stop or pause, which needs no lease; return why it was rejected, or an empty text."""
         number = next(self.numbers)
         self.feed.stops += 1
         message = OrderMessage(by=by, number=number, at=time.monotonic(), kind=kind)
         return await self.answer(number, by) if self.link.send(message, "stops") else "the control does not answer"
 
     async def answer(self, number: int, by: str) -> str:
-        """Wait for what the control answers: why not, or an empty text."""
+        """Wait for the control's answer: the reason of a rejection, or an empty text."""
         end = time.monotonic() + _ANSWER
         while time.monotonic() < end:
             found = self.feed.answer_of(number, by)

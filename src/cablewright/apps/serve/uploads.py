@@ -115,7 +115,7 @@ class Uploads:
             raise InputError(f"{part} of {self.name(number)!r}: is empty")
 
     def remove(self, number: str) -> None:
-        """Remove a job. Raises `InputError` for one that is not there."""
+        """Remove a job. Raises `InputError` for a job that does not exist."""
         shutil.rmtree(self.job(number))
 
     def job(self, number: str) -> Path:
@@ -127,7 +127,7 @@ class Uploads:
         return str(_values(self.job(number) / ABOUT).get("name", number))[:40]
 
     def jobs(self, busy: dict[str, str]) -> list[dict[str, Any]]:
-        """All jobs, the newest first. *busy*: what is being done, by number."""
+        """Return all jobs, the newest first. *busy*: the present task of each, by number."""
         found = []
         for folder in (self.folder / JOBS).iterdir():
             about = _values(folder / ABOUT)
@@ -150,7 +150,7 @@ class Uploads:
         return sorted(found, key=lambda each: -each["utc"])
 
     def runs(self, busy: dict[str, str], most: int = _MOST_RUNS) -> list[dict[str, Any]]:
-        """The newest runs, at *most* so many, the newest first."""
+        """Return the newest runs, at most *most*, the newest first."""
         found = []
         folders = sorted((each for each in (self.folder / RUNS).iterdir() if _RUN.fullmatch(each.name)), reverse=True)
         for folder in folders[:most]:
@@ -168,7 +168,7 @@ class Uploads:
         return found
 
     def keep_notes(self, name: str, text: str) -> str:
-        """Keep what a person notes of a run; return it. Raises `InputError`, `EnvironmentFault`."""
+        """Save a person's note on a run; return it. Raises `InputError`, `EnvironmentFault`."""
         lines = [printable(line.rstrip()) for line in text[:MAX_NOTES].splitlines()]
         kept = "\n".join(lines).strip()
         write_whole(self.run_folder(name) / NOTES, kept.encode())

@@ -63,7 +63,7 @@ def station_of(folder: Path) -> Any:
 
 
 def write_station(folder: Path, robot: Any, owner: Any) -> None:
-    """Keep what checks are about. Raises `EnvironmentFault`."""
+    """Write the subject of checks, robot and machine, to a file. Raises `EnvironmentFault`."""
     about = {"robot": robot.model_dump_json(), "machine": owner.model_dump_json(by_alias=True)}
     write_whole(folder / STATION, json.dumps(about).encode())
 

@@ -45,7 +45,10 @@ class Quantity:
 
     @classmethod
     def of(cls, key: str, label: str, unit: str, values: Array | RowExtremes, **more: Any) -> Quantity:
-        """With a scale from the smallest to the largest value; few outliers do not stretch it, and the note says so."""
+        """Return the quantity with a scale from the smallest to the largest value.
+
+        The scale cuts off few outliers, with a note.
+        """
         low, high, known = _spread(values)
         if low > high:
             return cls(key, label, unit, values, 0.0, 1.0, **more)
@@ -112,7 +115,7 @@ class PathScene:
 
     @cached_property
     def kind(self) -> NDArray[np.uint8]:
-        """(k,) what the piece that ends at each point is; lifted at the first, and where a point is not known."""
+        """Type (k,) of the piece that ends at each point; lifted at the first, and at an unknown point."""
         known = self.known
         made = np.where(self.extruding, LAID, TRAVEL).astype(np.uint8)
         made[:1] = LIFTED

@@ -43,7 +43,7 @@ class SceneBody:
 
 @dataclass(frozen=True)
 class Mark:
-    """A place with a name in the scene."""
+    """A named position in the scene."""
 
     label: str
     place: tuple[float, float, float]
@@ -51,7 +51,7 @@ class Mark:
 
 @dataclass(frozen=True, eq=False)
 class SceneDescription:
-    """A robot in one or more states, and what stands beside it."""
+    """A robot in one or more states, and other objects of the scene."""
 
     title: str
     robot: Robot

@@ -170,17 +170,17 @@ def record_text(record: CalibrationRecord) -> str:
 
 
 def record_path(robot: str | Path) -> Path:
-    """Return where the record of a robot's file is: ``mine.calibration.toml`` beside ``mine.toml``."""
+    """Return the path of the record of a robot's file: ``mine.calibration.toml`` for ``mine.toml``."""
     return Path(robot).with_suffix(".calibration.toml")
 
 
 def load_record(path: str | Path) -> CalibrationRecord:
-    """Read a record. Raises `InputError`, one line naming file, key, value and what is allowed."""
+    """Read a record. Raises `InputError`, one line naming file, key, value and the allowed range."""
     return load_model(CalibrationRecord, path)
 
 
 def compared(found: Calibration, last: CalibrationRecord, level: float = LEVEL) -> Explanation:
-    """Return what changed since the *last* calibration. Raises `InputError` where they have no unknown in common."""
+    """Return the changes since the *last* calibration. Raises `InputError` where they have no unknown in common."""
     before = {(each.name, each.line): at for at, each in enumerate(last.values)}
     both = [
         (at, before[each.kind, each.line])

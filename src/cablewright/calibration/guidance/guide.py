@@ -157,7 +157,7 @@ class PoseCandidates:
         return cls(places, every, rows * (wanted.encoder_sigma / known.sigma))
 
     def ordered(self, chosen: list[int], last: Array | None) -> list[int]:
-        """Return them in an order with short travel: the next is the nearest."""
+        """Return the poses in an order with short travel: the next is the nearest."""
         begin = self.places.mean(axis=0) if last is None else last
         return [chosen[at] for at in nearest_order(self.places[chosen, :3], begin[:3])]
 

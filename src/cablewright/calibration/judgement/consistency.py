@@ -107,7 +107,7 @@ class Together:
 
 
 def others_of(problem: CalibrationProblem) -> str:
-    """Return what there is besides lengths, in words."""
+    """Return the kinds of measurements other than lengths, in words."""
     names = ["the surveyed points"] * bool(problem.plan.points)
     names += [words for key, words in _KINDS.items() if getattr(problem.plan, key)]
     names += [f"the {name}" for name in dict.fromkeys(kind_of(problem).tolist()) if name != "lengths"]

@@ -174,7 +174,7 @@ def _candidates(problem: CalibrationProblem, found: PoseFit) -> list[_Candidate]
 
 
 def alternatives(problem: CalibrationProblem, found: PoseFit, effects: Iterable[Effect]) -> list[Alternative]:
-    """Return what the *effects* that were weighed do to the rows at a fit that has the chosen ones."""
+    """Return the changes of the rows by the tested *effects*, at a fit that has the chosen ones."""
     chosen = {each.name: each.chosen for each in effects}
     named = (each for each in _candidates(problem, found) if each.name in chosen) if chosen else ()
     return [Alternative(*each, USUAL[each.name], chosen[each.name]) for each in named]

@@ -38,7 +38,7 @@ _TOO_MANY: Final = 0.4  # share of rejected poses beyond which the model is wron
 
 @dataclass(frozen=True, eq=False)
 class Unexplained:
-    """What of each pose no change of it explains, at a fit of those that are not `out`, and what that fit determines.
+    """Residuals of each pose that no change of the pose explains, at a fit without the poses `out`.
 
     Each row is of sigma 1 or less: the weights are those of `sigmas.evened`.
     """
@@ -53,7 +53,7 @@ class Unexplained:
 
     @classmethod
     def of(cls, problem: CalibrationProblem, found: PoseFit, out: Mask) -> Unexplained:
-        """Return it at a fit *found*, whose weights leave something out of the poses *out*."""
+        """Return these residuals at a fit *found* without the poses *out*."""
         poses = found.poses
         if out.any():  # at the place that fits all its rows best, for the equations are linear only near it
             poses = np.where(out[:, None], fitted_poses(problem, found.theta, poses), poses)

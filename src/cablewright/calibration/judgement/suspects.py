@@ -40,7 +40,7 @@ _POWER: Final = 0.9  # probability with which a change of the reported size is f
 
 @dataclass(frozen=True, eq=False)
 class Suspect:
-    """A change that is possible: what changes, of which line or row, and the effect (d, r) of its r amounts.
+    """A possible change: its kind, its line or row, and the effect (d, r) of its r amounts.
 
     ``among``: how many changes of its kind are possible.
     """
@@ -114,7 +114,7 @@ class Evidence:
         self.effects = [whitening @ each.effect for each in suspects]
 
     def explained(self, level: float) -> Explanation:
-        """Return what explains the numbers, by tests with a false alarm in a share *level* of cases."""
+        """Return the changes that explain the numbers, by tests with a false alarm in a share *level* of cases."""
         probability = self._probability([])
         named: list[int] = []
         rest = probability

@@ -105,7 +105,7 @@ def _inconsistent(problem: CalibrationProblem, rms: float, chi: float) -> str:
 
 
 def zeros(problem: CalibrationProblem, of: Iterable[str] = SENSORS) -> str:
-    """Return what to try where zeros of the sensors *of* some names may be wrong; empty if none counts as right."""
+    """Return advice on zeros of the sensors *of* these names that may be wrong; empty if none counts as right."""
     unsure = [each for each in of if problem.measured.has(each) and f"{each}_offset" not in problem.plan.unknowns]
     names = " and ".join(f"{each}_offset" for each in unsure)
     return f"; if their zero is not sure, add {names} to the unknowns" if names else ""

@@ -79,7 +79,7 @@ class Information:
 
 
 def projected(found: Derivatives) -> tuple[Array, Array, NDArray[np.int64]]:
-    """Return residuals (N, e) and derivatives (N, e, k) without what each pose explains, and the poses' ranks (N,).
+    """Return residuals (N, e) and derivatives (N, e, k) with the poses projected out, and the poses' ranks (N,).
 
     The rows are rotated within each pose; those that the pose explains are zero.
     """
@@ -194,7 +194,7 @@ def beyond_frames(found: Information) -> Array:
 
 
 def frame_rows(found: Information, start: Array, weight: float) -> tuple[Array, Array]:
-    """Return rows (d, k) and values (d,) that hold what stays open near *start* (k,): the inner constraint.
+    """Return rows (d, k) and values (d,) that fix the undetermined directions near *start* (k,): the inner constraint.
 
     What a robot file does not have, home lengths and offsets of sensors, does not count.
     """
@@ -216,7 +216,7 @@ def open_freedoms(found: Information) -> tuple[str, ...]:
 
 
 def without(basis: Array, part: Array) -> Array:
-    """Return what of an orthonormal *basis* (k, d) is orthogonal to another, *part* (k, c), in its span."""
+    """Return the part of an orthonormal *basis* (k, d) that is orthogonal to another, *part* (k, c), in its span."""
     left, values, _ = np.linalg.svd(basis - part @ (part.T @ basis), full_matrices=False)
     return np.asarray(left[:, values > 0.5])
 
@@ -277,7 +277,7 @@ def _spread(rows: Array, null: Array, exits: Array) -> tuple[float, int]:
 
 
 def remedy(found: Information) -> str:
-    """Return the smallest measurement, in words, that determines more besides the place of frames; empty for none."""
+    """Return the smallest measurement, in words, that determines more than the frames; empty for none."""
     before, closing = beyond_frames(found).shape[1], []
     for words, rows in _measurements(found):
         _, right, kept = _spectrum(np.concatenate([found.rows, rows]))

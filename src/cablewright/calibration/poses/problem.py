@@ -268,7 +268,7 @@ class CalibrationProblem(ABC):
         return moved
 
     def in_frame(self) -> Self:
-        """Return the same with rows that hold what the data leave open: without them it creeps from step to step."""
+        """Return the problem with rows that fix the undetermined directions, which would drift from step to step."""
         held, wanted = self.frame
         return self if not len(held) else self.with_linear(held, wanted)
 
@@ -290,7 +290,7 @@ class CalibrationProblem(ABC):
 
     @property
     def has_other_sensors(self) -> bool:
-        """Whether there are rows of known sigma besides the encoders'."""
+        """Whether there are rows of known sigma from sensors other than encoders."""
         return self.per_pose > self.robot.m or len(self.is_prior) > 0
 
     def line_numbers(self, theta: Array) -> Array:
@@ -300,7 +300,7 @@ class CalibrationProblem(ABC):
         return lines
 
     def counts_at(self, theta: Array, states: Array, given: Array | float = 0.0) -> Array:
-        """Return what the encoders (N, m) should read at these states of the poses, m.
+        """Return the expected readings of the encoders (N, m) at these states of the poses, m.
 
         *given* (N, m): how much less cable lies beyond the winches as mounts of exit points and springs give, m.
         """
@@ -334,7 +334,7 @@ class CalibrationProblem(ABC):
 
     @property
     def is_soft(self) -> bool:
-        """Whether mounts of exit points or springs give, or may give, besides what an equilibrium counts."""
+        """Whether mounts of exit points or springs are compliant beyond the equilibrium's own compliance."""
         unknown, known = (each[:, straight_line.GIVING] for each in (self.rows.target >= 0, self.rows.lines))
         return bool(unknown.any() or known.any())
 

@@ -282,7 +282,7 @@ def _fit_from(problem: ElasticProblem, straight: CalibrationProblem, found: Pose
 
 
 def straight_plan(problem: ElasticProblem) -> CalibrationPlan:
-    """Return the plan for straight lines: without what loads do to lengths, with sigmas that allow for sag."""
+    """Return the plan for straight lines: without the effect of loads on lengths, with sigmas that allow for sag."""
     plan, robot = problem.plan, problem.robot
     min_tension = _SAGGING * robot.platform.mass * robot.scene.gravity
     exact = {"encoder": max(plan.sigma.encoder or 0.0, _SAG), "tension": max(plan.sigma.tension, min_tension)}

@@ -13,7 +13,7 @@ from cablewright.kernels.fitting import calibration_residuals as rows
 
 
 class SensorRows(NamedTuple):
-    """Rows of one sensor, r at each of N poses; what is not an array is the same in all rows, see `MeasurementRows`."""
+    """Rows of one sensor, r at each of N poses; scalars are the same in all rows, see `MeasurementRows`."""
 
     kind: int
     values: Array  # (N, r)

@@ -97,7 +97,7 @@ class Frame(Description):
 
 
 class SurveyPlan(FileDescription):
-    """A survey's plan. ``points`` says what markers are on whose names do not: ``P17 = "exit south-west"``."""
+    """A survey's plan. ``points`` assigns markers whose names do not: ``P17 = "exit south-west"``."""
 
     instrument: Instrument = Instrument()
     exit: Placing = Placing()

@@ -180,7 +180,7 @@ class CreepResult(Pictured):
 
     @property
     def robot_file_text(self) -> str:
-        """The `[cable.creep]` of a robot file; what is below 0 but may not be is left at 0."""
+        """The `[cable.creep]` of a robot file; non-physical negative values are set to 0."""
         sizes = [f"{max(each, 0.0):.4g}" for each in self.compliances.tolist()]
         times = ", ".join(f"{tau:g}" for tau in self.retardations)
         elements = f"retardations = [{times}]\ncompliances = [{', '.join(sizes[:-1])}]"
@@ -202,7 +202,7 @@ class CreepResult(Pictured):
         return f'[[parameters]]\nname = "creep_compliance"\nrange = [0.0, {max(size, 0.0) + _COVERAGE * sigma:.2g}]'
 
     def crept(self) -> Array:
-        """Return the strain (k,) by creep at the samples, by the law found: what all else leaves of the elongation."""
+        """Return the strain (k,) by creep at the samples: the elongation without all other parts of the law."""
         strain = self.test.elongation / self.initial_length - self.offset - self.residuals
         strain = strain - self.elastic * (self.test.force - self.test.force[0])
         if self.expansion is not None and self.test.temperature is not None:

@@ -48,7 +48,7 @@ EXPONENT: Final = PaceUnknown("humidity_exponent", 1.0, (-6.0, 0.0, 6.0), 20.0, 
 
 @dataclass(frozen=True, eq=False)
 class ClimateOfTest:
-    """The climate of a test under load, and what its pace depends on: logarithms of the pace per each of p unknowns.
+    """The climate of a test under load, and its p columns of the logarithm of the pace.
 
     ``temperature`` (degrees Celsius) and ``humidity``: means under load, at which the pace is 1; None: not known.
     """
@@ -63,7 +63,7 @@ class ClimateOfTest:
         return np.asarray(np.exp(np.clip(self.logarithms @ found, -_LARGEST, _LARGEST)))
 
     def choices(self) -> Iterator[ClimateOfTest]:
-        """Yield it with all of its unknowns, with each of several alone, and with none."""
+        """Yield the climate with all of its unknowns, with each of several alone, and with none."""
         yield self
         p = len(self.unknowns)
         for kept in ([j] for j in range(p) if p > 1):

@@ -86,7 +86,7 @@ def measurement_of(settings: BodySettings, state: BodyState, slopes: Slopes, acc
 
 
 def predicted(settings: BodySettings, state: BodyState) -> list[Array]:
-    """Return what each sensor would read at the present unknowns, (k,)."""
+    """Return the expected reading of each sensor at the present unknowns, (k,)."""
     here = HeldBody(state.pose, state.tensions, state.taut.planes)
     return [sensor.as_known(state, sensor.shown(here)) for sensor in settings.sensors]
 

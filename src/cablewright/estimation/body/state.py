@@ -28,7 +28,7 @@ from cablewright.solvers.taut import Taut, mount_share, stretches, taut_of
 
 @dataclass(eq=False)
 class Window:
-    """Readings less what was predicted of them, since the last measurement."""
+    """Readings less their predictions, since the last measurement."""
 
     begin: float = math.nan  # s
     readings: dict[Update, list[Array]] = field(default_factory=dict)  # (k,) each

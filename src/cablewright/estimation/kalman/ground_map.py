@@ -101,7 +101,7 @@ class GroundMap:
         self._kept[chosen] = kept
 
     def at(self, places: Array) -> KnownGround:
-        """Return what is expected at *places* (k, 2), m, world."""
+        """Return the expected ground at *places* (k, 2), m, world."""
         kept, ours = self._find(places)
         growths, paths = self._growths(kept), (kept["path"] - kept["path_seen"]).astype(np.float64)
         may_have_grown = np.maximum(growths, self.growth) * paths

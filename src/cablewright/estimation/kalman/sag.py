@@ -67,7 +67,7 @@ class Sag(NamedTuple):
 
 
 class Balanced(NamedTuple):
-    """Horizontal forces that may be: ``first + share * change``, a share from 0 to 1, and what is not sure in both."""
+    """Possible horizontal forces, ``first + share * change`` with a share from 0 to 1, and their uncertainty."""
 
     first: Array  # (m,) N
     change: Array  # (m,) N

@@ -29,7 +29,7 @@ _CHI2: Final = {1: 15.1, 2: 18.4, 3: 21.1, 4: 23.5}  # by degrees of freedom, ex
 
 @dataclass(frozen=True, eq=False)
 class FilterSettings:
-    """Standard deviations and random walks, beside the settings of the ``machine``.
+    """Settings of the filter: standard deviations, random walks, and the settings of the ``machine``.
 
     docs/estimation.md gives the source of each number.
 
@@ -131,7 +131,7 @@ class FilterLayout(NamedTuple):
 
     @classmethod
     def of(cls, m: int, lidars: int, walls: int) -> FilterLayout:
-        """Return the layout for *m* lines and so many horizontal *lidars* and *walls*."""
+        """Return the layout for *m* lines, *lidars* horizontal lidars and *walls* walls."""
         sizes = [3, 3, 3, m, m, 3, 2, lidars + 1, 1, m, 2 * walls, 3 * lidars, 6, m, m, 1]
         ends = np.cumsum(sizes).tolist()
         at = [slice(end - size, end) for size, end in zip(sizes, ends, strict=True)]
@@ -149,7 +149,7 @@ class FilterLayout(NamedTuple):
 
     @property
     def tilt(self) -> slice:
-        """The first two of the attitude."""
+        """Indices of the tilt: the first two coordinates of the attitude."""
         return slice(self.attitude.start, self.attitude.start + 2)
 
     @property
@@ -259,7 +259,7 @@ class Judged:
 
 @dataclass(eq=False, kw_only=True)
 class FilterState(ClockedState):
-    """Changed in place by `step`. Position, velocity, tilt and so on are what `FilterLayout` names.
+    """State of the filter, changed in place by `step`. `FilterLayout` names the parts of its vector.
 
     The motion of its ``turns`` is `DrumMotionState.drum_angles` and `DrumMotionState.coasted`.
     """

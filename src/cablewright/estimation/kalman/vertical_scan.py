@@ -39,7 +39,7 @@ class VerticalTurn(NamedTuple):
 def turn_of(
     state: FilterState, height: HeightSettings, scan: Scan, attitudes: Array, motion: MotionSince
 ) -> VerticalTurn:
-    """Return what came back in one *scan*, by *attitudes* (k, 3), rad, of the drum and its *motion* since each ray."""
+    """Return the echoes of one *scan*, by *attitudes* (k, 3), rad, of the drum and its *motion* since each ray."""
     x, y = np.array(height.axes)
     good = np.flatnonzero(np.isfinite(scan.ranges) & (scan.ranges > 0.0))
     angles = scan.angles[good]

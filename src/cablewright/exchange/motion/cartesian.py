@@ -142,7 +142,7 @@ class _Driven:
         return solve_forward(self.model, lengths, guess=poses, retraction=retraction)
 
     def commanded(self, wanted: Array) -> tuple[Array, Equilibrium]:
-        """Return the places (k, 3), m, to command for the nozzle to be at those *wanted*, and what holds it there."""
+        """Return the positions (k, 3), m, to command for the nozzle to reach those *wanted*, and equilibria there."""
         places = wanted.copy()
         held = self.held(places, wanted)
         for _ in range(_ROUNDS):

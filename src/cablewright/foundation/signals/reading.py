@@ -34,7 +34,7 @@ OR_NAN: Final = "NaN: not measured"
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """A reading of a sensor: what a log, a simulation and the checks of readings need to know is in its declaration."""
+    """A reading of a sensor. Its declaration contains the data for logs, simulation and checks of readings."""
 
     SOURCES: ClassVar[tuple[Source, ...]]
     """Sensors that such readings come from; with several of them, a field ``source`` names the one."""

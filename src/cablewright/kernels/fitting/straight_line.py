@@ -110,7 +110,7 @@ def per_tension(line, free):
 
 @jit
 def by_mount(line, free):
-    """Energy p C p, m/kN, of the force p of one cable on its exit over its tension; the square of p; what turns with u.
+    """Energy p C p, m/kN, of the force p of one cable on its exit point over its tension; and its derivatives.
 
     The last is C p without what is along u: its product with a change of u is that of C p.
     """

@@ -292,7 +292,7 @@ def _normal(packed):
 
 @jit
 def keep_free(packed, wrench):
-    """Take from *wrench* (n,) what the plane carries."""
+    """Remove from *wrench* (n,) the part that the plane carries."""
     if not is_held(packed.general, packed.platform):
         return
     x, y, z = _normal(packed)
@@ -307,7 +307,10 @@ def keep_free(packed, wrench):
 
 @jit
 def keep_free_columns(packed, columns):
-    """As `keep_free`, of each column of a matrix (n, k). Of moves it takes what rounding left across the plane."""
+    """Remove from each column of a matrix (n, k) the part that the plane carries, and rounding of moves across it.
+
+    Of moves it removes rounding errors across the plane.
+    """
     if not is_held(packed.general, packed.platform):
         return
     x, y, z = _normal(packed)

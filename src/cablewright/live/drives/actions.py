@@ -44,7 +44,7 @@ def scan(robot: Robot, settings: MachineSettings, port: OpenPort = None) -> BusS
 
 
 def show(robot: Robot, settings: MachineSettings, port: OpenPort = None) -> DriveValues:
-    """Read what drives watch, and how they stop; nothing is written. Raises `EnvironmentFault`, `InputError`."""
+    """Read the supervision and stop options of drives; nothing is written. Raises `EnvironmentFault`, `InputError`."""
     drives = drives_of(robot, settings, port)
     return DriveValues(
         settings.name,

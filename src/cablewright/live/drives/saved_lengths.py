@@ -231,7 +231,7 @@ class KeptEstimator:
 
 
 def warm(keeper: LengthKeeper, pose: Array) -> None:
-    """Compile, or load, what estimation and homing call, before a machine waits for it. Raises `AnswerError`."""
+    """Compile or load the kernels of estimation and homing, before a machine waits for them. Raises `AnswerError`."""
     from cablewright.control.length_check import check_lengths
     from cablewright.solvers.continuation import Tracker, TrackerSettings
 

@@ -194,7 +194,7 @@ class RealMachine:
         )
 
     def reckon_powder(self, printer: Printer) -> None:
-        """From now on the drum has lost what *printer*, which prints, reckons; without a valve nothing leaves it."""
+        """Subtract from now on the powder that *printer* lays from the drum; without a valve nothing leaves it."""
         assert self.settings.drives is not None
         if self.settings.drives.valve is not None and printer.plan.flow > 0.0:
             self.keeper.laid = lambda: printer.load.poured
@@ -224,7 +224,7 @@ def session_path(robot: Robot, pose: Array | None) -> TimedPath:
 
 @dataclass(eq=False)
 class SessionOperator:
-    """Resets and enables the winches, gives one order, and ends when that is done, or anything goes wrong.
+    """Operator that resets and enables the winches, gives one order, and ends when it is done, or on an error.
 
     ``order``: None only enables. ``hold``: s for which the winches are then held. ``ends``: asked in each step.
     """

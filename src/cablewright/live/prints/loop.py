@@ -63,7 +63,7 @@ class Learning(Protocol):
 
     @property
     def searches(self) -> bool:
-        """Whether it still looks for the cause of that."""
+        """Whether the estimator still searches for the cause of the danger."""
 
 
 _TENSIONED: Final = 0.1  # share of the smallest chosen tension by which all may be off when a path begins ...
@@ -245,7 +245,7 @@ class Printer:
 
     @property
     def searches(self) -> bool:
-        """Whether the estimator still looks for what made it stop the machine."""
+        """Whether the estimator still searches for the cause of the stop."""
         return self.learning is not None and self.learning.searches
 
     def _cause(self, frame: SensorFrame, state: PrintState) -> StopCause | None:
@@ -430,10 +430,10 @@ class Operator(Protocol):
 
 
 class StepRecorder(Protocol):
-    """Whoever keeps what happens."""
+    """Interface of an object that records the steps."""
 
     def add(self, printer: Printer, step: Step, *, last: bool) -> None:
-        """Keep one step; *last*: of this run."""
+        """Record one step; *last*: of this run."""
 
 
 def run(printer: Printer, operator: Operator, recorder: StepRecorder) -> int:

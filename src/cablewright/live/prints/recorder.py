@@ -72,7 +72,7 @@ class FolderRecorder:
     _steps: int = 0
 
     def add(self, printer: Printer, step: Step, *, last: bool) -> None:
-        """Keep one step."""
+        """Record one step."""
         truth = printer.machine.abilities.truth
         self.log.write(
             step.frame, step.command, None if truth is None else truth(), step.estimate, step.progress, step.orders
@@ -99,7 +99,7 @@ def checkpoint_of(printer: Printer) -> dict[str, Snapshot]:
 
 
 def read_checkpoint(path: Path) -> dict[str, Snapshot]:
-    """Return what `checkpoint_of` returned. Raises `InputError` for a file of something, or somebody, else.
+    """Return the data of `checkpoint_of`. Raises `InputError` for another file, or one of another user.
 
     So it does for one that another version of this program wrote in another layout.
     """

@@ -274,7 +274,7 @@ def require_folder(folder: Path, manifest: Mapping[str, Any], option: str) -> No
 
 
 def make_folder(folder: Path) -> None:
-    """Make the folder of a new print, if it is not there."""
+    """Create the folder of a new print, if it does not exist."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as reason:

@@ -37,14 +37,14 @@ class Events:
             raise cannot_write(path, reason) from None
 
     def tell(self, kind: str, text: str) -> None:
-        """Say what happened, once in a row."""
+        """Record an event; repetitions count once."""
         if self.told and self.told[-1][2:] == (kind, text):
             return
         self._count += 1
         self.told.append((self._count, time.time(), kind, text))
 
     def keep(self, order: dict[str, Any]) -> None:
-        """Write an order, with UTC, down. Where that is impossible an event says so, and nothing else ends."""
+        """Write an order with its UTC to the file. On an error an event reports it, and the work continues."""
         stamp = {"utc": datetime.now(UTC).isoformat(timespec="milliseconds")}
         try:
             if not os.fstat(self.file.fileno()).st_nlink:  # it was removed: writes to it are lost

@@ -58,7 +58,7 @@ class JobCheck(BaseModel):
 
 
 def folder_of(jobs: Path, number: str) -> Path:
-    """The folder of a job. Raises `InputError` for what is no number of one, or a link."""
+    """Return the folder of a job. Raises `InputError` for an invalid number, or a link."""
     folder = jobs / number
     if not _NUMBER.fullmatch(number) or folder.is_symlink() or not folder.is_dir():
         raise InputError("there is no such job")

@@ -33,7 +33,7 @@ _MOST: Final = 32  # messages of a channel that are taken in one step
 
 @dataclass(eq=False)
 class ControlLink:
-    """The control's end. ``state``, ``sitting``: what it reports; ``told_lease``: by the server.
+    """The control's end of the link. ``state``, ``sitting``: its reports; ``told_lease``: of the server.
 
     It outlives the servers at its other end.
     """
@@ -52,7 +52,7 @@ class ControlLink:
         return cls(shared(STATE_SIZE), shared(SITTING_SIZE), shared(LEASE.size))
 
     def connect(self) -> tuple[socket.socket, socket.socket]:
-        """The server's ends of new channels for orders and stops; what is in the old ones is dropped, and the lease."""
+        """Return the server's ends of new channels for orders and stops; old messages and the lease are dropped."""
         self.told_lease.write(LEASE.pack(0, 0.0))
         ours, theirs = zip(*(socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM) for _ in range(2)), strict=True)
         for each in ours:
@@ -96,7 +96,7 @@ class ControlLink:
         return f"it was ordered {old:.1f} s ago; at most {ORDER_LIFE:g} s are allowed" if old > ORDER_LIFE else ""
 
     def messages(self) -> Iterator[Message]:
-        """The messages that have arrived, stops first; what is no message is left out."""
+        """Return the messages that have arrived, stops first; invalid ones are left out."""
         for channel in (self._stops, self._orders):
             for _ in range(_MOST if channel is not None else 0):
                 assert channel is not None

@@ -48,7 +48,7 @@ Message = OrderMessage | LoadMessage
 
 
 def parsed(data: bytes) -> Message | None:
-    """The message in *data*; None for what is none."""
+    """Return the message in *data*; None for an invalid one."""
     try:
         return LoadMessage.model_validate_json(data) if b'"load"' in data else OrderMessage.model_validate_json(data)
     except ValidationError:

@@ -51,7 +51,7 @@ class PageOperator:
 
     @property
     def jogged(self) -> float | None:
-        """Machine time of the last lease of a jog that goes on, s; None: no jog."""
+        """Machine time of the last lease of the present jog, s; None: no jog."""
         return None if self._jog is None else self._jog[1]
 
     def orders(self, printer: Printer, now: float) -> tuple[Order, ...]:

@@ -65,7 +65,7 @@ def unpacked_state(message: bytes) -> tuple[bytes, bytes]:
 
 @dataclass(eq=False)
 class Telling:
-    """A `StepRecorder` that sends each step to the pages, beside one that saves it.
+    """A `StepRecorder` that sends each step to the pages, in addition to one that saves it.
 
     ``lost``: why that one cannot keep the run any more. The machine is stopped then, and `gives_up` once it is at rest.
     """
@@ -286,7 +286,7 @@ def _plane_of(plane: Plane) -> dict[str, Any]:
 
 
 def allowed_orders() -> dict[str, list[str]]:
-    """The states in which each order has an effect, by the table of the supervisor; it is what decides in the end."""
+    """Return the states in which each order has an effect, by the table of the supervisor, which makes the decision."""
     found = {kind.value: [state.value for state in PrintState if (state, kind) in TRANSITIONS] for kind in OrderKind}
     found[OrderKind.RESUME.value] = [PrintState.PAUSED.value, PrintState.STOPPED.value]
     found[OrderKind.REFILLED.value] = [PrintState.REFILLING.value]

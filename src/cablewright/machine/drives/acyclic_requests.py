@@ -25,7 +25,7 @@ class Carrier(Protocol):
         """Wait for this time, s."""
 
     def finish(self, axis: Axis) -> None:
-        """Transfer what waits, no matter how long."""
+        """Finish all waiting transfers, however long they take."""
 
 
 def bring_off(carrier: Carrier, axes: Sequence[Axis], limit: float) -> None:

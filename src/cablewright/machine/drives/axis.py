@@ -88,7 +88,7 @@ class Axis:
         return fault_line(self.error_code) if self.state in IN_FAULT else ""
 
     def rests(self, now: float) -> bool:
-        """Whether it is known to be without torque for so long that its brake has closed."""
+        """Whether the drive is known to be without torque for so long that its brake has closed."""
         return now - self.state_heard <= FRESH and now - self.energised >= self.rest
 
     def begin(self, now: float) -> None:
@@ -150,7 +150,7 @@ class Axis:
         return control, o.TARGET_TORQUE.pack(torque) + outputs
 
     def check(self, parameters: list[ObjectParameter], *, write: bool) -> None:
-        """Read parameters, after they were written if *write*; what is wrong is the `failure`."""
+        """Read parameters, after writing them if *write*; `failure` has the reason of an error."""
         for each in parameters:
             written = self.transfers.add(Transfer(each.object, each.value)) if write and not each.given else None
             self.checks.append((each, written, self.transfers.add(Transfer(each.object))))

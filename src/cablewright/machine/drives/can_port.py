@@ -11,7 +11,7 @@ from cablewright.machine.drives.bus import BusError, CanFrame
 
 
 class CanPort:
-    """A `Port` by a bus of python-can. Its clock is the computer's, which never goes back."""
+    """A `Port` to a CAN bus by python-can. Its clock is the computer's monotonic one."""
 
     def __init__(self, bus: Any) -> None:
         """*bus*: a `can.BusABC`."""

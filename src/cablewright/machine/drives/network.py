@@ -52,7 +52,7 @@ class Network:
             raise EnvironmentFault(f"drives: the bus fails: {self.error}")
 
     def send(self, frame: CanFrame) -> None:
-        """Send one frame; an error is kept."""
+        """Send one frame; an error is recorded."""
         self.statistics.sent += 1
         self.statistics.count(len(frame.data))
         try:
@@ -65,7 +65,7 @@ class Network:
         self.send(CanFrame(o.NMT, bytes([command, node])))
 
     def beat(self) -> None:
-        """Send this computer's heartbeat where it is due; by no thread of its own, so that it ends with the loop."""
+        """Send this computer's heartbeat when due; in the control loop, so that it ends with the loop."""
         now = self.port.now()
         if now - self._beaten >= self._interval - 1e-9:
             self._beaten = now

@@ -48,14 +48,14 @@ class WinchDrives(Protocol):
         """
 
     def begin_checks(self) -> None:
-        """Begin to write and read back, within the cycles, what each drive watches, before it is enabled."""
+        """Begin to write and read back the drives' own supervision, within the cycles, before they are enabled."""
 
     def begin_speed_limits(self, tension: Sequence[bool]) -> None:
         """Begin to limit the speed of each drive for torque mode where *tension*, else to that of the winch."""
 
     @property
     def checking(self) -> bool:
-        """Whether what was begun goes on. What failed is in `Axis.failure`."""
+        """Whether a started transfer still runs. `Axis.failure` has the reason of an error."""
 
     def cycle(self, setpoints: tuple[Setpoint, ...], due: float, *, reset: bool = False, beats: bool = True) -> float:
         """Command *setpoints*, wait until *due*, s, and take the answers; return the time of measurement, s.

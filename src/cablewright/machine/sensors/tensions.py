@@ -7,7 +7,7 @@ from cablewright.machine.sensors.sensor import Sensor, SensorSheet
 
 
 class TensionSensor(SensorSheet):
-    """Tensions at the sheaves, N: by load cells, or by the torques of the motors. ``most``: what one shows at most.
+    """Tensions at the sheaves, N: by load cells, or by the torques of the motors. ``most``: largest reading.
 
     ``gain_deviation``: standard deviation of each one's scale, as a share. ``drift``: N, standard deviation by which a
     zero walks in an hour; None: a tenth of the scale's at ``most``, assumed.

@@ -80,7 +80,7 @@ def mounting(source: str, tolerances: Tolerances, seed: int) -> Array:
 
 
 def angle_zeros(tolerances: Tolerances, seed: int, lines: int) -> Array:
-    """Return what each line's accelerometer shows too much, (m,) rad."""
+    """Return the zero errors of the lines' accelerometers, (m,) rad."""
     return np.asarray(tolerances.line_angle_bias * drawn(seed, _ZEROS).standard_normal(lines))
 
 

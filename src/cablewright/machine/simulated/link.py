@@ -52,7 +52,7 @@ def encode_readings(readings: Iterable[tuple[float, Reading]]) -> list[tuple[flo
 
 
 def decode_readings(messages: Any) -> deque[tuple[float, Reading]]:
-    """Return what `encode_readings` encoded. Raises `InputError` for anything else."""
+    """Decode the output of `encode_readings`. Raises `InputError` for anything else."""
     try:
         rows = _MESSAGES.validate_python(messages)
     except ValidationError:

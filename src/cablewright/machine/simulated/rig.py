@@ -215,12 +215,12 @@ class Rig:
         self.body[dynamics.YAW_REST] = rest + self.yaw.angle
 
     def advance_unmodelled(self, time: float, period: float) -> None:
-        """Advance what no model has by the *period*, s, that has passed from *time*, s, on, for the next one."""
+        """Advance the unmodelled effects by the *period*, s, that has passed from *time*, s, on, for the next one."""
         place, air = self.motion[:3], Air(*air_at(self.settings.simulation.climate, time))
         self.unmodelled.advance(self.packed, self.states, self.work.planes, self.winches, place, period, air)
 
     def brake(self, modes: Sequence[WinchMode], reset: bool) -> None:
-        """Close the brakes of winches whose *modes* are `OFF`, and open others; *reset*: what has slipped is known."""
+        """Close the brakes of winches whose *modes* are `OFF`, and open others; *reset*: reported slip is cleared."""
         if self.brakes is None:
             return
         if reset:

@@ -34,7 +34,7 @@ class Mounted:
         return mounting(source, self.tolerances, self.seed)
 
     def angle_zeros(self) -> Array:
-        """Return what each line's accelerometer shows too much, (m,) rad."""
+        """Return the zero errors of the lines' accelerometers, (m,) rad."""
         return angle_zeros(self.tolerances, self.seed, self.robot.m)
 
     def tension_gains(self, source: str) -> Array:

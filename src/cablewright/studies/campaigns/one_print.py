@@ -61,7 +61,7 @@ class CampaignPrint:
 
 
 def printed(shared: CampaignPrint, item: tuple[int, str]) -> dict[str, Any]:
-    """Print on the machine that a seed builds, and return what came of it: status, reason and errors, m."""
+    """Print on the machine that a seed builds, and return its result: status, reason and errors, m."""
     seed, exact = item
     _require_file(shared)
     twin = twin_of(shared.robot, shared.job, shared.exact_in(exact), replace(shared.options, seed=seed))

@@ -33,7 +33,7 @@ CURVED: Final = 1.5
 
 
 class BetweenSamples:
-    """The k samples of a path, and what holds *poses* (k, n), *retraction* (k,), m, half-way between them."""
+    """The k samples of a path, and the equilibria of *poses* (k, n), *retraction* (k,), m, half-way between them."""
 
     def __init__(self, model: Model, poses: Array, statics: PathStatics, retraction: Array | None) -> None:
         self._model, self._poses, self._statics, self._retraction = model, poses, statics, retraction

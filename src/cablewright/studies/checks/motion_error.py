@@ -27,7 +27,7 @@ class MotionError:
 
     @classmethod
     def of(cls, samples: Samples, statics: PathStatics) -> Self | None:
-        """Return what was found at the k samples; None where nothing is known."""
+        """Return the error at the k samples; None where nothing is known."""
         sample = largest_at(statics.displacement, samples.extruding)
         if sample is None:
             return None

@@ -95,7 +95,7 @@ def extreme(choose: np.ufunc, values: Array) -> float:
 
 
 def extremes(choose: np.ufunc, values: Array) -> Array:
-    """The same along the first axis, (...); it has at least one row."""
+    """Return the extremes along the first axis, (...); it has at least one row."""
     found = np.full(values.shape[1:], np.nan)
     for at in blocks(len(values)):
         found = choose(found, choose.reduce(values[at], axis=0))

@@ -295,12 +295,12 @@ class Check(Result):
 
     @property
     def lengths(self) -> Array:
-        """(k, m) m, compensated: what the winches should pay out to hold the platform at rest."""
+        """Compensated lengths (k, m), m: those that winches should pay out to hold the platform at rest."""
         return self.statics.lengths
 
     @property
     def commanded(self) -> Array:
-        """(k, m) m, what they should pay out to hold it as it moves; those at rest where it is not shaped for that."""
+        """Commanded lengths (k, m), m, for the moving platform; those at rest without compensation of motion."""
         return self.statics.commanded
 
     @property

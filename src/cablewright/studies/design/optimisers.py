@@ -42,7 +42,7 @@ Optimiser = Callable[[Batch, int, int, Budget], None]
 
 
 def scores(objectives: Array, violations: Array) -> Array:
-    """Return one number (k,) for each candidate: the objective, or for those that break something how far from it.
+    """Return the score (k,) of each candidate: the objective, or for infeasible ones their violation.
 
     Any candidate that holds is better than all that do not (Deb 2000).
     """

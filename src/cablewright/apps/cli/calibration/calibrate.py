@@ -77,7 +77,7 @@ class Models(StrEnum):
 
 @options()
 class FitOptions:
-    """The data, and what is fitted to them."""
+    """Options of the data and of the model that is fitted."""
 
     data: Annotated[
         Path,
@@ -113,7 +113,7 @@ class FitOptions:
     ] = "2 mm"
 
     def planned(self) -> cw.CalibrationPlan:
-        """The plan of --plan, or the TOML file beside the data; --datum takes the place of theirs."""
+        """Return the plan of --plan, or of the TOML file with the data's name; --datum replaces their datum."""
         from cablewright.calibration.plan import load_plan
         from cablewright.foundation.toml_input import read_table
 

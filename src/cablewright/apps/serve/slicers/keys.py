@@ -43,7 +43,7 @@ class Key:
 
     @property
     def operates(self) -> bool:
-        """Whether it may pause and end a print."""
+        """Whether the key may pause and end a print."""
         return self.scope == "operate"
 
     def told(self) -> dict[str, Any]:

@@ -214,7 +214,7 @@ class _Socket:
         self._shown: dict[str, Any] = {}
 
     async def run(self) -> None:
-        """Answer until it goes."""
+        """Answer requests until the client disconnects."""
         telling = asyncio.create_task(self._tell())
         try:
             while True:

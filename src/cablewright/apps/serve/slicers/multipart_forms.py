@@ -95,7 +95,7 @@ def parsed_form(kind: str, body: bytes) -> Form:
 
 
 def file_name(given: str) -> str:
-    """The name of a file, which may begin with one slash. Raises `InputError` for what is none."""
+    """Return the name of a file, which may begin with one slash. Raises `InputError` for an invalid name."""
     name = given.removeprefix("/")
     if not name or name.startswith(".") or set(name) & set("/\\") or printable(name) != name:
         raise InputError(

@@ -129,7 +129,7 @@ class OctoPrint:
         return JSONResponse(told, 201, headers={"location": location})
 
     async def unknown(self, request: Request) -> Response:
-        """Reject what is not offered."""
+        """Reject requests for functions that are not offered."""
         raise InputError(f"/api/{request.path_params['rest'][:80]}: is not offered here")
 
     def _file(self, job: dict[str, Any]) -> dict[str, Any]:

@@ -70,7 +70,10 @@ class Update(ABC):
 
     @abstractmethod
     def read(self, settings: BodySettings, state: BodyState, reading: Reading) -> Array | None:
-        """Return the numbers (k,) of a reading; None where it has none. It may note in *state* what else it shows."""
+        """Return the numbers (k,) of a reading; None where it has none.
+
+        It may record other information of the reading in *state*.
+        """
 
     @abstractmethod
     def shown(self, there: HeldBody) -> Array:
@@ -78,7 +81,7 @@ class Update(ABC):
 
     @abstractmethod
     def as_known(self, state: BodyState, shown: Array) -> Array:
-        """Return what the sensor reads (k,) where a perfect one reads *shown*, at the present unknowns."""
+        """Return the sensor's reading (k,) where a perfect one reads *shown*, at the present unknowns."""
 
     @abstractmethod
     def set_prior(self, settings: BodySettings, layout: BodyLayout, variances: Array) -> None:
@@ -92,7 +95,7 @@ class Update(ABC):
     def part(
         self, settings: BodySettings, state: BodyState, slopes: Slopes, read: Array, acceleration: float
     ) -> UpdatePart:
-        """Return what readings (j, k), less what was predicted, measure. *acceleration*: m/s^2, of the platform."""
+        """Return the measured part of readings (j, k) less predictions. *acceleration*: m/s^2, of the platform."""
 
     def wrapped(self, off: Array) -> Array:
         """Return a difference of two readings (k,) as the smallest that it can be: of angles less than half a turn."""

@@ -50,7 +50,7 @@ def process_data(to_drive: Mapped) -> list[ObjectParameter]:
 
 
 def watchdog(settings: WinchDriveSettings) -> list[ObjectParameter]:
-    """The time after which a drive whose master has gone stops by itself. Raises `InputError` for one too long."""
+    """Return the time after which a drive without its master stops by itself. Raises `InputError` if too long."""
     ticks = round(settings.command_timeout / _UNIT)
     if ticks > 0xFFFF:
         why = f"a watchdog of EtherCAT has {0xFFFF * _UNIT:g} s at most"

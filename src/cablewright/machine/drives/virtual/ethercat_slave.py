@@ -73,7 +73,7 @@ class EthercatSlave:
         return self.memory.windows() if self.state >= SAFEOP else []
 
     def tick(self, now: float) -> None:
-        """Go on to *now*, s: watch over the master."""
+        """Advance to *now*, s: watch over the master."""
         memory = self.memory
         tick = (memory.get(m.WATCHDOG_DIVIDER, 2) + 2) * _TICK
         limit = memory.get(m.WATCHDOG_TIME, 2) * tick
@@ -168,7 +168,7 @@ class EthercatSlave:
 
 
 def add_assignment(dictionary: Dictionary) -> None:
-    """Add what an EtherCAT drive has besides: types of its sync managers, and their PDOs."""
+    """Add the further objects of an EtherCAT drive: types of its sync managers, and their PDOs."""
     entries = dictionary.entries
     entries[0x1C00, 0] = ObjectEntry(bytes([4]), writable=False)
     for k in range(4):

@@ -92,7 +92,7 @@ class VirtualRig:
         return self._said()
 
     def advance(self, now: float | None = None) -> list[CanFrame]:
-        """Go on by a tick, to *now* (None: virtual time); return what drives say by themselves."""
+        """Advance by a tick, to *now* (None: virtual time); return frames that drives send by themselves."""
         self.ticks += 1
         at = self.now if now is None else now
         for i, drive in enumerate(self.drives):
@@ -116,7 +116,7 @@ class VirtualRig:
         return valve is not None and bool(self.drives[self.names.index(valve.line)].outputs >> valve.bit & 1)
 
     def warm(self) -> None:
-        """Compile, or load, what the plant calls, and leave it where it was."""
+        """Compile or load the kernels of the plant, and leave its state unchanged."""
         for _ in range(3):
             self.plant.step(Command(self.plant.time, np.zeros(len(self.drives))))
         self._load()
@@ -160,7 +160,7 @@ class VirtualRig:
 
 
 class VirtualPort:
-    """A `Port` to a rig in virtual time, which goes on only while somebody waits."""
+    """A `Port` to a rig in virtual time, which advances only while a member waits."""
 
     def __init__(self, rig: VirtualRig, disturb: Disturb | None = None) -> None:
         """*disturb* loses, delays or doubles frames."""

@@ -156,7 +156,7 @@ class VirtualDrive:
                 self.command(0x1600 + k, frame.data, now)
 
     def command(self, mapping: int, data: bytes, now: float) -> None:
-        """Take what a PDO of that *mapping* carries, at *now*, s."""
+        """Process a PDO of that *mapping*, at *now*, s."""
         entries = self.dictionary.mapped(mapping)
         if len(data) != sum(len(each.data) for each in entries):
             self.fail(SHORT_PDO)
@@ -250,7 +250,7 @@ class VirtualDrive:
             self._closes_in = min(self._closes_in, self.brake_time)
 
     def tick(self, now: float, dt: float) -> None:
-        """Go on for *dt*, s, until *now*: watch, ramp, and set the `speed` for the plant."""
+        """Advance by *dt*, s, to *now*: watch, ramp, and set the `speed` for the plant."""
         if not self.dead:
             self._watch(now)
         self._brake(dt)

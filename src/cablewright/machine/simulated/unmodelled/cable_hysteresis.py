@@ -18,7 +18,7 @@ THRESHOLDS: Final = np.array([0.2, 0.4, 0.6])  # assumed: of the reference load;
 
 
 class CableHysteresis:
-    """Strain of m lines besides their elasticity, from that at the start."""
+    """Inelastic strain of m lines by hysteresis, relative to that at the start."""
 
     SAVED = ("_begin", "places", "strain")
 

@@ -14,7 +14,7 @@ from cablewright.foundation.arrays import Array
 
 
 class DrumDrive:
-    """Lag of m drums, rad: by how much less than their motors say they have paid out. At the start it is 0."""
+    """Lag of m drums behind their motors, rad of cable paid out. At the start it is 0."""
 
     SAVED = ("_angles", "_start", "_torque", "_twist", "slid")
 

@@ -19,7 +19,7 @@ _Value = TypeVar("_Value")
 
 
 def of_lines(lines: Sequence[str], by_line: Mapping[str, _Value], other: _Value) -> list[_Value]:
-    """Return what *by_line* has of each of the *lines*, by name, else the *other*; raises `UnknownName`."""
+    """Return the value of *by_line* for each of the *lines*, by name, else the *other*; raises `UnknownName`."""
     for name in by_line:
         if name not in lines:
             raise UnknownName("line", name, tuple(lines))
@@ -86,7 +86,7 @@ class WinchBrakes(Description):
 
     @property
     def give(self) -> bool:
-        """Whether any does."""
+        """Whether any brake can slip."""
         return any((self.torque, *self.by_line.values()))
 
 

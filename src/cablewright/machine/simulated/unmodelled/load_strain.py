@@ -12,7 +12,7 @@ from cablewright.foundation.arrays import Array
 
 
 class LoadStrain:
-    """Strain of m lines besides their elasticity, from that at the start."""
+    """Immediate inelastic strain of m lines by load, relative to that at the start."""
 
     SAVED = ("_begin", "most", "_curved")
 

@@ -96,7 +96,7 @@ class Unmodelled:
 
     @property
     def strain(self) -> Array | float:
-        """Strain (m,) of cables besides elasticity and heat: creep as described and not, hysteresis, and by load."""
+        """Strain (m,) of cables without elasticity and heat: creep as described and not, hysteresis, and by load."""
         parts = (*self.creeps.values(), *(each for each in (self.hysteresis, self.load_strain) if each is not None))
         return sum(each.strain for each in parts)
 
