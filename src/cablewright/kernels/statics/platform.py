@@ -307,10 +307,7 @@ def keep_free(packed, wrench):
 
 @jit
 def keep_free_columns(packed, columns):
-    """Remove from each column of a matrix (n, k) the part that the plane carries, and rounding of moves across it.
-
-    Of moves it removes rounding errors across the plane.
-    """
+    """Remove from each column of a matrix (n, k) the part that the plane carries, and rounding of moves across it."""
     if not is_held(packed.general, packed.platform):
         return
     x, y, z = _normal(packed)
