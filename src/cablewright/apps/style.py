@@ -108,7 +108,7 @@ class ShownFigure(Figure):
 
 @contextmanager
 def drawing(width: float | str | None = None, style: str | Path | Mapping[str, Any] | None = None) -> Iterator[None]:
-    """Give matplotlib this style, whatever the user's own settings are, and give those back afterwards.
+    """Context with this style of matplotlib instead of the user's settings, which return afterwards.
 
     The settings are the process's: draw in one thread at a time. *width*: of `WIDTHS`, or in m; None: each picture has
     its own. *style*: a style sheet, or settings by name, over those of `STYLE_SHEET`; with a width its ``font.size`` is

@@ -75,7 +75,7 @@ class Measured:
         return getattr(self, SENSORS[sensor][0]) is not None
 
     def without_open_zeros(self, unknowns: Sequence[str]) -> Measured:
-        """Return the same without sensors whose zero is among the *unknowns*: they are useless until it is found."""
+        """Return the data without sensors whose zero is among the *unknowns*: they are useless until it is found."""
         silent: dict[str, Any] = {name: None for sensor, (name, _) in SENSORS.items() if f"{sensor}_offset" in unknowns}
         return replace(self, **silent)
 

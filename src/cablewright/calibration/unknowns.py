@@ -298,7 +298,7 @@ def free_directions(robot: Robot) -> Array:
 
 
 def is_in_file(robot: Robot, unknown: Unknown) -> bool:
-    """Whether the robot's file holds an unknown, or takes it: a build-up only where all its lines have one."""
+    """Whether the robot's file holds an unknown, or can hold it: a build-up only where all its lines have one."""
     has_build_up = all(robot.lines[at].winch.build_up is not None for at in lines_of(robot, unknown))
     return unknown.entry.described and (unknown.name != "build_up" or has_build_up)
 

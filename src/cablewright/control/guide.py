@@ -126,7 +126,7 @@ class TimedPath:
         return cls(track, samples, motion, lift, start, law.time, law.speed, law.vector, attitude)
 
     def slower(self, acceleration: float, at_points: Array) -> TimedPath:
-        """Return the same path with a lower *acceleration*, m/s^2, and at most the speeds *at_points* (k,), m/s.
+        """Return the path with a lower *acceleration*, m/s^2, and at most the speeds *at_points* (k,), m/s.
 
         A shaped path rounds its corners again, and takes no speeds *at_points*.
         """

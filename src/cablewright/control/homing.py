@@ -43,7 +43,7 @@ _APART: Final = 0.05  # m between two places that are one
 
 @dataclass(frozen=True, eq=False)
 class HomingSettings:
-    """``lengths``: those at counts by the saved data, m; None: none were valid. ``accept``: takes the result.
+    """Settings of homing. ``lengths``: those at counts by saved data, m; None: none. ``accept``: takes the result.
 
     It is given the lengths (m,), their counts (w,) and their pose (n,). ``guess``: (n,) m and rad, roughly where the
     platform is. ``place``: (n,), where a person has measured it; None: not measured.

@@ -34,7 +34,7 @@ _UNSEEN: Final = 0.02  # share of an offset's square that shows at least
 
 @dataclass(frozen=True, eq=False)
 class LengthCheck:
-    """``pose``: (n,) m and rad, where the lengths meet best. ``misfit``: m. ``suspects``: offsets, m, by winch.
+    """Result of a length check. ``pose``: (n,) m and rad, best fit. ``misfit``: m. ``suspects``: offsets, m, by winch.
 
     ``tested``: whether there are more counted lines than degrees of freedom.
     """

@@ -126,7 +126,7 @@ def refusal(settings: ManualSettings, order: Order, now: float) -> str:
 def begin(
     settings: ManualSettings, state: ManualState, order: Order, now: float, at: tuple[Array, Array] | None
 ) -> None:
-    """Take an order that `refusal` lets pass.
+    """Begin the motion of an accepted order.
 
     *at*: where the platform is, or a rigid one's nozzle, (3,) m, and its rotation (3,), rad; None: it moves already.
     """

@@ -27,7 +27,7 @@ class StopKind(IntEnum):
 
 @dataclass(frozen=True)
 class StopSettings:
-    """``ramp_time``: s in which the winches come to rest together. ``hold_time``: s held before brakes close."""
+    """Settings of stops. ``ramp_time``: s of the winches' common ramp. ``hold_time``: s held before brakes close."""
 
     ramp_time: float = 0.3
     hold_time: float = 0.5

@@ -189,7 +189,7 @@ class StretchState:
 
 
 def listen(settings: StretchDamping, state: StretchState, frame: SensorFrame) -> None:
-    """Take the tensions of a *frame*; those of a reading that was repeated, or without all lines, are not taken."""
+    """Process the tensions of a *frame*; repeated readings, or those without all lines, are ignored."""
     for reading in frame.of(Tensions):
         if (
             reading.source == settings.source

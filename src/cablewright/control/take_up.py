@@ -34,7 +34,7 @@ _TENSIONS, _COUNTS = "tensions", "counts"
 
 @dataclass(frozen=True, eq=False)
 class TakeUpSettings:
-    """``tension``: N, of a taut line. ``max_length``: m of cable that a line may be reeled in.
+    """Settings for taking up slack. ``tension``: N, of a taut line. ``max_length``: m of cable to reel in at most.
 
     ``names``: of the w winches, by their lines. ``counts_per_radian``: of the encoders, per radian of a drum.
     ``radius``: m, the drums' largest. ``arms`` (w,): m, torque of a drum over the tension of one cable on it.
@@ -105,7 +105,7 @@ class TakeUp:
         return ProcedureStep(self._still(), tuple(modes), asked)
 
     def hear(self, frame: SensorFrame) -> bool:
-        """Take the readings of a frame; whether there are tensions and counts of all winches, not too old."""
+        """Process the readings of a frame; return whether fresh tensions and counts of all winches exist."""
         m = len(self.settings.names)
         for reading in frame.of(Tensions):
             pulls = pulls_of(reading, self.settings.arms)

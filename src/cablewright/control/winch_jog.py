@@ -23,7 +23,7 @@ _SILENCE: Final = 0.5  # s without a tension of the line
 
 @dataclass(frozen=True)
 class WinchJogSettings:
-    """``line``: index of its winch, of ``lines`` winches. ``speed``: m/s of cable, positive pays out.
+    """Settings of a winch jog. ``line``: index of its winch, of ``lines``. ``speed``: m/s of cable, positive pays out.
 
     ``max_tension``: N, of the line while it reels in. ``radius``: m, the drum's largest, so that cable is never faster.
     ``min_tension``: N, under which the sign of a line that is held must be wrong; (w,) where that differs by drum.

@@ -107,7 +107,7 @@ def estimate_height(
 
 
 def height_over_structure(settings: HeightSettings, scan: Scan, tilt: ArrayLike) -> float:
-    """`HeightEstimate.over_structure` alone, m; NaN where nothing is in sight."""
+    """Return `HeightEstimate.over_structure` alone, m; NaN where nothing is in sight."""
     cone = _cone(settings, scan, tilt)
     return math.nan if isinstance(cone, HeightEstimate) else settings.floor + float(cone[0].mean())
 

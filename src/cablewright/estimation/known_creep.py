@@ -23,7 +23,7 @@ _GAP: Final = 60.0  # s without loads, after which nothing is made good: lidars 
 
 
 class KnownCreep:
-    """``rates`` (m,): 1/s, of the strain of each line, until the next time."""
+    """Creep of the cables. ``rates`` (m,): 1/s, of the strain of each line, until the next time."""
 
     SAVED = ("_memory",)
 

@@ -109,7 +109,7 @@ class LearntValues:
         return np.asarray(np.sqrt(np.diag(self.covariance)).reshape(self.values.shape))
 
     def copy(self) -> LearntValues:
-        """Return the same, to be changed."""
+        """Return a copy that can be changed."""
         return LearntValues(self.values.copy(), self.covariance.copy(), self.rotation.copy(), self.since)
 
 
@@ -165,7 +165,7 @@ class LearntLengths:
 
     @property
     def used(self) -> Array:
-        """The values (m, 3) that lengths and statics follow: no mount gives, and no cable creeps, less than nothing."""
+        """Values (m, 3) for lengths and statics, with compliance and creep not below 0."""
         found, covariance, least = self.known.values.ravel(), self.known.covariance, self.least.ravel()
         values, held = found, np.zeros(found.size, dtype=bool)
         while ((below := values < least) & ~held).any():

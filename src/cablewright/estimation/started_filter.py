@@ -70,7 +70,7 @@ def step(settings: StartedSettings, state: StartedState, frame: SensorFrame) -> 
 
 
 def weigh(settings: StartedSettings, state: StartedState, mass: float) -> None:
-    """Take the drum to be of *mass*, kg, from now on; the estimator of Merlet 2023 takes it to be as filled."""
+    """Set the mass of the drum to *mass*, kg; the estimator of Merlet 2023 keeps the initial one."""
     load.weigh(settings.filter, state.filter, mass)
 
 

@@ -36,7 +36,7 @@ MAX_ROWS: Final = 1_000_000
 
 @dataclass(frozen=True, eq=False)
 class LengthLog:
-    """``time`` (k,), s, and ``lengths`` (k, m), m, in the order of a robot's lines."""
+    """A log of lengths. ``time`` (k,), s, and ``lengths`` (k, m), m, in the order of a robot's lines."""
 
     time: Array
     lengths: Array

@@ -28,7 +28,7 @@ _MOST_NAMED, _MOST_SEARCHED = 12, 100  # columns in a message, and for the one t
 
 
 class Column(NamedTuple):
-    """Position of a column, and the size of its unit in SI; None: the header gives no unit."""
+    """Position of a column, and the size of its unit in SI; None: the header has no unit."""
 
     position: int
     size: float | None

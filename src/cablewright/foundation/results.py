@@ -54,7 +54,7 @@ class Figure:
     sentences: bool = False
 
     def of_part(self, part: str) -> Figure:
-        """Return the same figure of a result of which it is read off a *part*."""
+        """Return the figure of a result that reads it from its attribute *part*."""
         inner, only = attrgetter(part), self.only
         value = self.value
         if isinstance(value, str):
@@ -149,9 +149,9 @@ def figures_dict(figures: Iterable[Figure], of: object) -> dict[str, Any]:
 
 
 class Pictured(Result):
-    """A result that people would look at.
+    """A result with a picture.
 
-    ``draw``: draws any of them. What stands above all ranks sets it, as pictures are of the highest.
+    ``draw``: the function that draws it. The package for pictures sets it, since results may not import pictures.
     """
 
     draw: ClassVar[Callable[..., Drawing]]

@@ -55,7 +55,7 @@ class Weighing(Protocol):
     """An estimator that receives the mass of the drum."""
 
     def weigh(self, mass: float) -> None:
-        """Take the drum with its powder to be of *mass*, kg, in the next step."""
+        """Set the mass of the drum with its powder, kg, for the next step."""
 
 
 @runtime_checkable
@@ -230,7 +230,7 @@ class DeadReckoning(_SteppedEstimator):
         return found
 
     def place_measured(self, place: Array, by_tensions: bool = False) -> None:
-        """Take the standing platform for at *place* (3,), m: learn from it, or begin again.
+        """Use the measured position *place* (3,), m, of the standing platform: learn from it, or begin again.
 
         *by_tensions*: see `dead_reckoning.placed`. Raises `AnswerError` where it cannot be there.
         """

@@ -43,7 +43,7 @@ class PowderLoad:
         self.poured += self.flow * valve * dt
 
     def refill(self) -> None:
-        """Take the drum to be full."""
+        """Set the drum to full."""
         self.poured = 0.0
 
     def follow(self, orders: Iterable[Order], command: Command | None, dt: float) -> None:

@@ -70,7 +70,7 @@ class WinchLines:
         return np.asarray(np.where(self.senses, (tensions * arms)[..., None, :] * self.senses, 0.0).sum(axis=-1))
 
     def tensions(self, torques: Array, arms: Array, expected: Array) -> Array:
-        """Return the tensions (m,), N, nearest to those *expected* (m,), N, that give the *torques* (w,), N m.
+        """Return the tensions (m,), N, nearest to those *expected* (m,), N, with the *torques* (w,), N m.
 
         That of a line alone on its drum follows from the torque; *arms* (m,) as in `torques`. A counterweight keeps
         what is expected of it. NaN of a line on a drum with another whose tension is expected to be NaN.

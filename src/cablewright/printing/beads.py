@@ -64,7 +64,7 @@ class Beads:
 
     @property
     def differing(self) -> tuple[str, ...]:
-        """A note for whatever lays all beads with the typical sizes; empty where all of them have these."""
+        """A note for programs that lay all beads with the typical sizes; empty where all have these."""
         ends = [(np.nanmin(each), np.nanmax(each)) for each in (self.width, self.height)]
         if all(low == high for low, high in ends):
             return ()

@@ -123,7 +123,7 @@ class Line(Description):
 
     @property
     def mount_gives(self) -> bool:
-        """Whether the mount of the exit point gives at all."""
+        """Whether the mount of the exit point is compliant."""
         return self.exit_compliance is not None and any(map(any, compliance_matrix(self.exit_compliance)))
 
     @property

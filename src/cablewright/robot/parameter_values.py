@@ -81,7 +81,7 @@ class Kind:
 
     @property
     def described(self) -> bool:
-        """Whether a robot's description always has it, or takes it, so that it can be set."""
+        """Whether a robot's description always has it, or accepts it, so that it can be set."""
         return (self.nominal is None and self.missing is None) or self.setter is not None
 
     @property

@@ -38,7 +38,7 @@ from cablewright.robot.platform import Platform, PointPlatform
 
 
 class Described(Protocol):
-    """A robot as its parameters see it: `Robot`, which has an uncertainty of them, stands above."""
+    """A robot as far as its parameters need it: name, platform and lines."""
 
     @property
     def name(self) -> str:

@@ -35,7 +35,7 @@ class Load(Description):
 
     @property
     def changes(self) -> dict[str, Any]:
-        """The values that the load gives, by field of the platform."""
+        """Changed values of a load, by field of the platform."""
         return {key: value for key, value in self if key != "name" and value is not None}
 
 

@@ -134,7 +134,7 @@ class Uncertain(Description):
 
     @property
     def way(self) -> str:
-        """The key that gives the uncertainty."""
+        """The key that specifies the uncertainty."""
         return next(way for way in _WAYS if getattr(self, way) is not None)
 
     def of(self, robot: Described, coverage: float) -> tuple[Range, ...]:

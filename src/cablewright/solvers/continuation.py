@@ -101,7 +101,7 @@ class Tracker:
         self._packed = packed
 
     def restart(self, lengths: Array) -> bool:
-        """Go to the equilibrium of *lengths* (m,), m, near the pose, wherever it lies; whether there is one."""
+        """Go to the equilibrium of *lengths* (m,), m, near the pose; return whether there is one."""
         pose, states = self.pose.copy(), self.states.copy()
         code, _, _ = kernel.solve_near(self._packed, lengths, pose, states, self._work)
         if code == Code.OK:

@@ -47,7 +47,7 @@ def line_index(model: Model, line: LineKey) -> int:
 
 
 def winch_line(model: Model, line: LineKey) -> int:
-    """Return the index of *line*, as `line_index`, of which a winch gives the length. Raises `InputError`."""
+    """Return the index of *line*, see `line_index`, whose length a winch sets. Raises `InputError`."""
     index = line_index(model, line)
     if model.lines.counterweight[index] > 0.0:
         raise InputError(f"line {model.robot.lines[index].name!r} has a counterweight, and no winch")
@@ -79,7 +79,7 @@ def hang(row: Array, plane: Array, length: float, y: Array) -> int:
 
 @dataclass(frozen=True, eq=False)
 class LoneLine:
-    """The line *index* of a robot at the one *pose* (1, n), without the others. A winch gives its length."""
+    """The line *index* of a robot at the one *pose* (1, n), without the others. A winch sets its length."""
 
     model: Model
     pose: Array
@@ -87,7 +87,7 @@ class LoneLine:
 
     @cached_property
     def packed(self) -> Packed:
-        """The robot as kernels take it, in a batch of one row."""
+        """The robot as arrays for kernels, in a batch of one row."""
         return self.model.rows()
 
     @property

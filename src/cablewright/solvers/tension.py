@@ -69,7 +69,7 @@ class Quadratic:
         return self._times(tensions) + (0.0 if self.linear is None else self.linear)
 
     def checked(self, m: int) -> Quadratic:
-        """Return the same in arrays for *m* lines. Raises `InputError` if it does not fit or is not convex."""
+        """Return the objective in arrays for *m* lines. Raises `InputError` if it does not fit or is not convex."""
         H = _finite(self.hessian, "hessian")
         g = np.zeros(m) if self.linear is None else _finite(self.linear, "linear")
         if H.shape not in ((m,), (m, m)) or g.shape != (m,):

@@ -118,7 +118,7 @@ class Access:
         return len(given) == 1 and given[0].decode("latin-1").lower() in self.hosts
 
     def origin_of(self, headers: Iterable[tuple[bytes, bytes]]) -> str | None:
-        """``own``, ``foxglove``, ``foreign``, or None where the request names none."""
+        """Return ``own``, ``foxglove``, ``foreign``, or None where the request names no origin."""
         given = [value.decode("latin-1").lower() for name, value in headers if name == b"origin"]
         if not given:
             return None

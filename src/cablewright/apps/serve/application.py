@@ -148,7 +148,7 @@ class Page(Served):
         return {"id": self.uploads.new_job(name)}
 
     async def put(self, request: Request) -> Response:
-        """Take a file of a job."""
+        """Receive a file of a job."""
         if self._operator(request) is None:
             return _not_operating()
         job, part = request.path_params["job"], request.path_params["part"]

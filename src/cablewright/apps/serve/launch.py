@@ -161,7 +161,7 @@ class Server:
 
     @property
     def port(self) -> int:
-        """At which it listens."""
+        """Port at which the server listens."""
         return int(self.listen.getsockname()[1])
 
     @property

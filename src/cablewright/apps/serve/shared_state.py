@@ -41,7 +41,7 @@ class Served:
     _stopped: float = -1.0
 
     def send_stop(self, by: str) -> bool:
-        """Send a stop by its own channel; whether the control can take it."""
+        """Send a stop by its own channel; return whether the control received it."""
         now = time.monotonic()
         self.feed.stops += 1
         if now - self._stopped < _ALIKE:

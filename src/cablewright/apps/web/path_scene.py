@@ -105,7 +105,7 @@ class PathScene:
 
     @cached_property
     def tolerances(self) -> Array:
-        """(L,) m: how far from the path each level is at most."""
+        """Largest distance (L,), m, of each level from the path."""
         return np.asarray(self.extent / _ACROSS * _FINER ** (_COARSER - np.arange(_LEVELS, dtype=float)))
 
     @property

@@ -70,7 +70,7 @@ class Derivatives:
         return np.asarray(np.isfinite(self.by_pose).all(axis=(1, 2)) & np.isfinite(self.residual).all(axis=1))
 
     def blank(self, poses: Mask) -> Derivatives:
-        """Return the same without anything of some *poses* (N,)."""
+        """Return the derivatives without those of some *poses* (N,)."""
         residual, by_pose, by_unknown = (
             np.where(poses[(..., *(None,) * (part.ndim - 1))], 0.0, part)
             for part in (self.residual, self.by_pose, self.by_unknown)
@@ -179,21 +179,21 @@ class CalibrationProblem(ABC):
         return self.of(self.model, self.measured, plan, hold)
 
     def without_datum(self) -> Self:
-        """Return the same problem with no unknown held."""
+        """Return the problem with no unknown held."""
         return self.with_plan(self.plan, hold=False)
 
     def weighed_as(self, other: CalibrationProblem) -> Self:
-        """Return the same problem with the weights of another one of the same rows."""
+        """Return the problem with the weights of another one of the same rows."""
         again = self.with_survey_weighed(self.factors.get(SURVEY, 1.0) / other.factors.get(SURVEY, 1.0))
         return replace(again, weights=other.weights, found_encoder=other.found_encoder, factors=other.factors)
 
     def with_survey_weighed(self, share: float) -> Self:
-        """Return the same with *share* times the weight of surveyed points and the level; that of distances stays."""
+        """Return the problem with *share* times the weight of surveyed points and level; that of distances stays."""
         by, rows = np.where(self.is_prior[len(self.plan.distances) :], 1.0, share), self.rows
         return replace(self, rows=rows._replace(linear=rows.linear * by[:, None], wanted=rows.wanted * by))
 
     def for_poses_only(self, theta: Array) -> Self:
-        """Return the same problem with all unknowns held at *theta* (k,), so that only the poses are free."""
+        """Return the problem with all unknowns held at *theta* (k,), so that only the poses are free."""
         lines, nothing = self.line_numbers(theta), np.full_like(self.rows.target, -1)
         rows = self.rows._replace(lines=lines, target=nothing, linear=np.zeros((0, 0)), wanted=np.zeros(0))
         whole, held = self.whole(theta), np.ones_like(self.held)
@@ -273,7 +273,7 @@ class CalibrationProblem(ABC):
         return self if not len(held) else self.with_linear(held, wanted)
 
     def with_linear(self, linear: Array, wanted: Array) -> Self:
-        """Return the same with more rows *linear* (d, k) in the unknowns, and their values (d,)."""
+        """Return the problem with more rows *linear* (d, k) in the unknowns, and their values (d,)."""
         rows = self.rows
         both = np.concatenate([rows.linear, linear]), np.append(rows.wanted, wanted)
         return replace(self, rows=rows._replace(linear=both[0], wanted=both[1]))
@@ -339,7 +339,7 @@ class CalibrationProblem(ABC):
         return bool(unknown.any() or known.any())
 
     def given(self, theta: Array, states: Array, tensions: Array | None = None) -> Array:
-        """Return how much less cable (N, m) lies beyond the winches as mounts and springs give, m, at all N poses.
+        """Return the length (N, m), m, by which mounts and springs shorten the cable beyond the winches at N poses.
 
         By *tensions* (N, m), N, or those that are measured.
         """

@@ -22,7 +22,7 @@ _UNKNOWN: Final = 1e6  # N: sigma of a blank cell where directions are chosen
 
 
 def require_tensions(robot: Robot, measured: Measured) -> None:
-    """Raise `InputError` for straight lines whose ends give, where nothing measured by which forces.
+    """Raise `InputError` for straight lines with compliant ends without measured tensions.
 
     Lines that stretch count mounts and springs in their equilibria, straight ones to first order by measured tensions.
     """

@@ -48,7 +48,7 @@ class MarkedFeature(NamedTuple):
 
 
 class Instrument(Description):
-    """The accuracy of the total station, as its data sheet gives it, and its position.
+    """The accuracy of the total station by its data sheet, and its position.
 
     ``angle``: sigma of a direction, of both circles. ``distance`` and ``ppm``: sigma of a slope distance, its constant
     part and millionths of the distance. ``marker``: sigma per axis of a marker's own place. ``height``: of the
@@ -126,7 +126,7 @@ def load_plan(path: str | Path) -> SurveyPlan:
 
 
 def feature_of(point: str, plan: SurveyPlan, lines: Sequence[str] | None) -> MarkedFeature | None:
-    """Return the feature that a marker is on; None if neither its name nor the plan gives it.
+    """Return the feature that a marker is on, by its name or the plan; None without one.
 
     ``lines``: the names of the robot's lines in their order. None without a robot: then a line's name is its number.
     Raises `InputError` for a line that the robot does not have.

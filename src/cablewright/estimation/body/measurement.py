@@ -92,7 +92,7 @@ def predicted(settings: BodySettings, state: BodyState) -> list[Array]:
 
 
 def predictions(settings: BodySettings, state: BodyState) -> Array:
-    """Return the same as one array."""
+    """Return the predictions as one array."""
     return np.concatenate([np.zeros(0), *predicted(settings, state)])
 
 

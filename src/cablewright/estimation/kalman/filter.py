@@ -132,7 +132,7 @@ def _advance_clock(settings: FilterSettings, state: FilterState, now: float) -> 
 
 
 def begin(settings: FilterSettings, state: FilterState, first: FirstState) -> bool:
-    """Take the state over from those who found the *first* one; return whether lines have tangents there."""
+    """Initialise the state from a *first* one; return whether lines have tangents there."""
     now, checks, m = first.time, state.checks, settings.machine.model.m
     walls, lidars = settings.machine.walls.room.walls, len(settings.machine.lidars)
     state.time, state.slackness = now, first.slackness

@@ -17,7 +17,7 @@ _MOST_PARTS: Final = 50
 
 
 def weigh(settings: FilterSettings, state: FilterState, mass: float) -> None:
-    """Take the drum to be of *mass*, kg, from now on: lines stretch by the change, and no encoder shows it.
+    """Set the mass of the drum to *mass*, kg: lines stretch by the change, and no encoder shows it.
 
     With K the stiffness of all lines at B, B moves by K^-1 times the change of weight. Much of it changes K: slack
     lines get taut. An error of the same share in each of many small changes is not counted: B is measured meanwhile.

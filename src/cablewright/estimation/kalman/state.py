@@ -289,7 +289,7 @@ class FilterState(ClockedState):
         return np.concatenate([self.motion.drum_angles, self.motion.coasted]) - self.turns.motion.at(times)
 
     def displacement(self, change: Array) -> Array:
-        """Return the displacement of B (k, 3), m, that a *change* (k, m + 4) gives with the present radii."""
+        """Return the displacement of B (k, 3), m, by a *change* (k, m + 4) of the state with the present radii."""
         m = len(self.motion.drum_angles)
         return np.asarray((change[:, :m] * self.lines.radii) @ self.hung.jacobian.T + change[:, m : m + 3])
 

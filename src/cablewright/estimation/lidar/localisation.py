@@ -84,7 +84,7 @@ class WallSettings:
 
     @cached_property
     def visible(self) -> Mask:
-        """(l, w): which walls each lidar can see."""
+        """Mask (l, w) of the walls that each lidar can see."""
         names = [wall.name for wall in self.room.walls]
         seen = [names if each.visible_walls is None else each.visible_walls for each in self.lidars]
         return np.array([[name in visible for name in names] for visible in seen])

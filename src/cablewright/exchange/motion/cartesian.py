@@ -64,7 +64,7 @@ def klipper_turns(anchored: Robot, rotation_distances: Array) -> Turns:
 
 @dataclass(frozen=True, eq=False)
 class OwnModelPath:
-    """``path``: with the places to command; ``error``: m, the largest of the nozzle at points and half-way.
+    """A path for firmware kinematics. ``path``: positions to command; ``error``: m, the largest of the nozzle.
 
     ``difference``: m, the largest between the place commanded and the path; ``without``: m, the largest error of the
     nozzle without it. ``first``: (m,) N, tension of each line at the first point; ``tensions``: (2, m) N, the least and

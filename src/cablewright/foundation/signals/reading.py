@@ -61,7 +61,10 @@ class Reading:
         return self.time
 
     def stamped(self, time: float, rate: float = 1.0) -> Self:
-        """Return the same with another stamp, s; times within it are by a clock that runs at a *rate* to the former."""
+        """Return the reading with another stamp, s.
+
+        Times within it are by a clock that runs at a *rate* to the former.
+        """
         del rate
         fields: dict[str, Any] = {"time": time}
         return replace(self, **fields)

@@ -127,7 +127,7 @@ def by_mount(line, free):
 
 @jit
 def gives(line):
-    """Whether the mount of the line's exit gives, or a spring."""
+    """Whether the line has a compliant mount or a spring."""
     if line[COMPLIANCE] != 0.0:
         return True
     for at in range(MOUNT, SPRING + 1):

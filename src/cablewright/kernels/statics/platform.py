@@ -378,7 +378,7 @@ def least_and_arm(packed):
 
 @jit
 def load_in_plane(packed):
-    """As `load_scale`: the sum of the load in the plane and the largest minimum tension, or 1 N."""
+    """Return the `load_scale` in the plane: its load and the largest minimum tension, or 1 N."""
     platform = packed.platform
     x, y, z = _normal(packed)
     along = x * platform[WRENCH] + y * platform[WRENCH + 1] + z * platform[WRENCH + 2]

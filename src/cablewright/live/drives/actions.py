@@ -68,7 +68,7 @@ def write(robot: Robot, settings: MachineSettings, state: Path, port: OpenPort =
 
 
 def release(robot: Robot, settings: MachineSettings, state: Path, port: OpenPort = None) -> DriveSession:
-    """Take torque away from all winches, brakes closed, whatever an earlier program left. Raises as `write`."""
+    """Remove torque from all winches with closed brakes, in any state left by an earlier program. Raises as `write`."""
     machine = RealMachine.of(robot, settings, state, port)
     watching, loop_of = Watching(), _printer(machine, {})
     loop.run(loop_of, _Off(), watching)

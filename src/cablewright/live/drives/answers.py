@@ -23,7 +23,7 @@ _IDENTITY: Final = (
 
 @dataclass(frozen=True)
 class Found:
-    """A node that answered, and the line that the machine file gives it."""
+    """A node that answered, and its line in the machine file."""
 
     identity: Identity
     line: str | None

@@ -65,7 +65,7 @@ class RealMachine:
     def of(
         cls, robot: Robot, settings: MachineSettings, state: Path, port: Callable[[], Port] | None = None
     ) -> RealMachine:
-        """*state*: path without suffix of the two files. Raises `InputError` for files that do not fit each other."""
+        """Return the machine on drives. *state*: path of its two files without suffix. Raises `InputError` for a mismatch."""
         require_robot(settings, robot.name)
         require(robot, Capability.HOMING)
         known = require_drives(settings, robot)

@@ -180,7 +180,7 @@ class Printer:
         return measured if measured is not None or self.plan.path.attitude is None else self.estimator.tensions
 
     def refilled(self) -> None:
-        """Take the drum to be full."""
+        """Set the drum to full."""
         self.load.refill()
 
     def place_measured(self, place: Array, *, by_tensions: bool = False) -> None:
@@ -420,7 +420,7 @@ _HANDLED: Final = (PrintState.TENSIONING, PrintState.HOMING, PrintState.MANUAL)
 
 
 class Operator(Protocol):
-    """Whoever gives orders: a person at a page or a terminal, or a simulated attendant."""
+    """Interface of the source of orders: a person at a page or a terminal, or a simulated operator."""
 
     def orders(self, printer: Printer, now: float) -> tuple[Order, ...]:
         """Return the orders since the last call, at *now*, s. Is called once in each step."""

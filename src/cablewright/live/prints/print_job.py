@@ -129,7 +129,7 @@ class PrintedJob(Result):
         return np.array(self.run.timing.wall)
 
     def with_report(self, page: Path) -> PrintedJob:
-        """Return the same with the path of its report, and write metrics.json again."""
+        """Return the print with the path of its report, and write metrics.json again."""
         return replace(self, report=page).written()
 
     def written(self) -> PrintedJob:

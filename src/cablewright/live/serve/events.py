@@ -30,7 +30,7 @@ class Events:
 
     @classmethod
     def at(cls, path: Path) -> Events:
-        """With orders kept at *path*, after those that are there. Raises `EnvironmentFault`."""
+        """Return events with orders written to *path*, after existing ones. Raises `EnvironmentFault`."""
         try:
             return cls(path, _opened(path))
         except OSError as reason:

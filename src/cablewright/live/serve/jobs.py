@@ -66,7 +66,7 @@ def folder_of(jobs: Path, number: str) -> Path:
 
 
 def load_served(folder: Path, name: str) -> Job:
-    """The job in *folder*; of G-code alone with the defaults. Its path is its own file, whatever its settings name.
+    """Return the job in *folder*; of G-code alone with the defaults. Its path is its own file, for any settings.
 
     Raises `InputError`: for settings that name another file too.
     """

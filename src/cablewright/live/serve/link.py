@@ -143,7 +143,7 @@ class ServerLink:
         self.lease.write(LEASE.pack(number, self.clock()))
 
     def send(self, message: Message, channel: ChannelName = "orders") -> bool:
-        """Send a message; whether the control can take it now."""
+        """Send a message; return whether the control can receive it now."""
         data = message.model_dump_json().encode()
         with suppress(OSError):
             return (self._stops if channel == "stops" else self._orders).send(data) == len(data)

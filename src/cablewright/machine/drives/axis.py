@@ -103,7 +103,7 @@ class Axis:
         self.pending = (1 << len(o.FROM_DRIVES)) - 1
 
     def take_pdo(self, which: int, data: bytes, now: float) -> bool:
-        """Take a PDO; False: it has another length than it should."""
+        """Process a PDO; False: it has a wrong length."""
         values = o.unpacked(o.FROM_DRIVES[which], data)
         if values is None:
             return False

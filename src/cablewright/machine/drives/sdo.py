@@ -43,7 +43,7 @@ class SdoClient:
         return self._request(bytes([command]) + address + kind.pack(transfer.value).ljust(4, b"\0"))
 
     def take(self, data: bytes, now: float) -> CanFrame | None:
-        """Take a frame of the node's answers; return a further one to send, if any."""
+        """Process a frame of the node's answers; return a further one to send, if any."""
         transfer = self._now
         if len(data) != 8 or transfer is None or transfer is not self.transfers.first:
             return None

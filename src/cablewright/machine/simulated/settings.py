@@ -357,11 +357,11 @@ class TwinSettings(Description):
     simulation: SimulationSettings
 
     def with_owner(self, **changes: Any) -> Self:
-        """Return the same with other values of some fields of ``owner``, which are not checked."""
+        """Return the machine with other values of some fields of ``owner``, which are not checked."""
         return self.model_copy(update={"owner": self.owner.model_copy(update=changes)})
 
     def with_simulation(self, **changes: Any) -> Self:
-        """Return the same with other values of some fields of ``simulation``, which are not checked."""
+        """Return the machine with other values of some fields of ``simulation``, which are not checked."""
         return self.model_copy(update={"simulation": self.simulation.model_copy(update=changes)})
 
 
@@ -374,7 +374,7 @@ def load_twin(name_or_path: str | Path) -> TwinSettings:
 
 
 def twin_of_table(table: dict[str, Any], origin: str) -> TwinSettings:
-    """As `load_twin`, of the *table* of a machine file that is called *origin* in messages."""
+    """Return the machine of the *table* of a machine file, see `load_twin`; *origin*: its name in messages."""
     simulation = validated(MachineFile, table, origin).simulation
     if simulation is None:
         known = "`cablewright machines NAME` prints one that has it"

@@ -92,7 +92,7 @@ SEVERITIES: Final[Mapping[str, Mapping[str, Mapping[str, float]]]] = MappingProx
 
 
 def filled(table: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a *table* ``[simulation]`` with the values of its severity for keys that it does not give."""
+    """Return a *table* ``[simulation]`` completed with the values of its severity."""
     name, whole = table.get("severity"), dict(table)
     for key, values in SEVERITIES.get(name, {}).items() if isinstance(name, str) else ():
         given = whole.get(key, {})

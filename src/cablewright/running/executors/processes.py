@@ -87,7 +87,7 @@ class _Worker:
         other.close()  # or its end would not be seen here
 
     def begin(self, chunk: Chunk) -> bool:
-        """Send the chunk; whether there is anybody to take it."""
+        """Send the chunk; return whether the worker is alive."""
         try:
             self.pipe.send(chunk)
         except OSError:

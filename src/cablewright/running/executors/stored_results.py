@@ -43,7 +43,7 @@ class KeptResults:
             self._unused = 0
 
     def add(self, results: Mapping[str, str]) -> None:
-        """Add JSON texts of results by key. Raises `EnvironmentFault` where the disk does not take them."""
+        """Add JSON texts of results by key. Raises `EnvironmentFault` where the disk is full or not writable."""
         self._known.update(results)
         if self._file is None:
             return

@@ -71,7 +71,7 @@ class PathStatics:
         )
 
     def moving(self, robot: Robot, swing: SwingExtremes, drum_arms: Array) -> Self:
-        """Return the same with the motion of the platform; *drum_arms* (..., m), m, NaN if unknown."""
+        """Return the statics with the motion of the platform; *drum_arms* (..., m), m, NaN if unknown."""
         lines, drop, rise = self.lines, swing.tension_drop, swing.tension_rise
         moved = replace(
             lines,
@@ -83,7 +83,7 @@ class PathStatics:
         return replace(self, lines=moved, displacement=swing.displacement, frequency=swing.frequency, plane_force=force)
 
     def fed_forward(self, moving: Equilibrium, rows: NDArray[np.intp]) -> Self:
-        """Return the same with the lengths that hold the *moving* platform at *rows* (r,)."""
+        """Return the statics with the lengths that hold the *moving* platform at *rows* (r,)."""
         commanded = self.commanded.copy()
         commanded[rows] = np.where(moving.ok[:, None], moving.lengths, commanded[rows])
         return replace(self, commanded=commanded)

@@ -48,7 +48,7 @@ def status_of(reason: CablewrightError) -> int:
 
 
 def called(handler: Handler) -> Handler:
-    """*handler*, with its exceptions answered as rejections."""
+    """Return *handler* with its exceptions answered as rejections."""
 
     async def call(request: Request) -> Response:
         unread = True

@@ -92,7 +92,7 @@ class Moonraker:
         return await self.methods[name](key, given)
 
     async def upload(self, request: Request) -> Response:
-        """Take a file."""
+        """Receive a file."""
         job = await self.desk.upload(request, request.scope["key"])
         item = {"path": job["file"], "root": "gcodes", "modified": job["utc"], "size": job["bytes"], "permissions": "r"}
         told = {"item": item, "print_started": False, "print_queued": job["wants_print"], "action": "create_file"}

@@ -94,7 +94,7 @@ class OctoPrint:
         return JSONResponse({"job": about, "progress": told, "state": view.flags()["text"], "message": view.message})
 
     async def command(self, request: Request) -> Response:
-        """Pause or end a print; whatever would start motion is rejected."""
+        """Pause or end a print; commands that would start motion are rejected."""
         given = await body_of(request)
         command, action = given.get("command"), given.get("action", "toggle")
         printing = (await self.desk.view()).print_state == "printing"
@@ -120,7 +120,7 @@ class OctoPrint:
         raise Forbidden(NO_START)
 
     async def upload(self, request: Request) -> Response:
-        """Take a file."""
+        """Receive a file."""
         job = await self.desk.upload(request, request.scope["key"])
         location = f"{request.base_url}api/files/local/{quote(job['file'])}"
         refs = {"resource": location}

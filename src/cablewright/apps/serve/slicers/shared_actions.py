@@ -87,7 +87,7 @@ class Desk:
         return await asyncio.to_thread(view_of, self.page, jobs)
 
     async def upload(self, request: Request, key: Key) -> dict[str, Any]:
-        """Take a file, and ask for its check; return its job.
+        """Receive a file, and request its check; return its job.
 
         Raises `InputError` (`TooLarge`, `Busy`) for what is not taken, `EnvironmentFault` where it cannot be kept.
         """

@@ -75,7 +75,7 @@ def beyond_limits(row, y):
 
 @jit
 def beyond_hung_limits(row, y):
-    """As `beyond_limits`, of a line that a counterweight pulls. 0 of any other: its winch sets the tension."""
+    """Return the violation of limits, see `beyond_limits`, of a line with a counterweight; 0 of any other."""
     return beyond_limits(row, y) if row[COUNTERWEIGHT] > 0.0 else 0.0
 
 

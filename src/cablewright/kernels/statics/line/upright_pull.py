@@ -93,7 +93,7 @@ def settle_at_pull(row, x, z, pull, y, jacobian, rhs):
 
 @jit
 def system_at_pull(row, x, z, pull, y, jacobian, rhs):
-    """As `system`, with the pull given instead of the length; rhs[:, 1] is the derivative by -log(pull).
+    """Write the equations of `system` with the pull given instead of the length; rhs[:, 1] is by -log(pull).
 
     Returns the derivatives of the pull's equation by x and z.
     """

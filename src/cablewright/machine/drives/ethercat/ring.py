@@ -134,7 +134,7 @@ class Ring:
         return found
 
     def ask(self) -> list[bytes | None]:
-        """Take the inputs of each device alone, which sets back no watchdog."""
+        """Read the inputs of each device alone, which does not reset a watchdog."""
         found: list[bytes | None] = []
         for device, (start, size) in zip(self._devices, self._inputs, strict=True):
             try:

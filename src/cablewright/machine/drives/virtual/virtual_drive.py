@@ -115,7 +115,7 @@ class VirtualDrive:
         self.outbox.append(CanFrame(o.HEARTBEAT + self.node, bytes([o.BOOTED])))
 
     def hear(self, frame: CanFrame, now: float) -> None:
-        """Take a frame of the bus at *now*, s."""
+        """Process a frame of the bus at *now*, s."""
         if self.dead:
             return
         data = frame.data

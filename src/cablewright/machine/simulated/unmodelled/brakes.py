@@ -68,7 +68,7 @@ class Brakes:
         was[:, winding.PULL] = 0.0  # nothing has a speed
 
     def forget(self, winches: Winches) -> None:
-        """Take the place at which drums are for where they should be, by a person's order to reset."""
+        """Count slip from the present angles of the drums, by a person's order to reset."""
         winches.slipped[:] = 0.0
 
     def notices(self, winches: Winches) -> list[Notice]:

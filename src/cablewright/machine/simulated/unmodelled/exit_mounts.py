@@ -28,7 +28,7 @@ class ExitMountState:
         self._steps, self._guide = np.zeros_like(self.displaced), np.zeros(GUIDE_SIZE)
 
     def give(self, packed: Packed, states: Array, planes: Array, ratio: Array) -> float:
-        """Move the exit points of *packed* by a step of `exit_mounts.give`; return by how much at most, m."""
+        """Move the exit points of *packed* by a step towards equilibrium; return the largest step, m."""
         given = (packed, states, planes, ratio, self._compliance, self.displaced, self._steps, self._guide)
         return float(exit_mounts.give(*given))
 

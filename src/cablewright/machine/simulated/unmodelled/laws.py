@@ -43,13 +43,13 @@ class CableStretch(Description):
 
 
 class SheaveFriction(Description):
-    """``friction``: share of the tension that is lost over a sheave by which the cable turns by a right angle."""
+    """Friction of sheaves. ``friction``: share of tension lost over a sheave that turns the cable by a right angle."""
 
     friction: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
 
 
 class ExitMounts(Description):
-    """``compliance`` of the exit points' mounts, m/N, and other ones of some lines ``by_line``."""
+    """Mounts of exit points. ``compliance``: m/N, and other ones of some lines ``by_line``."""
 
     compliance: Compliance = 0.0
     by_line: dict[str, Compliance] = Field(default_factory=dict)
@@ -60,7 +60,7 @@ class ExitMounts(Description):
 
 
 class WinchGears(Description):
-    """``backlash`` of the gears, rad at the drum.
+    """Gears of the winches. ``backlash``: rad at the drum.
 
     ``bearing_friction``: pull of a line, N, below which the drum's bearings hold it, so that it lies at no flank.
     ``torsion``: rad per N m at the drum, by which they twist. ``ripple``: rad at the drum, the amplitude of a sine of
@@ -75,7 +75,7 @@ class WinchGears(Description):
 
 
 class WinchBrakes(Description):
-    """``torque``: N m at the drum, up to which a closed brake holds; 0: it never gives. ``by_line``: of some lines.
+    """Brakes of the winches. ``torque``: N m at the drum, holding limit; 0: none. ``by_line``: of some lines.
 
     Each has a uniform relative error of at most ``spread``.
     """
