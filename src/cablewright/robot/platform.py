@@ -93,7 +93,7 @@ class _PlatformWithLoads(Description):
 
     @property
     def lays_along(self) -> Vec3:
-        """The unit vector from what is laid to the nozzle, world: up, or out of a board, on which it lies."""
+        """The unit vector from the laid material to the nozzle, world: up, or out of a board, on which it lies."""
         return self.plane.across if self.plane is not None and self.may_lift else (0.0, 0.0, 1.0)
 
     @property

@@ -41,7 +41,7 @@ def jobs(server: Served) -> list[dict[str, Any]]:
     return list(json.loads(server.ask("GET", "/jobs")[1]))
 
 
-def test_two_slicers_at_once_are_both_taken(server: Served) -> None:
+def test_two_simultaneous_uploads_are_both_accepted(server: Served) -> None:
     keys = [make_key(server, name=f"slicer {k}") for k in range(2)]
     answers: list[int] = []
 
@@ -89,7 +89,7 @@ def test_an_upload_while_it_prints_is_kept_and_waits(server: Served) -> None:
         page.until(lambda _state: page.sitting["job"] is None)
 
 
-def test_a_job_for_another_machine_is_refused_by_name(server: Served) -> None:
+def test_a_job_for_another_machine_is_rejected_by_name(server: Served) -> None:
     number = kept(server, RING.replace('name = "ring"', 'name = "ring"\nrobot = "merlet2023"'))
     found = check_job(server.folder, number)
     assert found.answer == "failed"

@@ -1,4 +1,5 @@
-"""News for other programs: what is told and when, signed; a receiver that is slow, wrong or away holds up nothing."""
+"""News for other programs: which events are sent and when, signed; a receiver that is slow, wrong or absent blocks
+nothing."""
 
 from __future__ import annotations
 
@@ -38,7 +39,7 @@ def told(*states: dict[str, Any]) -> list[tuple[str, Any]]:
     return [(each["what"], each["state"]) for one in states for each in watching.look(one, SITTING)]
 
 
-def test_layers_pauses_and_faults_are_told_once() -> None:
+def test_layers_pauses_and_faults_are_sent_once() -> None:
     states = [
         state("fault", fresh=True), state("off"), state("idle"), state("ready"), state("printing", 1),
         state("printing", 1), state("printing", 2), state("paused", 2), state("paused", 2), state("ready", 2),
@@ -50,7 +51,7 @@ def test_layers_pauses_and_faults_are_told_once() -> None:
     assert told({"sitting": 0, "state": "closed"}) == []
 
 
-def test_the_end_of_a_run_is_told_though_its_last_state_was_not_seen() -> None:
+def test_the_end_of_a_run_is_sent_without_its_last_state() -> None:
     watching = Watching()
     before = [[7, 1.0, "run", "run a ends: finished"]]
     assert watching.look(state("printing", events=before), SITTING) == []  # what was before is not new
@@ -88,7 +89,7 @@ def test_a_file_names_who_gets_what(tmp_path: Path) -> None:
         ('[mqtt]\nhost = "x"\npassword = "none.key"\n', "tls"),
     ],
 )
-def test_secrets_in_addresses_and_wrong_keys_are_refused_by_name(tmp_path: Path, text: str, why: str) -> None:
+def test_secrets_in_addresses_and_wrong_keys_are_rejected_by_name(tmp_path: Path, text: str, why: str) -> None:
     (tmp_path / "news.toml").write_text("schema = 1\n" + text)
     with pytest.raises(InputError, match=why):
         load_news(tmp_path / "news.toml")
@@ -96,7 +97,7 @@ def test_secrets_in_addresses_and_wrong_keys_are_refused_by_name(tmp_path: Path,
 
 @contextmanager
 def hooked(status: int = 204, wait: float = 0.0) -> Iterator[tuple[str, queue.Queue[tuple[Any, bytes]]]]:
-    """Address of a receiver of webhooks that answers so, and what it has got."""
+    """Address of a receiver of webhooks with these answers, and its received messages."""
     got: queue.Queue[tuple[Any, bytes]] = queue.Queue()
 
     class Handler(BaseHTTPRequestHandler):
@@ -144,7 +145,7 @@ def test_a_webhook_that_fails_or_leads_elsewhere_gets_the_next_news_too(
     assert [each.message.partition(": ")[2] for each in caplog.records] == [f"it answers {status}"]  # once
 
 
-def test_a_webhook_that_hangs_holds_up_nobody(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_webhook_that_hangs_blocks_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(senders, "TIME", 0.3)
     with socket.create_server(("127.0.0.1", 0)) as silent:
         hook = Webhook(WebhookSettings(address=f"http://127.0.0.1:{silent.getsockname()[1]}/"))
@@ -195,7 +196,7 @@ def test_a_broker_gets_news_by_their_topic() -> None:
 
 
 @needs_mqtt
-def test_a_broker_that_is_away_holds_up_nobody() -> None:
+def test_an_absent_broker_blocks_nothing() -> None:
     from cablewright.apps.serve.notices.senders import Mqtt
 
     with socket.create_server(("127.0.0.1", 0)) as nobody:

@@ -75,7 +75,7 @@ def test_places_by_layers_divide_each_layer() -> None:
     np.testing.assert_allclose(stops(resumed, begin + 0.3 * length, path().length, 0.1), wanted[2:], atol=0.11)
 
 
-def test_places_by_time_begin_at_once_and_divide_a_layer_s_length() -> None:
+def test_places_by_time_begin_immediately_and_divide_a_layer_s_length() -> None:
     _, length = layer(1, path())
     found = stops(PlaceVisits(every=2000.0, stops=4), 0.0, path().length, 0.1)
     gaps = np.diff(found)

@@ -106,7 +106,7 @@ class Page(Served):
                     self.checks.ask("report", name)
 
     async def _tell_others(self) -> None:
-        """Tell the receivers of news what has happened; nothing waits for them."""
+        """Send news to the receivers; nothing waits for them."""
         receivers, watching, version = receivers_of(self.news), Watching(), 0
         while receivers:
             version = await self.feed.next(version)

@@ -49,7 +49,7 @@ class Address:
     ``names``: by which other computers call this one.
 
     ``certificate`` and ``certificate_key``: files for TLS. ``camera``: of a picture of the machine, MJPEG or still.
-    ``news``: file that names who is told of layers, pauses, faults and ends.
+    ``news``: file with the receivers of news on layers, pauses, faults and ends.
     """
 
     host: str = "127.0.0.1"

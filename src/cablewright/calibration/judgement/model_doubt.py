@@ -3,9 +3,9 @@
 Known numbers are considered (Schmidt 1966): each is assumed to a standard deviation, the data estimate its error, and
 the shift by that error adds to the covariance. Each kind of number has an even chance to be exact, so the result is an
 average over all subsets of kinds, weighted by their evidence (Bayesian model averaging): a kind that the data deny adds
-next to nothing, one that they show or cannot tell adds its part. So it is with effects that cross-validation weighed:
-the number of one that was chosen is as wrong as the data leave it, and one that was not is believed as wide as one pose
-tells it (the unit information prior of Kass and Wasserman 1995), so that what the choice itself may miss is in sigma.
+next to nothing, one that they confirm or cannot decide adds its part. Effects that cross-validation weighed count too:
+the number of a chosen one is as uncertain as the data leave it, and one that was not chosen has the prior that one pose
+determines (the unit information prior of Kass and Wasserman 1995), so that sigma contains the risk of the choice.
 
 The covariance by the scatter of poses and of surveyed points (a sandwich, clustered, HC3) replaces a smaller one where
 it exceeds what noise explains.

@@ -107,8 +107,8 @@ def gain_of(covariance: Array, measured: Measurement) -> tuple[Array, Array]:
 def pose_covariance(state: BodyState, slopes: Slopes) -> Array:
     """Return the covariance (6, 6) of the pose: translation, m, and rotation in space, rad.
 
-    Creep, softness and mounts follow no law exactly: of what measurements seem to tell of them a share is not believed.
-    Nor is their size, where it comes out larger than it was told to be (`strangeness`).
+    Creep, softness and mounts follow no law exactly: a share of their apparent corrections is not believed.
+    Nor is their size, where it comes out larger than specified (`strangeness`).
     """
     belief, layout, laws = state.belief, state.layout, state.layout.laws
     gradients = slopes.pose @ belief.gradients
@@ -123,9 +123,9 @@ def pose_covariance(state: BodyState, slopes: Slopes) -> Array:
 
 
 def strangeness(belief: Belief, layout: BodyLayout) -> Array:
-    """Return by how much the variances of creep, softness and mounts are larger than they were told to be, (3,), or 1.
+    """Return by how much the variances of creep, softness and mounts exceed the specified ones, (3,), or 1.
 
-    By one step of expectation and maximisation from what they were told: the mean square of an unknown is that of its
+    By one step of expectation and maximisation from the specified ones: the mean square of an unknown is that of its
     estimate and of its error, in units of the prior's covariance (Dempster, Laird, Rubin 1977).
     """
     found, begin = np.ones(3), layout.laws.start

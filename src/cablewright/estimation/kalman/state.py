@@ -296,7 +296,7 @@ class Hung:
 
 @dataclass(eq=False)
 class AsBuilt:
-    """Errors of sensors and of what the owner was told, and the ground.
+    """Errors of sensors and of specified values, and the ground.
 
     ``wall_errors``: (w, 2) m and rad; ``mount_errors``: (l, 3) m, m and rad; ``vertical_mount_error``: (6,) m and rad;
     ``clock_error``: s; ``ground_height``: m, under the valve.

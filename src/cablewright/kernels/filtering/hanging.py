@@ -206,7 +206,7 @@ def weigh_forces(laws, may_be, unsure, known, now, measured, sigmas, mean, noise
 def _judge(laws, may_be, unsure, known, now, measured, sigmas, share, h, off, noise):
     """Write forces *h* (m,), N, at a *share* of their range, what is *off* (m + j,) by them, and the *noise*.
 
-    Returns the normalised square of what is off, and twice its negative logarithm of likelihood.
+    Returns the normalised square of the residual, and twice its negative logarithm of likelihood.
     """
     m, d, q = now.shape[0], known.shape[0], unsure.shape[2]
     slopes, S, solved, told = np.empty(d), np.empty((d, d)), np.empty((d, 1)), 0.0
@@ -230,7 +230,7 @@ def _judge(laws, may_be, unsure, known, now, measured, sigmas, share, h, off, no
         S[a, 0] = own + (sigmas[REPEATS] * SHAPE_ERROR * difference) ** 2
         for c in range(q):
             moved[a, c] = slopes[a] * (unsure[0, i, c] + share * unsure[1, i, c])
-        if sigmas[BY_ZERO] > 0.0:  # what was learnt step by step may not leave what the owner was told
+        if sigmas[BY_ZERO] > 0.0:  # learnt zeros stay near the specified ones
             told += (off[a] + measured[a - m, 3]) ** 2 / (sigmas[BY_ZERO] ** 2 + own)
     for a in range(d):
         solved[a, 0] = off[a]

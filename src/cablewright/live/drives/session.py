@@ -65,7 +65,7 @@ class RealMachine:
     def of(
         cls, robot: Robot, settings: MachineSettings, state: Path, port: Callable[[], Port] | None = None
     ) -> RealMachine:
-        """Return the machine on drives. *state*: path of its two files without suffix. Raises `InputError` if they mismatch."""
+        """Return the machine on drives. *state*: path of its two files, without suffix. Raises `InputError`."""
         require_robot(settings, robot.name)
         require(robot, Capability.HOMING)
         known = require_drives(settings, robot)

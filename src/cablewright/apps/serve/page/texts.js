@@ -70,7 +70,7 @@ export const TEXTS = {
   "clear": "Keep everyone clear of the machine.", "yes": "Yes", "no": "No",
   "sure.start": "Start the print?", "sure.start.text": "The platform moves to the start of the path and prints. {clear}",
   "sure.start.resumed": "The platform moves back to where the print was cut off, and prints on. {clear}",
-  "sure.again": "Take up {run} where it was cut off?", "sure.again.yes": "Take it up", "sure.again.text": "What is printed still stands as it was, and nobody has moved the platform by hand since: look at both. The job is loaded; then reset, enable, home where the machine homes, and start. {clear} With No the print is left, and stays in the history.",
+  "sure.again": "Take up {run} where it was cut off?", "sure.again.yes": "Take it up", "sure.again.text": "Check two things: the printed part still stands as it was, and the platform was not moved by hand since. The job is loaded; then reset, enable, home where the machine homes, and start. {clear} With No the print is left, and stays in the history.",
   "sure.resume": "Resume the print?", "sure.resume.text": "The platform moves back to the path and prints. {clear}",
   "sure.refilled": "Is the powder refilled?", "sure.refilled.text": "The platform then moves back to the path and prints. {clear}",
   "sure.take up": "Take up slack?", "sure.take up.text": "Winches reel in, line by line. Keep hands off the lines.",

@@ -37,8 +37,8 @@ _ARM: Final = 0.3  # m: arm of the moment that goes with a platform's accelerati
 class Cells(Update):
     """Load cells or torques: noise and zero, N, share of the gain, standard deviations, and the source's name.
 
-    ``drift``: N, by which a zero walks in an hour. Without it a zero that was learnt would count for ever: what it has
-    walked since would be taken for a machine that is otherwise off, in the directions that are known least.
+    ``drift``: N, by which a zero walks in an hour. Without it a learnt zero would count for ever: its later drift would
+    be taken for other errors of the machine, in the least known directions.
 
     A motor of a drum with several lines shows the pull of all: numbers of such drums follow those of the lines, as
     tensions of the line that each is named for, whose gain, zero and friction they have.
@@ -84,7 +84,7 @@ class Cells(Update):
         return _felt(there.tensions, self._drums(there.drums))
 
     def _drums(self, drums: DrumPulls | None) -> DrumPulls | None:
-        """Return the drums that are felt: by motors."""
+        """Return the drums whose torques motors measure."""
         return drums if self.source == _AT_THE_WINCH else None
 
     def _hosts(self, state: BodyState) -> Indices:
@@ -133,7 +133,7 @@ class Cells(Update):
 
 
 def _felt(tensions: Array, drums: DrumPulls | None) -> Array:
-    """Return *tensions* (m, ...), followed by what *drums* feel of them, (m + d, ...)."""
+    """Return *tensions* (m, ...), followed by the torques of *drums* by them, (m + d, ...)."""
     return tensions if drums is None else np.concatenate([tensions, drums.per_tension @ tensions])
 
 
