@@ -207,7 +207,7 @@ def finish(drawn: Figure) -> None:
 
 
 def axes(width: float, height: float, **look: Any) -> tuple[Figure, Axes]:
-    """Return a figure of that size in inches with one pair of axes, and these. Call within `drawing`."""
+    """Return a figure of that size in inches, and its one pair of axes. Call within `drawing`."""
     made = figure(width, height)
     return made, made.add_subplot(**look)
 

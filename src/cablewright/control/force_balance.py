@@ -130,7 +130,7 @@ class CarriedWatch:
     _since: float = 0.0  # s
 
     def forget(self) -> None:
-        """Begin again."""
+        """Forget earlier judgements."""
         self._mean, self._time = None, -math.inf
 
     def is_due(self, time: float) -> bool:

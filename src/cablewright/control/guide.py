@@ -231,7 +231,7 @@ class GuideState:
     speed_mean: RampMean = field(default_factory=RampMean)  # of the speed off the path
 
     def stand(self) -> None:
-        """Let the target stand."""
+        """Stop the target where it is."""
         self.speed_factor, self.speed = 0.0, 0.0
         self.factor_mean.rest()
         self.speed_mean.rest()

@@ -70,7 +70,7 @@ def require_run_out(speed: float, deceleration: float, delay: float, most: float
 
 @dataclass(eq=False)
 class ManualState:
-    """Changed in place."""
+    """State of motion by hand, changed in place."""
 
     position: Array = field(default_factory=lambda: np.zeros(3))  # m, of the target
     velocity: Array = field(default_factory=lambda: np.zeros(3))  # m/s

@@ -86,7 +86,7 @@ class _Reader:
     normal: int | None = None  # axis across the plane of the joint
 
     def robot(self) -> ImportedRobot:
-        """Read all of it."""
+        """Return the robot of both files."""
         self.lost, self.assumed = Notes(), Notes()
         body = self._body()
         kind = self._joint(body)

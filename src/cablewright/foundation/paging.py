@@ -72,7 +72,7 @@ class RowExtremes:
 
     @property
     def shape(self) -> tuple[int]:
-        """(k,)."""
+        """Shape (k,) of the numbers."""
         return (len(self.values),)
 
     @property

@@ -40,14 +40,14 @@ _LONGEST_START: Final = 20.0  # s that an estimator may take to find the platfor
 
 
 class LoopController(Protocol):
-    """A control law."""
+    """Interface of a control law."""
 
     def __call__(self, estimate: Estimate, target: Target, period: float) -> ArrayLike:
         """Return rates (m,), m/s, of the lengths of the lines in the next *period*, s; positive pays out."""
 
 
 class Observing(Protocol):
-    """An estimator."""
+    """Interface of an estimator."""
 
     def step(self, frame: SensorFrame) -> Estimate:
         """Return the estimate after one frame."""

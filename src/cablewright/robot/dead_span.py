@@ -115,7 +115,7 @@ class DeadSpan:
 
     @cached_property
     def length(self) -> float:
-        """Length of all, m."""
+        """Length of the whole path, m."""
         return math.fsum(piece.length for piece in self.pieces)
 
     @property

@@ -68,7 +68,7 @@ class Outline:
 
     @property
     def form(self) -> Layout:
-        """The layout."""
+        """Layout of the lines."""
         return LAYOUTS[self.layout]
 
     @property
@@ -78,7 +78,7 @@ class Outline:
 
     @property
     def stock(self) -> StockCable:
-        """The cable."""
+        """Cable of the lines, from the table."""
         return CABLES[self.cable]
 
     def _require_size(self) -> None:

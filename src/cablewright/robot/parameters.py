@@ -143,7 +143,7 @@ class Parameter:
 
     @property
     def entry(self) -> Kind:
-        """The registry's entry."""
+        """Entry of the parameter in the registry."""
         return KINDS[self.kind]
 
     @property

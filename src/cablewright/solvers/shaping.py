@@ -69,7 +69,7 @@ class SlowestMode:
 
     @property
     def least(self) -> float:
-        """The least of them, Hz."""
+        """Lowest of the frequencies, Hz."""
         return float(self.frequencies.min())
 
     def period(self, positions: Array) -> Array:

@@ -84,7 +84,7 @@ class Fit(Pictured):
 
     @property
     def size(self) -> Array:
-        """Sides (3,), m."""
+        """Sides (3,) of the part, m."""
         return np.asarray(np.ptp(self.points, axis=0))
 
     @property

@@ -99,22 +99,22 @@ class InverseDynamics(Pictured):
 
     @property
     def min_tension(self) -> Array:
-        """(m,) N."""
+        """Smallest tension (m,) of each line, N."""
         return np.asarray(np.nanmin(self.tensions, axis=0))
 
     @property
     def max_tension(self) -> Array:
-        """(m,) N."""
+        """Largest tension (m,) of each line, N."""
         return np.asarray(np.nanmax(self.tensions, axis=0))
 
     @property
     def max_speed(self) -> Array:
-        """(m,) m/s."""
+        """Largest speed (m,) of each winch's cable, m/s."""
         return np.asarray(np.nanmax(np.abs(self.length_rates), axis=0))
 
     @property
     def max_power(self) -> Array:
-        """(m,) W."""
+        """Largest power (m,) of each winch, W."""
         return np.asarray(np.nanmax(self.power, axis=0))
 
 

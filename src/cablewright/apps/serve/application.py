@@ -116,7 +116,7 @@ class Page(Served):
                         receiver.put(news)
 
     async def index(self, _request: Request) -> Response:
-        """The page."""
+        """Serve the operator's page."""
         return asset("index.html")
 
     async def enter(self, request: Request) -> Response:
@@ -200,7 +200,7 @@ class Page(Served):
         return await _tried(take)
 
     async def check(self, request: Request) -> Response:
-        """Check a job."""
+        """Queue the check of a job."""
         if self._operator(request) is None:
             return _not_operating()
         job = request.path_params["job"]
@@ -214,7 +214,7 @@ class Page(Served):
         return await _tried(ask)
 
     async def load(self, request: Request) -> Response:
-        """Take up a job, or none."""
+        """Load a job into the control, or none."""
         client = self._operator(request)
         if client is None:
             return _not_operating()
@@ -341,11 +341,11 @@ class Page(Served):
         return Response(found.content, media_type="image/png")
 
     async def run_report(self, request: Request) -> Response:
-        """The report of a run."""
+        """Serve the report of a run."""
         return await _report_of(self.uploads.run_report, request.path_params["run"])
 
     async def live(self, socket: WebSocket) -> None:
-        """One page that is open."""
+        """Serve one open page by WebSocket."""
         await Live(self, socket).run()
 
     async def foxglove(self, socket: WebSocket) -> None:

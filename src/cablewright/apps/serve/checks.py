@@ -42,7 +42,7 @@ class Checks:
         return ""
 
     async def run(self) -> None:
-        """Do one after the other."""
+        """Run the queued checks and reports one after the other."""
         while True:
             what, subject = await self._queue.get()
             self.busy[subject] = "is being checked" if what == "check" else "is being written"

@@ -56,7 +56,7 @@ class Feed:
         return round(1e3 * (time.monotonic() - self._begin))
 
     async def run(self) -> None:
-        """Read again and again."""
+        """Read the control's latest state repeatedly."""
         while True:
             self.refresh()
             async with self._news:

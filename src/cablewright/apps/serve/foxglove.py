@@ -34,7 +34,7 @@ _MOST: Final = 200  # subscriptions of a client
 
 
 class Reader:
-    """One program that reads."""
+    """One connected client of the live log."""
 
     def __init__(self, socket: WebSocket, feed: Feed) -> None:
         """Not yet accepted."""

@@ -226,7 +226,7 @@ class Server:
                     logging.getLogger("cablewright").warning("the page's server cannot be started: %s", reason)
 
     def end(self) -> None:
-        """End it."""
+        """End the server's process."""
         self._over.set()
         if self.process is not None and self.process.stdin is not None:
             self.process.stdin.close()

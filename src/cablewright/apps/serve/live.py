@@ -24,7 +24,7 @@ ALL_MAY: Final = (OrderKind.EMERGENCY,)
 
 
 class Live:
-    """One page."""
+    """One open page: its connection, its lease and its messages."""
 
     def __init__(self, page: Served, socket: WebSocket) -> None:
         """Not yet accepted."""

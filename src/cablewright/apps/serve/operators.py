@@ -111,7 +111,7 @@ class Operators:
         return ""
 
     def release(self, client: Client) -> None:
-        """Operate no more."""
+        """End the lease of the operator."""
         if self._operator is client:
             self._operator = None
 

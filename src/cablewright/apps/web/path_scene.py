@@ -96,7 +96,7 @@ class PathScene:
 
     @cached_property
     def known(self) -> Mask:
-        """(k,) whether each point is known."""
+        """Mask (k,) of known points."""
         known = np.empty(len(self.positions), dtype=np.bool_)
         for at in blocks(len(known)):
             known[at] = np.isfinite(self.positions[at]).all(axis=1)
@@ -125,7 +125,7 @@ class PathScene:
 
     @cached_property
     def level(self) -> NDArray[np.uint8]:
-        """(k,) the first level that has each point."""
+        """First level of detail (k,) that contains each point."""
         known = self.known
         fixed: Mask = np.asarray(~known)
         fixed[:-1] |= (self.kind[1:] != self.kind[:-1]) | (self.layer[1:] != self.layer[:-1]) | ~known[1:]

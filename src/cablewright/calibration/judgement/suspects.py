@@ -72,7 +72,7 @@ class DriftChange:
 
     @property
     def sentence(self) -> str:
-        """All of it in words."""
+        """The change with its alternatives in words."""
         whose = "" if self.line is None else f" of {self.line}"
         where = "" if self.pose is None else f" at pose {self.pose + 1}"
         size, unit = (1e3, "mm") if self.unit == "m" else (1.0, self.unit.removeprefix("1"))

@@ -42,7 +42,7 @@ _YAWS: Final = {*(f"translation along {axis}" for axis in "xyz"), "yaw"}
 
 @dataclass(frozen=True, eq=False)
 class PoseFit:
-    """The result of a fit."""
+    """The result of a fit: values, poses, weights and residuals."""
 
     theta: Array  # (k,) the free unknowns
     poses: Array  # (N, n), or the states (N, ..) of the poses of an `ElasticProblem`

@@ -124,7 +124,7 @@ class CreepResult(Pictured):
 
     @property
     def stiffness(self) -> float:
-        """EA, N."""
+        """Axial stiffness EA, N."""
         return 1.0 / self.elastic
 
     @property

@@ -177,7 +177,7 @@ class FilterLayout(NamedTuple):
 
 
 class Mean(NamedTuple):
-    """The state itself, packed as its error is: what kernels take."""
+    """State vector of the filter, packed like its error, for kernels."""
 
     x: Array  # (size,)
     layout: FilterLayout

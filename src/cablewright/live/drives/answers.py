@@ -29,7 +29,7 @@ class Found:
     line: str | None
 
     def row(self) -> dict[str, object]:
-        """As a row of the table."""
+        """Return the node as a row of the table."""
         own = self.identity
         return {
             "node": own.node,

@@ -48,7 +48,7 @@ class ControlLink:
 
     @classmethod
     def new(cls) -> ControlLink:
-        """Without a server yet."""
+        """Return a new link without a server."""
         return cls(shared(STATE_SIZE), shared(SITTING_SIZE), shared(LEASE.size))
 
     def connect(self) -> tuple[socket.socket, socket.socket]:
@@ -65,7 +65,7 @@ class ControlLink:
         return theirs[0], theirs[1]
 
     def close(self) -> None:
-        """Give all of it back."""
+        """Free the shared memory and the channels."""
         for channel in (self._orders, self._stops):
             if channel is not None:
                 channel.close()
@@ -132,7 +132,7 @@ class ServerLink:
         return cls(*memories, ends[0], ends[1])
 
     def close(self) -> None:
-        """Give all of it back."""
+        """Free the shared memory and the channels."""
         for each in (self._orders, self._stops):
             each.close()
         for memory in (self.state, self.sitting, self.lease):

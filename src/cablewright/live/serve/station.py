@@ -159,7 +159,7 @@ class DriveStation:
     begin: Array | None = None  # (n,) m and rad, roughly where the platform is if nothing is saved
 
     def sitting(self, job: Job | None, run: Path | None = None) -> Sitting:
-        """As `Station`."""
+        """Begin a sitting at the last position of the platform; see `Station.sitting`."""
         if job is not None and job.robot not in (None, self.robot.name):
             raise InputError(f"job {job.name!r}: robot = {job.robot!r}, but the robot is {self.robot.name!r}")
         samples, owner = None, self.settings

@@ -99,7 +99,7 @@ class Axis:
         self.notes.clear()
 
     def begin_cycle(self) -> None:
-        """Expect all PDOs."""
+        """Begin a cycle: all PDOs are expected."""
         self.pending = (1 << len(o.FROM_DRIVES)) - 1
 
     def take_pdo(self, which: int, data: bytes, now: float) -> bool:

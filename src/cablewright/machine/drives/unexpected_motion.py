@@ -32,7 +32,7 @@ class StrayWatch:
         self._off: Array = np.zeros(0)  # rad
 
     def forget(self) -> None:
-        """Begin again."""
+        """Forget earlier deviations."""
         self._before = None
 
     def judge(self, axes: Sequence[Axis], setpoints: Sequence[Setpoint], time: float) -> str:

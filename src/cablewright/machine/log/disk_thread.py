@@ -27,7 +27,7 @@ class DiskThread:
         return len(self._waiting) >= MAX_WAITING
 
     def put(self, write: Callable[[], None]) -> None:
-        """Call *write* soon."""
+        """Queue the call *write* for the thread."""
         self._waiting.append(self._thread.submit(self._call, write))
 
     def last(self) -> Future[None] | None:

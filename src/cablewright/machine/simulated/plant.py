@@ -29,7 +29,7 @@ _TOLERANCE: Final = 1e-6  # m and rad, to which equilibria of bodies are certifi
 
 
 class Plant(Protocol):
-    """Advances a rig in time."""
+    """Interface of a plant, which advances a rig in time."""
 
     @property
     def period(self) -> float:

@@ -235,7 +235,7 @@ class SimulatedMachine:
         return machine
 
     def after_load(self) -> None:
-        """Observe the rig as it is now."""
+        """Compute the true state of the loaded rig."""
         self._rig_state = self.rig.observe(self.time)
 
     @property

@@ -305,17 +305,17 @@ class Check(Result):
 
     @property
     def error_uncompensated(self) -> Array:
-        """(k,) m, of the nozzle."""
+        """Nozzle error (k,), m, without compensation."""
         return self.errors.uncompensated
 
     @property
     def error_compensated(self) -> Array:
-        """(k,) m, of the nozzle."""
+        """Nozzle error (k,), m, with compensation."""
         return self.errors.compensated
 
     @property
     def error_elastic_only(self) -> Array:
-        """(k,) m, of the nozzle."""
+        """Nozzle error (k,), m, with compensation of elasticity alone."""
         return self.errors.elastic_only
 
     @property
@@ -325,7 +325,7 @@ class Check(Result):
 
     @property
     def turn_compensated(self) -> Array:
-        """(k,) rad."""
+        """Error of rotation (k,), rad, with compensation."""
         return self.errors.turn_compensated
 
     @cached_property

@@ -87,7 +87,7 @@ class TypedLines:
     _gone: threading.Event = field(default_factory=threading.Event)
 
     def begin(self) -> None:
-        """Begin to read."""
+        """Begin to read the standard input."""
         threading.Thread(target=self._read, daemon=True).start()
 
     def typed(self) -> list[str]:
@@ -100,7 +100,7 @@ class TypedLines:
         return [line for _, line in found]
 
     def over(self) -> bool:
-        """Whether no more come."""
+        """Whether the standard input has ended."""
         return self._gone.is_set() and self._lines.empty()
 
     def _read(self) -> None:

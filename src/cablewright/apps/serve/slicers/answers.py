@@ -91,5 +91,5 @@ async def body_of(request: Request) -> dict[str, Any]:
 
 
 def result(value: object) -> Response:
-    """A result of Moonraker."""
+    """Return a result in the form of Moonraker."""
     return JSONResponse({"result": value})

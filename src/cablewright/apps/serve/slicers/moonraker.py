@@ -60,7 +60,7 @@ class Moonraker:
         }
 
     def routes(self) -> list[Route | WebSocketRoute]:
-        """All of them."""
+        """All routes of Moonraker's interface."""
         return [
             Route("/server/files/upload", called(self.upload), methods=["POST"]),
             Route("/server/files/gcodes/.thumbs/{name}", called(self.picture)),
@@ -72,7 +72,7 @@ class Moonraker:
         ]
 
     async def call(self, request: Request) -> Response:
-        """One method by HTTP."""
+        """Answer one method of Moonraker's interface by HTTP."""
         name = request.url.path.strip("/").replace("/", ".")
         if name in _ORDERS and request.method != "POST":
             raise InputError(f"{name}: requires POST")

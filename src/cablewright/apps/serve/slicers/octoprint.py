@@ -23,14 +23,14 @@ VERSION: Final = {"api": "0.1", "server": "1.5.0", "text": "OctoPrint interface 
 
 
 class OctoPrint:
-    """The routes."""
+    """Routes of OctoPrint's interface."""
 
     def __init__(self, desk: Desk) -> None:
         """On a *desk*."""
         self.desk = desk
 
     def routes(self) -> list[Route]:
-        """All of them."""
+        """All routes of OctoPrint's interface."""
         return [
             Route("/api/version", called(self.version)),
             Route("/api/server", called(self.version)),
@@ -49,7 +49,7 @@ class OctoPrint:
         ]
 
     async def version(self, _request: Request) -> Response:
-        """Name and version."""
+        """Answer name and version of the server."""
         return JSONResponse(VERSION)
 
     async def settings(self, _request: Request) -> Response:
@@ -70,12 +70,12 @@ class OctoPrint:
         return JSONResponse({"profiles": {"_default": {"name": name, "model": name, "current": True, "axes": axes}}})
 
     async def login(self, request: Request) -> Response:
-        """Whose key it is."""
+        """Answer the user of the key."""
         key = request.scope["key"]
         return JSONResponse({"name": key.title, "active": True, "user": True, "admin": False})
 
     async def printer(self, _request: Request) -> Response:
-        """The state."""
+        """Answer the state of the machine."""
         return JSONResponse({"state": (await self.desk.view()).flags(), "temperature": {}, "sd": {"ready": False}})
 
     async def job(self, _request: Request) -> Response:
@@ -111,7 +111,7 @@ class OctoPrint:
         return JSONResponse({"files": [self._file(job) for job in await self.desk.files()]})
 
     async def file(self, request: Request) -> Response:
-        """One file."""
+        """Answer the data of one uploaded file."""
         return JSONResponse(self._file(await self.desk.file(request.path_params["name"])))
 
     async def select(self, request: Request) -> Response:

@@ -82,7 +82,7 @@ class Desk:
         return self._notes[job["id"]]
 
     async def view(self) -> MachineView:
-        """The state now."""
+        """Return the present state of the machine for slicers."""
         jobs = await self.jobs()
         return await asyncio.to_thread(view_of, self.page, jobs)
 

@@ -55,15 +55,15 @@ class SlaveMemory:
         self.put(EEPROM_CONTROL, _EIGHT_BYTES, 2)
 
     def get(self, at: int, size: int) -> int:
-        """The number there."""
+        """Return the number at an address."""
         return int.from_bytes(self.bytes[at : at + size], "little")
 
     def put(self, at: int, value: int, size: int) -> None:
-        """Set the number there."""
+        """Set the number at an address."""
         self.bytes[at : at + size] = value.to_bytes(size, "little")
 
     def sync_manager(self, k: int) -> SyncManager:
-        """One of the eight."""
+        """Return one of the eight sync managers."""
         start, size, control, status, active = struct.unpack_from("<HHBBB", self.bytes, SYNC_MANAGERS + 8 * k)
         return SyncManager(start, size, control, status, bool(active & 1))
 

@@ -34,7 +34,7 @@ class DrumDrive:
 
     @property
     def lag(self) -> Array:
-        """(m,) rad."""
+        """Lag (m,) of the drums, rad."""
         return np.asarray(self._rippled(self._start) - self._rippled(self._angles) - self._twist - self.slid)
 
     def turn(self, angles: Array, pulls: Array, radii: Array, softness: Array) -> None:

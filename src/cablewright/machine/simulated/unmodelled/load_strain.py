@@ -28,7 +28,7 @@ class LoadStrain:
 
     @property
     def strain(self) -> Array:
-        """(m,)."""
+        """Strain (m,) of the lines."""
         return np.asarray(self._settling * (self.most - self._begin) / self._reference + self._curved)
 
     def follow(self, loads: Array) -> None:
