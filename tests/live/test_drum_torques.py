@@ -35,7 +35,7 @@ def known() -> tuple[Robot, BodySettings, BodyState]:
 
 
 def read(settings: BodySettings, state: BodyState, torques: Array, steps: int) -> None:
-    """Rest for *steps* steps of 10 ms."""
+    """Read them at rest, in *steps* of 10 ms."""
     begin = max(state.latest.time, 0.0)
     for k in range(1, steps + 1):
         now = begin + 0.01 * k
@@ -63,7 +63,7 @@ def test_torques_of_drums_show_what_the_platform_weighs() -> None:
     assert not state.judged.danger
 
 
-def test_derivatives_of_drum_torques_agree_with_differences() -> None:
+def test_each_number_moves_the_pull_on_a_drum_as_its_gradient_says() -> None:
     robot, settings, state = known()
     read(settings, state, np.zeros(3), 1)
     read(settings, state, torques_of(robot, state, state.tensions), 5)

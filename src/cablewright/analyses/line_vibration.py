@@ -1,4 +1,4 @@
-"""Tension or mass of a line, and in some cases its EA, from the natural frequency of its lateral vibration."""
+"""Tension, mass and, where it sags enough, EA of a line by the natural frequency of its lateral vibration."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ _ANY: Final = Dimension("reading", {"1": Decimal(1)})
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LineVibration(Result):
-    """Results from the first frequencies of a line, compared with those of the model at a pose."""
+    """A line by its first frequencies, beside the model at a pose."""
 
     FIGURES: ClassVar = (
         Figure("line", "", "Name of the line."),
@@ -99,7 +99,7 @@ class LineVibration(Result):
 
     @property
     def modulus(self) -> str:
-        """Whether two frequencies determine EA at this tension."""
+        """Whether two frequencies determine EA at the tension found."""
         return "observable" if self.tension < self.modulus_below else "not observable"
 
 
@@ -113,12 +113,11 @@ def line_vibration(
     in_plane: float | None = None,
     tension: float | None = None,
 ) -> LineVibration:
-    """Return the results from the first natural *frequency*, Hz, of a *line* at a *pose* (n,), m and rad.
+    """Return a *line* by its first natural *frequency*, Hz, at a *pose* (n,), m and rad.
 
     *frequency*: across the plane of the sag, or a CSV of a vibration: ``t`` and readings of an accelerometer or a load
     cell. *sigma*: its standard deviation, Hz; by default that of the record, or 0.5 %. *in_plane*: first frequency in
-    the plane of the sag, Hz, which determines EA where sag matters. *tension*: by a load cell, N, instead of by
-    statics.
+    the plane of the sag, Hz, for EA where sag matters. *tension*: by a load cell, N, instead of by statics.
 
     Raises `InputError` for an unknown line, a cable without weight, numbers out of range and records without a
     vibration near the expected one; `AnswerError` where no tensions hold the pose.

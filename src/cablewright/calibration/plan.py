@@ -75,7 +75,7 @@ class Prior(Description):
         if self.name not in (*NAMES, *COORDINATES):
             raise refusal("name", f"unknown number; {suggestion(self.name, (*NAMES, *COORDINATES))}")
         if self.tilted and (self.name != "exit_point" or self.alike or self.lines is not None):
-            raise refusal("tilted", "is of the exit_point of all lines: leave out `lines` and `alike`")
+            raise refusal("tilted", "is of the exit_point of all lines: give it alone")
         if self.alike and self.value is not None:
             raise refusal("alike", "is of numbers whose value is not known: leave out this or value")
         if self.value is not None and self.name not in (*BOUNDED, *COORDINATES):

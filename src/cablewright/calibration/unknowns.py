@@ -53,7 +53,7 @@ _HARDWARE: Final[dict[str, Callable[[Line], object]]] = {
     "build_up": lambda line: (line.winch.drum_radius, line.cable.diameter),
     "modulus": lambda line: line.cable,
 }
-"""Parts that must be equal where lines share such a number."""
+"""Parts that must be equal where lines have one such number."""
 
 _SIZES: Final = {"exit_compliance": straight_line.PER_NEWTON}
 _DIGITS: Final = 12  # decimal places, m, of numbers in a robot file

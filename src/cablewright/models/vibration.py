@@ -1,4 +1,4 @@
-"""Lateral vibration of a line: tension and density from its natural frequency, and EA from sag.
+"""Lateral vibration of a line: tension and density by its natural frequency, and EA by its sag.
 
 Across the plane in which it sags a line vibrates as a taut string, however much it sags. In that plane its first
 symmetric mode is faster, by the parameter of Irvine and Caughey (1974), which is the only trace of EA in a frequency.
@@ -37,7 +37,8 @@ def string_density(frequency: Value, span: Value, tension: Value, mode: int = 1)
 
 def string_frequency(tension: Value, span: Value, density: Value, mode: int = 1) -> Value:
     """Return the frequency, Hz, of a *mode* of a string of *span*, m, and *density*, kg/m, under a *tension*, N."""
-    return 0.5 * mode / span * (tension / density) ** 0.5
+    found: Value = 0.5 * mode / span * (tension / density) ** 0.5
+    return found
 
 
 def sag_parameter(weight: float, level: float, tension: float, stiffness: float) -> float:
@@ -55,7 +56,7 @@ def sag_stiffening(parameter: float) -> tuple[float, float]:
     """
     if parameter <= _FLATTEST:
         return 1.0, 0.0
-    x: float = brentq(lambda x: math.sin(x) - (x - 4.0 * x**3 / parameter) * math.cos(x), 0.5 * math.pi, 1.5 * math.pi)
+    x = float(brentq(lambda x: math.sin(x) - (x - 4.0 * x**3 / parameter) * math.cos(x), 0.5 * math.pi, 1.5 * math.pi))
     steep = (x - 4.0 * x**3 / parameter) ** 2
     share = 4.0 * x * x / parameter
     return 2.0 * x / math.pi, share / (steep + 3.0 * share)

@@ -158,14 +158,16 @@ class _Data(NamedTuple):
 
 
 def _candidates(problem: CalibrationProblem, found: PoseFit) -> list[_Candidate]:
-    """Return the effects that this machine can have: those that it has no parts for, or that are unknown, are not."""
+    """Return the effects that this machine can have: not of absent parts, unknowns, known numbers."""
+    known = {each.name for each in problem.plan.known}
     made = [
         _Candidate(name, *WORDS[name], -problem.of_poses(found.weights) * _padded(problem, more))
         for name, more in corrections(problem, found).items()
+        if name not in known
     ]
     for name in UNKNOWNS:
         twin = {"length_scale": "drum_radius"}.get(name, name)
-        if {name, twin} & set(problem.plan.unknowns) or (name == "modulus") is not problem.elastic:
+        if {name, twin} & {*problem.plan.unknowns, *known} or (name == "modulus") is not problem.elastic:
             continue
         if name == "exit_compliance" and problem.known_tensions(found.theta, found.poses) is None:
             continue

@@ -3,9 +3,9 @@
 Known numbers are considered (Schmidt 1966): each is assumed to a standard deviation, the data estimate its error, and
 the shift by that error adds to the covariance. Each kind of number has an even chance to be exact, so the result is an
 average over all subsets of kinds, weighted by their evidence (Bayesian model averaging): a kind that the data deny adds
-next to nothing, one that they confirm or cannot decide adds its part. Effects that cross-validation weighed count too:
-the number of a chosen one is as uncertain as the data leave it, and one that was not chosen has the prior that one pose
-determines (the unit information prior of Kass and Wasserman 1995), so that sigma contains the risk of the choice.
+next to nothing, one that they show or cannot determine adds its part. So it is with effects that cross-validation
+weighed: the number of one that was chosen is as wrong as the data leave it, and one that was not is believed as wide
+as one pose shows it (the unit information prior of Kass and Wasserman 1995), so that the choice itself is in sigma.
 
 The covariance by the scatter of poses and of surveyed points (a sandwich, clustered, HC3) replaces a smaller one where
 it exceeds what noise explains.
@@ -129,9 +129,7 @@ def model_doubt(
     largest, considered = np.diag(noise).copy(), tuple[Considered, ...]()
     if numbers:
         left = np.concatenate([other + known @ motion, others @ motion]) / scale  # of the rows, as unknowns follow
-        numbers = [
-            _as_wide_as_told(each, rows_of, problem.poses) for each, rows_of in zip(numbers, left.T, strict=True)
-        ]
+        numbers = list(_as_wide_as_told(numbers, left, problem.poses))
         found_off = _found_off(left, -(other.T @ off.ravel()) / scale**2, numbers)
         shown = np.concatenate([motion, np.eye(len(numbers))])
         joint += shown @ found_off.averaged @ shown.T
@@ -143,23 +141,27 @@ def model_doubt(
     unmeasured = np.delete(others, np.concatenate([at.ravel() for at in alone]), axis=0)
     scatter, explained = _by_scatter(clusters, unmeasured, posterior, scale)
     assumed = joint[:k, :k] - noise
-    larger = np.sqrt(
-        np.where(scatter > explained, np.maximum(scatter / np.maximum(np.diag(joint)[:k], 1e-300), 1.0), 1.0)
-    )
-    larger = np.append(larger, np.ones(len(numbers)))
-    return ModelDoubt(joint * np.outer(larger, larger), considered, assumed, np.maximum(largest, scatter))
+    variances = np.diag(joint)[:k].copy()
+    joint[range(k), range(k)] += np.where(scatter > explained, np.maximum(scatter - variances, 0.0), 0.0)
+    return ModelDoubt(joint, considered, assumed, np.maximum(largest, scatter))
 
 
-def _as_wide_as_told(number: Considered, rows: Array, poses: int) -> Considered:
-    """Return a number of an effect with the sigma that is believed of it, by its *rows* (g,) of sigma 1.
+def _as_wide_as_told(numbers: Sequence[Considered], rows: Array, poses: int) -> Iterator[Considered]:
+    """Yield *numbers*, those of effects with the sigma that is believed of them, by their *rows* (g, q) of sigma 1.
 
-    Of one that is fitted: so wide that the data decide. Of another: as one of the *poses* determines it, or the usual
-    value.
+    Of those that are fitted: so wide that the data decide. Of others: as one of the *poses* shows them beside the
+    fitted ones, or what is usual.
     """
-    size = max(float(np.linalg.norm(rows)), 1e-300)
-    if number.fitted:
-        return replace(number, sigma=_WIDE / size)
-    return replace(number, sigma=min(number.sigma, math.sqrt(poses) / size)) if number.of_effect else number
+    fitted = np.array([each.fitted for each in numbers])
+    span = np.linalg.qr(rows[:, fitted])[0]
+    beside = np.linalg.norm(rows - span @ (span.T @ rows), axis=0)
+    for each, own, alone in zip(numbers, np.linalg.norm(rows, axis=0), beside, strict=True):
+        if each.fitted:
+            yield replace(each, sigma=_WIDE / max(float(own), 1e-300))
+        elif each.of_effect:
+            yield replace(each, sigma=min(each.sigma, math.sqrt(poses) / max(float(alone), 1e-300)))
+        else:
+            yield each
 
 
 def _spread(rows: Array, believed: Array) -> Array:

@@ -108,7 +108,7 @@ def pose_covariance(state: BodyState, slopes: Slopes) -> Array:
     """Return the covariance (6, 6) of the pose: translation, m, and rotation in space, rad.
 
     Creep, softness and mounts follow no law exactly: a share of their apparent corrections is not believed.
-    Nor is their size, where it comes out larger than specified (`strangeness`).
+    Nor is their size, where it comes out larger than the settings state (`strangeness`).
     """
     belief, layout, laws = state.belief, state.layout, state.layout.laws
     gradients = slopes.pose @ belief.gradients
@@ -123,9 +123,9 @@ def pose_covariance(state: BodyState, slopes: Slopes) -> Array:
 
 
 def strangeness(belief: Belief, layout: BodyLayout) -> Array:
-    """Return by how much the variances of creep, softness and mounts exceed the specified ones, (3,), or 1.
+    """Return the factors (3,) on the variances of creep, softness and mounts that their estimates ask for, at least 1.
 
-    By one step of expectation and maximisation from the specified ones: the mean square of an unknown is that of its
+    By one step of expectation and maximisation from the prior: the mean square of an unknown is that of its
     estimate and of its error, in units of the prior's covariance (Dempster, Laird, Rubin 1977).
     """
     found, begin = np.ones(3), layout.laws.start

@@ -1,4 +1,4 @@
-"""Input that says a thing twice, or of parts that are not equal: rejected by one line that names the place."""
+"""Input that says a thing twice, or of different parts: rejected by one line that names the place."""
 
 from __future__ import annotations
 

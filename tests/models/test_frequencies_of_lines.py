@@ -1,4 +1,4 @@
-"""Natural frequencies of a line beside a chain of masses: tension, density, and where sag determines the modulus."""
+"""Natural frequencies of a line beside a chain of masses: tension, density, and where sag shows the modulus."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_frequencies_are_those_of_a_chain_of_masses(tension: float) -> None:
     assert math.log(more / ratio) / math.log(1.001) == pytest.approx(slope, rel=2e-3)
 
 
-def test_a_line_determines_its_tension_or_its_density() -> None:
+def test_a_frequency_gives_the_tension_or_the_density() -> None:
     expected = cw.line_vibration(ROBOT, POSE, LINE, 10.0)
     held = cw.inverse(ROBOT, POSE)
     at = [line.name for line in ROBOT.lines].index(LINE)
@@ -66,7 +66,7 @@ def test_a_line_determines_its_tension_or_its_density() -> None:
     assert by_cell.tension == pytest.approx(found.tension)
 
 
-def test_sag_determines_the_modulus_at_low_tensions_alone() -> None:
+def test_sag_shows_the_modulus_at_low_tensions_alone() -> None:
     expected = cw.line_vibration(ROBOT, POSE, LINE, 10.0, sigma=0.02)
     taut = cw.line_vibration(ROBOT, POSE, LINE, 13.6, sigma=0.02, in_plane=13.7)
     assert (taut.modulus, taut.modulus_factor) == ("not observable", None)

@@ -1,4 +1,4 @@
-"""Bodies on fewer lines than coordinates: gravity determines the others, by a survey that is not level."""
+"""Bodies that hang on few lines: gravity determines what lengths do not, by a survey that is not level."""
 
 from __future__ import annotations
 
