@@ -109,7 +109,7 @@ def test_the_types_of_all_parameters_are_known_and_a_name_is_found_again(name: s
     assert function.__doc__
 
 
-def test_what_is_missing_is_said_by_python() -> None:
+def test_missing_arguments_are_python_errors() -> None:
     with pytest.raises(TypeError, match="poses"):
         cw.inverse(ROBOT)
 

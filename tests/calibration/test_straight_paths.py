@@ -48,7 +48,7 @@ def tilted(robot: Robot) -> Robot:
 
 
 def over_wheels(robot: Robot) -> Robot:
-    """The robot with wheels on the way to eyelets."""
+    """The robot with wheels before its eyelets."""
     rng = np.random.default_rng(2)
     return changed(robot, lambda _, line: dict(guided(line, "wheels", 0, rng)))
 

@@ -78,7 +78,7 @@ def test_a_platform_that_stands_sinks_by_the_closed_form(seconds: float) -> None
 def machine_stands(robot: Robot, creep: float, seconds: float) -> tuple[Array, Array, Array]:
     """True, and estimated by encoders alone with *robot* and without its creep, place of an exact machine that stands.
 
-    *creep*: of what nobody describes.
+    *creep*: without a description.
     """
     twin = load_twin("cogiro")
     zero = dict.fromkeys(("anchor", "sheave_radius", "modulus", "home_length", "drum_radius", "mass"), 0.0)
@@ -104,7 +104,7 @@ def test_described_creep_of_the_plant_leaves_no_error() -> None:
     assert np.linalg.norm((true - known) - (still - without)) < 1e-4
 
 
-def test_what_is_told_of_doubts_moves_no_position_by_encoders() -> None:
+def test_given_doubts_move_no_position_by_encoders() -> None:
     """To the bit: without sensors of forces, doubts are in the covariance alone."""
     settings = told(ROBOT, cells=False, tilt=False)
     plant = BodyPlant(ROBOT, HOME, 3)
@@ -225,7 +225,7 @@ def test_what_is_learnt_of_a_law_is_not_all_believed() -> None:
 
 
 @pytest.mark.parametrize("cells", [True, False])
-def test_the_covariance_is_honest_about_creep_that_nobody_describes(cells: bool) -> None:
+def test_the_covariance_is_honest_about_undescribed_creep(cells: bool) -> None:
     """Creep is of the size that the estimator assumes, and cables never shorten: normalised errors over machines."""
     share, found = ASSUMED, []
     for seed in range(960, 976):

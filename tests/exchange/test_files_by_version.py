@@ -527,7 +527,7 @@ def belts(text: str, x: float, y: float) -> np.ndarray:
 
 @pytest.mark.parametrize("arms", [False, True])
 def test_belts_in_the_firmware(arms: bool, tmp_path: Path) -> None:
-    """In float32 belts are those of the robot to 0.01 mm; with arms that stay level, as told, longer than here."""
+    """In float32 belts are those of the robot to 0.01 mm; with arms that stay level, as reported, longer than here."""
     text = MASLOW_NEW if arms else MASLOW_NEW.replace("armLength: 123.4", "").replace("beltEndExtension: 30", "")
     found = read(tmp_path, "maslow.yaml", text)
     off = []

@@ -52,7 +52,7 @@ def at(name: str) -> list[float]:
 
 
 def heavy(name: str) -> float:
-    """A mass, kg, a little over what a winch holds there."""
+    """A mass, kg, a little over the load of a winch there."""
     return 1.03 * float(cw.inverse(of(name), at(name)).checked().winch_tensions[HUNG[name]]) / GRAVITY
 
 

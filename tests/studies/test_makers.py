@@ -66,7 +66,7 @@ class TestCorners:
         assert job.with_corners(job.beads(job.toolpath())).motion.corner == pytest.approx(5e-3)
         assert job.motion.corner == pytest.approx(5e-3)
 
-    def test_what_the_job_gives_stays(self) -> None:
+    def test_values_of_the_job_stay(self) -> None:
         helix = {"radius": 1.0, "layers": 1, "layer_height": 0.1}
         job = Job.model_validate({"name": "h", "helix": helix, "motion": {"corner_deviation": 0.003}})
         assert job.with_corners(job.beads(job.toolpath())).motion.corner_deviation == 0.003
@@ -192,7 +192,7 @@ class TestPlane:
             assert np.linalg.norm(samples.positions.mean(axis=0) - job.origin) < 0.1
             assert samples.positions[:, 2].max() > 1.0 if vertical == "true" else not samples.positions[:, 2].any()
 
-    def test_what_a_job_gives_stays(self, tmp_path: Path) -> None:
+    def test_coordinates_of_a_job_stay(self, tmp_path: Path) -> None:
         robot = self.wall(tmp_path)
         assert on_plane(robot, self.job(tmp_path, origin=(0.1, 0.0, -0.2))).origin == (0.1, 0.0, -0.2)
         given = self.job(tmp_path, axes=[[1, 0, 0], [0, 0, 1]])

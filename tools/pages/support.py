@@ -1,6 +1,6 @@
 """Write ``docs/support.md``: which capability supports which feature of a robot, from the table in the code.
 
-A test holds the page to what this prints. Run it from the repository root: ``python tools/pages/support.py``.
+A test compares the page with this output. Run it from the repository root: ``python tools/pages/support.py``.
 """
 
 from __future__ import annotations

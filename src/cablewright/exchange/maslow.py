@@ -187,7 +187,7 @@ def is_maslow(entries: Mapping[str, YamlEntry]) -> bool:
 
 
 def described(entries: Mapping[str, YamlEntry]) -> str:
-    """Return what a YAML file looks like that has no settings of a Maslow."""
+    """Return a description of a YAML file without settings of a Maslow."""
     for key, entry in entries.items():
         if key.startswith("kinematics.") and key.count(".") == 1:
             what = ", two belts on a wall" if entry.name.lower() == "wallplotter" else ""

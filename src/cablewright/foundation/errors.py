@@ -70,7 +70,7 @@ def printable(text: str) -> str:
 
 
 class AnswerError(CablewrightError):
-    """The work ran and its answer is no: infeasible, overstretched, not converged; `status` where one solve says so.
+    """The work ran and its answer is no: infeasible, overstretched, not converged; `status`: that of the solve.
 
     ``known``: what JSON has besides the reason.
     """

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 class Coverage(StrEnum):
-    """How far a capability covers a feature, from the best to the worst."""
+    """Degree of support of a feature by a capability, from the best to the worst."""
 
     WORKS = "works"
     UNCERTIFIED = "not certified"
@@ -89,7 +89,7 @@ class Capability(StrEnum):
 
 @dataclass(frozen=True)
 class Feature:
-    """Something that a robot may have. ``key``: where its file says so; ``holder``: what has it, in words; "": none."""
+    """A feature of robots. ``key``: in the robot file; ``holder``: the part that has it, in words; "": none."""
 
     name: str
     words: str
@@ -301,7 +301,7 @@ _ORDER: Final = tuple(Coverage)
 
 
 def features(robot: Robot) -> Iterator[tuple[Feature, str]]:
-    """Yield each of `FEATURES` that a robot has, and what holds it, in words."""
+    """Yield each of `FEATURES` that a robot has, and the part that has it, in words."""
     yield from ((feature, holder) for feature in FEATURES if (holder := feature.holder(robot)))
 
 
@@ -319,7 +319,7 @@ def support(robot: Robot, capability: Capability) -> Cell:
 
 
 def require(robot: Robot | Model, capability: Capability) -> None:
-    """Raise `InputError` for a robot that a capability does not cover: what has which feature, and what to use."""
+    """Raise `InputError` for a robot that a capability does not cover: the feature, its part, and the alternative."""
     found = support(robot if isinstance(robot, Robot) else robot.robot, capability)
     if found.verdict is Coverage.REJECTED:
         raise InputError(f"{capability}: {found.because}; not supported. {found.instead}")

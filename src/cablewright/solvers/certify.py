@@ -80,7 +80,7 @@ class Certificate(Rows, Result):
 
     @property
     def certified(self) -> Any:
-        """Whether it is proved: a bool, or a mask (N,) for a batch."""
+        """Whether the equilibrium is proved: a bool, or a mask (N,) for a batch."""
         return scalar(self.code == kernel.CERTIFIED)
 
     def reason(self) -> Any:

@@ -97,14 +97,14 @@ class Tracker:
         return Status.of(code)
 
     def change(self, packed: Packed) -> None:
-        """Go on with other numbers of the same robot in *packed*: of another load, or another retraction.
+        """Continue with other numbers of the same robot in *packed*: of another load, or another retraction.
 
         The next step leads to their equilibrium.
         """
         self._packed = packed
 
     def restart(self, lengths: Array) -> bool:
-        """Go to the equilibrium of *lengths* (m,), m, near the pose, wherever it lies; whether there is one."""
+        """Go to the equilibrium of *lengths* (m,), m, near the pose; return whether there is one."""
         pose, states = self.pose.copy(), self.states.copy()
         code, _, _ = kernel.solve_near(self._packed, lengths, pose, states, self._work)
         if code == Code.OK:

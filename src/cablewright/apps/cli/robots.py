@@ -191,7 +191,7 @@ class RobotList(Result):
 
 @dataclass(frozen=True)
 class RobotSupport(Result):
-    """How far each capability covers a robot."""
+    """Coverage of a robot by each capability."""
 
     FIGURES: ClassVar = (
         Figure("robot", "", "Name of the robot."),
@@ -208,7 +208,7 @@ class RobotSupport(Result):
 
     @classmethod
     def of(cls, robot: cw.Robot) -> RobotSupport:
-        """Return what `cablewright.models.support` says of a robot."""
+        """Return the support of a robot by `cablewright.models.support`."""
         from cablewright.models.support import Capability, support
 
         found = ((capability, support(robot, capability)) for capability in Capability)

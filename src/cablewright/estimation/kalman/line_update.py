@@ -140,7 +140,8 @@ def _spread_stretch(settings: FilterSettings, state: FilterState) -> None:
 def _spread_compliances(state: FilterState) -> None:
     """Predict what compliances did to the covariance of B, since the last time.
 
-    A line that gives more than its stiffness k tells moves B by less for a change e of its excess: (u'Ku) dp = u e dk.
+    A line that is more compliant than its stiffness k says moves B by less for a change e of its excess: (u'Ku) dp = u
+    e dk.
     """
     lay = state.layout
     add_multiples(state.P, lay.position.start, lay.compliances.start, state.hung.by_compliance * state.lines.loosened)
@@ -189,14 +190,14 @@ def update(settings: FilterSettings, state: FilterState) -> None:
         diagonal(state.P)[lay.lengths] += found.innovation[:m] ** 2
         _doubt_zeros(settings, state, lines, found.innovation[m:] ** 2)
     judge(state, "line_angles", found.nis, len(found.innovation) - 1)
-    # a length is off by what no model has, which over hours would tell where lidars are, wrongly
+    # lengths have unmodelled errors, which over hours would move the lidars' estimated positions wrongly
     apply_update(state, H, found.innovation, found.noise, found.spread, lay.surveyed)
 
 
 def _doubt_zeros(settings: FilterSettings, state: FilterState, lines: NDArray[np.intp], more: Array) -> None:
-    """Make the zeros of j *lines* less sure by variances *more* (j,), rad^2, and as much less far from what was told.
+    """Make the zeros of j *lines* less sure by variances *more* (j,), rad^2, and as much nearer to the specified value.
 
-    What was learnt of a zero besides what its owner was told counts less: without that it would wander off in steps.
+    The learnt deviation of a zero from its specified value counts less: without that it would wander off in steps.
     """
     first = settings.zero_sigma**2
     if first > 0.0:

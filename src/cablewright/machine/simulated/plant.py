@@ -29,7 +29,7 @@ _TOLERANCE: Final = 1e-6  # m and rad, to which equilibria of bodies are certifi
 
 
 class Plant(Protocol):
-    """Advances a rig in time."""
+    """Interface of a plant, which advances a rig in time."""
 
     @property
     def period(self) -> float:
@@ -65,7 +65,7 @@ class DynamicPlant:
             own[counterweights.HELD] = held
 
     def advance(self, speeds: Array) -> list[Notice]:
-        """As `Plant`."""
+        """Turn the winches at *speeds* (w,), rad/s, for one period, and move the platform; see `Plant.advance`."""
         rig, winches = self.rig, self.rig.winches
         if len(rig.robot.hung):
             rig.swing.weights[:, counterweights.RATIO] = rig.unmodelled.ratio
@@ -123,7 +123,7 @@ class QuasiStaticPlant:
         self._work, self._pool = workspace(packed), certificate_pool(packed)
 
     def advance(self, speeds: Array) -> list[Notice]:
-        """As `Plant`."""
+        """Turn the winches at *speeds* (w,), rad/s, for one period, and move the platform; see `Plant.advance`."""
         rig, winches, after = self.rig, self.rig.winches, self._lengths_after
         drums = (winches.state, winches.motor, winches.radii, winches.wound, winches.sideways)
         if rig.brakes is not None:

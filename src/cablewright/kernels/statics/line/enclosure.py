@@ -204,7 +204,7 @@ def _add_to_block(low, high, i, j, value):
 
 @jit
 def given_way(row, psi, t, h, v):
-    """Enclose how far the mount of the exit point gives, as `upright.given_way`."""
+    """Enclose the deflection of the mount of the exit point, see `upright.given_way`."""
     if row[MOUNT] == 0.0:
         return ZERO, ZERO
     soft, up = mul(point(row[MOUNT]), point(row[PULLS])), v
