@@ -119,7 +119,7 @@ def inverse(model: Model, poses: Array) -> float:
 
 
 def eight_rows(size: Size) -> Iterator[Row]:
-    """Six freedoms on eight sagging lines over swivel sheaves."""
+    """Six degrees of freedom on eight sagging lines over swivel sheaves."""
     model = Model(load("cogiro"))
     poses, held = some_poses(model, size.poses)
     lengths = off(held.lengths)
@@ -139,7 +139,7 @@ def eight_rows(size: Size) -> Iterator[Row]:
 
 
 def four_rows(size: Size) -> Iterator[Row]:
-    """Six freedoms on four lines: two of them, here how the platform leans, are gravity's."""
+    """Six degrees of freedom on four lines: two of them, here how the platform leans, are gravity's."""
     model = Model(load("grab-four-lines"))
     poses, held = some_poses(model, size.poses)
     yield Row("body on 4 lines: forward, cold: right pose", 100 * right(model, held), "%")

@@ -194,7 +194,7 @@ def print_shares(made: list[tuple[Machine, Outcome]]) -> None:
     print("verdicts", dict(Counter(one.verdict for _, one in made)))
     print("good ones that are right", interval(sum(one.right for one in good), len(good)))
     print("good ones within the need itself", interval(sum(one.worst <= NEED for one in good), len(good)))
-    print("wrong data (columns exchanged) refused", interval(sum(one.verdict != "good" for one in wrong), len(wrong)))
+    print("wrong data (columns exchanged) rejected", interval(sum(one.verdict != "good" for one in wrong), len(wrong)))
     collapsed = sum(one.verdict != "bad" and one.worst > 0.5 for _, one in made)
     print("collapsed (over 0.5 m off, not bad)", interval(collapsed, len(made)))
     for name, of in (("not bad", ("good", "doubtful")), ("good", ("good",))):

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from benchmarks.estimation_campaign import Found as Campaign
 from benchmarks.estimation_campaign import run as beside
 from benchmarks.timing import Row, best
-from cablewright.estimation.chain import observer
-from cablewright.estimation.chain.observer import ObserverSettings
+from cablewright.estimation.merlet2023 import observer
+from cablewright.estimation.merlet2023.observer import ObserverSettings
 from cablewright.foundation.signals import Scan, SensorFrame, Truth
 from cablewright.live.drive import DriveSettings, Pilot, random_loop
 from cablewright.live.error_statistics import CHI2_95

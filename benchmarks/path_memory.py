@@ -1,6 +1,6 @@
 """Memory of `check`, `accuracy` and `interference` of long paths.
 
-    python -m benchmarks.path_memory          # for each sample: the constants by which too much is refused
+    python -m benchmarks.path_memory          # for each sample: the constants by which too much is rejected
     python -m benchmarks.path_memory long     # the most of whole commands, which keep samples in their run folders
 
 Each size runs in a process of its own. A command's paths are 2 million short moves, and 10 million samples of straight

@@ -9,13 +9,13 @@ from pathlib import Path
 
 from benchmarks.timing import Row
 from cablewright.foundation.signals import Command, SensorFrame
-from cablewright.live.prints.attendant import attendant_of
 from cablewright.live.prints.plan import MachineTwin, PrintOptions, plan_print, twin_of
 from cablewright.live.prints.print_job import print_job
 from cablewright.live.prints.record import finish
 from cablewright.live.prints.recorder import FolderRecorder
 from cablewright.live.prints.result import PrintRecord
 from cablewright.live.prints.run import Timing, begin_print, run_print, started
+from cablewright.live.prints.simulated_operator import attendant_of
 from cablewright.live.prints.snapshot_writer import SnapshotWriter
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import write_log

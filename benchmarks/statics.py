@@ -107,7 +107,7 @@ def mounts_row(stiff: Model, poses: int) -> Row:
 
 
 def solver(model: Model, lengths: Array, held: Equilibrium, start: int, *, parallel: bool) -> Callable[[slice], None]:
-    """A function that solves rows of a batch of forward problems anew each time, from *held* where it is warm."""
+    """A function that solves rows of a batch of forward problems again each time, from *held* where it is warm."""
     count = len(lengths)
     poses, states = held.pose.copy(), held.states.copy()
     codes, iterations, residuals = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count)

@@ -19,5 +19,5 @@ lines = [
 
 robot = cw.loads(TEXT, "workshop.toml")
 hold = cw.inverse(robot, [0.0, 0.0, 1.0]).checked()
-print(f"{robot.m} lines, {robot.n} freedoms, tensions {hold.tensions.round(2)} N")
+print(f"{robot.m} lines, {robot.n} degrees of freedom, tensions {hold.tensions.round(2)} N")
 print(f"length of line {robot.lines[0].name}: {hold.lengths[0]:.4f} m")

@@ -14,5 +14,5 @@ sizes = (found.spread.effects[0] ** 2).sum(axis=0) ** 0.5
 for each, size in sorted(zip(uncertain, sizes, strict=True), key=lambda pair: -pair[1])[:3]:
     print(f"  {each.parameter.label} moves it by {1e3 * size:.1f} mm")
 best = cw.accuracy(robot, [5.0, 4.0, 1.0], uncertain).best
-assert best is not None  # more lines than freedoms leave a choice of tensions
+assert best is not None  # more lines than degrees of freedom leave a choice of tensions
 print(f"largest deviation with tensions chosen to hold it best: {1e3 * best.max_deviation:.1f} mm")

@@ -38,7 +38,7 @@ with TemporaryDirectory() as folder:
     try:
         cw.print_job(robot.retracted(best), fixed, Path(folder) / "fixed", options=options)
     except cw.CablewrightError as reason:
-        print(f"so that a print is refused: {reason}")
+        print(f"so that a print is rejected: {reason}")
     done = cw.print_job(robot, cw.load_job(Path(folder) / "law.toml"), Path(folder) / "law", options=options)
 
 whole = done.record.whole

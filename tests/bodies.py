@@ -31,7 +31,7 @@ TILT = Tilt(0.02, 0.01, 1e-3)
 
 @dataclass(frozen=True)
 class Errors:
-    """Of the plant: normal sigmas of exits, m; the others uniform, +-."""
+    """Of the plant: normal sigmas of exit points, m; the others uniform, +-."""
 
     exit_point: float = 1e-3
     modulus: float = 0.02

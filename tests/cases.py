@@ -73,7 +73,8 @@ def poses(model: Model, count: int, seed: int = SEED) -> Equilibrium:
 
 
 def random_poses(model: Model, count: int, seed: int = SEED) -> np.ndarray:
-    """Random poses inside the frame; rigid bodies a little turned, freedoms that gravity decides left to it."""
+    """Random poses inside the frame; rigid bodies a little turned, degrees of freedom that gravity decides left to
+    it."""
     rng = np.random.default_rng(seed)
     low, high = np.array(model.robot.scene.frame_min), np.array(model.robot.scene.frame_max)
     places = rng.uniform(low, high, (count, 3))

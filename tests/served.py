@@ -178,7 +178,7 @@ class Client:
         self.socket.send(json.dumps(message))
 
     def order(self, kind: str, **arguments: Any) -> str:
-        """Give an order; returns why it was refused, or an empty text."""
+        """Give an order; returns why it was rejected, or an empty text."""
         return self._answer("answer", self.ask(kind, **arguments))
 
     def ask(self, kind: str, **arguments: Any) -> int:

@@ -18,7 +18,7 @@ EXTENDING = (ROOT / "docs" / "extending.md").read_text("utf-8")
 
 
 def test_the_page_of_files_is_as_written_by_its_tool() -> None:
-    """`python tools/refresh_docs.py docs/files.md` writes it anew."""
+    """`python tools/refresh_docs.py docs/files.md` writes it again."""
     tool = runpy.run_path(str(ROOT / "tools" / "pages" / "files.py"))
     assert (ROOT / "docs" / "files.md").read_text("utf-8") == tool["page"]()
 

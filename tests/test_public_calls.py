@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import cablewright as cw
-from cablewright.foundation import border
+from cablewright.foundation import argument_checks
 from test_public_names import WITHOUT_EXTRAS
 
 FUNCTIONS: dict[str, Callable[..., Any]] = {
@@ -83,12 +83,12 @@ def test_a_row_of_a_batch_is_the_answer_at_its_pose(name: str) -> None:
 
 @pytest.mark.parametrize("name", FUNCTIONS)
 @pytest.mark.parametrize("wrong", [Junk(), 3.5, None, [1, "x"]], ids=["object", "number", "None", "list"])
-def test_arguments_of_wrong_types_are_refused_in_one_line(name: str, wrong: object) -> None:
+def test_arguments_of_wrong_types_are_rejected_in_one_line(name: str, wrong: object) -> None:
     function = FUNCTIONS[name]
     needed = [
         each
         for each in inspect.signature(function).parameters.values()
-        if each.default is each.empty and each.kind not in border._VARIED
+        if each.default is each.empty and each.kind not in argument_checks._VARIED
     ]
     if not needed or (name == "random_loop" and wrong == 3.5):
         return
@@ -103,7 +103,7 @@ def test_arguments_of_wrong_types_are_refused_in_one_line(name: str, wrong: obje
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_the_types_of_all_parameters_are_known_and_a_name_is_found_again(name: str) -> None:
     function = FUNCTIONS[name]
-    shape, *_ = border._rules(inspect.unwrap(function))
+    shape, *_ = argument_checks._rules(inspect.unwrap(function))
     assert shape == inspect.signature(function)
     assert getattr(sys.modules[function.__module__], function.__qualname__) is function
     assert function.__doc__

@@ -16,9 +16,9 @@ from cablewright.control.guide import TimedPath
 from cablewright.foundation.signals import Command, Order, OrderKind, PrintState, SensorFrame, WinchMode
 from cablewright.live.estimators import estimator
 from cablewright.live.prints import loop
-from cablewright.live.prints.attendant import Attendant
 from cablewright.live.prints.limits import planned
 from cablewright.live.prints.loop import Printer, Step
+from cablewright.live.prints.simulated_operator import Attendant
 from cablewright.machine.drives.canopen_drives import CanopenDrives
 from cablewright.machine.drives.cia402 import PowerState
 from cablewright.machine.drives.drive_machine import DriveMachine

@@ -26,9 +26,9 @@ import numpy as np
 
 from cablewright.foundation.signals import PrintState
 from cablewright.live.estimators import estimator
-from cablewright.live.prints.attendant import Attendant
 from cablewright.live.prints.loop import Printer, Step
 from cablewright.live.prints.plan import PrintOptions, plan_print, twin_of
+from cablewright.live.prints.simulated_operator import Attendant
 from cablewright.machine.simulated.settings import FaultPlan, TwinSettings, whole_machine
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.models.rotation import angle_between

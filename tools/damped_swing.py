@@ -23,10 +23,10 @@ import cablewright as cw
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.choices import SeverityName
 from cablewright.foundation.signals import PrintState
-from cablewright.live.prints.attendant import Attendant
 from cablewright.live.prints.loop import Printer
 from cablewright.live.prints.plan import plan_print, twin_of
 from cablewright.live.prints.run import begin_print
+from cablewright.live.prints.simulated_operator import Attendant
 from cablewright.machine.log.log import read_log
 from cablewright.machine.sensors.tensions import TensionSensor
 from cablewright.machine.simulated.settings import TwinSettings

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 import cablewright as cw
 from cablewright.apps import style
 from cablewright.apps.pictures.path import side_view
-from cablewright.apps.report.digest import Digest
+from cablewright.apps.report.check_summary import Digest
 from cablewright.apps.web.png import scene_png
 from cablewright.apps.web.robot_scene import robot_scene
 from cablewright.printing.layers import layer_table
@@ -24,7 +24,7 @@ STEP: Final = 0.2  # m: four times as coarse as the job of the page, so that it 
 
 EDGE: Final = 4.0  # m: the frame of the sketch
 SHEAVE: Final = 0.24  # m: drawn larger than any sheave
-WINCH: Final = 0.35  # m: height of the winch exits
+WINCH: Final = 0.35  # m: height of the winch exit points
 PLATFORM: Final = np.array([1.9, 1.7, 1.75])  # m: origin of the platform
 HALF: Final = np.array([0.45, 0.45, 0.2])  # m: half its size
 NOZZLE: Final = np.array([0.0, 0.0, -0.55])  # m, platform frame

@@ -19,7 +19,7 @@ from cablewright.robot import load
 from cablewright.running.executors import study
 from cablewright.running.executors.choice import chosen
 from cablewright.running.executors.executor import Executor, Serial
-from cablewright.running.executors.kept import KeptResults
+from cablewright.running.executors.stored_results import KeptResults
 from cablewright.running.executors.study import evaluate
 from cablewright.running.executors.task import Task
 from cablewright.solvers.batches import use_threads

@@ -378,12 +378,12 @@ def judge_again(task: Task, folder: Path, outcome: Outcome, *, killed: bool) -> 
 
 
 def judge_print(task: Task, folder: Path, outcome: Outcome) -> None:
-    """Resume the print, or do what the refusal names; it comes to its end, and nothing is laid twice or left out."""
+    """Resume the print, or do what the rejection names; it comes to its end, and nothing is laid twice or left out."""
     again = run_to_end(task, folder, "--resume")
     judge_words(again, outcome)
     if again.code == BAD_INPUT:
         outcome.events.append(f"--resume: {again.last}")
-        outcome.expect(again.err.count("\n") == 1, f"a refusal of several lines: {again.err!r}")
+        outcome.expect(again.err.count("\n") == 1, f"a rejection of several lines: {again.err!r}")
         again = run_to_end(task, folder, *(["--restart"] if "--restart" in again.last else []))
         judge_words(again, outcome)
     if again.code != YES:

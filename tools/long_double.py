@@ -63,7 +63,7 @@ class Claims:
 
     @classmethod
     def of(cls, answers: Sequence[Equilibrium]) -> Claims:
-        """Return what single *answers* claim, all of them OK, of robots with as many lines and freedoms."""
+        """Return what single *answers* claim, all of them OK, of robots with as many lines and degrees of freedom."""
         pose = _long([answer.pose for answer in answers])
         loads = [_load(answer.model, turned) for answer, turned in zip(answers, _rotations(pose), strict=True)]
         parts = ([getattr(answer, key) for answer in answers] for key in ("lengths", "tensions", "states"))
@@ -201,7 +201,7 @@ def _placed(claims: Claims) -> tuple[Long, Long]:
 
 
 def _winch(lines: Lines, toward: Long) -> tuple[Long, Long]:
-    """Winch exits (x, z) from the exit points; an eyelet's dead span has a plane of its own."""
+    """Winch exit points (x, z) from the exit points; an eyelet's dead span has a plane of its own."""
     away = lines.winch_exit - lines.exit_point
     own = np.hypot(away[..., 0], away[..., 1])
     return np.where(lines.eyelet > 0, own, (away[..., :2] * toward).sum(-1)), away[..., 2]

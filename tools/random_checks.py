@@ -1,4 +1,4 @@
-"""Random robots and jobs: a yes of `check` is held to figures that are found anew.
+"""Random robots and jobs: a yes of `check` is held to figures that are found again.
 
 ``python -m tools.random_checks --count 2000 --seed 0``. Straight lengths times spans, speeds of winches by finite
 differences over time, lengths half-way between samples, what lifts a platform off its plane, and pieces of the path

@@ -146,7 +146,7 @@ def _fed(rng: Random, kind: str, exit_point: tuple[float, float, float], size: f
 
 
 def _poses(rng: Random, n: int, m: int, size: float, count: int) -> Array:
-    """Return *count* poses below most exits; with fewer lines than freedoms NaN for those that gravity decides."""
+    """Return *count* poses below most exit points; with fewer lines than coordinates some are NaN."""
     places = size * rng.uniform([-0.4, -0.4, 0.05], [0.4, 0.4, 0.8], (count, 3))
     poses = places if n == 3 else np.column_stack([places, rng.normal(0.0, 0.1, (count, 3))])
     free = {3: [0, 1, 2], 6: [3, 4, 5, 1, 0, 2]}[n][: max(0, n - m)]
@@ -206,7 +206,7 @@ class Tally:
             yield Answer(case, "forward", found)
 
     def _judge(self, answers: list[Answer]) -> None:
-        """Hold answers of robots with as many lines and freedoms to what is promised."""
+        """Hold answers of robots with as many lines and degrees of freedom to what is promised."""
         residuals = judge(Claims.of([answer.found for answer in answers]))
         self.classes.update(f"{answer.asked} {answer.case.kind}" for answer in answers)
         for field in fields(residuals):

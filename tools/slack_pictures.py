@@ -1,4 +1,4 @@
-"""Draw the pictures of ``docs/slack.md`` anew: ``python tools/slack_pictures.py``."""
+"""Draw the pictures of ``docs/slack.md`` again: ``python tools/slack_pictures.py``."""
 
 from __future__ import annotations
 

@@ -1,15 +1,15 @@
-"""Errors and coverage of the estimators of rigid platforms on machines whose cables creep and whose exits give.
+"""Errors and coverage of the estimators of rigid platforms on machines whose cables creep and whose exit points give.
 
     python -m benchmarks.campaigns.body_stretch 20 250 60001             # machines, seconds, first seed
     python -m benchmarks.campaigns.body_stretch 20 250 60001 none,rough  # of some of `ROWS`
 
 `cogiro` prints the house file at scale 12 by all sensors, in steps of 0.2 s from equilibrium to equilibrium, and
-encoders alone are beside it. Besides the tolerances of the machine's file it has creep, hysteresis and exits that give
-by a severity, of which nobody tells the estimators; in ``told-rough`` its owner knows how large they are, as standard
-deviations in `[accuracy]`. In ``described`` the creep of `rough` is that of the robot file, of all lines alike, and
-nothing else is there. Positions count once a second from the first step on. Coverage is the share of these within the
-95 % ellipsoid of the estimate's covariance, and the nees is ideally 3; positions of one machine are not independent.
-Stopped: prints that ended in a fault.
+encoders alone are beside it. Besides the tolerances of the machine's file it has creep, hysteresis and exit points that
+give by a severity, of which nobody tells the estimators; in ``told-rough`` its owner knows how large they are, as
+standard deviations in `[accuracy]`. In ``described`` the creep of `rough` is that of the robot file, of all lines
+alike, and nothing else is there. Positions count once a second from the first step on. Coverage is the share of these
+within the 95 % ellipsoid of the estimate's covariance, and the nees is ideally 3; positions of one machine are not
+independent. Stopped: prints that ended in a fault.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ from cablewright.foundation.arrays import Array
 from cablewright.foundation.signals import Estimate
 from cablewright.live.error_statistics import CHI2_95
 from cablewright.live.estimators import estimator
-from cablewright.live.prints.attendant import attendant_of
 from cablewright.live.prints.plan import PrintOptions, plan_print, twin_of
 from cablewright.live.prints.run import begin_print
+from cablewright.live.prints.simulated_operator import attendant_of
 from cablewright.machine.accuracy import MachineAccuracy
 from cablewright.machine.simulated.settings import TwinSettings, whole_machine
 from cablewright.machine.simulated.severity_tables import SEVERITIES

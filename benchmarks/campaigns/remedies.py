@@ -22,10 +22,10 @@ from typing import Final
 import numpy as np
 
 from cablewright.foundation.arrays import Array
-from cablewright.live.prints.attendant import attendant_of
 from cablewright.live.prints.loop import run
 from cablewright.live.prints.plan import MOST_IRREGULAR, PrintOptions, plan_print, twin_of
 from cablewright.live.prints.run import begin_print
+from cablewright.live.prints.simulated_operator import attendant_of
 from cablewright.machine.sensors.tensions import TensionSensor
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.machine.simulated.severities import with_severity

@@ -41,7 +41,7 @@ BODY = np.vstack([box(0.1, 0.3, -0.2), box(0.1, 0.3, 0.2)])  # crossed
 
 
 def away(exits: np.ndarray, ends: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return unit vectors (m, 3) from platform points to exits, and distances (m,), m."""
+    """Return unit vectors (m, 3) from platform points to exit points, and distances (m,), m."""
     way = exits - ends
     length = np.linalg.norm(way, axis=1)
     return way / length[:, None], length
@@ -289,7 +289,7 @@ def volumes() -> list[dict[str, Any]]:
 
 
 def calibrations() -> list[dict[str, Any]]:
-    """Return counted lengths without noise, and the distances between the exits that they were made of."""
+    """Return counted lengths without noise, and the distances between the exit points that they were made of."""
     out = []
     for name, exits, count in (
         ("12-poses", box(2.2, 4.4, 3.0), 12),

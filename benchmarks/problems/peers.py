@@ -52,7 +52,7 @@ def by_moorpy(problem: cw.Problem) -> Solve:
 
 
 def by_root(problem: cw.Problem) -> Solve:
-    """A point on Irvine's cables by SciPy's root, from straight cables at the middle of the exits."""
+    """A point on Irvine's cables by SciPy's root, from straight cables at the middle of the exit points."""
     given = problem.inputs
     exits, L, m = given["exit_points"], given["lengths"], len(given["lengths"])
     w, EA, weight = float(given["linear_density"]) * G, float(given["axial_stiffness"]), float(given["mass"]) * G
@@ -250,7 +250,7 @@ def main() -> None:
         print(f"| {' | '.join(row)} |", flush=True)
     found = [name for name in ("cablewright", "scipy", "moorpy", "daqp", "mujoco") if installed(name)]
     print("\n" + ", ".join(f"{name} {version(name)}" for name in found))
-    print("MoorDyn is not compared: it reads files of its own, which are not written here.", file=sys.stderr)
+    print("MoorDyn is not compared: in air it does not come to rest, see docs/problems.md", file=sys.stderr)
 
 
 if __name__ == "__main__":

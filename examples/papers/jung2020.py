@@ -14,7 +14,7 @@ TIP = 0.2  # m: how far the lower platform points are below the place that he ca
 
 
 def beam(apart: float, width: float = 0.04) -> cw.Robot:
-    """jung2020, neighbouring exits so far apart; its top widened along x, its bottom along y, to *width* (m) in all."""
+    """jung2020 with its neighbouring exit points *apart* (m) and its top and bottom widened to *width* (m) in all."""
     widths = cw.Change("width-top-x+width-bottom-y")
     return cw.changed(cw.load("jung2020"), {cw.Change("exit-distance"): apart, widths: width})
 
@@ -23,7 +23,7 @@ TABLE_1, TABLE_3 = cw.load("jung2020-table1"), beam(0.1)
 
 
 def volumes() -> None:
-    """Volumes by the distance of neighbouring exits and by criterion."""
+    """Volumes by the distance of neighbouring exit points and by criterion."""
     print("closed form, m^3           paper   counted   of frame   converged")
     rows = (
         ("Table 1", "2.96", TABLE_1),

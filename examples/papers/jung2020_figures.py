@@ -1,8 +1,8 @@
 """Figs. 6 to 14 of Jung 2020, each as a PDF with its data beside it: python examples/papers/jung2020_figures.py.
 
 Workspaces are those of the paper's closed form. Volumes are counted on 41^3 nodes, as the paper's seem to be; surfaces
-are converged. The neighbouring exits of Table 3 are 0.1 m apart, as its caption says. Frequencies are of the elastic
-stiffness alone, as in the paper; the notes have those with the geometric part, which is not small.
+are converged. The neighbouring exit points of Table 3 are 0.1 m apart, as its caption says. Frequencies are of the
+elastic stiffness alone, as in the paper; the notes have those with the geometric part, which is not small.
 """
 
 import numpy as np
@@ -48,7 +48,7 @@ def surfaces(cases: list[tuple[str, cw.Robot, float]], quick: bool) -> tuple[Fig
 
 
 def first_workspaces(quick: bool) -> Figure:
-    """Fig. 6: the workspace with the exits of Table 1 and with those of Table 2."""
+    """Fig. 6: the workspace with the exit points of Table 1 and with those of Table 2."""
     drawn, sizes = surfaces([("Table 1", TABLE_1, 2.0), ("exits 0.0283 m apart", beam(0.0283), 2.0)], quick)
     return words(
         drawn,
@@ -59,7 +59,7 @@ def first_workspaces(quick: bool) -> Figure:
 
 
 def by_distance(quick: bool) -> Figure:
-    """Fig. 7: volume by the distance of neighbouring exits."""
+    """Fig. 7: volume by the distance of neighbouring exit points."""
     apart = np.array([0.002, 0.0283, 0.1, 0.2121]) if quick else np.array([0.002, *np.linspace(0.0141, 0.2121, 15)])
     shares = [100.0 * counted(beam(each), quick).fraction for each in apart]
     drawn, axes = style.axes(7.16, 4.2)
@@ -69,14 +69,14 @@ def by_distance(quick: bool) -> Figure:
         100.0 * counted(TABLE_1, quick).fraction,
         "s",
         color=style.ORANGE,
-        label="Table 1: exits of a pair coincide",
+        label="Table 1: exit points of a pair coincide",
     )
     axes.plot(0.0, 37.0, "x", color=style.INK, markersize=9, label="the paper's text: about 37 %")
-    axes.set(xlabel="distance of neighbouring exits in m", ylabel="volume in % of the frame")
+    axes.set(xlabel="distance of neighbouring exit points in m", ylabel="volume in % of the frame")
     axes.legend(loc="lower left")
     return words(
         drawn,
-        "Jung 2020, Fig. 7: volume of the workspace by the distance of neighbouring exits",
+        "Jung 2020, Fig. 7: volume of the workspace by the distance of neighbouring exit points",
         "Reproduced: the volume falls as they part. Table 1, where they coincide, is singular in yaw and counts less.",
     )
 

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 import cablewright as cw
-from cablewright.estimation.chain.state import ObserverSettings
+from cablewright.estimation.merlet2023.state import ObserverSettings
 from cablewright.live.estimator_settings import OBSERVERS
 from cablewright.machine.simulated.settings import TwinSettings
 from cablewright.machine.simulated.severities import with_severity

@@ -11,7 +11,7 @@ from inspect import isfunction
 from pathlib import Path
 from typing import Any
 
-from cablewright.foundation.border import checked
+from cablewright.foundation.argument_checks import checked
 from cablewright.foundation.results import Pictured, Result
 
 _HOMES = {

@@ -134,7 +134,7 @@ def test_where_it_was_zeroed_the_machine_is_true(name: str, compensation: str) -
         assert plain.nominal_error[0] > 1e-5
 
 
-def test_a_home_where_the_machine_cannot_be_is_refused() -> None:
+def test_a_home_where_the_machine_cannot_be_is_rejected() -> None:
     with pytest.raises(InputError, match="home"):
         nozzle_errors(HOUSE, [0.0, 0.0, 1.0], home=[0.0, 0.0, 14.9])
 
@@ -163,7 +163,7 @@ def test_where_no_pose_can_be_held_there_is_no_answer(poses: list[float], messag
         nozzle_errors(HOUSE, poses)
 
 
-def test_what_cannot_be_used_is_refused() -> None:
+def test_what_cannot_be_used_is_rejected() -> None:
     with pytest.raises(UnknownName, match="compensation"):
         nozzle_errors(HOUSE, [0.0, 0.0, 1.0], compensation="fulll")
     with pytest.raises(InputError, match="pose"):
@@ -223,7 +223,7 @@ def test_of_a_body_errors_are_those_of_its_nozzle() -> None:
     assert (found.nominal_error != nozzle_errors(body, pose).nominal_error).all()
 
 
-def test_fewer_lines_than_freedoms_work_where_gravity_decides_the_rest() -> None:
+def test_fewer_lines_than_degrees_of_freedom_work_where_gravity_decides_the_rest() -> None:
     robot = load("grab-four-lines")
     pose = np.array([1.0, 0.3, -0.2, np.nan, np.nan, 0.0])
     found = nozzle_errors(robot, pose)

@@ -252,7 +252,7 @@ def test_only_the_static_criterion_knows_its_limits() -> None:
 
 
 @pytest.mark.parametrize("step", [0.0, -1.0, 15.1, np.nan, np.inf, 0.05])
-def test_a_step_that_is_none_is_refused(step: float) -> None:
+def test_a_step_that_is_none_is_rejected(step: float) -> None:
     with pytest.raises(InputError, match="step"):
         count_nodes(PATY, "static", step=step)
 

@@ -136,7 +136,7 @@ def test_an_empty_workspace_has_no_modes() -> None:
     assert np.isnan(found.spread).all()
 
 
-def test_a_point_platform_has_three_freedoms() -> None:
+def test_a_point_platform_has_three_degrees_of_freedom() -> None:
     found = boundary_modes(Model(load("house-printer"), Fidelity.of("elastic")), "exact", grid=7)
     assert found.known.all()
     assert set(found.shares) <= set("xyz")
@@ -152,7 +152,7 @@ def test_a_point_platform_has_three_freedoms() -> None:
         ("grab-four-lines", {}, "fewer winches than degrees of freedom; not supported. Use modes at a pose"),
     ],
 )
-def test_bad_questions_are_refused(robot: str, given: dict[str, object], says: str) -> None:
+def test_bad_questions_are_rejected(robot: str, given: dict[str, object], says: str) -> None:
     with pytest.raises(InputError, match=says):
         boundary_modes(Model(load(robot), Fidelity.of("elastic")), **given)
 

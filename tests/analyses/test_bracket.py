@@ -1,4 +1,4 @@
-"""Stress in brackets: loads against a balance of whole cables, stresses against beams, motions against solves anew."""
+"""Stress in brackets: loads against a balance of whole cables, stresses against beams, motions against solves again."""
 
 from __future__ import annotations
 
@@ -280,7 +280,7 @@ def test_what_is_missing_is_told() -> None:
         bracket_at(Model(HOUSE), POSE, times=4)
 
 
-def test_a_lever_too_short_for_its_bores_is_refused() -> None:
+def test_a_lever_too_short_for_its_bores_is_rejected() -> None:
     bracket = HOUSE.bracket.model_dump()
     bracket["lever"] |= {"pin": 0.03, "axle": 0.03}
     with pytest.raises(InputError, match="leave no room"):

@@ -333,7 +333,7 @@ def test_settings_are_lengths(arguments: dict[str, float], says: str) -> None:
         InterferenceSettings(**arguments)
 
 
-def test_a_region_without_a_volume_or_with_too_many_nodes_is_refused() -> None:
+def test_a_region_without_a_volume_or_with_too_many_nodes_is_rejected() -> None:
     model, part = Model(load("house-printer")), hills(0, 3)
     with pytest.raises(InputError, match="lowest corner below"):
         free_region(model, part, (0, 0, 1), (1, 1, 1))

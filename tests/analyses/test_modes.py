@@ -242,7 +242,7 @@ def test_rows_are_those_of_single_ones_and_those_without_balance_are_nan() -> No
     assert found.refusal == alone.refusal
 
 
-def test_a_body_of_unknown_inertia_is_refused() -> None:
+def test_a_body_of_unknown_inertia_is_rejected() -> None:
     robot = load("cogiro")
     bare = robot.platform.model_copy(update={"inertia": None, "inertia_products": (0.0, 0.0, 0.0)})
     with pytest.raises(InputError, match=r"platform\.inertia is required"):

@@ -159,7 +159,7 @@ def test_errors_and_tensions_are_those_of_the_integration(printed) -> None:
         assert "--plant dynamic." in each.verdict
 
 
-def test_meander_beyond_the_allowed_error_is_refused_with_its_place_and_frequency(printed) -> None:
+def test_meander_beyond_the_allowed_error_is_rejected_with_its_place_and_frequency(printed) -> None:
     found = printed(meander(100.0), 0.03, max_error=0.02, feed=9000)
     assert found.motion is not None
     assert "largest in layer 1, G-code line 7 at 1.81 Hz (allowed: at most 20 mm)" in found.verdict

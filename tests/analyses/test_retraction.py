@@ -84,7 +84,7 @@ def test_ends_do_not_count_unless_there_is_nothing_else() -> None:
         ({"criterion": "any"}, "unknown criterion"),
     ],
 )
-def test_bad_input_is_refused(options: dict, says: str) -> None:
+def test_bad_input_is_rejected(options: dict, says: str) -> None:
     with pytest.raises(InputError) as refusal:
         retraction(JUNG, **options)
     assert says in str(refusal.value)

@@ -50,7 +50,7 @@ def test_dexterity_is_the_inverse_of_the_condition_number_that_numpy_finds() -> 
     assert stiff.condition_number == pytest.approx(np.linalg.cond(K))
 
 
-def test_fewer_lines_than_freedoms_leave_the_matrix_singular() -> None:
+def test_fewer_lines_than_degrees_of_freedom_leave_the_matrix_singular() -> None:
     found = cw.dexterity(cw.load("grab-four-lines"), [0.0, 0.0, 1.0])
     assert found.values.shape == (6,)
     assert float(found.dexterity) == 0.0

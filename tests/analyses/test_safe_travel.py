@@ -81,7 +81,7 @@ def test_the_nozzle_slows_down_between_the_legs(tmp_path: Path) -> None:
     assert found.feasible
 
 
-def test_without_it_the_same_job_is_refused(tmp_path: Path) -> None:
+def test_without_it_the_same_job_is_rejected(tmp_path: Path) -> None:
     found = check(with_post(height=2.0), job_in(tmp_path, "gcode"), skip=("expected-error",))
     assert not found.feasible
     assert "touches" in found.verdict

@@ -122,7 +122,7 @@ def test_ninety_five_of_a_hundred_samples_stay_within_the_likely_error() -> None
 
 
 @pytest.mark.parametrize("samples", [0, 99, 10_000_001, -5])
-def test_too_few_samples_or_too_many_are_refused(samples: int) -> None:
+def test_too_few_samples_or_too_many_are_rejected(samples: int) -> None:
     with pytest.raises(InputError, match="samples"):
         MonteCarlo(samples)
 
@@ -222,7 +222,7 @@ REFUSED: dict[str, tuple[Callable[[], object], type[Exception]]] = {
 
 
 @pytest.mark.parametrize("what", REFUSED)
-def test_what_asks_nothing_is_refused(what: str) -> None:
+def test_what_asks_nothing_is_rejected(what: str) -> None:
     ask, refusal = REFUSED[what]
     with pytest.raises(refusal):
         ask()

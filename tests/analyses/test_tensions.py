@@ -155,7 +155,7 @@ def with_lines(robot: Robot, count: int) -> Robot:
 
 
 @pytest.mark.parametrize("count", [3, 7, 9])
-def test_without_a_choice_or_with_too_much_it_is_refused(count: int) -> None:
+def test_without_a_choice_or_with_too_much_it_is_rejected(count: int) -> None:
     robot = with_lines(load("wang2021"), count)
     with pytest.raises(InputError, match=f"{count - 3} redundant lines"):
         best_at(Model(robot), np.array([0.0, 0.0, 1.0]), modulus_ranges(robot), Vertices())

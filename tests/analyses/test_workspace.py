@@ -87,7 +87,7 @@ def test_one_line_holds_its_point_only_straight_below() -> None:
 
 
 def test_a_planar_robot_has_a_workspace_without_thickness() -> None:
-    """All exits in the plane y = 0: the search ends early, and the volume is nothing but error."""
+    """All exit points in the plane y = 0: the search ends early, and the volume is nothing but error."""
     robot = point_robot(np.array([[-1.0, 0, 0], [1, 0, 0], [1, 0, 2], [-1, 0, 2]]), (10.0, 5e4), [-1, -1, 0], [1, 1, 2])
     found = workspace(robot, "exact")
     assert not found.converged
@@ -347,7 +347,7 @@ def test_a_law_retracts_by_height(of: str) -> None:
         ({"retraction": RetractionLaw(-1.0, 2.4, 1.2, 2.0, "tip")}, "unknown point 'tip'"),
     ],
 )
-def test_bad_input_is_refused(options: dict, says: str) -> None:
+def test_bad_input_is_rejected(options: dict, says: str) -> None:
     with pytest.raises(InputError) as refusal:
         workspace(JUNG, **options)
     assert says in str(refusal.value)

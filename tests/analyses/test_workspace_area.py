@@ -117,7 +117,7 @@ def test_the_plane_is_that_of_the_platforms_places() -> None:
 def test_two_lines_hang_in_their_plane() -> None:
     found = area(planar(UP, limits=(0.5, 1e4)), "static", tolerance=0.01)
     assert found.area == pytest.approx(area(planar(UP, limits=(0.5, 1e4))).area, rel=0.02)
-    with pytest.raises(InputError, match="static: 2 lines hold 2 of the 3 freedoms"):
+    with pytest.raises(InputError, match="static: 2 lines hold 2 of the 3 degrees of freedom"):
         cw.workspace(planar(UP), "static", box=[-1, 1, 0, 1, 0, 1])
 
 

@@ -99,7 +99,7 @@ def test_corners_of_forces_beside_a_moment_are_made_by_tensions_within_limits() 
         found.vertices(moment=[1e9, 0.0, 0.0])
 
 
-def test_lines_that_do_not_reach_all_freedoms_have_no_facets() -> None:
+def test_lines_that_do_not_reach_all_degrees_of_freedom_have_no_facets() -> None:
     found = cw.available_wrenches(cw.load("grab-four-lines"), [0.0, 0.0, 1.0])
     assert int(found.facets) == 0
     assert np.isnan(found.margin)

@@ -33,7 +33,7 @@ class Outcome:
 
     @property
     def json(self) -> dict[str, Any]:
-        """The one object on stdout; NaN and Infinity, which Python would let pass, are refused."""
+        """The one object on stdout; NaN and Infinity, which Python would let pass, are rejected."""
         found = json.loads(self.out, parse_constant=_no_constant)
         assert isinstance(found, dict)
         assert found["schema"] == 3

@@ -162,7 +162,7 @@ def test_data_of_maps_markers_and_pieces_in_space(tmp_path: Path) -> None:
         ("x.pdf", {"style": "absent.mplstyle"}, "cannot be read", cw.InputError),
     ],
 )
-def test_what_cannot_be_written_is_refused_before_it_is_drawn(
+def test_what_cannot_be_written_is_rejected_before_it_is_drawn(
     file: str, options: dict[str, object], text: str, error: type[Exception], tmp_path: Path
 ) -> None:
     with pytest.raises(error, match=text) as caught:

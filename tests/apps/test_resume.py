@@ -13,7 +13,7 @@ from cablewright.live.prints import run as prints
 from cablewright.live.prints.run import CHECKPOINT, LOCK
 from cablewright.running.store import MANIFEST
 from cablewright.running.user_key import DIRECTORY, is_signed, signature
-from printed import RING
+from print_logs import RING
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 
@@ -75,7 +75,7 @@ def test_a_forged_checkpoint_is_not_believed(cli, copied: tuple[Path, Path], tmp
     assert again(cli, *copied, "--restart").json["status"] == "finished"
 
 
-def test_a_checkpoint_of_another_layout_is_refused_with_the_next_step(cli, copied: tuple[Path, Path]) -> None:
+def test_a_checkpoint_of_another_layout_is_rejected_with_the_next_step(cli, copied: tuple[Path, Path]) -> None:
     """It was written, at the end of such a print, by the version before."""
     file = copied[1] / CHECKPOINT
     old = read_snapshots(Path(__file__).parents[1] / "earlier_files" / "print_checkpoint.bin")

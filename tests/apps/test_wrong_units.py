@@ -88,7 +88,7 @@ def test_places_outside_of_the_robot_are_noted_with_the_units_that_explain_them(
         if not units_inside([tuple(place / size)], robot):
             continue  # as near in m as in the unit
         text, said = ",".join(map(repr, (place / size).tolist())), ""
-        with contextlib.suppress(InputError):  # in mm, far from a robot, they are refused
+        with contextlib.suppress(InputError):  # in mm, far from a robot, they are rejected
             pose_of(text, robot)
             said = capsys.readouterr().err
             assert "note: --at = " in said

@@ -116,7 +116,7 @@ def test_friction_on_the_way_to_a_cell_is_a_share_of_its_tension() -> None:
 @pytest.mark.parametrize(
     ("sensor", "column"), [("tensions", "f_1"), ("swivel", "swivel_1"), ("tilt", "tilt_x"), ("yaw", "yaw")]
 )
-def test_a_sensor_without_any_reading_is_refused(sensor: str, column: str, tmp_path: Path) -> None:
+def test_a_sensor_without_any_reading_is_rejected(sensor: str, column: str, tmp_path: Path) -> None:
     count = {"tensions": 8, "swivel": 8, "tilt": 2, "yaw": 1}[sensor]
     data = Measured(np.zeros((3, 8)), **{sensor: np.full((3, count), np.nan)})
     file = tmp_path / "d.csv"

@@ -268,7 +268,7 @@ def test_residuals_that_wander_widen_the_sigmas() -> None:
     assert np.mean(within) > 0.85
 
 
-def test_a_rope_that_creeps_otherwise_is_noted() -> None:
+def test_a_cable_that_creeps_otherwise_is_noted() -> None:
     base = recorded(HELD, noise=1e-6)
     settled = 2e-4 * (1.0 - np.exp(-base.force / 700.0)) * (np.maximum.accumulate(base.force) > 0.0)
     found = creep(TensileTest(base.force, base.elongation + settled, time=base.time), initial_length=LENGTH)

@@ -213,7 +213,7 @@ def test_a_record_survives_its_file(wang: Machine, tmp_path: Path) -> None:
     assert again.spread[:k, :k] == pytest.approx(wang.found.covariance)
 
 
-def test_a_record_of_another_robot_is_refused(wang: Machine, cogiro: Machine) -> None:
+def test_a_record_of_another_robot_is_rejected(wang: Machine, cogiro: Machine) -> None:
     with pytest.raises(InputError, match=r"exit point x of south-west is .* give the file that this calibration wrote"):
         cw.check_drift(WANG, wang.later, wang.record)
     with pytest.raises(InputError, match="values are not those of"):
@@ -230,7 +230,7 @@ def test_a_record_of_another_robot_is_refused(wang: Machine, cogiro: Machine) ->
         (("schema = 1", "schema = 9"), "schema"),
     ],
 )
-def test_damaged_records_are_refused_in_a_line(wang: Machine, tmp_path: Path, change, told: str) -> None:
+def test_damaged_records_are_rejected_in_a_line(wang: Machine, tmp_path: Path, change, told: str) -> None:
     file = tmp_path / "bad.toml"
     file.write_text(record_text(wang.record).replace(*change, 1))
     with pytest.raises(InputError, match=told) as error:

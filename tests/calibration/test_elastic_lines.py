@@ -1,4 +1,5 @@
-"""Lines that stretch and sag in the one problem: derivatives, invariance, recovery, sigmas, gross errors, refusals."""
+"""Lines that stretch and sag in the one problem: derivatives, invariance, recovery, sigmas, gross errors,
+rejections."""
 
 from __future__ import annotations
 
@@ -260,7 +261,7 @@ def test_stiff_lines_with_rough_tensions_say_what_straight_ones_do() -> None:
 
 
 @pytest.mark.parametrize("name", ["wang2021", "cogiro"])
-def test_encoders_alone_are_refused_and_what_would_help_is_told(name: str) -> None:
+def test_encoders_alone_are_rejected_and_what_would_help_is_told(name: str) -> None:
     made = simulate_calibration(load(name), 40, 0.0, seed=1, cable="elastic")
     with pytest.raises(InputError, match="nothing is left over to calibrate with; measure tensions"):
         calibrate(load(name), made.measured, cable="elastic")
@@ -280,7 +281,7 @@ def test_few_lines_need_guesses() -> None:
         calibrate(load("grab-four-lines"), replace(made.measured, guess=None), cable="catenary")
 
 
-def test_a_datum_that_the_data_deny_is_refused() -> None:
+def test_a_datum_that_the_data_deny_is_rejected() -> None:
     robot = load("paty2021")
     made = simulate_calibration(robot, 25, 1e-4, seed=6, guess=0.02, cable="catenary", sensors=SensorNoise(tension=2.0))
     wrong = moved(robot, np.random.default_rng(7), 0.05)

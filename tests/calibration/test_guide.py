@@ -99,7 +99,7 @@ def test_data_of_another_machine_end_it() -> None:
     assert found.next_poses == ()
 
 
-def test_what_it_cannot_do_is_refused() -> None:
+def test_what_it_cannot_do_is_rejected() -> None:
     with pytest.raises(InputError, match="next = 0"):
         cw.guide(WANG, count=0)
     with pytest.raises(InputError, match="rigid lines only"):

@@ -529,7 +529,7 @@ def test_headers_of_testing_machines_give_the_same_numbers(tmp_path: Path, machi
     np.testing.assert_allclose(read.elongation, elongation, rtol=1e-12)
 
 
-def test_strain_without_a_unit_is_refused(tmp_path: Path) -> None:
+def test_strain_without_a_unit_is_rejected(tmp_path: Path) -> None:
     path = written(tmp_path, "load,strain\n" + "1,2\n" * 30)
     with pytest.raises(InputError, match=r"column 'strain': give its unit"):
         read_test(path, gauge=1.0)

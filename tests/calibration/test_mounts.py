@@ -35,7 +35,8 @@ WANG = load("wang2021")
 
 
 def plant(robot: Robot, cable: str, poses: np.ndarray, soft: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Lengths, and poses and tensions in equilibrium with exits that give as those of the simulated machine do."""
+    """Lengths, and poses and tensions in equilibrium with exit points that give as those of the simulated machine
+    do."""
     model = Model(robot, Fidelity.of(cable))
     held = solve_inverse(model, poses).checked()
     work, _ = dynamics.moving_workspace(model.packed)
@@ -85,7 +86,7 @@ def test_mounts_of_the_plant_are_found(name: str, cable: str, exact: float) -> N
 
 
 def straight(rng: np.random.Generator, soft: np.ndarray) -> Measured:
-    """What a robot with rigid lines measures whose exits are displaced by its tensions, each along its line."""
+    """What a robot with rigid lines measures whose exit points are displaced by its tensions, each along its line."""
     poses = random_poses(WANG, 60, rng)
     held = solve_inverse(Model(WANG, Fidelity.of("rigid")), poses).checked()
     points, lengths = held.platform_points, held.lengths.copy()

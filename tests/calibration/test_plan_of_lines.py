@@ -67,7 +67,7 @@ def test_a_line_beside_a_group_has_its_own_number() -> None:
         ({"groups": PAIRS, "shared": ("length_scale",)}, "is shared by all lines"),
     ],
 )
-def test_groups_that_make_no_sense_are_refused(changes: dict[str, object], told: str) -> None:
+def test_groups_that_make_no_sense_are_rejected(changes: dict[str, object], told: str) -> None:
     plan = CalibrationPlan(unknowns=SCALED).model_copy(update=changes)
     with pytest.raises(InputError, match=told):
         StraightProblem.of(WANG, measured(np.ones(4)), plan)
@@ -111,7 +111,7 @@ def test_absolute_lengths_have_no_home(tmp_path: Path) -> None:
         ('[[priors]]\nname = "exit_point.w"\ndeviation = 0.1', "unknown number"),
     ],
 )
-def test_plans_that_say_otherwise_are_refused_in_a_line(text: str, told: str, tmp_path: Path) -> None:
+def test_plans_that_say_otherwise_are_rejected_in_a_line(text: str, told: str, tmp_path: Path) -> None:
     file = tmp_path / "plan.toml"
     file.write_text(f"schema = 1\n{text}\n")
     with pytest.raises(InputError, match=told) as error:

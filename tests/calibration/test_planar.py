@@ -1,4 +1,4 @@
-"""Platforms in a plane: exact without noise, sigmas that hold, an oracle of its own, poses in the plane, refusals."""
+"""Platforms in a plane: exact without noise, sigmas that hold, an oracle of its own, poses in the plane, rejections."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy import optimize, stats
 
-import boards
+import planar_robots
 from cablewright.calibration.calibrate import calibrate
 from cablewright.calibration.drift.drift import check_drift
 from cablewright.calibration.drift.record import record_of
@@ -42,7 +42,7 @@ KINDS = [("vertical", False), ("tilted", False), ("horizontal", False), ("vertic
 
 
 def robot_of(plane: str, body: bool, off: float = OFF) -> Robot:
-    return boards.board(plane, body, lines=6 if body else 4, off=off)
+    return planar_robots.board(plane, body, lines=6 if body else 4, off=off)
 
 
 def exits_of(robot: Robot) -> np.ndarray:
@@ -66,7 +66,7 @@ def off_plane(robot: Robot, poses: np.ndarray) -> float:
 
 def errors(found: Calibration, made: SimulatedCalibration, truth: Robot) -> np.ndarray:
     """Of exit points and positions, m, after the best motion in the plane (Kabsch), and of home lengths."""
-    a, b, n = boards.frame(truth)
+    a, b, n = planar_robots.frame(truth)
     axes = np.column_stack([a, b, n])
     m, true = truth.m, exits_of(truth) @ axes
     points = found.problem.points(found.fit.theta) @ axes
@@ -85,7 +85,8 @@ def errors(found: Calibration, made: SimulatedCalibration, truth: Robot) -> np.n
 
 @pytest.mark.parametrize(("plane", "body"), KINDS)
 def test_without_noise_it_is_exact(plane: str, body: bool) -> None:
-    """From a file that is wrong by up to 20 mm in all directions; three freedoms stay open, those of the plane."""
+    """From a file that is wrong by up to 20 mm in all directions; three degrees of freedom stay open, those of the
+    plane."""
     truth = robot_of(plane, body)
     for seed in range(3):
         made = simulate_calibration(truth, 40, 0.0, seed=seed)
@@ -102,7 +103,7 @@ def test_without_noise_it_is_exact(plane: str, body: bool) -> None:
 def test_sigmas_and_the_redundancy_hold(plane: str, body: bool) -> None:
     """Of 60 runs: what no motion in the plane changes, home lengths and distances from the plane; and chi-squared."""
     truth, runs, count = robot_of(plane, body), 60, 40
-    normal, m = boards.frame(truth)[2], truth.m
+    normal, m = planar_robots.frame(truth)[2], truth.m
     rows = np.zeros((2 * m, 4 * m))
     for i in range(m):
         rows[i, 3 * i : 3 * i + 3] = normal
@@ -137,7 +138,7 @@ def rotation(normal: np.ndarray, angle: complex) -> np.ndarray:
 def test_an_oracle_of_its_own_finds_the_same(plane: str, body: bool) -> None:
     """Two coordinates and an angle, all three coordinates of measured positions with sigmas of their own, surveys."""
     truth, count, p = robot_of(plane, body), 20, 3 if body else 2
-    a, b, n = boards.frame(truth)
+    a, b, n = planar_robots.frame(truth)
     m, rng = truth.m, np.random.default_rng(4)
     made = simulate_calibration(truth, count, NOISE, seed=5)
     sigmas = np.array([1e-3, 4e-4, 2e-3, 1e-2, 1e-2, 1e-2])[: truth.n] * np.ones((count, truth.n))
@@ -156,7 +157,7 @@ def test_an_oracle_of_its_own_finds_the_same(plane: str, body: bool) -> None:
         exits, home, own = x[: 3 * m].reshape(m, 3), x[3 * m : 4 * m], x[4 * m :].reshape(count, p)
         rows = [((exits[:3] - survey) / 1e-3).ravel()]
         for at in range(count):
-            place = boards.DISTANCE * n + own[at, 0] * a + own[at, 1] * b
+            place = planar_robots.DISTANCE * n + own[at, 0] * a + own[at, 1] * b
             turn = rotation(n, own[at, 2]) if body else np.eye(3)
             ties = np.array([turn @ line.platform_point for line in truth.lines])
             lengths = np.sqrt(((place + ties - exits) ** 2).sum(axis=1))
@@ -173,7 +174,7 @@ def test_an_oracle_of_its_own_finds_the_same(plane: str, body: bool) -> None:
     own = optimize.least_squares(residuals, x0, jac=slopes, method="lm", xtol=1e-15, ftol=1e-15, gtol=1e-15)
     assert np.abs(own.x[: 4 * m] - found.theta).max() < 1e-7
     place = own.x[4 * m :].reshape(count, p)
-    assert np.abs(boards.DISTANCE * n + place[:, :1] * a + place[:, 1:2] * b - found.poses[:, :3]).max() < 1e-7
+    assert np.abs(planar_robots.DISTANCE * n + place[:, :1] * a + place[:, 1:2] * b - found.poses[:, :3]).max() < 1e-7
     wanted = np.linalg.inv(slopes(own.x).T @ slopes(own.x))[: 4 * m, : 4 * m]
     told = information(problem, found.theta, found.poses, found.weights, priors=True).covariance
     size = np.sqrt(np.outer(np.diag(wanted), np.diag(wanted)))
@@ -282,7 +283,7 @@ def test_drift_is_found_in_the_plane(tmp_path: Path) -> None:
 
 def test_a_wrong_position_and_a_wrong_count_are_named() -> None:
     truth = robot_of("tilted", False)
-    a = boards.frame(truth)[0]
+    a = planar_robots.frame(truth)[0]
     made = simulate_calibration(truth, 40, NOISE, seed=7, sensors=SensorNoise(pose=1e-3))
     guess, counted = made.measured.guess.copy(), made.measured.counted.copy()
     guess[5] += 0.05 * a
@@ -305,11 +306,11 @@ def test_exit_points_stay_on_the_files_side() -> None:
         theta = problem.free.copy()
         theta[3 * truth.m :] = made.home_lengths
         found = to_file_frame(problem, fit(problem, theta, made.poses))
-        n = boards.frame(truth)[2]
+        n = planar_robots.frame(truth)[2]
         ties = np.array([line.platform_point for line in truth.lines])
         exits = problem.points(found.theta)
         mirrored = exits.copy()
-        mirrored[[0, 2]] -= 2.0 * np.outer((exits - ties)[[0, 2]] @ n - boards.DISTANCE, n)
+        mirrored[[0, 2]] -= 2.0 * np.outer((exits - ties)[[0, 2]] @ n - planar_robots.DISTANCE, n)
         assert np.abs(on_file_side(truth, mirrored, ties) - exits).max() < 1e-12
         flipped = found.theta.copy()
         flipped[: 3 * truth.m] = mirrored.ravel()
@@ -318,7 +319,7 @@ def test_exit_points_stay_on_the_files_side() -> None:
         assert np.abs(again.theta - found.theta).max() < 1e-8
 
 
-def test_exits_in_the_plane_need_what_the_plan_says_of_them(tmp_path: Path) -> None:
+def test_exit_points_in_the_plane_need_what_the_plan_says_of_them(tmp_path: Path) -> None:
     truth = robot_of("tilted", False, off=0.0)
     made = simulate_calibration(truth, 30, 1e-4, seed=2)
     found = calibrate(truth, made.measured, rough=0.05)
@@ -344,7 +345,7 @@ def test_what_across_brings_on_the_board_of_the_docs(tmp_path: Path) -> None:
     file = tmp_path / "board.toml"
     file.write_text("schema = 1\n" + text[text.index('name = "board"') :].partition("```")[0])
     robot, runs = load(file), 30
-    a, b, n = boards.frame(robot)
+    a, b, n = planar_robots.frame(robot)
     exits, m = exits_of(robot), robot.m
     inside, sigmas = [], {2e-3: [], None: []}
     for seed in range(runs):
@@ -366,7 +367,7 @@ def test_what_across_brings_on_the_board_of_the_docs(tmp_path: Path) -> None:
     assert np.median(sigmas[None]) == pytest.approx(1.6e-3, abs=2e-4)
 
 
-def test_poses_off_the_plane_are_refused_in_one_line() -> None:
+def test_poses_off_the_plane_are_rejected_in_one_line() -> None:
     truth = robot_of("vertical", True)
     made = simulate_calibration(truth, 40, NOISE, seed=1, sensors=SensorNoise(pose=1e-3))
     assert calibrate(truth, made.measured, rough=0.05).status == "ok"  # noise across the plane is no fault
@@ -381,7 +382,7 @@ def test_poses_off_the_plane_are_refused_in_one_line() -> None:
         data.guess[6] += change
         with pytest.raises(InputError, match=rf"^the data, pose 7: {words}.*is allowed$"):
             calibrate(truth, data)
-    few = boards.board("vertical", True, lines=2)
+    few = planar_robots.board("vertical", True, lines=2)
     with pytest.raises(InputError, match="fewer lines than degrees of freedom in its plane; not supported"):
         simulate_calibration(few, 5, 0.0, cable="elastic")
 

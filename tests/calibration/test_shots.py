@@ -1,4 +1,4 @@
-"""Files of total stations: GSI-8, GSI-16 and CSV read as written, and whatever else refused in one line."""
+"""Files of total stations: GSI-8, GSI-16 and CSV read as written, and whatever else rejected in one line."""
 
 from __future__ import annotations
 
@@ -152,7 +152,7 @@ def test_ways_to_write_a_csv(file: Path, text: str) -> None:
         ("110001+00000X11 21.322+00000000 22.322+10000000 31..00+99999999", "point 'X11' is 100000 m from"),
     ],
 )
-def test_what_is_refused(file: Path, text: str | bytes, says: str) -> None:
+def test_what_is_rejected(file: Path, text: str | bytes, says: str) -> None:
     with pytest.raises(InputError) as error:
         read(file, text)
     line = str(error.value)
@@ -162,7 +162,7 @@ def test_what_is_refused(file: Path, text: str | bytes, says: str) -> None:
     assert len(line) < 400
 
 
-def test_a_second_station_is_refused(file: Path) -> None:
+def test_a_second_station_is_rejected(file: Path) -> None:
     shot = "110002+00000X11 21.322+00000000 22.322+10000000 31..00+00001000"
     station = "110001+00000STA 84..10+00000000 85..10+00000000 86..10+{:08d}"
     text = "\n".join([station.format(0), shot, station.format(1), shot])
@@ -192,7 +192,9 @@ CODES = "41{:04d}+0000000{} 42....+000000{} 43....+0000{} "
 @pytest.mark.parametrize("end", ["\n", " "])
 @pytest.mark.parametrize("first", ["", CODES.format(1, 2, "P1", 1500)])
 @pytest.mark.parametrize("code", [2, 7])
-def test_codes_between_sights_that_may_begin_a_station_are_refused(file: Path, end: str, first: str, code: int) -> None:
+def test_codes_between_sights_that_may_begin_a_station_are_rejected(
+    file: Path, end: str, first: str, code: int
+) -> None:
     blocks = [first, SIGHT.format(1), SIGHT.format(2), CODES.format(3, code, "P2", 1620), SIGHT.format(3)]
     with pytest.raises(InputError, match=f"'41 {code}, 42 P2, 43 1620'.* one station is allowed"):
         read(file, end.join(filter(None, blocks)))
@@ -223,7 +225,7 @@ def test_dashes_are_no_value(file: Path) -> None:
 
 
 def judged(file: Path, data: bytes) -> None:
-    """Whatever it is, it is read or refused in one short line; and so is the survey of it."""
+    """Whatever it is, it is read or rejected in one short line; and so is the survey of it."""
     said = ""
     try:
         survey(read(file, data))

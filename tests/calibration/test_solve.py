@@ -1,4 +1,4 @@
-"""Self-calibration: figures that it must reach, what it says of what it cannot see, and what it refuses."""
+"""Self-calibration: figures that it must reach, what it says of what it cannot see, and what it rejects."""
 
 from __future__ import annotations
 
@@ -251,7 +251,7 @@ def test_other_numbers_are_found(unknown: str) -> None:
 
 @pytest.mark.parametrize("name", ["cogiro", "jung2020"])
 def test_a_rigid_platform(name: str) -> None:
-    """Six freedoms on eight lines; exit points and home lengths unknown, platform points known."""
+    """Six degrees of freedom on eight lines; exit points and home lengths unknown, platform points known."""
     robot = load(name)
     made = simulate_calibration(robot, 30, 0.0, seed=3, guess=0.02)
     found = calibrate(robot, made.measured, rough=0.0)
@@ -341,7 +341,7 @@ def test_rough_dimensions_are_enough_in_95_of_100_layouts() -> None:
     assert sum(rough(seed) for seed in range(200)) >= 190
 
 
-def test_too_few_poses_are_refused() -> None:
+def test_too_few_poses_are_rejected() -> None:
     made = simulate_calibration(WANG, 11, 1e-4, seed=1)
     with pytest.raises(InputError, match="11 poses; at least 12 are required"):
         calibrate(WANG, made.measured)
@@ -354,26 +354,26 @@ def test_twelve_poses_leave_no_sigma() -> None:
     assert any("no measurement is left over" in note for note in found.notes)
 
 
-def test_identical_poses_are_refused() -> None:
+def test_identical_poses_are_rejected() -> None:
     made = simulate_calibration(WANG, 20, 1e-4, seed=1)
     same = Measured(np.tile(made.measured.counted[3], (40, 1)))
     with pytest.raises(InputError, match="only 1 of 40 poses"):
         calibrate(WANG, same)
 
 
-def test_as_many_lines_as_freedoms_calibrate_nothing() -> None:
+def test_as_many_lines_as_degrees_of_freedom_calibrate_nothing() -> None:
     three = WANG.model_copy(update={"lines": WANG.lines[:3]})
     with pytest.raises(InputError, match="nothing is left over"):
         calibrate(three, Measured(np.random.default_rng(0).uniform(-1, 1, (40, 3))))
 
 
-def test_a_plan_without_unknowns_is_refused() -> None:
+def test_a_plan_without_unknowns_is_rejected() -> None:
     made = simulate_calibration(WANG, 12, 1e-4, seed=2)
     with pytest.raises(InputError, match="unknowns: must name at least one number"):
         calibrate(WANG, made.measured, CalibrationPlan(unknowns=()))
 
 
-def test_a_datum_that_the_data_deny_is_refused() -> None:
+def test_a_datum_that_the_data_deny_is_rejected() -> None:
     made = simulate_calibration(WANG, 40, 1e-4, seed=2)
     moved = with_exits(WANG, TRUE + np.random.default_rng(0).uniform(-0.05, 0.05, (4, 3)))
     with pytest.raises(InputError, match="datum contradicts the data"):

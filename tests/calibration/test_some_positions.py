@@ -81,7 +81,7 @@ def test_two_positions_leave_a_turn_open() -> None:
         (["0,0,0,0,1,1,1,0,1,1"], "line 2: sigma_x: must be at least 1e-09"),
     ],
 )
-def test_blanks_that_say_nothing_are_refused(tmp_path: Path, rows: list[str], told: str) -> None:
+def test_blanks_that_say_nothing_are_rejected(tmp_path: Path, rows: list[str], told: str) -> None:
     file = tmp_path / "d.csv"
     file.write_text("\n".join(["dl_1,dl_2,dl_3,dl_4,x,y,z,sigma_x,sigma_y,sigma_z", *rows]) + "\n")
     with pytest.raises(InputError, match=told):

@@ -168,14 +168,14 @@ def test_poses_are_chosen_for_several_spans() -> None:
     ],
     ids=["pulleys", "aside", "platform sheaves", "aside of tilted axes"],
 )
-def test_lines_whose_length_changes_elsewhere_are_refused(robot: Robot, message: str) -> None:
+def test_lines_whose_length_changes_elsewhere_are_rejected(robot: Robot, message: str) -> None:
     with pytest.raises(InputError, match=message):
         simulate_calibration(robot, 20, 1e-4)
     with pytest.raises(InputError, match=message):
         calibrate(robot, Measured(np.zeros((40, robot.m)), np.zeros((40, robot.n))))
 
 
-def test_what_is_not_covered_is_refused() -> None:
+def test_what_is_not_covered_is_rejected() -> None:
     elastic = "calibration of lines that stretch: line 'A' has an advantage over 1; not supported"
     with pytest.raises(InputError, match=elastic):
         simulate_calibration(HANGPRINTER, 20, 1e-4, cable="elastic")

@@ -1,4 +1,4 @@
-"""Surveys: what a made-up surveyor measured is found again, with honest sigmas, and refused in one line."""
+"""Surveys: what a made-up surveyor measured is found again, with honest sigmas, and rejected in one line."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def test_the_order_of_shots_does_not_matter() -> None:
 
 
 def test_sigmas_are_honest() -> None:
-    """Over 200 surveys, errors over their sigmas: what chi-squared says, for exits jointly and for walls."""
+    """Over 200 surveys, errors over their sigmas: what chi-squared says, for exit points jointly and for walls."""
     where, exits, walls = site(), [], []
     true = [from_station(p, where) for line in range(1, 5) for p in (EXITS[line], (*EXITS[line][:2], 0.15))]
     for seed in range(200):
@@ -114,7 +114,7 @@ def test_sigmas_are_honest() -> None:
         east = next(wall for wall in found.walls if wall.name == "east")
         walls.append((east.distance - (EAST - where.station[0])) / east.distance_sigma)
         walls.append(math.atan2(east.normal[1], east.normal[0]) / east.angle_sigma)
-    # the mean of n chi-squared numbers with k freedoms is k +- sqrt(2 k / n)
+    # the mean of n chi-squared numbers with k degrees of freedom is k +- sqrt(2 k / n)
     assert np.mean(exits) == pytest.approx(24.0, abs=4 * math.sqrt(2 * 24 / 200))
     assert np.mean(np.square(walls)) == pytest.approx(1.0, abs=4 * math.sqrt(2 / 400))
 
@@ -289,7 +289,7 @@ def test_millimetres_are_asked_about() -> None:
         ({"exits": {}}, "did you mean 'exit'"),
     ],
 )
-def test_plans_that_are_refused(plan, says: str) -> None:
+def test_plans_that_are_rejected(plan, says: str) -> None:
     with pytest.raises(ValueError, match=says):
         SurveyPlan.model_validate({"schema": 1} | plan)
 
@@ -308,7 +308,7 @@ def test_plan_lines_must_be_lines() -> None:
         survey(exact(site()), plan)
 
 
-def test_the_robot_has_the_exits() -> None:
+def test_the_robot_has_the_exit_points() -> None:
     robot = load("merlet2023")
     found = survey(exact(site()), PLAN, robot=robot)
     made, notes = surveyed(robot, found)

@@ -1,4 +1,4 @@
-"""The public verbs of calibration: a robot or a model, options refused at once, results that tell themselves."""
+"""The public verbs of calibration: a robot or a model, options rejected at once, results that tell themselves."""
 
 from __future__ import annotations
 
@@ -121,6 +121,6 @@ def test_a_survey_tells_itself(kind: str) -> None:
     assert found.plot().axes
 
 
-def test_no_shots_are_refused() -> None:
+def test_no_shots_are_rejected() -> None:
     with pytest.raises(cw.InputError, match="nowhere"):
         cw.survey(cw.Shots((), (), "nowhere"))

@@ -69,7 +69,7 @@ def test_lengths_meet_at_their_pose_from_far_away(name: str) -> None:
 
 @pytest.mark.parametrize("offset", [-0.02, 0.02, 0.05])
 @pytest.mark.parametrize("line", range(8))
-def test_a_wrong_line_of_eight_is_refused_by_the_lengths_or_by_the_tensions(line: int, offset: float) -> None:
+def test_a_wrong_line_of_eight_is_rejected_by_the_lengths_or_by_the_tensions(line: int, offset: float) -> None:
     for name in ("cogiro", "ipanema"):
         found = held(name)
         lengths = found.lengths.copy()

@@ -41,7 +41,7 @@ def test_a_jump_is_named_by_its_direction(jump: float, says: Condition) -> None:
 
 @pytest.mark.parametrize("jump", [-1.0, -5.0, 7200.0])
 def test_a_reading_of_before_a_jump_that_is_repeated_is_never_new(jump: float) -> None:
-    """A clear light barrier that a frozen sensor repeats is not measured anew by the clock's being set."""
+    """A clear light barrier that a frozen sensor repeats is not measured again by the clock's being set."""
     clock, times = FrameClock(PERIOD, 0.0), ReadingTimes()
     frozen = Barrier(1.0 - 1.01 * PERIOD, broken=False)
     told = []

@@ -262,7 +262,7 @@ def test_a_step_takes_microseconds() -> None:
     assert (time.perf_counter() - began) / 2000 < 2e-3
 
 
-def test_limits_that_limit_nothing_are_refused() -> None:
+def test_limits_that_limit_nothing_are_rejected() -> None:
     with pytest.raises(InputError, match="over 0"):
         GuardSettings(np.array([300.0, 0.0]))
     with pytest.raises(InputError, match="encoders = -1"):

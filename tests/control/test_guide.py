@@ -96,7 +96,7 @@ def test_the_first_layers_alone() -> None:
 
 
 @pytest.mark.parametrize("layers", [0, -1, 3])
-def test_layers_that_are_not_there_are_refused(layers: int) -> None:
+def test_layers_that_are_not_there_are_rejected(layers: int) -> None:
     with pytest.raises(InputError, match=rf"layers = {layers}: must be 1 to 2"):
         TimedPath.of(JOB, layers)
 

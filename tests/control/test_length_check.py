@@ -7,9 +7,9 @@ from functools import cache
 import numpy as np
 import pytest
 
+from cablewright.control.faulty_line import sentence
 from cablewright.control.force_balance import balance
 from cablewright.control.length_check import check_lengths, lengths_at
-from cablewright.control.three_poses import sentence
 from cablewright.models.statics import Model
 from cablewright.robot import load
 from cablewright.solvers.inverse import solve_inverse

@@ -101,7 +101,7 @@ def test_a_jog_ends_when_nobody_repeats_it() -> None:
         (Order(OrderKind.PARK), ""),
     ],
 )
-def test_what_cannot_be_obeyed_is_refused(order: Order, says: str) -> None:
+def test_what_cannot_be_obeyed_is_rejected(order: Order, says: str) -> None:
     assert says in manual.refusal(LIMITS, order, 0.0)
     assert bool(manual.refusal(LIMITS, order, 0.0)) == bool(says)
 
@@ -188,7 +188,7 @@ def test_a_platform_that_lags_its_target_settles_at_the_place_it_was_sent_to() -
     assert found.failure == "the platform stands 0.42 mm off its goal: it has not come nearer in 10 s"
 
 
-def test_a_goal_ordered_anew_is_waited_for_anew() -> None:
+def test_a_goal_ordered_again_is_waited_for_again() -> None:
     settings, state, now = ManualSettings((-1.0, -1.0, 0.0), (1.0, 1.0, 2.0), 0.5, 0.2), ManualState(), 0.0
     place, order = np.array([0.1, 0.0, 1.0]), Order(OrderKind.GO_TO, "anna", 0.0, {"position": (0.1, 0.0, 1.0)})
     waited = []

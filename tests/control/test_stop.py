@@ -63,6 +63,6 @@ def test_without_brakes_it_ends_held() -> None:
     assert stop.at_rest(SETTINGS)
 
 
-def test_times_that_are_none_are_refused() -> None:
+def test_times_that_are_none_are_rejected() -> None:
     with pytest.raises(InputError, match="ramp_time = 0"):
         StopSettings(ramp_time=0.0)

@@ -135,7 +135,7 @@ def test_height_follows_the_structure_no_faster_than_allowed() -> None:
     assert height.step(given, 0.3, float("nan"), DT) == 0.3
 
 
-def test_what_is_no_controller_is_refused() -> None:
+def test_what_is_no_controller_is_rejected() -> None:
     with pytest.raises(UnknownName, match="law"):
         settings(law="magic")
     with pytest.raises(InputError, match="gain = -1"):

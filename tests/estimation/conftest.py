@@ -10,7 +10,7 @@ from cablewright.estimation import started_filter
 from cablewright.estimation.kalman.state import FilterState
 from cablewright.live.estimator_settings import started_settings
 from cablewright.robot import load
-from observed import drive
+from observer_runs import drive
 from twins import SETTINGS
 
 

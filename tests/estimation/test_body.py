@@ -10,7 +10,7 @@ import pytest
 from tests.bodies import COIL, HELD, BodyPlant, Errors, told
 
 from cablewright.estimation.body import filter as of_body
-from cablewright.estimation.body.broken import hanging_without
+from cablewright.estimation.body.broken_line import hanging_without
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.state import BodyState, start
 from cablewright.estimation.drum_clock import ClockLeadSettings

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cablewright.estimation.chain import drum_radius
-from cablewright.estimation.chain.drum_radius import RadiusSettings
+from cablewright.estimation.merlet2023 import drum_radius
+from cablewright.estimation.merlet2023.drum_radius import RadiusSettings
 from cablewright.foundation.errors import InputError
 from cablewright.models.coil import wind
 
@@ -87,7 +87,7 @@ def test_after_unhooking_the_next_state_only_begins() -> None:
     assert np.array_equal(off.radii, state.radii)
 
 
-def test_radii_out_of_range_are_refused() -> None:
+def test_radii_out_of_range_are_rejected() -> None:
     with pytest.raises(InputError, match="nominal"):
         RadiusSettings((0.2,), 0.04, 0.075)
     with pytest.raises(InputError, match="min_radius"):

@@ -40,7 +40,7 @@ from cablewright.live.error_statistics import CHI2_95, bound
 from cablewright.live.estimator_settings import started_settings
 from cablewright.machine.simulated.severities import with_severity
 from cablewright.robot import load
-from observed import broken, drive, errors, observe
+from observer_runs import broken, drive, errors, observe
 from twins import SETTINGS, TWIN, changed, machine
 
 ROBOT = load("merlet2023")
@@ -139,7 +139,7 @@ def walls(state: FilterState, scan: Scan) -> dict[tuple[int, int], tuple[lidar_u
 
 @pytest.mark.parametrize("source", ["north", "south"])
 def test_derivatives_of_walls_are_those_of_differences(whole: Any, later: FilterState, source: str) -> None:
-    """The lines are found anew in a turn whose rays the changed state brings elsewhere."""
+    """The lines are found again in a turn whose rays the changed state brings elsewhere."""
     scan = next(scan for frame, _ in whole[700:900] for scan in frame.of(Scan) if scan.source == source)
     lay, base = later.layout, walls(later, scan)
     parts = [
@@ -293,7 +293,7 @@ def test_a_clock_that_jumps_back_is_named_and_survived(whole: Any) -> None:
 
 
 def test_ground_that_was_seen_is_forgotten_where_the_clock_is_set_back(later: FilterState) -> None:
-    """Nobody knows what was laid since. Where the position is found anew it stays: the floor was in sight."""
+    """Nobody knows what was laid since. Where the position is found again it stays: the floor was in sight."""
     state, here = copy.deepcopy(later), later.motion.position[None, :2]
     state.built.ground_map.write(here, np.array([0.1]))
     first = FirstState(
@@ -384,7 +384,7 @@ def test_the_layout_has_room_for_all() -> None:
     assert [part.stop for part in parts] == [part.start for part in parts[1:]] + [lay.size]
 
 
-def test_what_is_no_standard_deviation_is_refused() -> None:
+def test_what_is_no_standard_deviation_is_rejected() -> None:
     with pytest.raises(InputError, match="travel_noise"):
         FilterSettings(KNOWN.machine, travel_noise=0.0)
 

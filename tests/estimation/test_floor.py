@@ -11,7 +11,7 @@ import pytest
 
 from cablewright.estimation.kalman.ground_map import GroundMap
 from cablewright.estimation.kalman.state import FilterState, inflate_position
-from cablewright.estimation.kalman.vertical_turn import level_sigma
+from cablewright.estimation.kalman.vertical_scan import level_sigma
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.signals import Command, Estimate, Truth
 from cablewright.live.estimator_settings import OBSERVERS

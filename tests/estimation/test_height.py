@@ -122,6 +122,6 @@ def test_noise_does_not_make_the_floor_lower(sigma: float) -> None:
     assert np.mean(bare) - 1.2 > 1.5 * sigma
 
 
-def test_a_line_through_one_point_is_refused() -> None:
+def test_a_line_through_one_point_is_rejected() -> None:
     with pytest.raises(InputError, match="lowest_points = 1"):
         HeightSettings(PLACE, AXES, lowest_points=1)

@@ -14,9 +14,9 @@ import cablewright
 from cablewright.estimation.lidar.wall_lines import LidarTurn
 from cablewright.foundation.signals import Command, Estimate, Scan
 from cablewright.live.estimators import estimator
-from cablewright.live.prints.attendant import Attendant
 from cablewright.live.prints.loop import Printer
 from cablewright.live.prints.plan import PrintOptions, plan_print, twin_of
+from cablewright.live.prints.simulated_operator import Attendant
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.numeric_path import Helix

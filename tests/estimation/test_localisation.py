@@ -84,7 +84,8 @@ def test_walls_are_where_they_are(seed: int) -> None:
 
 
 def test_covariance_of_a_line_is_honest() -> None:
-    """Over 300 scans, the squared error of angle and distance over their covariance: chi-squared with 2 freedoms."""
+    """Over 300 scans, the squared error of angle and distance over their covariance: chi-squared with 2 degrees of
+    freedom."""
     pose, squares = (0.4, 0.3, 0.2), []
     for seed in range(300):
         lines = seen(*scan(ROOM, pose, np.random.default_rng(seed)))
@@ -223,7 +224,7 @@ def test_any_room_gives_an_answer(seed: int, jump: float, rank: str) -> None:
 
 
 def test_place_is_found_and_its_covariance_is_honest() -> None:
-    """60 random poses, two biased lidars, outliers: within 2 mm always; chi-squared with 3 freedoms."""
+    """60 random poses, two biased lidars, outliers: within 2 mm always; chi-squared with 3 degrees of freedom."""
     squares, worst = [], 0.0
     for seed in range(60):
         rng, pose = np.random.default_rng(seed), pose_of(seed)
@@ -497,10 +498,10 @@ def test_a_turn_on_the_way_is_straightened() -> None:
     assert np.abs(skewed.position - end[:2]).max() > 0.01
 
 
-# Refusals
+# Rejections
 
 
-def test_refusals() -> None:
+def test_rejections() -> None:
     a, r = scan(ROOM, (0, 0, 0), np.random.default_rng(0))
     with pytest.raises(InputError, match="lidar 1: must be from 0 to 0"):
         step(WallSettings(KNOWN), start(), turn_of(LidarModel(), 1, SEARCH, a, r))

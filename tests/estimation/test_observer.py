@@ -12,15 +12,15 @@ import numpy as np
 import pytest
 
 import cablewright.estimation
-from cablewright.estimation.chain import observer
 from cablewright.estimation.lidar.room import Laser
+from cablewright.estimation.merlet2023 import observer
 from cablewright.estimation.time_buffer import TimeBuffer
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import Command, Encoders, Estimate, Inertial, LineAngles, Scan, SensorFrame
 from cablewright.live.estimator_settings import observer_settings, surveyed_walls
 from cablewright.machine.sensors.lidars import LidarSettings
 from cablewright.robot import load
-from observed import broken, drive, errors, observe
+from observer_runs import broken, drive, errors, observe
 from twins import SETTINGS, TWIN, changed, machine
 
 ROBOT = load("merlet2023")
@@ -215,7 +215,7 @@ def test_walls_of_a_room_are_its_faces_put_together() -> None:
     assert found == {"west": ((-1.0, 0.0), 2.5), "north": ((0.0, 1.0), 5.0), "east": ((1.0, 0.0), 2.5)}
 
 
-def test_machines_that_cannot_be_observed_are_refused() -> None:
+def test_machines_that_cannot_be_observed_are_rejected() -> None:
     blind = SETTINGS.model_copy(update={"lidars": {}})
     with pytest.raises(InputError, match="horizontal lidar"):
         observer_settings(ROBOT, blind)
@@ -240,7 +240,7 @@ def test_nothing_is_kept_without_end() -> None:
     for k in range(1000):
         trail.add(float(k), [2.0 * k if k < 999 else 0.0])
     trail.add(5.0, [0.0])  # from before: left out
-    trail.add(999.0, [1998.0])  # anew
+    trail.add(999.0, [1998.0])  # again
     assert len(trail) <= 20
     assert trail.at([998.5, 2000.0]).tolist() == [[1997.0], [1998.0]]
 

@@ -14,14 +14,14 @@ from cablewright.live.estimator_settings import OBSERVERS
 from cablewright.machine.simulated.settings import TwinSettings
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.robot import load
-from observed import drive, errors, observe
+from observer_runs import drive, errors, observe
 from twins import SETTINGS, TWIN, changed, machine
 
 ROBOT = load("merlet2023")
 
 
 def at_odd_rates() -> TwinSettings:
-    """Each a whole number of steps, else the machine refuses it; none divides another."""
+    """Each a whole number of steps, else the machine rejects it; none divides another."""
     turns = {"north": 0.93, "south": 0.57, "vertical": 1.31}
     lidars = {name: lidar.model_copy(update={"turn": turns[name]}) for name, lidar in SETTINGS.lidars.items()}
     rates = {"inertial": 0.03, "line_angles": 0.31, "distance": 1.43, "encoders": 0.07}
@@ -77,7 +77,7 @@ def test_the_chain_keeps_what_parallel_walls_do_not_tell() -> None:
     assert np.abs(off[:, 1]).max() < 0.06
 
 
-def test_a_rate_that_no_step_meets_is_refused() -> None:
+def test_a_rate_that_no_step_meets_is_rejected() -> None:
     with pytest.raises(
         InputError, match=r"^inertial\.rate = 37 Hz: .* no whole number of the machine's steps, 0\.01 s"
     ):

@@ -78,7 +78,7 @@ def test_forces_of_a_share_change_with_the_weight_as_is_said(place: tuple[float,
     assert np.abs(unsure).max() > 1.0
 
 
-def test_no_forces_hold_a_drum_outside_its_exits() -> None:
+def test_no_forces_hold_a_drum_outside_its_exit_points() -> None:
     assert balanced(SENSORS, taut_at(MODEL, np.array([6.0, 0.0, 1.0])), WEIGHT, 1.0) is None
 
 
@@ -100,7 +100,7 @@ def test_three_lines_have_one_balance_and_five_none() -> None:
         every = (*ROBOT.lines, ROBOT.lines[0].model_copy(update={"name": "fifth"}))
         return Model(with_drum_mass(ROBOT, SETTINGS).model_copy(update={"lines": every[:lines]}))
 
-    where = np.array([1.2, -2.0, 1.0])  # between the first three exits
+    where = np.array([1.2, -2.0, 1.0])  # between the first three exit points
     for lines in (3, 5):
         model = robot_of(lines)
         sensors, taut = dataclasses.replace(SENSORS, model=model), taut_at(model, where)

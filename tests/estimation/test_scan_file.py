@@ -1,4 +1,4 @@
-"""Files of scans: every way to write one gives the same points, and whatever else is refused in one line."""
+"""Files of scans: every way to write one gives the same points, and whatever else is rejected in one line."""
 
 from __future__ import annotations
 
@@ -195,7 +195,7 @@ def test_of_several_scans_the_first_is_read_and_told(folder: Path) -> None:
         ('[{"x": 1}, {"y": 2}]', "json", {}, "columns x,y or angle,distance are expected"),
     ],
 )
-def test_what_is_refused(folder: Path, content: str | bytes, suffix: str, how: dict, says: str) -> None:
+def test_what_is_rejected(folder: Path, content: str | bytes, suffix: str, how: dict, says: str) -> None:
     with pytest.raises(InputError) as error:
         read(folder, content, suffix, **how)
     assert says in str(error.value)

@@ -115,7 +115,7 @@ def test_readings_that_are_not_new_change_nothing() -> None:
     assert steps(noisy(1, 0.2), state, 0.02) is state
 
 
-def test_what_cannot_be_told_is_refused() -> None:
+def test_what_cannot_be_told_is_rejected() -> None:
     with pytest.raises(InputError, match="without weight"):
         SlacknessSettings(Model(MODEL.robot, Fidelity.of("elastic", None)))
     with pytest.raises(InputError, match="smoothing_time"):

@@ -99,7 +99,7 @@ def test_an_axis_that_is_stuck_is_named_after_a_second_and_a_bounce_is_not() -> 
     assert sum(named) == pytest.approx(50, abs=1)
 
 
-def test_times_that_are_none_are_refused() -> None:
+def test_times_that_are_none_are_rejected() -> None:
     with pytest.raises(InputError, match="gravity_time = 0"):
         TiltSettings(gravity_time=0.0)
 

@@ -53,7 +53,7 @@ def test_noise_by_range(growth: float) -> None:
 
 
 def test_covariance_of_walls_is_honest_where_noise_grows() -> None:
-    """Over 200 scans, squared errors over their covariance: chi-squared with 2 freedoms, on average 2."""
+    """Over 200 scans, squared errors over their covariance: chi-squared with 2 degrees of freedom, on average 2."""
     squares = []
     for seed in range(200):
         rng = np.random.default_rng(seed)

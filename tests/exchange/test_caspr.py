@@ -1,4 +1,4 @@
-"""CASPR models: bodies and cables, what is carried and what is refused."""
+"""CASPR models: bodies and cables, what is carried and what is rejected."""
 
 from __future__ import annotations
 

@@ -73,7 +73,7 @@ def told_in(path: Path) -> str:
 
 @pytest.mark.parametrize("name", [*library_names(), *LAYOUTS, *SAMPLES])
 def test_every_format(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """What is lost and assumed is in the answer and in each text; a refusal is one line with what to change."""
+    """What is lost and assumed is in the answer and in each text; a rejection is one line with what to change."""
     robot = robot_of(name, tmp_path)
     part = part_of(robot, tmp_path)
     for kind in ("wirex", "mjcf", "urdf", "stl", "glb", *FIRMWARE):
@@ -162,7 +162,7 @@ def test_a_small_jump_of_a_slack_line_is_noted(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("other", ["counterweight", "shared_winch"])
-def test_a_line_without_a_winch_of_its_own_is_refused(other: str, tmp_path: Path) -> None:
+def test_a_line_without_a_winch_of_its_own_is_rejected(other: str, tmp_path: Path) -> None:
     table = load("hangprinter-v4").model_dump(by_alias=True)
     first, *rest = table["lines"]
     given = {"counterweight": 0.5, "winch": {}}

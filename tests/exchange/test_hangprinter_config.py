@@ -143,7 +143,7 @@ def test_own_build_up_is_kept_where_it_is_as_good(tmp_path: Path) -> None:
     assert config.words["M666R"] == pytest.approx([1e3 * line.winch.drum_radius for line in robot.lines], rel=1e-14)
 
 
-def test_a_job_too_large_is_refused(tmp_path: Path) -> None:
+def test_a_job_too_large_is_rejected(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"nozzle is 0\.2.* mm off .*, over 0\.2 mm: give build_up .*export klipper"):
         exported(tmp_path, load("hangprinter-v4"), 360)
 

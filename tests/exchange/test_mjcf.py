@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from boards import board
 from cablewright.exchange.mjcf import mjcf
 from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.live.rest_pose import rest_pose
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot, library_names, load
 from cablewright.solvers.inverse import solve_inverse
+from planar_robots import board
 
 WHEEL = {"centre": (0.4, 0.0, 6.5), "axis": (-0.2, 0.6, 0.4), "radius": 0.1}
 
@@ -166,7 +166,7 @@ def test_motors_pull() -> None:
     assert np.abs(data.qacc).max() < 1e-6
 
 
-def test_refusals() -> None:
+def test_rejections() -> None:
     robot = load("merlet2023")
     with pytest.raises(InputError, match="tendons do not stretch"):
         mjcf(solve_inverse(Model.of(robot), [0.0, 0.0, 1.0]))

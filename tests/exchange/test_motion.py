@@ -181,7 +181,7 @@ def test_layers_of_cable_turn_more(house: tuple[Robot, Job, MachineSettings]) ->
     assert any("one layer of cable" in each for each in bare.assumed)
 
 
-def test_refusals(house: tuple[Robot, Job, MachineSettings], tmp_path: Path) -> None:
+def test_rejections(house: tuple[Robot, Job, MachineSettings], tmp_path: Path) -> None:
     robot, job, machine = house
     with pytest.raises(InputError, match=r"layers 4 to 900: this part has 1 to"):
         firmware("klipper", robot, job, machine=machine, layers=(4, 900))

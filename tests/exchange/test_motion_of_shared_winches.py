@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-import driven
+import shared_winch_robots
 from cablewright.exchange.firmware import firmware
 from cablewright.exchange.motion.klipper import LETTERS as KLIPPER
 from cablewright.exchange.motion.linuxcnc import LETTERS as LINUXCNC
@@ -24,7 +24,7 @@ RING = Job.model_validate({
 })  # fmt: skip
 
 
-@pytest.mark.parametrize("robot", [driven.hoist(), driven.pairs()], ids=["hoist", "pairs"])
+@pytest.mark.parametrize("robot", [shared_winch_robots.hoist(), shared_winch_robots.pairs()], ids=["hoist", "pairs"])
 @pytest.mark.parametrize(
     ("kind", "file", "letters"), [("klipper", "job.gcode", KLIPPER), ("linuxcnc", "job.ngc", LINUXCNC)]
 )

@@ -56,7 +56,7 @@ def test_wirex(name: str) -> None:
     assert [chain.attrib["id"] for chain in chains] == [line.name for line in robot.lines]
     at = rest_pose(Model.of(robot, cable="rigid")).equilibrium
     bare = [line.model_copy(update={"winch_exit": None, "guides": (), "dead_length": 0.0}) for line in robot.lines]
-    lengths = at.lengths  # of fewer lines than freedoms, which have no winch exit
+    lengths = at.lengths  # of fewer lines than degrees of freedom, which have no winch exit
     if robot.m >= robot.n:
         lengths = cw.inverse(robot.model_copy(update={"lines": tuple(bare)}), at.pose, cable="rigid").lengths
     turn = np.eye(3) if robot.n == 3 else rotation(at.pose[3:])

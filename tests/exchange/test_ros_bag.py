@@ -148,7 +148,7 @@ def test_a_real_machines_log_has_the_estimate_its_covariance_and_the_time_of_day
     assert len(strips[-1].points) > 10
 
 
-def test_times_that_ros_does_not_have_are_refused(tmp_path) -> None:
+def test_times_that_ros_does_not_have_are_rejected(tmp_path) -> None:
     _logged(tmp_path / "late.mcap", datetime(2040, 1, 1, tzinfo=UTC), np.zeros((9, 9)))
     with pytest.raises(InputError, match="from 1970 to 2038"):
         ros_bag(load("merlet2023"), tmp_path / "late.mcap", tmp_path / "bag")

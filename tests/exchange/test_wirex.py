@@ -108,7 +108,8 @@ def refusal_of(robot: Robot) -> str:
 
 @pytest.mark.parametrize("name", library_names())
 def test_library_robots(name: str, tmp_path: Path) -> None:
-    """What the format can describe comes back with the same geometry and the same cable; else it is refused by name."""
+    """What the format can describe comes back with the same geometry and the same cable; else it is rejected by
+    name."""
     robot = load(name)
     if refused := refusal_of(robot):
         with pytest.raises(InputError, match=refused):
@@ -239,6 +240,6 @@ def test_large_files_are_not_read(tmp_path: Path) -> None:
         read_wirex(path)
 
 
-def test_many_elements_are_refused(tmp_path: Path) -> None:
+def test_many_elements_are_rejected(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="more than 20000 elements"):
         read(tmp_path, "<models version='0.32'>" + "<a/>" * 30_000 + "</models>")

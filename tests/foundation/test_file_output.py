@@ -117,7 +117,7 @@ def test_a_growing_file_is_not_opened_through_a_link(folder: Path, precious: Pat
     assert precious.read_text() == "years of work"
 
 
-def test_a_growing_file_begins_anew(folder: Path) -> None:
+def test_a_growing_file_begins_again(folder: Path) -> None:
     (folder / "log").write_bytes(b"old, and longer")
     with open_no_link(folder / "log") as file:
         file.write(b"new")

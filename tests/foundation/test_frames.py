@@ -41,7 +41,7 @@ def test_a_grid_of_places_is_a_data_set() -> None:
     assert int(inside.to_xarray()["inside"].sum()) == inside.counted
 
 
-def test_places_that_fill_no_grid_are_refused() -> None:
+def test_places_that_fill_no_grid_are_rejected() -> None:
     with pytest.raises(cw.InputError, match="fill no grid"):
         cw.inverse(ROBOT, GRID[:5]).to_xarray()
     with pytest.raises(cw.InputError, match="not of places"):

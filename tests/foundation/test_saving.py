@@ -1,4 +1,4 @@
-"""Plain data is saved and loaded by one walk; what other versions saved is refused, or begins anew."""
+"""Plain data is saved and loaded by one walk; what other versions saved is rejected, or begins again."""
 
 from __future__ import annotations
 
@@ -167,14 +167,14 @@ def test_state_without_saved_attributes_is_a_mistake() -> None:
 
 
 @pytest.mark.parametrize("layout", [1, 99])
-def test_state_of_another_layout_is_refused_by_its_number(layout: int) -> None:
+def test_state_of_another_layout_is_rejected_by_its_number(layout: int) -> None:
     snapshot = save(used())
     snapshot.values["layout"] = layout
     with pytest.raises(InputError, match=f"layout is {layout}, .* this one: {LAYOUT}"):
         load(Whole(), snapshot)
 
 
-def test_a_machine_of_the_first_layout_is_refused() -> None:
+def test_a_machine_of_the_first_layout_is_rejected() -> None:
     old = read_snapshots(EARLIER / "print_checkpoint.bin")["machine"]
     new = machine().snapshot()
     given = Snapshot(old.values | {"machine": new.values["machine"]}, old.arrays)

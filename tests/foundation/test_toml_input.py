@@ -1,4 +1,4 @@
-"""Reading a stranger's TOML: capped, quick whatever it holds, refused in one line."""
+"""Reading a stranger's TOML: capped, quick whatever it holds, rejected in one line."""
 
 import contextlib
 import os
@@ -37,7 +37,7 @@ def test_table_and_text(tmp_path):
         (b"x = 1\nx = 2", "not TOML: "),
     ],
 )
-def test_refused(data, reason, tmp_path):
+def test_rejected(data, reason, tmp_path):
     file = tmp_path / "a.toml"
     file.write_bytes(data)
     with pytest.raises(InputError) as caught:
@@ -104,7 +104,7 @@ def test_nesting_behind_a_string_that_ends_in_quotes_is_seen(end):
         "a." * (MAX_BYTES // 2),
     ],
 )
-def test_hostile_texts_are_refused_quickly(text):
+def test_hostile_texts_are_rejected_quickly(text):
     begin = time.perf_counter()
     with pytest.raises(InputError):
         parse_table(text, "t")

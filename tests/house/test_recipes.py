@@ -79,7 +79,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from cablewright.exchange.completion import chosen_cable, frame_of
+from cablewright.exchange.assumed_values import chosen_cable, frame_of
 from cablewright.exchange.translation import ImportedRobot, Mapped
 from cablewright.robot import Robot
 from cablewright.foundation.toml_input import read_bytes
@@ -234,8 +234,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from cablewright.estimation.chain import observer
-from cablewright.estimation.chain.state import ObserverSettings, ObserverState
+from cablewright.estimation.merlet2023 import observer
+from cablewright.estimation.merlet2023.state import ObserverSettings, ObserverState
 from cablewright.foundation.signals import Estimate, SensorFrame
 
 

@@ -1,6 +1,6 @@
 """The kernels' disk cache: never a stale number, and nothing that a kill, a fault or a stranger can break.
 
-Some tests compile a kernel of the package anew, into a folder of their own. The others need sources to edit: a small
+Some tests compile a kernel of the package again, into a folder of their own. The others need sources to edit: a small
 package of the same name, with the same `kernels/__init__.py` and `cache.py`, and processes of their own.
 """
 
@@ -86,7 +86,7 @@ def renamed(whole: bytes) -> bytes:
         renamed,
     ],
 )
-def test_a_damaged_entry_is_compiled_anew_and_overwritten(folder: Path, caplog, damage) -> None:
+def test_a_damaged_entry_is_compiled_again_and_overwritten(folder: Path, caplog, damage) -> None:
     fresh()(POSE)
     (file,) = entries(folder)
     file.write_bytes(damage(file.read_bytes()))
@@ -158,7 +158,7 @@ def test_without_a_folder_that_is_safe_and_writable_one_line_is_said(
     assert sum(map(hits, kernel)) == 0
     assert not is_compiled(fresh(), POSE)
     (said,) = caplog.messages
-    assert "compiled anew in each process" in said
+    assert "compiled again in each process" in said
     assert not entries(folder)
 
 
@@ -272,14 +272,14 @@ def test_an_address_of_a_process_is_not_kept(tree: Path) -> None:
 @posix
 def test_no_folder_for_many_kernels_is_one_line_on_stderr(tree: Path) -> None:
     (tree / "file").touch()
-    said = "kernels are compiled anew in each process"
+    said = "kernels are compiled again in each process"
     assert ended(start(tree, DOUBLE, folder="file"), said) == "2.0 0"
 
 
 @posix
 def test_a_full_disk_is_one_line_on_stderr_and_leaves_nothing(tree: Path) -> None:
     full = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096));"
-    assert ended(start(tree, full + DOUBLE), "kernels are compiled anew in each process") == "2.0 0"
+    assert ended(start(tree, full + DOUBLE), "kernels are compiled again in each process") == "2.0 0"
     assert not entries(tree / "cache")
 
 

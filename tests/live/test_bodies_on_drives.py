@@ -14,9 +14,9 @@ from cablewright.live.drives import actions
 from cablewright.live.drives.printing import print_on_drives
 from cablewright.live.estimators import estimator
 from cablewright.live.prints import loop
-from cablewright.live.prints.attendant import Attendant
 from cablewright.live.prints.limits import planned
 from cablewright.live.prints.loop import Printer, Step
+from cablewright.live.prints.simulated_operator import Attendant
 from cablewright.live.rest_pose import rest_pose
 from cablewright.live.serve.station import DriveStation
 from cablewright.machine.drives.drive_machine import DriveMachine
@@ -29,7 +29,7 @@ from cablewright.printing.job import Job, Motion
 from cablewright.printing.numeric_path import Helix
 from cablewright.robot import load
 from ring_of_drives import missing, ring_of_drives, twin
-from typing_person import WORDS, Typist
+from terminal_user import WORDS, Typist
 from virtual_drives import RING_BEGIN, Bench, bench, true_poses
 
 ROBOT = "ipanema"

@@ -77,7 +77,7 @@ def test_a_machine_is_held_in_its_place() -> None:
     assert found.distance < 1e-2
 
 
-def test_what_cannot_be_driven_is_refused() -> None:
+def test_what_cannot_be_driven_is_rejected() -> None:
     twin = machine(plant="quasi-static")
     with pytest.raises(InputError, match="duration = 0 s"):
         drive(twin, None, 0.0)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import driven
+import shared_winch_robots
 from cablewright.foundation.signals import OrderKind, PrintState
 from cablewright.live.drives import actions
 from cablewright.live.serve.station import resting_pose
@@ -25,7 +25,9 @@ JOB = Job(
     helix=Helix(radius=0.05, layers=1, layer_height=0.001, first_height=0.7),
     motion=Motion(print_speed=0.1, travel_speed=0.1, acceleration=0.2),
 )
-ROBOTS = pytest.mark.parametrize("robot", [driven.hoist(), driven.pairs()], ids=["hoist", "pairs"])
+ROBOTS = pytest.mark.parametrize(
+    "robot", [shared_winch_robots.hoist(), shared_winch_robots.pairs()], ids=["hoist", "pairs"]
+)
 
 
 def made(robot: Robot, place: tuple[float, ...] = (0.05, 0.0, 0.7), **changes: float) -> Bench:
@@ -48,7 +50,7 @@ def test_a_print_on_drives_is_that_of_the_plant_itself_to_the_encoders_resolutio
     plant = SimulatedMachine(robot, wired, pose_of(made(robot)), seed=0)
     here = true_poses(JOB, plant, plant, on)
     winch = on.twin.owner.winch
-    resolution = driven.WINCH["drum_radius"] * 2.0 * np.pi / (winch.counts * winch.ratio)  # m of cable
+    resolution = shared_winch_robots.WINCH["drum_radius"] * 2.0 * np.pi / (winch.counts * winch.ratio)  # m of cable
     assert len(here) == len(there) > 20
     assert np.abs(here - there)[:, :3].max() < resolution
 
@@ -74,7 +76,7 @@ def test_it_is_homed_at_a_measured_place_and_sent_to_another(robot: Robot, tmp_p
 
 
 def test_a_drum_that_was_turned_by_hand_is_named_beside_a_counterweight(tmp_path: Path) -> None:
-    robot = driven.crane()
+    robot = shared_winch_robots.crane()
     found = made(robot)
     for turned in (0.0, 0.02):
         found.rig.turn_by_hand("d", turned)
@@ -85,7 +87,7 @@ def test_a_drum_that_was_turned_by_hand_is_named_beside_a_counterweight(tmp_path
 
 
 def test_one_drum_is_turned_by_hand_for_both_its_lines_and_slack_of_both_is_taken_up(tmp_path: Path) -> None:
-    robot = driven.pairs()
+    robot = shared_winch_robots.pairs()
     found, times = made(robot), [0]
     before = found.rig.plant.truth.lengths
 
@@ -104,7 +106,7 @@ def test_one_drum_is_turned_by_hand_for_both_its_lines_and_slack_of_both_is_take
     assert np.abs(np.delete(paid, [2, 3])).max() < 2e-4
     taken = actions.tension(robot, found.twin.owner, tmp_path / "machine", lambda: found.port)
     assert taken.status == "done", taken.reason
-    truth, arms = found.rig.plant.truth, driven.WINCH["drum_radius"]
+    truth, arms = found.rig.plant.truth, shared_winch_robots.WINCH["drum_radius"]
     sums = truth.tensions.reshape(3, 2).sum(axis=1) * truth.radii[::2]
     shown = np.array([each.tension for each in taken.drives])  # of one cable, at the smallest radius
     np.testing.assert_allclose(2.0 * arms * shown, sums, rtol=0.05, atol=0.05)

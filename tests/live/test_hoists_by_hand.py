@@ -7,15 +7,15 @@ import json
 import numpy as np
 import pytest
 
-import driven
+import shared_winch_robots
 from cablewright.foundation.signals import Order, OrderKind, PrintState
 from cablewright.live.serve.station import SimulatedStation, resting_pose
-from cablewright.live.serve.telling import told_sitting
+from cablewright.live.serve.status import told_sitting
 from cablewright.machine.simulated.machine_file import built_machine
 from cablewright.robot import Robot
 
 
-@pytest.mark.parametrize("robot", [driven.hoist(), driven.pairs()], ids=["hoist", "pairs"])
+@pytest.mark.parametrize("robot", [shared_winch_robots.hoist(), shared_winch_robots.pairs()], ids=["hoist", "pairs"])
 def test_a_jog_moves_the_platform_by_orders_to_its_winches(robot: Robot) -> None:
     place = np.array([0.0, 0.1, 0.8])
     station = SimulatedStation(robot, built_machine(robot)[0], 0, resting_pose(robot, place))

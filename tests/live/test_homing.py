@@ -1,4 +1,4 @@
-"""Homing on virtual drives: lengths that are right pass, wrong ones are refused, with the line as far as it shows."""
+"""Homing on virtual drives: lengths that are right pass, wrong ones are rejected, with the line as far as it shows."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def test_a_place_that_was_typed_wrong_is_not_believed(way: tuple[float, ...], tm
     assert not (tmp_path / "machine.lengths.json").exists()
 
 
-def test_a_place_outside_the_frame_is_refused_before_the_bus_is_opened(tmp_path: Path) -> None:
+def test_a_place_outside_the_frame_is_rejected_before_the_bus_is_opened(tmp_path: Path) -> None:
     found = bench()
     for place, says in (((700.0, -500.0, 1000.0), "x = 700 m"), ((0.7, -0.5, -3.0), "z = -3 m")):
         with pytest.raises(InputError, match=f"place: {says}: is outside the frame of merlet2023"):
@@ -109,7 +109,7 @@ def test_a_place_outside_the_frame_is_refused_before_the_bus_is_opened(tmp_path:
     assert found.rig.now == 0.0
 
 
-def test_lengths_that_fit_together_elsewhere_are_refused_by_the_tensions(tmp_path: Path) -> None:
+def test_lengths_that_fit_together_elsewhere_are_rejected_by_the_tensions(tmp_path: Path) -> None:
     """All drums were turned without power, and all lines are taut: no misfit, but another pull."""
     home(bench(), tmp_path, PLACE)
     sunk = bench(begin=(0.7, -0.5, 0.2))
@@ -188,7 +188,7 @@ def held(steps: int) -> tuple[Callable[[], bool], Callable[[], bool]]:
 def case(seed: int, folder: Path, *, wrong: bool) -> tuple[str, str]:
     """Home a machine as built by *seed* at a random place, with a line moved by 30 mm or more, or right.
 
-    Returns why it was refused, and the line's name.
+    Returns why it was rejected, and the line's name.
     """
     random = np.random.default_rng([seed, 31])
     found = None
@@ -206,14 +206,14 @@ def case(seed: int, folder: Path, *, wrong: bool) -> tuple[str, str]:
     return operator.reason, line
 
 
-def test_what_is_wrong_is_refused_and_what_is_right_passes(tmp_path: Path) -> None:
+def test_what_is_wrong_is_rejected_and_what_is_right_passes(tmp_path: Path) -> None:
     reason, line = case(1, tmp_path, wrong=True)
     assert f"{line} by " in reason
     assert case(1, tmp_path / "right", wrong=False)[0] == ""
 
 
 @pytest.mark.slow
-def test_of_20_wrong_ones_20_are_refused_and_of_20_right_ones_20_pass(tmp_path: Path) -> None:
+def test_of_20_wrong_ones_20_are_rejected_and_of_20_right_ones_20_pass(tmp_path: Path) -> None:
     wrong = [case(100 + seed, tmp_path / f"w{seed}", wrong=True) for seed in range(20)]
     right = [case(100 + seed, tmp_path / f"r{seed}", wrong=False) for seed in range(20)]
     named = sum(f"{line} by " in reason for reason, line in wrong)
@@ -221,7 +221,7 @@ def test_of_20_wrong_ones_20_are_refused_and_of_20_right_ones_20_pass(tmp_path: 
     other = sum("it is line " in reason for reason, _ in wrong) - alone
     print(f"{alone} named alone, {other} named another line")
     print(
-        f"{sum(bool(reason) for reason, _ in wrong)} of 20 refused, {named} with the line among the candidates; "
+        f"{sum(bool(reason) for reason, _ in wrong)} of 20 rejected, {named} with the line among the candidates; "
         f"{sum(not reason for reason, _ in right)} of 20 accepted"
     )
     assert all(reason for reason, _ in wrong)

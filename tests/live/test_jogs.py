@@ -81,7 +81,7 @@ def test_a_winch_stops_within_the_run_out_when_it_is_let_go(tmp_path: Path) -> N
     assert 0.005 < gone < 0.05
 
 
-def test_a_jog_that_would_run_on_too_far_is_refused_before_anything_is_opened(tmp_path: Path) -> None:
+def test_a_jog_that_would_run_on_too_far_is_rejected_before_anything_is_opened(tmp_path: Path) -> None:
     found = bench(begin=BEGIN, deceleration=0.2)
     arguments = (found.robot, found.twin.owner, tmp_path / "m")
     hand = Hand(found, 1.0)

@@ -60,7 +60,7 @@ def test_lidars_find_it_and_its_covariance_is_honest(name: str) -> None:
             if found.covariance is not None:
                 squared.append(float(away @ np.linalg.solve(found.covariance[:3, :3], away)))
         assert max(off) < most, estimator
-        assert np.abs(found.lengths - truth.lengths).max() < 6e-3  # by exits as built
+        assert np.abs(found.lengths - truth.lengths).max() < 6e-3  # by exit points as built
         assert not squared or np.mean(squared) < 7.8
 
 

@@ -13,7 +13,7 @@ from cablewright.foundation.signals import Order, OrderKind, PrintState
 from cablewright.live.drives import actions
 from cablewright.live.drives.session import RealMachine
 from cablewright.live.prints.loop import Printer
-from cablewright.live.still_path import still_path
+from cablewright.live.stationary_path import still_path
 from cablewright.models.statics import Model
 from cablewright.printing.job import Motion
 from cablewright.solvers.held_tensions import with_margin
@@ -45,7 +45,7 @@ def rest(printer: Printer) -> None:
 
 
 def given(printer: Printer, kind: OrderKind, **arguments: tuple[float, ...]) -> str:
-    """Give an order; why it was refused, or an empty text."""
+    """Give an order; why it was rejected, or an empty text."""
     step = printer.step((Order(kind, "anna", printer.time, arguments),))
     return step.orders[0].refusal
 
@@ -109,7 +109,7 @@ def test_it_is_homed_jogged_and_sent_to_a_place(
     assert np.linalg.norm(place_of(found) - goal) < 3e-3
 
 
-def test_drives_too_weak_for_the_tensions_that_are_chosen_in_a_plane_are_refused(tmp_path: Path) -> None:
+def test_drives_too_weak_for_the_tensions_that_are_chosen_in_a_plane_are_rejected(tmp_path: Path) -> None:
     found, place = made("maslow4"), np.array(RING_BEGIN["maslow4"])
     model = Model(found.robot)
     chosen, _ = with_margin(model, place[None], None)

@@ -11,7 +11,7 @@ from cablewright.live.drives.printing import print_on_drives
 from cablewright.machine.log.log import read_log
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.numeric_path import Helix
-from typing_person import WORDS, Typist
+from terminal_user import WORDS, Typist
 from virtual_drives import bench
 
 JOB = Job(

@@ -16,7 +16,7 @@ from cablewright.live.replay import replay
 from cablewright.machine.log.log import LogWriter, read_log
 from cablewright.printing.job import Job
 from cablewright.robot import load
-from observed import drive, errors, observe
+from observer_runs import drive, errors, observe
 from twins import head
 
 
@@ -100,7 +100,7 @@ def test_a_cut_log_is_replayed_up_to_there(path: Path, tmp_path: Path) -> None:
     assert any("cut or damaged" in note for note in found.notes)
 
 
-def test_what_cannot_be_replayed_is_refused(path: Path, tmp_path: Path) -> None:
+def test_what_cannot_be_replayed_is_rejected(path: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="filter"):
         replay(path, "magic")
     with pytest.raises(InputError, match="no such file"):

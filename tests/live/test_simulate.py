@@ -1,4 +1,4 @@
-"""The verb `simulate`: what it takes, what it refuses, and what its result tells."""
+"""The verb `simulate`: what it takes, what it rejects, and what its result tells."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 import cablewright as cw
-import driven
+import shared_winch_robots
 
 ROBOT = cw.load("merlet2023")
 SHORT: dict[str, Any] = {"hold": [0.0, 0.0, 1.2], "duration": 4.0, "plant": "quasi-static"}
@@ -48,12 +48,12 @@ def test_a_simulation_is_a_result() -> None:
         ({**SHORT, "log": "log.bag"}, r"a name that ends in \.mcap"),
     ],
 )
-def test_what_cannot_be_simulated_is_refused(options: dict[str, Any], says: str) -> None:
+def test_what_cannot_be_simulated_is_rejected(options: dict[str, Any], says: str) -> None:
     with pytest.raises(cw.InputError, match=says):
         cw.simulate(ROBOT, **options)
 
 
 def test_a_platform_on_few_winches_holds_as_it_hangs() -> None:
-    found = cw.simulate(driven.pairs(), **{**SHORT, "hold": [0.1, 0.0, 0.6]})
+    found = cw.simulate(shared_winch_robots.pairs(), **{**SHORT, "hold": [0.1, 0.0, 0.6]})
     assert not found.drive.notices
     assert found.drive.path[-1][1:4] == pytest.approx([0.1, 0.0, 0.6], abs=5e-3)

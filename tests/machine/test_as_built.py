@@ -53,7 +53,7 @@ def test_changing_one_tolerance_leaves_the_other_errors() -> None:
     assert [line.exit_point for line in one.lines] == [line.exit_point for line in other.lines]
 
 
-def test_what_cannot_be_built_is_refused() -> None:
+def test_what_cannot_be_built_is_rejected() -> None:
     with pytest.raises(InputError, match="seed = -1"):
         as_built(ROBOT, SIMULATION.tolerances, -1)
     with pytest.raises(InputError, match="leaves line"):  # one of four sheaves shrinks by more than it has

@@ -335,7 +335,7 @@ def test_an_encoder_slips_and_a_load_cell_is_off() -> None:
         ({"source": "load_cells", "kind": "stuck", "size": 1.0}, "size"),
     ],
 )
-def test_faults_that_make_no_sense_are_refused(plan: dict[str, Any], says: str) -> None:
+def test_faults_that_make_no_sense_are_rejected(plan: dict[str, Any], says: str) -> None:
     with pytest.raises(ValueError, match=says):
         FaultPlan(**plan)
 
@@ -385,7 +385,7 @@ def test_a_resumed_machine_goes_on_to_the_bit(plant: str) -> None:
     np.testing.assert_array_equal(machine.truth.tensions, twinned.truth.tensions)
 
 
-def test_robots_and_machines_that_do_not_fit_are_refused() -> None:
+def test_robots_and_machines_that_do_not_fit_are_rejected() -> None:
     body, drum = load_twin("cogiro"), load_twin("merlet2023")
     for robot, twin, says in (
         (load("merlet2023"), body, r"needs \[drum\]"),
@@ -411,7 +411,7 @@ def grab() -> Robot:
 
 
 @pytest.mark.parametrize("plant", PLANTS)
-def test_a_body_on_fewer_lines_than_freedoms_hangs_and_swings(plant: str, tmp_path: Path) -> None:
+def test_a_body_on_fewer_lines_than_degrees_of_freedom_hangs_and_swings(plant: str, tmp_path: Path) -> None:
     robot, place = grab(), [1.2, 0.1, 0.0]
     (tmp_path / "grab.toml").write_text(machine_file(robot))
     given = load_twin(tmp_path / "grab.toml")

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-import driven
+import shared_winch_robots
 from cablewright.foundation.errors import InputError, UnknownName
 from cablewright.foundation.signals import Command, Condition, Encoders, WinchMode
 from cablewright.kernels.plant import winding
@@ -133,7 +133,7 @@ def test_all_brakes_that_are_too_weak_let_the_platform_down_until_they_hold(name
 
 @Plants
 def test_weak_brakes_of_drums_with_two_lines_let_the_platform_down_until_they_hold_both(plant: str) -> None:
-    robot = driven.pairs()
+    robot = shared_winch_robots.pairs()
     pose, twin = resting_pose(robot, np.array([0.1, 0.05, 0.9])), built_machine(robot)[0]
 
     def drums(machine: SimulatedMachine) -> np.ndarray:
@@ -257,7 +257,7 @@ def test_torques_are_off_by_their_spread_and_of_some_lines_their_own() -> None:
         ("by_line = { north-west = -2.0 }", r"brakes\.by_line.*north-west.* = -2\.0"),
     ],
 )
-def test_impossible_brakes_are_refused_in_one_line(text: str, says: str, tmp_path: Path) -> None:
+def test_impossible_brakes_are_rejected_in_one_line(text: str, says: str, tmp_path: Path) -> None:
     (tmp_path / "own.toml").write_text(f"{machine_text('merlet2023')}\n[simulation.brakes]\n{text}\n")
     with pytest.raises(InputError, match=says) as refused:
         load_twin(tmp_path / "own.toml")

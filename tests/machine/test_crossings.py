@@ -163,7 +163,7 @@ def test_a_machine_with_crossings_is_taken_up_again_to_the_bit(name: str, plant:
         ('crossing = 0.1\ncrossing_angle = "400 deg"', r"winch\.crossing_angle = '400 deg': must be"),
     ],
 )
-def test_impossible_crossings_are_refused_in_one_line(text: str, says: str, tmp_path: Path) -> None:
+def test_impossible_crossings_are_rejected_in_one_line(text: str, says: str, tmp_path: Path) -> None:
     whole = machine_text("merlet2023").replace("[simulation.winch]", f"[simulation.winch]\n{text}")
     (tmp_path / "own.toml").write_text(whole)
     with pytest.raises(InputError, match=says) as refused:

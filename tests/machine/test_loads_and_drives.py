@@ -205,7 +205,7 @@ def test_a_machine_with_all_of_it_is_taken_up_again_to_the_bit(name: str, plant:
         ("[simulation.pushes]\npause = 0.0", r"pushes\.pause = 0\.0"),
     ],
 )
-def test_impossible_numbers_are_refused_in_one_line(text: str, says: str, tmp_path: Path) -> None:
+def test_impossible_numbers_are_rejected_in_one_line(text: str, says: str, tmp_path: Path) -> None:
     (tmp_path / "own.toml").write_text(machine_text("merlet2023") + "\n" + text + "\n")
     with pytest.raises(InputError, match=says) as refused:
         load_twin(tmp_path / "own.toml")

@@ -176,14 +176,14 @@ def test_a_turn_that_is_no_number_of_steps_is_named() -> None:
         (Command(-0.5, np.zeros(4)), "the clock jumped back"),
     ],
 )
-def test_a_command_that_is_none_is_refused(command: Command, says: str) -> None:
+def test_a_command_that_is_none_is_rejected(command: Command, says: str) -> None:
     twin = machine(plant="quasi-static")
     twin.step(Command(0.0, np.zeros(4)))
     with pytest.raises(InputError, match=says):
         twin.step(command)
 
 
-def test_robots_that_no_plant_can_move_are_refused() -> None:
+def test_robots_that_no_plant_can_move_are_rejected() -> None:
     robot = load("merlet2023")
     bare = [
         line.model_copy(update={"winch": line.winch.model_copy(update={"drum_radius": None})}) for line in robot.lines

@@ -114,7 +114,7 @@ def test_other_numbers_have_no_name() -> None:
         assert severity_of(with_severity(TWIN, name).simulation) == name
 
 
-def test_unknown_severities_are_refused(tmp_path: Path) -> None:
+def test_unknown_severities_are_rejected(tmp_path: Path) -> None:
     with pytest.raises(UnknownName, match="rough"):
         with_severity(TWIN, "ruogh")  # type: ignore[arg-type]
     for value in ('"ruogh"', "3", "[1]", "{}"):
@@ -132,7 +132,7 @@ def test_unknown_severities_are_refused(tmp_path: Path) -> None:
         ("simulation.wifi", "gap_every = 0.5", r"wifi\.gap_every = 0\.5: must be 0 \(no gaps\), or at least 1 s"),
     ],
 )
-def test_numbers_out_of_their_range_are_refused(table: str, key: str, says: str, tmp_path: Path) -> None:
+def test_numbers_out_of_their_range_are_rejected(table: str, key: str, says: str, tmp_path: Path) -> None:
     (tmp_path / "own.toml").write_text(with_key(key, table))
     with pytest.raises(InputError, match=says):
         load_twin(tmp_path / "own.toml")

@@ -95,7 +95,7 @@ def test_a_file_holds_what_belongs_together(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["state"]
 
 
-def test_a_snapshot_of_another_machine_is_refused() -> None:
+def test_a_snapshot_of_another_machine_is_rejected() -> None:
     snapshot = machine(plant="quasi-static").snapshot()
     again(snapshot, plant="quasi-static")
     for given in ({"seed": 2}, {"plant": "dynamic"}, {"settings": changed(drum={"powder": 1.0})}):
@@ -147,7 +147,7 @@ def test_what_does_not_fit_is_named(name: str, value: Any, says: str) -> None:
         again(missing, plant="quasi-static")
 
 
-def test_a_damaged_file_is_refused_whatever_the_damage(tmp_path: Path) -> None:
+def test_a_damaged_file_is_rejected_whatever_the_damage(tmp_path: Path) -> None:
     path, random = tmp_path / "state", np.random.default_rng(3)
     write_snapshots(path, {"a": Snapshot({"x": 1}, {"y": np.arange(20.0)}), "b": Snapshot({}, {})})
     whole = path.read_bytes()
@@ -179,7 +179,7 @@ def test_a_damaged_file_is_refused_whatever_the_damage(tmp_path: Path) -> None:
         (b'{"schema":1,"parts":{}}12345678', "Invalid JSON"),
     ],
 )
-def test_a_head_that_lies_is_refused(head: bytes, says: str, tmp_path: Path) -> None:
+def test_a_head_that_lies_is_rejected(head: bytes, says: str, tmp_path: Path) -> None:
     path = tmp_path / "state"
     path.write_bytes(struct.pack("<8sII", b"CWSNAP\x00\x01", len(head), zlib.crc32(head)) + head)
     with pytest.raises(InputError, match=says):

@@ -62,7 +62,7 @@ def put_until_refused(path: Path) -> None:
             keeper.put(number(k))
 
 
-def test_a_disk_that_refuses_is_told_at_the_next_one_or_at_the_end(tmp_path: Path) -> None:
+def test_a_disk_that_rejects_is_told_at_the_next_one_or_at_the_end(tmp_path: Path) -> None:
     missing = tmp_path / "none" / "state"
     with pytest.raises(EnvironmentFault, match="none/state: cannot be written"):
         put_until_refused(missing)

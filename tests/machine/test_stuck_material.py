@@ -131,7 +131,7 @@ def test_a_refill_leaves_the_crust() -> None:
         ('share = 0.1\nmost = "0 kg"', r"sticking\.most = '0 kg': must be"),
     ],
 )
-def test_impossible_shares_are_refused_in_one_line(text: str, says: str, tmp_path: Path) -> None:
+def test_impossible_shares_are_rejected_in_one_line(text: str, says: str, tmp_path: Path) -> None:
     (tmp_path / "own.toml").write_text(f"{machine_text('merlet2023')}\n[simulation.sticking]\n{text}\n")
     with pytest.raises(InputError, match=says) as refused:
         load_twin(tmp_path / "own.toml")

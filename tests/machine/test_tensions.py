@@ -9,9 +9,9 @@ from pydantic import ValidationError
 from cablewright.foundation.signals import Command, PrintState, Tensions
 from cablewright.live.estimators import Estimator, estimator
 from cablewright.live.prints import loop
-from cablewright.live.prints.attendant import Attendant
 from cablewright.live.prints.loop import Printer, Step
 from cablewright.live.prints.plan import MachineTwin, PrintOptions, plan_print, twin_of
+from cablewright.live.prints.simulated_operator import Attendant
 from cablewright.machine.sensors.tensions import TensionSensor
 from cablewright.machine.simulated.sensors.tensions import TensionFlaws
 from cablewright.machine.simulated.settings import FaultPlan, TwinSettings

@@ -107,7 +107,7 @@ OLD_KEYS = sorted(
 
 
 @pytest.mark.parametrize(("path", "key", "table"), OLD_KEYS)
-def test_a_key_of_the_old_form_is_refused_with_where_it_belongs(
+def test_a_key_of_the_old_form_is_rejected_with_where_it_belongs(
     path: str, key: str, table: str, tmp_path: Path
 ) -> None:
     text = (
@@ -141,7 +141,7 @@ def test_an_old_file_says_all_that_moved_at_its_top(tmp_path: Path) -> None:
         ("[lidars.south]", r"simulation\.lidars\.south: the machine has no such lidar: no \[lidars.south\]"),
     ],
 )
-def test_flaws_of_a_sensor_that_is_not_there_are_refused(removed: str, says: str, tmp_path: Path) -> None:
+def test_flaws_of_a_sensor_that_is_not_there_are_rejected(removed: str, says: str, tmp_path: Path) -> None:
     text = re.sub(rf"^{re.escape(removed)}.*?\n\n", "", machine_text("merlet2023"), flags=re.MULTILINE | re.DOTALL)
     assert removed not in text
     (tmp_path / "own.toml").write_text(text)

@@ -138,7 +138,7 @@ def displace(line: Line, off: Any) -> Line:
 
 @Plants
 @pytest.mark.parametrize("name", ["merlet2023", "house-printer", "cogiro"])
-def test_exits_give_in_equilibrium_with_the_statics_of_the_displaced_robot(name: str, plant: str) -> None:
+def test_exit_points_give_in_equilibrium_with_the_statics_of_the_displaced_robot(name: str, plant: str) -> None:
     twin = with_severity(load_twin(name), "rough", ("exits",)).with_owner(lidars={})
     stiff = made(name, load_twin(name).with_owner(lidars={}), plant)
     hung = made(name, twin, plant)
@@ -150,7 +150,7 @@ def test_exits_give_in_equilibrium_with_the_statics_of_the_displaced_robot(name:
     lines = tuple(displace(line, off) for line, off in zip(rig.robot.lines, displaced, strict=True))
     if plant == "dynamic":
         assert hung.truth.position[2] < stiff.truth.position[2] - 5e-3
-    # an independent solution of the robot with exits there
+    # an independent solution of the robot with exit points there
     model = Model(rig.robot.model_copy(update={"lines": lines}))
     found = solve_forward(model, rig.lengths, guess=rig.pose).checked()
     assert found.pose == pytest.approx(rig.pose, abs=6e-6)  # the winch has moved aside by some mm
@@ -250,7 +250,7 @@ def with_keys(text: str) -> str:
         ("[simulation.wind]\ncorrelation = 0.0", r"wind\.correlation"),
     ],
 )
-def test_impossible_numbers_are_refused_in_one_line(text: str, says: str, tmp_path: Path) -> None:
+def test_impossible_numbers_are_rejected_in_one_line(text: str, says: str, tmp_path: Path) -> None:
     (tmp_path / "own.toml").write_text(with_keys(text))
     with pytest.raises(InputError, match=says) as refused:
         load_twin(tmp_path / "own.toml")

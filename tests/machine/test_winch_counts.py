@@ -229,7 +229,7 @@ SAVED = {"schema": 2, "robot": "twin", "lines": ["a", "b"], "epoch": 1, "raw": [
         ({"valid": 1}, "valid"),
     ],
 )
-def test_a_file_that_is_damaged_or_of_another_is_refused(tmp_path: Path, content: str | dict, says: str) -> None:
+def test_a_file_that_is_damaged_or_of_another_is_rejected(tmp_path: Path, content: str | dict, says: str) -> None:
     text = content if isinstance(content, str) else json.dumps(SAVED | content)
     (tmp_path / "counts.json").write_text(text)
     with pytest.raises(InputError, match=says):

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-import boards
 import cablewright as cw
 import out_of_plane
+import planar_robots
 from cablewright.analyses.accuracy.nozzle_error import AccuracyQuestion
 from cablewright.analyses.accuracy.tensions import best_tensions
 from cablewright.analyses.bracket.loads import loads_at
@@ -158,11 +158,11 @@ def _example(feature: str, body: bool) -> Robot | None:
     if feature in _CHANGES:
         return _whole(robot, _CHANGES[feature](robot.lines[0], robot))
     if feature == "plane":
-        return boards.board(body=body)
+        return planar_robots.board(body=body)
     if feature == "tilted-plane":
-        return boards.board("tilted", body=body)
+        return planar_robots.board("tilted", body=body)
     if feature == "few-lines-in-plane":
-        return _kept(boards.board(body=body), range(2, 4) if body else range(2, 3))
+        return _kept(planar_robots.board(body=body), range(2, 4) if body else range(2, 3))
     if feature == "body":
         return robot if body else None
     if feature.startswith("over-"):
@@ -194,7 +194,7 @@ def pose_at(robot: Robot) -> np.ndarray:
     """A pose that the example can hold; NaN for what gravity decides."""
     plane = robot.platform.plane
     if plane is not None:
-        at = boards.places(robot, 1)[0]
+        at = planar_robots.places(robot, 1)[0]
         return at if robot.m >= robot.freedoms else _with_free(robot, at)
     if robot.n == 3:
         at = [0.0, -0.3, 1.2] if robot.sharing else [0.2, -0.3, 1.2]

@@ -51,7 +51,7 @@ def test_the_walk_has_its_deviation_and_its_memory() -> None:
     assert alike == pytest.approx(np.exp(-1.0), abs=0.1)
 
 
-def test_what_no_drum_is_is_refused() -> None:
+def test_what_no_drum_is_is_rejected() -> None:
     with pytest.raises(InputError, match="too narrow for one turn"):
         wind(10.0, CORE, 0.002, DIAMETER, PITCH)
     with pytest.raises(InputError, match="radius_walk"):

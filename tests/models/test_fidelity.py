@@ -26,7 +26,7 @@ def test_without_words_it_is_all_physics() -> None:
 
 
 @pytest.mark.parametrize("word", ["rope", "", "Catenary", "catenary "])
-def test_another_word_is_refused_with_those_there_are(word: str) -> None:
+def test_another_word_is_rejected_with_those_there_are(word: str) -> None:
     with pytest.raises(UnknownName, match="unknown cable law"):
         Fidelity.of(word)
     with pytest.raises(UnknownName, match="unknown sheave law"):
@@ -56,7 +56,7 @@ def test_as_built_is_as_built() -> None:
 
 
 @pytest.mark.parametrize("name", library_names())
-def test_a_model_of_more_than_the_hardware_is_refused_when_packed(name: str) -> None:
+def test_a_model_of_more_than_the_hardware_is_rejected_when_packed(name: str) -> None:
     robot = load(name)
     for sheave in ORDER:
         model = Model(robot, Fidelity(sheave=sheave))

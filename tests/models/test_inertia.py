@@ -54,7 +54,7 @@ def test_a_point_has_mass_alone() -> None:
     np.testing.assert_allclose(mass_matrix(load("house-printer"), np.zeros((2, 3))), [200.0 * np.eye(3)] * 2)
 
 
-def test_a_body_without_inertia_is_refused() -> None:
+def test_a_body_without_inertia_is_rejected() -> None:
     robot = load("cogiro")
     bare = robot.platform.model_copy(update={"inertia": None, "inertia_products": (0.0, 0.0, 0.0)})
     with pytest.raises(InputError, match=r"'cogiro': platform\.inertia is required"):

@@ -164,7 +164,7 @@ def test_margin_is_negative_where_a_limit_is_broken() -> None:
 
 
 @pytest.mark.parametrize("limits", [(5.0, 1.0), (1.0, 1.0), (-1.0, 1.0), (np.nan, 1.0), (0.0, np.nan), (0.0, np.inf)])
-def test_limits_that_do_not_rise_are_refused(limits: tuple[float, float]) -> None:
+def test_limits_that_do_not_rise_are_rejected(limits: tuple[float, float]) -> None:
     with pytest.raises(InputError, match="must be 0 <= lowest < highest, in N"):
         Model(HOUSE.robot, Fidelity(), limits)
 

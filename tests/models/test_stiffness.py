@@ -159,7 +159,7 @@ def test_rows_are_those_of_single_ones_and_those_without_balance_are_nan() -> No
 
 
 def test_what_was_moved_apart_is_no_equilibrium() -> None:
-    """Lengths of another place, or tensions that leave a force, are refused."""
+    """Lengths of another place, or tensions that leave a force, are rejected."""
     held = inverse(load("cogiro"), [[0.2, -0.1, 1.0]] * 3)
     lengths, states = held.lengths.copy(), held.states.copy()
     lengths[1] += 1e-3

@@ -152,7 +152,7 @@ def test_a_message_names_what_has_the_feature_and_the_way_out() -> None:
     assert str(refused.value) == said
 
 
-def test_rigid_platforms_are_served_on_fewer_winches_than_freedoms_too() -> None:
+def test_rigid_platforms_are_served_on_fewer_winches_than_degrees_of_freedom_too() -> None:
     assert support(load("ipanema"), Capability.SERVE).verdict is Coverage.WORKS
     assert support(load("grab-four-lines"), Capability.SERVE).verdict is Coverage.WORKS
     with pytest.raises(InputError, match="has fewer winches than hold its position"):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import minimize
 
-import driven
+import shared_winch_robots
 from cablewright.foundation.signals import Command, Tensions
 from cablewright.live.serve.station import resting_pose
 from cablewright.machine.sensors.tensions import TensionSensor
@@ -17,7 +17,12 @@ from cablewright.robot import load
 
 def test_torques_come_back_from_the_nearest_tensions() -> None:
     random = np.random.default_rng(5)
-    for robot in (driven.pairs(), driven.hoist(), driven.two_on_one("against"), load("cogiro")):
+    for robot in (
+        shared_winch_robots.pairs(),
+        shared_winch_robots.hoist(),
+        shared_winch_robots.two_on_one("against"),
+        load("cogiro"),
+    ):
         lines = WinchLines.of(robot)
         arms, expected = random.uniform(0.03, 0.05, robot.m), random.uniform(10.0, 90.0, robot.m)
         torques = random.uniform(1.0, 4.0, robot.winches)
@@ -34,7 +39,7 @@ def test_torques_come_back_from_the_nearest_tensions() -> None:
 
 
 def test_what_is_not_known_of_some_lines_leaves_the_others_as_they_are() -> None:
-    for robot in (driven.crane(), driven.pairs(), driven.two_on_one("against")):
+    for robot in (shared_winch_robots.crane(), shared_winch_robots.pairs(), shared_winch_robots.two_on_one("against")):
         lines, arms = WinchLines.of(robot), np.linspace(0.03, 0.05, robot.m)
         torques = np.linspace(1.0, 4.0, robot.winches)
         found = lines.tensions(torques, arms, np.full(robot.m, np.nan))
@@ -46,7 +51,7 @@ def test_what_is_not_known_of_some_lines_leaves_the_others_as_they_are() -> None
 
 
 def test_a_drum_that_pays_one_line_out_as_it_winds_another_up_is_opposed() -> None:
-    found = {winds: WinchLines.of(driven.two_on_one(winds)) for winds in ("along", "against")}
+    found = {winds: WinchLines.of(shared_winch_robots.two_on_one(winds)) for winds in ("along", "against")}
     assert found["along"].opposed.tolist() == [False]
     assert found["against"].opposed.tolist() == [True]
     arms = np.array([0.04, 0.04])
@@ -55,7 +60,10 @@ def test_a_drum_that_pays_one_line_out_as_it_winds_another_up_is_opposed() -> No
 
 
 def test_a_motor_reads_the_torque_of_all_cables_on_its_drum() -> None:
-    for robot, place in ((driven.pairs(), [0.1, 0.05, 0.9]), (driven.hoist(), [0.1, 0.05, 0.8])):
+    for robot, place in (
+        (shared_winch_robots.pairs(), [0.1, 0.05, 0.9]),
+        (shared_winch_robots.hoist(), [0.1, 0.05, 0.8]),
+    ):
         twin = built_machine(robot)[0].with_owner(motor_torques=TensionSensor(rate=100.0, deviation=0.0, most=1e4))
         machine = SimulatedMachine(robot, twin, resting_pose(robot, np.array(place)), seed=1)
         readings = []

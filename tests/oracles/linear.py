@@ -23,7 +23,7 @@ def stiffness(
     """Return the tangent stiffness (n, n): the restoring wrench per motion of the platform, lengths (m,) held.
 
     Everything that acts on the platform counts, so also the weight whose moment changes as the platform turns. The
-    lines are settled anew at each displaced pose; ``states`` say from where. The pose need not be an equilibrium.
+    lines are settled again at each displaced pose; ``states`` say from where. The pose need not be an equilibrium.
     """
     with mp.workdps(DIGITS):
         here = Place.of(pose)

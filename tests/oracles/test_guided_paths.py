@@ -78,11 +78,11 @@ class TestByHand:
         ("point", "why"),
         [((0, 0, 3), "along the swivel's axis"), ((0.5, 0, 0.3), "inside the sheave")],
     )
-    def test_it_refuses_where_no_swivel_rests(self, point: tuple[float, float, float], why: str) -> None:
+    def test_it_rejects_where_no_swivel_rests(self, point: tuple[float, float, float], why: str) -> None:
         with pytest.raises(ArithmeticError, match=why):
             taut_path(Swivel((0, 0, 0), (0, 0, 1), 0.5), End(point), (0, 0, 0), LEVEL)
 
-    def test_it_refuses_a_guess_that_ends_behind_the_sheave(self) -> None:
+    def test_it_rejects_a_guess_that_ends_behind_the_sheave(self) -> None:
         frame, end = Swivel((0, 0, 0), (0, 0, 1), 0.5), End((3, 0, 1))
         found = taut_path(frame, end, (0, 0, 0), LEVEL)
         assert taut_path(frame, end, (0, 0, 0), LEVEL, found.unknowns).unknowns == pytest.approx(found.unknowns)

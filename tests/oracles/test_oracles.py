@@ -262,7 +262,7 @@ class TestMujoco:
         assert machine.distance(found.pose, rest.pose) < 1e-10
         assert found.balance.geometry < 1e-14
 
-    def test_it_refuses_a_cable_that_does_not_stretch_on_its_sheave(self) -> None:
+    def test_it_rejects_a_cable_that_does_not_stretch_on_its_sheave(self) -> None:
         robot = load("merlet2023")
         with pytest.raises(ValueError, match="stretches on its sheave too"):
             mujoco_model.xml(robot, [5] * 4)

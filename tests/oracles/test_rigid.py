@@ -50,7 +50,7 @@ def _eight(**changes: object) -> Robot:
 
 
 def _four(**changes: object) -> Robot:
-    """Four crossing lines from above to a plate: two of its six freedoms are held by gravity."""
+    """Four crossing lines from above to a plate: two of its six degrees of freedom are held by gravity."""
     points = np.column_stack([0.2 * np.sign(CORNERS[:4, :2]) * (-1, 1), [0.05, 0.1, 0.08, 0.06]])
     return _robot(CORNERS[:4], points, **{"centre_of_mass": CENTRE} | changes)
 
@@ -308,7 +308,7 @@ class TestLinear:
             want += [value / step for value in turn]
         np.testing.assert_allclose(got[:, 1], [float(value) for value in want], rtol=1e-12)
 
-    def test_four_lines_hold_four_freedoms_and_gravity_two(self) -> None:
+    def test_four_lines_hold_four_degrees_of_freedom_and_gravity_two(self) -> None:
         robot, pose = _four(), (0.1, -0.2, 1.2, 0.05, -0.02, 0.1)
         states, lengths = _pulled(robot, pose, [50] * 4)
         found = machine.solve(robot, lengths, pose, states, "elastic")

@@ -21,7 +21,7 @@ from cablewright.robot import Robot, load
 
 MIDDLE, LEAST, MOST = 105.0, 10.0, 200.0  # N
 LENGTHS = (1.2, 1.6, 2.0)  # m
-PRINTED, EXACT = 0.925, 1 - 0.1 / math.sqrt(2)  # Table 3, and neighbouring exits exactly 0.1 m apart
+PRINTED, EXACT = 0.925, 1 - 0.1 / math.sqrt(2)  # Table 3, and neighbouring exit points exactly 0.1 m apart
 
 
 def beam(length: float, width: float, corner: float = PRINTED) -> Robot:
@@ -93,7 +93,7 @@ def test_the_slender_beam_turns_about_z_at_about_one_hertz() -> None:
     assert_range(lowest(whole), 5.3, 13.1, 0.1)
 
 
-def test_with_neighbouring_exits_exactly_a_tenth_of_a_metre_apart() -> None:
+def test_with_neighbouring_exit_points_exactly_a_tenth_of_a_metre_apart() -> None:
     """The paper's text and Table 3 differ by 6 mm, and by 6 % in this frequency: it is that near to singular."""
     whole, elastic = along(0.04, EXACT, grid=41)
     assert_range(lowest(elastic), 1.01, 2.49, 0.02)

@@ -54,5 +54,5 @@ def test_aligned_every_run_is_exact(runs) -> None:
 
 
 def test_twelve_poses_are_enough(runs) -> None:
-    """Its Eq. 15 says 16: it counts the four freedoms that nothing decides."""
+    """Its Eq. 15 says 16: it counts the four degrees of freedom that nothing decides."""
     assert min_poses(runs[0]) == 12

@@ -9,9 +9,9 @@ import pytest
 from scipy.optimize import linprog
 from scipy.spatial.transform import Rotation
 
-import boards
 import cablewright as cw
 import out_of_plane
+import planar_robots
 from cablewright.foundation.errors import Status
 from cablewright.robot import PlatformSheave, Pulley, Robot, Swivel
 
@@ -82,8 +82,8 @@ ROBOTS = {
     "a swivel over the middle, 2 m": over_sheaves(
         around(4, 2.0, False, 3.0, low=0.3), 2.0, "tilted", "aside", "pulley", "guides"
     ),
-    "belts off a vertical board": boards.board("vertical", off=0.06),
-    "six belts off a tilted board, a body": boards.board("tilted", body=True, lines=6, off=0.08),
+    "belts off a vertical board": planar_robots.board("vertical", off=0.06),
+    "six belts off a tilted board, a body": planar_robots.board("tilted", body=True, lines=6, off=0.08),
     "three tilted swivels, 0.3 m": over_sheaves(around(3, 0.3, False, 0.2), 0.3, "tilted"),
     "twelve tilted swivels, 60 m": over_sheaves(around(12, 60.0, True, 900.0, low=0.05), 60.0, "tilted"),
     "sheaves on the platform, 10 m": over_sheaves(around(8, 10.0, True, 60.0, low=0.05), 10.0, "end"),
@@ -101,7 +101,7 @@ ROBOTS = {
 def poses_of(robot: Robot) -> np.ndarray:
     """Random poses, of which a robot can hold some."""
     if robot.platform.plane is not None:
-        return boards.places(robot, POSES, reach=1.3, turn=0.5)
+        return planar_robots.places(robot, POSES, reach=1.3, turn=0.5)
     size, rng = robot.scene.frame_max[2], np.random.default_rng(11)
     poses = rng.uniform([-0.4, -0.4, 0.15], [0.4, 0.4, 0.9], (POSES, 3)) * size
     return poses if robot.n == 3 else np.hstack([poses, rng.uniform(-0.25, 0.25, (POSES, 3))])
@@ -119,7 +119,7 @@ def program(robot: Robot, pose: np.ndarray) -> float:
     weight = np.array([0, 0, -load, 0, 0, 0])[: robot.n]
     A, free = np.array(columns).T, 0
     if robot.platform.plane is not None:  # the plane's force and moments, of any size
-        a, b, n = boards.frame(robot)
+        a, b, n = planar_robots.frame(robot)
         reactions = [np.concatenate([n, np.zeros(3)])[: robot.n]]
         if robot.n == 6:
             reactions += [np.concatenate([np.zeros(3), axis]) for axis in (a, b)]

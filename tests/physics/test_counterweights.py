@@ -1,4 +1,4 @@
-"""Laws of lines with a counterweight: energy, LPs, the same robot with winches, derivatives, inertia, refusals."""
+"""Laws of lines with a counterweight: energy, LPs, the same robot with winches, derivatives, inertia, rejections."""
 
 from __future__ import annotations
 
@@ -297,10 +297,12 @@ def test_acceleration_takes_it_along() -> None:
     assert tensions_by_acceleration(found, linear)[0, 1] == pytest.approx(25.0, rel=1e-9)
 
 
-def test_fewer_winches_than_freedoms_leave_coordinates_free() -> None:
+def test_fewer_winches_than_degrees_of_freedom_leave_coordinates_free() -> None:
     """Two winches and two counterweights hold a point: two coordinates are given, and gravity decides the third."""
     robot = hung(hung(straight(load("merlet2023")), 1, 20.0), 3, 20.0)
-    with pytest.raises(InputError, match="4 lines on 2 winches hold 2 of the 3 freedoms; 3 are given: leave 1 free"):
+    with pytest.raises(
+        InputError, match="4 lines on 2 winches hold 2 of the 3 degrees of freedom; 3 are given: leave 1 free"
+    ):
         cw.inverse(robot, POSES[3])
     found = cw.inverse(robot, [0.4, np.nan, 1.2]).checked()
     assert found.is_valid()

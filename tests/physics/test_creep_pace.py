@@ -9,7 +9,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from cablewright.estimation.felt_air import FeltAir
+from cablewright.estimation.climate import FeltAir
 from cablewright.foundation.signals import Climate, Command, Scan, SensorFrame
 from cablewright.live.estimators import estimator
 from cablewright.machine.simulated.rig import air_at
@@ -220,6 +220,6 @@ def test_air_of_the_plant_swings_over_a_day() -> None:
     [("activation_energy", -1.0), ("activation_energy", 2e6), ("reference_temperature", -300.0),
      ("reference_humidity", 50.0), ("humidity_exponent", math.nan), ("humidity_exponent", 21.0)],
 )  # fmt: skip
-def test_what_no_cable_has_is_refused(key: str, value: float) -> None:
+def test_what_no_cable_has_is_rejected(key: str, value: float) -> None:
     with pytest.raises(ValueError, match=key):
         Creep(**{"logarithmic": 1e-7, key: value})

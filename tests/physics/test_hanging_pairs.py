@@ -67,7 +67,9 @@ def test_a_plate_on_two_parallelograms(sheave: dict[str, Any], cable: str) -> No
     assert 1e-4 < abs(found.pose[4]) < 0.01
     back = cw.forward(robot, found.lengths, cable=cable)
     np.testing.assert_allclose(back.pose, found.pose, atol=1e-9)
-    with pytest.raises(cw.InputError, match="4 lines on 2 winches hold 2 of the 3 freedoms; 3 are given: leave 1 free"):
+    with pytest.raises(
+        cw.InputError, match="4 lines on 2 winches hold 2 of the 3 degrees of freedom; 3 are given: leave 1 free"
+    ):
         cw.inverse(robot, [0.1, 0.0, 1.0, 0.0, 0.0, 0.0])
 
 

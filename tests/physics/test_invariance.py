@@ -55,7 +55,7 @@ def transformed_poses(poses: np.ndarray, matrix: np.ndarray) -> np.ndarray:
 
 
 def left_to_gravity(model: Model, poses: np.ndarray) -> np.ndarray:
-    """*poses* with the freedoms that gravity decides left to it, as `cases.random_poses` does."""
+    """*poses* with the degrees of freedom that gravity decides left to it, as `cases.random_poses` does."""
     asked = poses.copy()
     if model.n == 6:
         asked[:, 3 : 3 + max(0, model.n - model.m)] = np.nan

@@ -233,7 +233,7 @@ def test_dead_reckoning_follows_winches(kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", ["guides", "tilted", "pulleys", "several"])
-def test_exits_of_the_plant_give_as_mounts_in_statics(kind: str) -> None:
+def test_exit_points_of_the_plant_give_as_mounts_in_statics(kind: str) -> None:
     robot, rng = robot_of(kind, False), np.random.default_rng(4)
     halves = 2e-3 * rng.normal(size=(4, 3, 3))
     soft = np.array([half @ half.T for half in halves])  # m/N

@@ -1,4 +1,5 @@
-"""Laws of exits whose mounts give: energy, the stiff robot with its exits where they are, the plant's own mounts."""
+"""Laws of exit points whose mounts give: energy, the stiff robot with its exit points where they are, the plant's own
+mounts."""
 
 from __future__ import annotations
 
@@ -96,7 +97,7 @@ def test_the_platform_rests_where_the_energy_is_least(dead: bool) -> None:
 
 @pytest.mark.parametrize("kind", ["mounts", "pulleys on mounts"])
 @pytest.mark.parametrize("cable", ["elastic", "catenary"])
-def test_it_is_the_stiff_robot_with_its_exits_where_they_are(kind: str, cable: str) -> None:
+def test_it_is_the_stiff_robot_with_its_exit_points_where_they_are(kind: str, cable: str) -> None:
     """With dead spans that do not stretch: an exit that goes by d takes d, along the dead span, off its length."""
     robot = out_of_plane.body(kind)
     lines = tuple(line.model_copy(update={"dead_elastic": False}) for line in robot.lines)
@@ -122,7 +123,7 @@ def test_it_is_the_stiff_robot_with_its_exits_where_they_are(kind: str, cable: s
 @pytest.mark.parametrize("name", ["merlet2023", "cogiro", "house-printer", "jung2020"])
 @pytest.mark.parametrize("cable", ["elastic", "catenary"])
 def test_one_number_keeps_a_line_in_its_plane(name: str, cable: str) -> None:
-    """It is the stiff robot with its exits where the forces in that plane put them; winches go along sideways."""
+    """It is the stiff robot with its exit points where the forces in that plane put them; winches go along sideways."""
     robot = on_mounts(load(name), [(1 + i) * 2e-6 for i in range(load(name).m)])
     assert all(line.in_plane for line in robot.lines)
     found = held(robot, cable)
@@ -268,7 +269,7 @@ def test_bad_compliances_are_one_line(compliance: Any, message: str, tmp_path: P
 
 
 def test_mounts_that_give_nothing_are_as_stiff_ones_everywhere() -> None:
-    """A zero written in the file, where a bound is told in an uncertainty, refuses nothing."""
+    """A zero written in the file, where a bound is told in an uncertainty, rejects nothing."""
     zero = tuple(map(tuple, np.zeros((3, 3)).tolist()))
     for compliance in (0.0, zero):
         robot = on_mounts(load("merlet2023"), compliance)

@@ -1,4 +1,4 @@
-"""Two exits on one post: what a compliance of each exit leaves out, by a post of its own that couples them."""
+"""Two exit points on one post: what a compliance of each exit leaves out, by a post of its own that couples them."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from cablewright.solvers.inverse import solve_inverse
 
 TOP = 2e-6  # m/N, sideways, at the top of a post: 4 mm under 2 kN
 FIDELITY = Fidelity.of("elastic", "eyelet")
-COGIRO = load("cogiro")  # four posts, two exits on each
+COGIRO = load("cogiro")  # four posts, two exit points on each
 EXITS = np.array([line.exit_point for line in COGIRO.lines])
 POSES = np.array([[x, y, z, 0.0, 0.0, 0.0] for x in (-3.0, 0.0, 3.0) for y in (-2.0, 2.0) for z in (1.5, 3.0)])
 
 
 def posts() -> np.ndarray:
-    """Which exits are on one post, (m, m): those within 2 m of each other."""
+    """Which exit points are on one post, (m, m): those within 2 m of each other."""
     return np.linalg.norm(EXITS[:, None, :2] - EXITS[None, :, :2], axis=2) < 2.0
 
 
@@ -48,7 +48,7 @@ def on_posts(whole: np.ndarray) -> Robot:
 
 
 def lengths_on(whole: np.ndarray) -> np.ndarray:
-    """Lengths at the poses with exits where all forces together displace them: a loop about rigid mounts."""
+    """Lengths at the poses with exit points where all forces together displace them: a loop about rigid mounts."""
     model, exits = Model(COGIRO, FIDELITY), np.tile(EXITS, (len(POSES), 1, 1))
     for _ in range(30):
         held = solve_inverse(model, POSES, exit_points=np.ascontiguousarray(exits)).checked()
@@ -64,7 +64,7 @@ def off(robot: Robot, lengths: np.ndarray) -> np.ndarray:
     return np.asarray(np.linalg.norm(found.pose[:, :3] - POSES[:, :3], axis=1))
 
 
-def test_posts_have_two_exits_each() -> None:
+def test_posts_have_two_exit_points_each() -> None:
     assert (posts().sum(axis=0) == 2).all()
 
 
@@ -76,7 +76,7 @@ def test_blocks_of_posts_apart_leave_nothing_out() -> None:
     assert off(COGIRO, lengths_on(blocks)).max() > 1e-3
 
 
-def test_what_two_exits_on_a_post_leave_out() -> None:
+def test_what_two_exit_points_on_a_post_leave_out() -> None:
     """The page says how much: `docs/robots.md`, mounts that give together."""
     whole = compliance()
     lengths = lengths_on(whole)
@@ -87,7 +87,7 @@ def test_what_two_exits_on_a_post_leave_out() -> None:
 
 
 def test_check_and_accuracy_say_so(tmp_path: Path) -> None:
-    """Where exits give, and only there."""
+    """Where exit points give, and only there."""
     (tmp_path / "part.gcode").write_text("G21\nG90\nM82\nG1 X0 Y0 Z1 F3000\nG1 X5 Y0 E1 F1200\nG1 X5 Y5 E2\n")
     job = 'schema = 1\nname = "part"\ngcode = "part.gcode"\norigin = [0.0, 0.0, 1.0]\n[sampling]\nstep = "5 mm"\n'
     (tmp_path / "part.toml").write_text(job)

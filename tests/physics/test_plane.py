@@ -8,24 +8,24 @@ import numpy as np
 import pytest
 from scipy.optimize import root
 
-import boards
 import cablewright as cw
+import planar_robots
 from cablewright.robot import Robot
 from oracles import irvine
 
 FORCE = (3.0, -2.0, 4.0)  # N
-KINDS = [(plane, body) for plane in boards.PLANES for body in (False, True)]
+KINDS = [(plane, body) for plane in planar_robots.PLANES for body in (False, True)]
 
 
 def pose_at(robot: Robot, q: Any) -> Any:
     """The pose, complex where the coordinates *q* in the plane are: two of the position, and of a body its turn."""
-    a, b, n = boards.frame(robot)
-    position = q[0] * a + q[1] * b + boards.DISTANCE * n
+    a, b, n = planar_robots.frame(robot)
+    position = q[0] * a + q[1] * b + planar_robots.DISTANCE * n
     return position if robot.n == 3 else np.concatenate([position, q[2] * n])
 
 
 def coordinates(robot: Robot, pose: np.ndarray) -> np.ndarray:
-    a, b, n = boards.frame(robot)
+    a, b, n = planar_robots.frame(robot)
     return np.array([pose[:3] @ a, pose[:3] @ b, *([pose[3:] @ n] if robot.n == 6 else [])])
 
 
@@ -33,7 +33,7 @@ def turned(robot: Robot, pose: Any, point: Any) -> Any:
     """Where a point of the platform frame is: Rodrigues, for complex angles too."""
     if robot.n == 3:
         return pose[:3] + point
-    _, _, n = boards.frame(robot)
+    _, _, n = planar_robots.frame(robot)
     angle, along = pose[3:] @ n, (n @ point) * n
     return pose[:3] + along + np.cos(angle) * (point - along) + np.sin(angle) * np.cross(n, point)
 
@@ -47,15 +47,15 @@ def energy(robot: Robot, lengths: np.ndarray, pose: Any) -> Any:
         away = turned(robot, pose, np.array(line.platform_point)) - line.exit_point
         stretch = np.sqrt(away @ away) - own
         if stretch.real > 0.0:
-            total = total + 0.5 * boards.STIFFNESS * stretch**2 / own
+            total = total + 0.5 * planar_robots.STIFFNESS * stretch**2 / own
     return total
 
 
 def hung(plane: str, body: bool, cable: str, count: int, more: float) -> tuple[Robot, cw.Equilibrium]:
     """Platforms on lengths that differ by up to *more* (m) from those that hold them at random places."""
     own = {"force": FORCE} | ({"centre_of_mass": (0.03, 0.02, -0.04)} if body else {})
-    robot = boards.board(plane, body, **own)
-    held = cw.inverse(robot, boards.places(robot, 3 * count), cable=cable)
+    robot = planar_robots.board(plane, body, **own)
+    held = cw.inverse(robot, planar_robots.places(robot, 3 * count), cable=cable)
     held = held[held.ok][:count]
     assert len(held) == count
     lengths = held.lengths + np.random.default_rng(2).uniform(-more, more, held.lengths.shape)
@@ -83,7 +83,7 @@ def test_elastic_lines_rest_where_the_energy_in_the_plane_is_least(plane: str, b
 def test_sagging_lines_balance_in_the_plane_and_the_plane_bears_the_rest(plane: str, body: bool) -> None:
     """The spans are Irvine's."""
     robot, found = hung(plane, body, "catenary", 1, 2e-4)
-    lengths, n = found.lengths[0], boards.frame(robot)[2]
+    lengths, n = found.lengths[0], planar_robots.frame(robot)[2]
 
     def wrench(pose: np.ndarray) -> np.ndarray:
         weight = np.array([0.0, 0.0, -robot.platform.mass * robot.scene.gravity])
@@ -97,7 +97,7 @@ def test_sagging_lines_balance_in_the_plane_and_the_plane_bears_the_rest(plane: 
             w, reach = line.cable.linear_density * robot.scene.gravity, float(np.hypot(x, y))
             tension, phi = float(found.tensions[0, i]), float(found.states[0, i, 0])
             H, V = irvine.start_tension(
-                reach, z, lengths[i], w, boards.STIFFNESS, (tension * np.cos(phi), tension * np.sin(phi))
+                reach, z, lengths[i], w, planar_robots.STIFFNESS, (tension * np.cos(phi), tension * np.sin(phi))
             )
             H, V = float(H), float(V + w * lengths[i])
             force = -np.array([H * x / reach, H * y / reach, V])
@@ -106,7 +106,7 @@ def test_sagging_lines_balance_in_the_plane_and_the_plane_bears_the_rest(plane: 
 
     def slope(q: np.ndarray) -> np.ndarray:
         total = wrench(pose_at(robot, q))
-        a, b, _ = boards.frame(robot)
+        a, b, _ = planar_robots.frame(robot)
         return np.array([total[:3] @ a, total[:3] @ b, *([total[3:] @ n] if body else [])])
 
     pose = found.pose[0]
@@ -124,11 +124,11 @@ def test_sagging_lines_balance_in_the_plane_and_the_plane_bears_the_rest(plane: 
 @pytest.mark.parametrize(("plane", "body"), KINDS)
 def test_without_the_plane_its_reaction_is_a_load(plane: str, body: bool, cable: str) -> None:
     """The least norm in the plane is also that among fewer distributions: those that need no plane."""
-    held, loose = (boards.board(plane, body, 8, held=kept) for kept in (True, False))
-    found = cw.inverse(held, boards.places(held, 20, 0.4), cable=cable)
+    held, loose = (planar_robots.board(plane, body, 8, held=kept) for kept in (True, False))
+    found = cw.inverse(held, planar_robots.places(held, 20, 0.4), cable=cable)
     found = found[found.ok]
     assert len(found) > 4
-    n = boards.frame(held)[2]
+    n = planar_robots.frame(held)[2]
     for row in found:
         moment = (0.0, 0.0, 0.0) if row.plane_moments is None else -row.plane_moments
         free = loose.under_wrench(-row.plane_force * n, moment)
@@ -139,8 +139,8 @@ def test_without_the_plane_its_reaction_is_a_load(plane: str, body: bool, cable:
 
 @pytest.mark.parametrize("cable", ["rigid", "elastic"])
 def test_belts_in_the_plane_need_none(cable: str) -> None:
-    held, loose = (boards.board("vertical", off=0.0, held=kept) for kept in (True, False))
-    poses = boards.places(held, 30)
+    held, loose = (planar_robots.board("vertical", off=0.0, held=kept) for kept in (True, False))
+    poses = planar_robots.places(held, 30)
     found, same = (cw.inverse(robot, poses, cable=cable) for robot in (held, loose))
     np.testing.assert_array_equal(found.code, same.code)
     assert found.ok.sum() > 10
@@ -151,17 +151,17 @@ def test_belts_in_the_plane_need_none(cable: str) -> None:
 
 @pytest.mark.parametrize("body", [False, True])
 def test_on_a_table_weight_is_the_tables(body: bool) -> None:
-    robot = boards.board("horizontal", body)
+    robot = planar_robots.board("horizontal", body)
     light = robot.model_copy(update={"platform": robot.platform.model_copy(update={"mass": 1e-6})})
-    poses = boards.places(robot, 20)
+    poses = planar_robots.places(robot, 20)
     found, same = (cw.inverse(each, poses, cable="elastic").checked() for each in (robot, light))
     np.testing.assert_allclose(found.tensions, same.tensions, rtol=1e-9)
-    pressed = (boards.MASS - 1e-6) * 9.81
+    pressed = (planar_robots.MASS - 1e-6) * 9.81
     np.testing.assert_allclose(found.plane_force - same.plane_force, pressed, rtol=1e-9)  # its normal points down
 
 
 def test_the_slope_of_the_energy_is_that_of_differences() -> None:
-    robot = boards.board("tilted", True)
+    robot = planar_robots.board("tilted", True)
     lengths, q = np.full(4, 1.2), np.array([0.1, -0.2, 0.05])
     slopes = [energy(robot, lengths, pose_at(robot, q + 1e-30j * unit)).imag / 1e-30 for unit in np.eye(3)]
     for unit, slope in zip(np.eye(3), slopes, strict=True):

@@ -21,7 +21,7 @@ from cablewright.models.stiffness import stiffness
 from cablewright.robot import Eyelet, Robot
 from cablewright.solvers.limits import winch_torques
 from cablewright.solvers.tension import self_stresses, structures
-from printed import RING
+from print_logs import RING
 
 EXITS = np.array([(-2.0, -2.0, 0.1), (2.0, -2.0, 0.2), (2.0, 2.0, 0.0), (-2.0, 2.0, 0.1), (0.1, 0.2, 3.0)])
 SPANS, CABLES = (2, 3, 1, 2, 4), (1, 2, 2, 1, 1)

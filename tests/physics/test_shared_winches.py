@@ -425,10 +425,12 @@ def test_the_position_or_the_rotation_may_be_free() -> None:
         np.testing.assert_allclose(there.lengths[1::2], there.lengths[::2], atol=1e-9)
         assert there.is_valid()
     for pose, why in (
-        ([0.1, 0.2, 1.0], "6 lines on 3 winches hold 3 of the 6 freedoms; 6 are given: leave 3 free"),
+        ([0.1, 0.2, 1.0], "6 lines on 3 winches hold 3 of the 6 degrees of freedom; 6 are given: leave 3 free"),
         ([0.1, 0.2, *FREE, np.nan], "2 are given: leave 3 free"),
     ):
         with pytest.raises(cw.InputError, match=why):
             cw.inverse(robot, pose)
-    with pytest.raises(cw.InputError, match="8 lines on 4 winches hold 4 of the 6 freedoms; 5 are given: leave 2 to 3"):
+    with pytest.raises(
+        cw.InputError, match="8 lines on 4 winches hold 4 of the 6 degrees of freedom; 5 are given: leave 2 to 3"
+    ):
         cw.inverse(parallelograms(4), [0.1, 0.2, 1.0, 0.0, 0.0, np.nan])

@@ -125,7 +125,7 @@ def test_as_eyelets_wheels_are_points_at_their_centres(robot: Robot) -> None:
     np.testing.assert_array_equal(one, two)
 
 
-def test_what_no_cable_passes_any_more_is_refused_by_the_name_of_its_line() -> None:
+def test_what_no_cable_passes_any_more_is_rejected_by_the_name_of_its_line() -> None:
     """Of a robot that was changed without being read again."""
     robot = out_of_plane.point("wheels")
     line = next(line for line in robot.lines if isinstance(line.sheave, Pulley))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-import driven
+import shared_winch_robots
 from cablewright.foundation.signals import Command, Encoders
 from cablewright.kernels.layout import COUNTERWEIGHT
 from cablewright.kernels.plant import counterweights, dynamics, winding
@@ -73,7 +73,7 @@ class Hoisted:
 
 @pytest.mark.parametrize("dead", [True, False])
 def test_energy_of_a_hoist_is_what_its_winches_put_in(dead: bool) -> None:
-    hoisted, work = Hoisted(driven.hoist(dead), PLACE, [0, 1, 2, 3]), 0.0
+    hoisted, work = Hoisted(shared_winch_robots.hoist(dead), PLACE, [0, 1, 2, 3]), 0.0
     hoisted.motion[3:6] = 0.01, -0.005, 0.02
     begin, soft = hoisted.energy(), hoisted.model.lines.free_compliance
     for k in range(400):
@@ -87,7 +87,9 @@ def test_energy_of_a_hoist_is_what_its_winches_put_in(dead: bool) -> None:
 
 @pytest.mark.parametrize("advantage", [1, 2])
 def test_platform_and_counterweight_alone_are_an_atwood_machine(advantage: int) -> None:
-    robot = driven.hoist(False, advantage=advantage, counterweight=8.0, cable=driven.CABLE | {"axial_stiffness": 6e8})
+    robot = shared_winch_robots.hoist(
+        False, advantage=advantage, counterweight=8.0, cable=shared_winch_robots.CABLE | {"axial_stiffness": 6e8}
+    )
     hoisted, carried, hung = Hoisted(robot, np.array([0.0, 0.0, 1.0]), [3]), robot.platform.mass, 8.0
     for _ in range(200):
         hoisted.step(np.zeros(1))
@@ -100,7 +102,9 @@ def test_platform_and_counterweight_alone_are_an_atwood_machine(advantage: int) 
 
 
 @pytest.mark.parametrize(
-    "robot", [driven.hoist(), driven.hoist(cables=2), driven.pairs()], ids=["hoist", "two", "pairs"]
+    "robot",
+    [shared_winch_robots.hoist(), shared_winch_robots.hoist(cables=2), shared_winch_robots.pairs()],
+    ids=["hoist", "two", "pairs"],
 )
 @pytest.mark.parametrize("plant", ["dynamic", "quasi-static"])
 def test_a_machine_at_rest_is_where_forward_has_it(robot: Robot, plant: str) -> None:
@@ -129,7 +133,7 @@ def test_a_machine_at_rest_is_where_forward_has_it(robot: Robot, plant: str) -> 
 
 @pytest.mark.parametrize("winds", ["along", "against"])
 def test_lines_on_one_drum_follow_its_turn_and_its_motor_has_the_torque_of_both(winds: str) -> None:
-    robot = driven.two_on_one(winds)
+    robot = shared_winch_robots.two_on_one(winds)
     twin = built_machine(robot)[0]
     walk = twin.simulation.winch.model_copy(update={"radius_walk": 0.0, "sideways_walk": 0.0})
     winches = Winches(robot, twin.owner.winch, walk, np.array([2.0, 1.5]), 0)

@@ -135,7 +135,7 @@ def test_options_that_no_drawing_has(options: dict, words: str) -> None:
         ({"length": 28.0, "area": (3.6, 8.0), "min_angle": 2.0}, "min_angle = 2"),
     ],
 )
-def test_what_no_curve_can_be_is_refused(given: dict, words: str) -> None:
+def test_what_no_curve_can_be_is_rejected(given: dict, words: str) -> None:
     with pytest.raises(InputError, match=words):
         CurveRequirements(**given)
 

@@ -110,7 +110,7 @@ def test_a_bead_fills_the_groove_between_its_neighbours() -> None:
 
 
 @pytest.mark.parametrize("axis", [0, 1])
-def test_what_leaves_the_field_is_refused_and_changes_nothing(axis: int) -> None:
+def test_what_leaves_the_field_is_rejected_and_changes_nothing(axis: int) -> None:
     field = flat()
     end = at(0.0, 0.0)
     end[0, axis] = 1.2

@@ -61,6 +61,6 @@ def test_parameter_of_a_code_that_owns_its_words_is_no_feed(head: str) -> None:
         ("F", "F has no number"),
     ],
 )
-def test_words_without_a_meaning_are_refused(head: str, why: str) -> None:
+def test_words_without_a_meaning_are_rejected(head: str, why: str) -> None:
     with pytest.raises(InputError, match=why):
         feeds(head)

@@ -80,7 +80,7 @@ def test_one_line_says_what_is_wrong(tmp_path: Path, text: str, words: str) -> N
     assert "\n" not in str(caught.value)
 
 
-def test_a_path_of_too_many_pieces_is_refused_before_it_is_made() -> None:
+def test_a_path_of_too_many_pieces_is_rejected_before_it_is_made() -> None:
     path = Helix(radius=1000.0, layers=100_000, layer_height=0.1)
     with pytest.raises(InputError, match="fewer layers"):
         path.toolpath()

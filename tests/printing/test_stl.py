@@ -103,7 +103,7 @@ def test_a_long_file_that_ends_in_other_things_is_read(write) -> None:
         ("solid box\n" + "x" * 5000, "line 2: too long"),
     ],
 )
-def test_a_broken_file_is_refused_in_one_line(write, content: bytes | str, says: str) -> None:
+def test_a_broken_file_is_rejected_in_one_line(write, content: bytes | str, says: str) -> None:
     with pytest.raises(InputError) as caught:
         read_stl(write(content))
     message = str(caught.value)
@@ -124,7 +124,7 @@ def test_no_file_a_folder_and_a_nul(tmp_path: Path) -> None:
             read_stl(path)
 
 
-def test_a_text_of_too_many_triangles_is_refused(write, monkeypatch) -> None:
+def test_a_text_of_too_many_triangles_is_rejected(write, monkeypatch) -> None:
     monkeypatch.setattr(stl, "MAX_TRIANGLES", 5)
     with pytest.raises(InputError, match="at most 4096 bytes, 5 triangles"):
         read_stl(write(text(cuboid())))
@@ -133,7 +133,7 @@ def test_a_text_of_too_many_triangles_is_refused(write, monkeypatch) -> None:
 
 
 @pytest.mark.parametrize("form", ["binary", "text"])
-def test_noise_is_a_mesh_or_refused(write, form: str) -> None:
+def test_noise_is_a_mesh_or_rejected(write, form: str) -> None:
     rng = np.random.default_rng(SEED)
     whole = binary(cuboid()) if form == "binary" else text(cuboid()).encode()
     for _ in range(400):

@@ -241,7 +241,7 @@ def test_the_world_can_be_turned_and_mirrored(flip: bool) -> None:
         ),
     ],
 )
-def test_refusals(guides: list, why: str) -> None:
+def test_rejections(guides: list, why: str) -> None:
     made = tuple(wheel(*each) if isinstance(each[1], np.ndarray | tuple) else each for each in guides)
     with pytest.raises(InputError, match=why):
         dead_span((0.0, 0.0, 0.0), made, (0.0, 0.0, 2.0))

@@ -1,4 +1,4 @@
-"""Numbers that change a robot: what moves, what stays, and what is refused."""
+"""Numbers that change a robot: what moves, what stays, and what is rejected."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def others(robot: Robot, *keys: str) -> list[dict[str, Any]]:
 
 
 @pytest.mark.parametrize("distance", [0.0283, 0.1, 0.5])
-def test_exits_at_corners_slide_along_the_walls(distance: float) -> None:
+def test_exit_points_at_corners_slide_along_the_walls(distance: float) -> None:
     """As Table 2 and 3 of Jung 2020 write them: 1 - d / root 2 along each wall."""
     made = Change("exit-distance").on(BEAM, distance)
     inner = 1.0 - distance / math.sqrt(2.0)
@@ -40,12 +40,12 @@ def test_exits_at_corners_slide_along_the_walls(distance: float) -> None:
     assert (made.platform, made.scene) == (BEAM.platform, BEAM.scene)
 
 
-def test_exits_together_are_those_of_table_1() -> None:
+def test_exit_points_together_are_those_of_table_1() -> None:
     np.testing.assert_array_equal(exits(Change("exit-distance").on(BEAM, 0.0)), exits(load("jung2020-table1")))
 
 
 @pytest.mark.parametrize("robot", [COGIRO, MERLET])
-def test_other_exits_part_about_their_middle(robot: Robot) -> None:
+def test_other_exit_points_part_about_their_middle(robot: Robot) -> None:
     before, made = exits(robot), Change("exit-distance").on(robot, 1.5)
     after = exits(made)
     for i, own in enumerate(before):
@@ -178,7 +178,7 @@ def test_a_single_line_has_no_neighbour() -> None:
         (load("grab-four-lines"), "width-top-x", 1.0, "all at one height"),
     ],
 )
-def test_what_a_robot_cannot_have_is_refused(robot: Robot, name: str, value: float, says: str) -> None:
+def test_what_a_robot_cannot_have_is_rejected(robot: Robot, name: str, value: float, says: str) -> None:
     with pytest.raises(InputError, match=says):
         Change(name).on(robot, value)
 

@@ -1,4 +1,4 @@
-"""The table `[dynamics]`: the share of critical damping, read, refused, assumed and written back."""
+"""The table `[dynamics]`: the share of critical damping, read, rejected, assumed and written back."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def test_damping_of_the_file_or_an_assumed_one() -> None:
 @pytest.mark.parametrize(
     ("value", "meant"), [("1.5", "; did you mean 1.5 %, 0.015?"), ("1.0", ""), ("-0.1", ""), ("300", "")]
 )
-def test_damping_out_of_bounds_is_refused(value: str, meant: str) -> None:
+def test_damping_out_of_bounds_is_rejected(value: str, meant: str) -> None:
     why = f"= {value}: must be a share of critical damping, at least 0 and below 1{meant}"
     with pytest.raises(InputError, match=re.escape(f"robot.toml: dynamics.damping_ratio {why}") + "$"):
         loads(with_ratio(value), "robot.toml")

@@ -70,5 +70,5 @@ def test_a_platform_of_either_kind(platform: dict[str, Any]) -> None:
         {"name": 3},
     ],
 )
-def test_it_refuses(change: dict[str, Any]) -> None:
+def test_it_rejects(change: dict[str, Any]) -> None:
     assert not VALIDATOR.is_valid(house() | change)

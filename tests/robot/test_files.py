@@ -213,7 +213,7 @@ def test_all_faults_are_told_at_once_and_further_ones_counted() -> None:
         "a = " + "[" * 200_000,
     ],
 )
-def test_deep_nesting_is_refused_before_parsing(deep: str) -> None:
+def test_deep_nesting_is_rejected_before_parsing(deep: str) -> None:
     assert "nested deeper than 32" in message(deep)
 
 
@@ -329,7 +329,7 @@ def test_a_fault_in_the_library_would_name_the_library() -> None:
 @given(st.text(max_size=200))
 @example('"""\\"""' * 50)
 @example("'" * 7 + "[" * 40)
-def test_random_text_is_refused(text: str) -> None:
+def test_random_text_is_rejected(text: str) -> None:
     with pytest.raises(InputError):
         loads(text)
 
@@ -350,6 +350,6 @@ def mangled(draw: st.DrawFn) -> str:
 
 
 @given(mangled())
-def test_a_mangled_file_is_read_or_refused(text: str) -> None:
+def test_a_mangled_file_is_read_or_rejected(text: str) -> None:
     with contextlib.suppress(InputError):
         loads(text)

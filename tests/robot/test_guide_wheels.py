@@ -1,4 +1,4 @@
-"""Guides that are wheels in robot files: read, refused in one line, written back, moved along, and drawn."""
+"""Guides that are wheels in robot files: read, rejected in one line, written back, moved along, and drawn."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def test_it_is_read_in_si() -> None:
         ('"30 mm"', "4", r"lines\[0\].guides \(line 'a'\): guide 1 is within the rim of guide 2, seen along its axis"),
     ],
 )
-def test_it_is_refused_in_one_line(old: str, new: str, why: str) -> None:
+def test_it_is_rejected_in_one_line(old: str, new: str, why: str) -> None:
     assert old in text()
     with pytest.raises(InputError, match=why) as caught:
         loads(text().replace(old, new))

@@ -104,7 +104,7 @@ def test_a_cable_bears_a_fifth_of_its_breaking_load() -> None:
         assert mine.lines[0].tension_limits[1] == pytest.approx(stock.cable.breaking_load / SAFETY, rel=5e-3)
 
 
-def test_ropes_of_dyneema_follow_their_diameter() -> None:
+def test_cables_of_dyneema_follow_their_diameter() -> None:
     """Breaking load and mass go with the square of the diameter, stretch at a fifth of the breaking load is 0.6 %."""
     for size in range(1, 7):
         cable = CABLES[f"dyneema-{size}mm"].cable
@@ -117,7 +117,7 @@ def test_ropes_of_dyneema_follow_their_diameter() -> None:
 @pytest.mark.parametrize(
     ("diameter", "breaks"), [(7 / 64 * 25.4e-3, 1650 * 4.4482), (1.5e-3, 2300.0), (3 / 16 * 25.4e-3, 5400 * 4.4482)]
 )
-def test_ropes_on_sale_are_no_weaker(diameter: float, breaks: float) -> None:
+def test_cables_on_sale_are_no_weaker(diameter: float, breaks: float) -> None:
     assert 950e6 * diameter**2 <= breaks <= 1.15 * 950e6 * diameter**2
 
 

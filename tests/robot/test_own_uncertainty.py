@@ -52,7 +52,7 @@ def test_it_is_what_accuracy_takes_by_default() -> None:
         ("factor = [0.9, 1.2]", "factor = [1.2, 0.9]", "uncertainty.parameters[1].factor"),
     ],
 )
-def test_what_does_not_fit_the_robot_is_refused_with_its_key(old: str, new: str, says: str) -> None:
+def test_what_does_not_fit_the_robot_is_rejected_with_its_key(old: str, new: str, says: str) -> None:
     with pytest.raises(InputError) as refusal:
         house(TABLE.replace(old, new))
     assert str(refusal.value).startswith(f"house.toml: {says}")

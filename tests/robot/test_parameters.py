@@ -196,7 +196,7 @@ def test_lines_that_differ_share_no_number_unless_it_is_relative(kind: str, chan
         ),
     ],
 )
-def test_what_a_robot_has_not_is_refused_in_one_line(robot: Robot, kind: str, options: Any, message: str) -> None:
+def test_what_a_robot_has_not_is_rejected_in_one_line(robot: Robot, kind: str, options: Any, message: str) -> None:
     with pytest.raises(InputError) as error:
         parameters_of(robot, kind, **options)
     assert message in str(error.value)
@@ -219,7 +219,7 @@ def test_a_parameter_that_cannot_be_is_not_made() -> None:
         Parameter("exit_point.x")
 
 
-def test_a_nominal_value_of_what_the_robot_has_not_is_refused() -> None:
+def test_a_nominal_value_of_what_the_robot_has_not_is_rejected() -> None:
     with pytest.raises(InputError, match="unknown line 'x'"):
         nominal(HOUSE, Parameter("modulus", "x"))
     with pytest.raises(InputError, match=r"moment\.z: 'house-printer' is a point platform"):

@@ -1,4 +1,4 @@
-"""The parts of a robot: what they are, and what each refuses."""
+"""The parts of a robot: what they are, and what each rejects."""
 
 import math
 import subprocess
@@ -76,12 +76,12 @@ def test_a_cable_is_as_stiff_as_either_way_says() -> None:
     assert Cable(axial_stiffness="1.5 MN", linear_density=0, breaking_load=1).stiffness == 1.5e6
 
 
-def test_rope_constructions_leave_room_between_their_wires() -> None:
+def test_cable_constructions_leave_room_between_their_wires() -> None:
     for name, factor in CONSTRUCTIONS.items():
         assert 0.35 < factor < 0.25 * math.pi * 0.65, name  # less than a strand of round wires fills
 
 
-def test_a_rope_that_is_given_by_its_construction_is_written_back() -> None:
+def test_a_cable_that_is_given_by_its_construction_is_written_back() -> None:
     text = library_text("house-printer").replace('section = "12.566370614359172 mm^2"', 'construction = "6x7-FC"')
     robot = loads(text.partition("  # assumed: full")[0] + "\n" + text.partition("  # assumed: full 4 mm circle\n")[2])
     assert robot.lines[0].cable.stiffness == pytest.approx(102.2e9 * 0.369 * 16e-6)
@@ -113,11 +113,11 @@ def test_a_rope_that_is_given_by_its_construction_is_written_back() -> None:
         ({"axial_stiffness": 1, "diameter": 0}, "greater than 0"),
     ],
 )
-def test_a_cable_refuses(stiffness: dict[str, Any], match: str) -> None:
+def test_a_cable_rejects(stiffness: dict[str, Any], match: str) -> None:
     refused(Cable, {"linear_density": 0.03, "breaking_load": 1e4} | stiffness, match)
 
 
-def test_creep_refuses_what_no_cable_does() -> None:
+def test_creep_rejects_what_no_cable_does() -> None:
     for values, match in (
         ({"retardations": [60, 1200], "compliances": [1e-8]}, "compliances: must be 2: one for each"),
         ({"retardations": [1200, 60], "compliances": [1e-8, 1e-8]}, "retardations: must rise"),
@@ -152,7 +152,7 @@ def test_sheaves_are_told_apart_by_kind() -> None:
         ({"lever_range": (0,)}, "lever_range.1"),
     ],
 )
-def test_a_universal_joint_refuses(changes: dict[str, Any], match: str) -> None:
+def test_a_universal_joint_rejects(changes: dict[str, Any], match: str) -> None:
     refused(UniversalJoint, JOINT | changes, match)
 
 
@@ -160,7 +160,7 @@ def test_a_lever_as_long_as_the_radius_is_allowed() -> None:
     assert UniversalJoint(**JOINT | {"lever": 0.05}).lever == 0.05
 
 
-def test_a_swivel_refuses_a_swing_about_nothing() -> None:
+def test_a_swivel_rejects_a_swing_about_nothing() -> None:
     refused(Swivel, SWIVEL | {"swing": 1}, "swing: needs facing")
     assert Swivel(**SWIVEL, facing="90 deg", swing="45 deg").facing == math.pi / 2
 
@@ -251,7 +251,7 @@ def test_a_winch_may_be_unknown_but_not_zero(key: str) -> None:
         ({"exitpoint": (0, 0, 0)}, "exitpoint: unknown key; did you mean 'exit_point'"),
     ],
 )
-def test_a_line_refuses(changes: dict[str, Any], match: str) -> None:
+def test_a_line_rejects(changes: dict[str, Any], match: str) -> None:
     refused(Line, LINE | changes, match)
 
 
@@ -285,7 +285,7 @@ def test_the_scene_is_a_box_with_a_volume(axis: int) -> None:
     refused(Scene, {"frame_min": (0, 0, 0), "frame_max": (1, 1, 1), "gravity": -1}, "greater than or equal to 0")
 
 
-def test_a_robot_counts_its_lines_and_freedoms() -> None:
+def test_a_robot_counts_its_lines_and_degrees_of_freedom() -> None:
     lines = [Line(**LINE | {"name": str(k)}) for k in range(64)]
     assert (robot(lines=lines).m, robot(lines=lines).n) == (64, 3)
     with pytest.raises(ValidationError, match="at most 64 items"):
@@ -305,7 +305,7 @@ def test_a_robot_counts_its_lines_and_freedoms() -> None:
         ({"platform": {"kind": "body", "mass": 1}}, "'point'"),
     ],
 )
-def test_a_robot_refuses(changes: dict[str, Any], match: str) -> None:
+def test_a_robot_rejects(changes: dict[str, Any], match: str) -> None:
     with pytest.raises(ValidationError, match=match):
         robot(**changes)
 

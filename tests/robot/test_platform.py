@@ -1,4 +1,4 @@
-"""Rigid platforms, payload states and retraction: what they are, and what each refuses."""
+"""Rigid platforms, payload states and retraction: what they are, and what each rejects."""
 
 import itertools
 import math
@@ -36,7 +36,7 @@ BODY: dict[str, Any] = {"mass": 10, "inertia": (3, 4, 5)}
 
 
 def message(platform: str, text: str = FILE) -> str:
-    """Return the line that refuses the file with more in its platform's table."""
+    """Return the line that rejects the file with more in its platform's table."""
     with pytest.raises(InputError) as caught:
         loads(text + platform, "r.toml")
     assert "\n" not in str(caught.value)
@@ -222,14 +222,14 @@ def test_a_flat_body_is_allowed_whatever_the_rounding(spread: list[float], angle
 
 
 @given(SECOND_MOMENTS, ANGLES, st.integers(0, 2), st.integers(0, 2))
-def test_what_no_body_has_is_refused(spread: list[float], angle: float, axis: int, which: int) -> None:
+def test_what_no_body_has_is_rejected(spread: list[float], angle: float, axis: int, which: int) -> None:
     spread[which] = -1e-6 * sum(spread)
     x, y, z = spread
     refused(RigidPlatform, tensor((y + z, x + z, x + y), angle, axis), "no body has these moments|must be")
 
 
 @given(st.floats(0.1, 10), ANGLES, st.integers(0, 2))
-def test_a_rod_without_a_thickness_is_refused(moment: float, angle: float, axis: int) -> None:
+def test_a_rod_without_a_thickness_is_rejected(moment: float, angle: float, axis: int) -> None:
     for moments in set(itertools.permutations((moment, moment, 0.0))):
         refused(RigidPlatform, tensor(moments, angle, axis), "must be positive definite")
 
@@ -338,14 +338,14 @@ def test_what_has_no_retraction_cannot_retract(name: str) -> None:
         ({"length": "1.1 m"}, "length: must be from least to most, 1.2 to 2 m"),
     ],
 )
-def test_a_retraction_refuses(changes: dict[str, Any], match: str) -> None:
+def test_a_retraction_rejects(changes: dict[str, Any], match: str) -> None:
     refused(Retraction, RETRACTION | changes, match)
 
 
 POINT = FILE.replace("platform_point", "winch_exit").replace("rigid", "point")
 
 
-def test_a_plane_takes_freedoms() -> None:
+def test_a_plane_takes_degrees_of_freedom() -> None:
     body, point = (loads(text + "plane = { normal = [0, -3, 0], distance = '20 mm' }") for text in (FILE, POINT))
     assert (body.n, body.freedoms, point.n, point.freedoms) == (6, 3, 3, 2)
     assert loads(FILE).freedoms == 6
@@ -378,7 +378,7 @@ def test_a_normal_has_any_length(normal: tuple[float, float, float]) -> None:
         ("3", "platform.plane = 3: must be a table"),
     ],
 )
-def test_a_plane_that_is_none_is_refused(plane: str, why: str) -> None:
+def test_a_plane_that_is_none_is_rejected(plane: str, why: str) -> None:
     for text in (FILE, POINT):
         assert message(f"plane = {plane}", text).startswith(why)
 

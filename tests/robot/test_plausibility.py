@@ -342,7 +342,7 @@ def test_a_frame_that_lies_has_its_top_at_one_side(lies: bool) -> None:
         assert any("exchanged or mirrored" in doubt.sentence for doubt in doubts(Robot.model_validate(table)))
 
 
-def test_a_robot_in_millimetres_is_refused_on_loading() -> None:
+def test_a_robot_in_millimetres_is_rejected_on_loading() -> None:
     wrong = robot_file(Outline(name="mine", size=(5.0, 4.0, 3.0))).replace("exit_point = [", "exit_point = [1e3, ")
     rows = []
     for row in wrong.splitlines():
@@ -383,7 +383,7 @@ def test_wrong_units_of_a_job_are_named(motion: Table, bead: Table, says: str) -
     assert jobs.doubts(cw.Job.model_validate(table)) == ()
 
 
-def test_a_speed_beyond_all_is_refused_with_the_likely_unit() -> None:
+def test_a_speed_beyond_all_is_rejected_with_the_likely_unit() -> None:
     table = {
         "name": "j",
         "helix": {"radius": 0.5, "layers": 1, "layer_height": 1e-3},
@@ -413,7 +413,7 @@ def test_angles_out_of_bounds_are_named_in_degrees(key: str, value: Any, said: s
         validated(model, table | {key: value}, "own")
 
 
-def test_rotations_and_densities_in_other_units_are_refused() -> None:
+def test_rotations_and_densities_in_other_units_are_rejected() -> None:
     with pytest.raises(ValueError, match=r"must be no longer than pi rad, half a turn: are these deg\?"):
         ScheduleStep(z=0.0, rotation=(0.0, 0.0, 30.0))
     with pytest.raises(InputError, match=r"density = 2\.1: must be at least 10 kg/m\^3: 2\.1 g/cm\^3\?"):

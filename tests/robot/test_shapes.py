@@ -34,7 +34,7 @@ def test_they_are_read_with_units_and_written_back(name: str) -> None:
         ("highest = [0.1, 0.1, 0]", "highest = [0.1, 0.1, nan]", "platform.boxes[0].highest"),
     ],
 )
-def test_what_is_no_shape_is_refused(line: str, instead: str, says: str) -> None:
+def test_what_is_no_shape_is_rejected(line: str, instead: str, says: str) -> None:
     for name in ("house-printer", "cogiro"):
         with pytest.raises(InputError) as caught:
             loads((library_text(name) + BEAM + BOX).replace(line, instead))

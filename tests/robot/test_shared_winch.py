@@ -43,7 +43,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("table", BAD)
-def test_bad_tables_are_refused_in_one_line(table: str) -> None:
+def test_bad_tables_are_rejected_in_one_line(table: str) -> None:
     if not BAD[table]:
         assert cw.loads(belt(table)).winches == 2
         return

@@ -1,4 +1,4 @@
-"""Declared symmetry: mirror images follow, exits and platform points alike, and what has no image is refused."""
+"""Declared symmetry: mirror images follow, exit points and platform points alike, and what has no image is rejected."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cablewright.robot.symmetry import SymmetricChange
 HOUSE, BEAM = load("house-printer"), load("jung2020")
 
 
-def test_all_four_exits_follow_one() -> None:
+def test_all_four_exit_points_follow_one() -> None:
     robot = SymmetricChange(Change("exit_point.x@south-west"), ("x", "y")).on(HOUSE, -5.0)
     assert [line.exit_point[0] for line in robot.lines] == [-5.0, 5.0, 5.0, -5.0]
     assert [line.winch_exit[0] for line in robot.lines if line.winch_exit] == [-5.0, 5.0, 5.0, -5.0]
@@ -31,7 +31,7 @@ def test_what_is_of_all_lines_stays_so() -> None:
     assert SymmetricChange(Change("mass"), ("x",)).unit == "kg"
 
 
-def test_lines_without_an_image_and_other_mirrors_are_refused() -> None:
+def test_lines_without_an_image_and_other_mirrors_are_rejected() -> None:
     crooked = Change("exit_point.x@south-west").on(HOUSE, -5.0)
     with pytest.raises(InputError, match=r"symmetry x: line 'south-west' of 'house-printer' has no mirror image"):
         SymmetricChange(Change("exit_point.y@south-west"), ("x",)).on(crooked, -5.0)

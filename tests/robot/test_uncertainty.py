@@ -362,7 +362,7 @@ def test_a_radius_as_long_as_the_lever_is_allowed() -> None:
         ({"name": "temperature"}, {"name": "temperature", "shared": True}, "temperature"),
     ],
 )
-def test_a_number_given_twice_is_refused(one: dict[str, Any], other: dict[str, Any], label: str) -> None:
+def test_a_number_given_twice_is_rejected(one: dict[str, Any], other: dict[str, Any], label: str) -> None:
     twice = Uncertainty(parameters=[keys | {"plus_minus": 1e-3} for keys in (one, other)])
     with pytest.raises(InputError) as error:
         twice.of(HOUSE)
@@ -426,7 +426,7 @@ def test_whatever_a_file_says_it_is_an_uncertainty_or_one_line(
     file: dict[str, Any], robot: Robot, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     text = tomlkit.dumps({"schema": 1} | file)
-    tomllib.loads(text)  # the strategy writes TOML: what is refused below is what it says
+    tomllib.loads(text)  # the strategy writes TOML: what is rejected below is what it says
     try:
         found = read(text, tmp_path_factory.getbasetemp()).of(robot)
     except InputError:

@@ -94,7 +94,7 @@ def test_a_number_is_si(value: object) -> None:
         *("1" * 100 + " m", True, None, [1], {"m": 1}, b"1 m", 1j, math.nan, math.inf, -math.inf, 10**400),
     ],
 )
-def test_anything_else_is_refused_with_what_is_allowed(value: object) -> None:
+def test_anything_else_is_rejected_with_what_is_allowed(value: object) -> None:
     with pytest.raises(ValidationError, match=r"must be a finite length.*unit one of m, mm, cm, um, km"):
         read(Length, value)
 
@@ -135,7 +135,7 @@ def test_writing_keeps_the_unit_and_is_short() -> None:
 
 
 @given(st.text(max_size=30) | st.from_regex(r"[0-9.eE+*-]{1,12} ?(mm|m|kN|m m)?", fullmatch=True))
-def test_no_text_does_worse_than_be_refused(text: str) -> None:
+def test_no_text_does_worse_than_be_rejected(text: str) -> None:
     with contextlib.suppress(ValidationError):
         assert math.isfinite(read(Length, text))
 

@@ -187,12 +187,12 @@ def test_a_robot_under_load_is_written_back() -> None:
         (lambda values: values["lines"][0]["cable"].update(diameter=None), "more than values"),
     ],
 )
-def test_what_is_no_change_of_values_is_refused(edit: Callable[[dict[str, Any]], None], match: str) -> None:
+def test_what_is_no_change_of_values_is_rejected(edit: Callable[[dict[str, Any]], None], match: str) -> None:
     with pytest.raises(InputError, match=match):
         update(PATY, edited(PATY, edit))
 
 
-def test_a_text_that_is_no_robot_is_refused() -> None:
+def test_a_text_that_is_no_robot_is_rejected() -> None:
     with pytest.raises(InputError, match="the file to update"):
         update("schema = 1", load("paty2021"))
 

@@ -1,4 +1,4 @@
-"""Work that needs more memory than is free is refused with numbers, before it begins."""
+"""Work that needs more memory than is free is rejected with numbers, before it begins."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def test_the_lesser_of_system_and_group_is_free(system) -> None:
     assert free_memory() is None
 
 
-def test_what_does_not_fit_is_refused_with_numbers(system) -> None:
+def test_what_does_not_fit_is_rejected_with_numbers(system) -> None:
     system(MEMINFO)
     require_memory(2e9, "this", "do less")
     with pytest.raises(EnvironmentFault, match=r"this takes about 29.2 GB, and 2.0 GB are free; do less"):

@@ -92,7 +92,7 @@ def test_a_link_is_no_key(tmp_path: Path) -> None:
     assert target.read_bytes() == bytes(32)
 
 
-def test_a_forged_proof_is_refused(found: Equilibria, tmp_path: Path) -> None:
+def test_a_forged_proof_is_rejected(found: Equilibria, tmp_path: Path) -> None:
     """Emptied lists would say that nothing is left to judge; they have a right checksum and nobody's signature."""
     file = tmp_path / "search.state"
     state = begun(found, file)
@@ -105,7 +105,7 @@ def test_a_forged_proof_is_refused(found: Equilibria, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("signed", ["", "zz", "00" * 32, 7, None])
-def test_another_signature_is_refused(found: Equilibria, tmp_path: Path, signed: object) -> None:
+def test_another_signature_is_rejected(found: Equilibria, tmp_path: Path, signed: object) -> None:
     file = tmp_path / "search.state"
     state = begun(found, file)
     write_snapshots(file, {"search": Snapshot(state.values | {"signature": signed}, state.arrays)})
@@ -113,7 +113,7 @@ def test_another_signature_is_refused(found: Equilibria, tmp_path: Path, signed:
         search_all(found, BOX, file, time_limit=1e-9)
 
 
-def test_the_state_of_another_user_is_refused(
+def test_the_state_of_another_user_is_rejected(
     found: Equilibria, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file = tmp_path / "search.state"
@@ -134,7 +134,7 @@ def test_a_state_that_lacks_something_is_none(found: Equilibria, tmp_path: Path,
         search_all(found, BOX, file, time_limit=1e-9)
 
 
-def test_a_search_of_an_earlier_version_begins_anew(found: Equilibria, tmp_path: Path) -> None:
+def test_a_search_of_an_earlier_version_begins_again(found: Equilibria, tmp_path: Path) -> None:
     """Its proof rests on other kernels, so that nothing is taken from it; the file is read nevertheless."""
     file = tmp_path / "search.state"
     file.write_bytes((Path(__file__).parents[1] / "earlier_files" / "search.state").read_bytes())
@@ -143,7 +143,7 @@ def test_a_search_of_an_earlier_version_begins_anew(found: Equilibria, tmp_path:
     assert read_snapshots(file)["search"].values["question"] != before.values["question"]
 
 
-def test_a_search_of_something_else_begins_anew(found: Equilibria, tmp_path: Path) -> None:
+def test_a_search_of_something_else_begins_again(found: Equilibria, tmp_path: Path) -> None:
     file = tmp_path / "search.state"
     begun(found, file)
     other = [*BOX[:5], 1.4]

@@ -70,12 +70,12 @@ def test_a_place_alone_is_unrotated() -> None:
 
 
 @pytest.mark.parametrize("pose", [[1.1, 0.0, 0.0], [1.1, 0.0, 0.0, 0.0, 0.0, 0.0], [1.1, 0.0, 0.0, 0.0, 0.0, np.nan]])
-def test_four_lines_do_not_hold_six_freedoms(pose: list[float]) -> None:
-    with pytest.raises(InputError, match=r"^pose: 4 lines hold 4 of the 6 freedoms; .* leave 2 free"):
+def test_four_lines_do_not_hold_six_degrees_of_freedom(pose: list[float]) -> None:
+    with pytest.raises(InputError, match=r"^pose: 4 lines hold 4 of the 6 degrees of freedom; .* leave 2 free"):
         inverse(GRAB, pose)
 
 
-def test_as_many_freedoms_are_given_as_there_are_lines() -> None:
+def test_as_many_degrees_of_freedom_are_given_as_there_are_lines() -> None:
     with pytest.raises(InputError, match="3 are given"):
         inverse(GRAB, [1.1, 0.0, 0.0, np.nan, np.nan, np.nan])
     with pytest.raises(InputError, match="none can be free"):
@@ -105,7 +105,7 @@ def test_each_row_has_its_own_retraction() -> None:
 
 
 @pytest.mark.parametrize("retraction", [0.5, 2.5, [1.5, 1.5], np.nan, "long", [[1.5]]])
-def test_a_retraction_that_is_none_is_refused(retraction: object) -> None:
+def test_a_retraction_that_is_none_is_rejected(retraction: object) -> None:
     with pytest.raises(InputError, match="retraction"):
         inverse(JUNG, [0.0, 0.0, 1.0], retraction=retraction)
 
@@ -159,7 +159,7 @@ def test_forward_never_says_yes_to_a_body_on_its_head(robot: Robot, height: floa
             assert found[found.ok].is_valid()
 
 
-def test_cogiro_hangs_below_its_exits_not_in_the_mirror() -> None:
+def test_cogiro_hangs_below_its_exit_points_not_in_the_mirror() -> None:
     held = cases.poses(Model(COGIRO), 3000)
     found = solve_forward(held.model, held.lengths)
     assert found.ok.all()

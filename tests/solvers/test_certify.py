@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-import boards
 import cases
+import planar_robots
 from cablewright.foundation.errors import InputError
 from cablewright.kernels import batches, layout
 from cablewright.kernels.certificates import krawczyk as kernel
@@ -256,14 +256,14 @@ def test_what_gives_is_within_the_bound_in_hundreds_of_poses(name: str, kind: st
 
 
 def on_board(plane: str, body: bool, count: int, seed: int) -> tuple[Model, Equilibrium]:
-    robot = boards.board(plane, body, force=(3.0, -2.0, 4.0))
-    held = solve_inverse(Model(robot), boards.places(robot, 2 * count, seed=seed))
+    robot = planar_robots.board(plane, body, force=(3.0, -2.0, 4.0))
+    held = solve_inverse(Model(robot), planar_robots.places(robot, 2 * count, seed=seed))
     held = held[held.ok]
     return held.model, held[:count]
 
 
 @pytest.mark.parametrize("kind", ["taut", "between"])
-@pytest.mark.parametrize(("plane", "body"), list(product(boards.PLANES, (False, True))))
+@pytest.mark.parametrize(("plane", "body"), list(product(planar_robots.PLANES, (False, True))))
 def test_what_a_plane_carries_is_certified_and_within_the_bound(plane: str, body: bool, kind: str) -> None:
     model, held = on_board(plane, body, 5, 3)
     assert certified(model, held, kind, 3) == 1.0
@@ -271,7 +271,7 @@ def test_what_a_plane_carries_is_certified_and_within_the_bound(plane: str, body
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["taut", "slack", "between"])
-@pytest.mark.parametrize(("plane", "body"), list(product(boards.PLANES, (False, True))))
+@pytest.mark.parametrize(("plane", "body"), list(product(planar_robots.PLANES, (False, True))))
 def test_what_a_plane_carries_is_within_the_bound_in_hundreds_of_poses(plane: str, body: bool, kind: str) -> None:
     model, held = on_board(plane, body, 60, 4)
     assert certified(model, held, kind, 4) >= 0.95
@@ -410,12 +410,12 @@ def test_a_pose_with_rows_without_answer_is_not_certified() -> None:
 
 
 @pytest.mark.parametrize("tolerance", [0.0, -1e-9, float("nan")])
-def test_a_tolerance_that_is_not_positive_is_refused(tolerance: float) -> None:
+def test_a_tolerance_that_is_not_positive_is_rejected(tolerance: float) -> None:
     with pytest.raises(InputError, match="tolerance"):
         certify(solve_forward(HOUSE, full(28.0, 4)), tolerance)
 
 
-def test_rigid_cables_are_refused() -> None:
+def test_rigid_cables_are_rejected() -> None:
     with pytest.raises(InputError, match="do not determine tensions"):
         certify(solve_inverse(Model(load("house-printer"), Fidelity(CableLaw.RIGID)), [0.0, 0.0, 3.0]))
 

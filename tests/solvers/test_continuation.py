@@ -107,7 +107,7 @@ def test_a_step_too_far_is_said_to_jump(name: str, out: float) -> None:
 
 
 @pytest.mark.parametrize("name", ["grab-four-lines", "cogiro", "jung2020", "paty2021", "merlet2023"])
-def test_a_large_step_ends_where_small_ones_end_or_is_refused(name: str) -> None:
+def test_a_large_step_ends_where_small_ones_end_or_is_rejected(name: str) -> None:
     model, rng = Model(load(name)), np.random.default_rng(5)
     held = cases.poses(model, 4)
     followed = 0
@@ -162,7 +162,7 @@ def test_a_tolerance_that_cannot_be_met_is_uncertified() -> None:
 
 @pytest.mark.parametrize("name", ["tolerance", "jump", "fold"])
 @pytest.mark.parametrize("value", [0.0, -1.0, float("nan")])
-def test_settings_that_are_no_bounds_are_refused(name: str, value: float) -> None:
+def test_settings_that_are_no_bounds_are_rejected(name: str, value: float) -> None:
     with pytest.raises(InputError, match=name):
         TrackerSettings(**{name: value})
 
@@ -195,7 +195,7 @@ def test_a_step_that_fails_moves_nothing(cable: CableLaw, lengths: np.ndarray) -
         ["a"] * 4,
     ],
 )
-def test_lengths_of_the_wrong_count_or_not_finite_are_refused(lengths: list[float]) -> None:
+def test_lengths_of_the_wrong_count_or_not_finite_are_rejected(lengths: list[float]) -> None:
     tracker = tracked()
     pose = tracker.pose.copy()
     with pytest.raises(InputError, match="lengths"):

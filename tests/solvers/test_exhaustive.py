@@ -257,7 +257,7 @@ def test_the_time_limit_holds_while_the_lines_are_prepared() -> None:
     assert (search.judged, "places" in stages) == (0, False)
 
 
-def test_what_it_does_not_cover_is_refused() -> None:
+def test_what_it_does_not_cover_is_rejected() -> None:
     body = cw.Model(cw.load("cogiro"))
     lengths = cw.inverse(body.robot, [1.0, 1.0, 1.5]).checked().lengths
     with pytest.raises(InputError, match="exhaustive: robot 'cogiro' has a rigid platform; not supported"):

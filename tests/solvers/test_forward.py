@@ -140,7 +140,7 @@ def test_arrays_of_any_layout_are_read_and_left_alone(held: Equilibrium, layout:
         ({"cable": "rigid"}, "do not determine tensions"),
     ],
 )
-def test_what_cannot_be_used_is_refused(arguments: dict[str, object], says: str) -> None:
+def test_what_cannot_be_used_is_rejected(arguments: dict[str, object], says: str) -> None:
     with pytest.raises(InputError, match=says):
         forward(HOUSE.robot, **({"lengths": np.full((5, 4), 28.0)} | arguments))
 

@@ -28,7 +28,7 @@ def balance(robot: Robot, pose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def best_on_the_null_space(A: np.ndarray, b: np.ndarray, low: float, high: float) -> np.ndarray | None:
-    """Least-norm t within limits for four lines and three freedoms, by walking along the one null vector."""
+    """Least-norm t within limits for four lines and three degrees of freedom, by walking along the one null vector."""
     base = np.linalg.pinv(A) @ b  # of least norm, so the null vector is at right angles to it
     null = np.linalg.svd(A)[2][-1]
     ends = np.sort(np.array([low - base, high - base]) / null, axis=0)
@@ -206,13 +206,13 @@ def test_poses_of_any_layout_are_read_and_left_alone(layout: str) -> None:
 @pytest.mark.parametrize(
     "poses", [[1, 2], [1, 2, 3, 4], [[1, 2, 3], [1, 2]], "here", [1, 2, "x"], None, 5, [[[1, 2, 3]]], [1, 2, np.nan]]
 )
-def test_poses_that_are_none_are_refused(poses: object) -> None:
+def test_poses_that_are_none_are_rejected(poses: object) -> None:
     with pytest.raises(InputError, match="pose"):
         inverse(load("merlet2023"), poses)
 
 
 @pytest.mark.parametrize("limits", [(5.0,), (1.0, 2.0, 3.0), "ab", (None, 5.0), (5.0, 1.0), (-1.0, 5.0), (1.0, np.inf)])
-def test_limits_that_are_none_are_refused(limits: object) -> None:
+def test_limits_that_are_none_are_rejected(limits: object) -> None:
     with pytest.raises(InputError):
         inverse(load("merlet2023"), [0, 0, 1], tension_limits=limits)
 

@@ -94,7 +94,7 @@ def test_lines_that_are_all_slack_hold_nothing(more: float) -> None:
         assert not solve_forward(model, held.lengths + more, guess=guess).ok
 
 
-def test_what_nothing_decides_is_refused() -> None:
+def test_what_nothing_decides_is_rejected() -> None:
     with pytest.raises(InputError, match="gravity = 0, no external force: a line's tension_limits must begin above 0"):
         solve_inverse(Model(floating(least=0.0)), [0.0, 0.0, 1.5])
     with pytest.raises(

@@ -1,4 +1,4 @@
-"""What takes lines out of the plane, and what refuses them by name."""
+"""What takes lines out of the plane, and what rejects them by name."""
 
 from __future__ import annotations
 

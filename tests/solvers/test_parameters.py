@@ -106,7 +106,7 @@ def held_by(robot: Robot) -> Equilibrium:
 
 @pytest.mark.parametrize(("robot", "kind"), HARDWARE, ids=lambda each: getattr(each, "name", each))
 def test_robots_described_otherwise_go_where_first_order_says(robot: Robot, kind: str) -> None:
-    """As a user would: another `Robot`, solved anew, differs by the response but for the square of the step."""
+    """As a user would: another `Robot`, solved again, differs by the response but for the square of the step."""
     held, parameters = held_by(robot), parameters_of(robot, kind)
     one = parameters[len(parameters) // 2]
     answer = response(held, [one])[0, :, 0]

@@ -1,4 +1,4 @@
-"""Platforms in a plane: what holds them, the way back, derivatives, margins, modes and areas; and what is refused."""
+"""Platforms in a plane: what holds them, the way back, derivatives, margins, modes and areas; and what is rejected."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from scipy.linalg import eigh
 from scipy.optimize import linprog
 from scipy.spatial.transform import Rotation
 
-import boards
 import cablewright as cw
 import cases
+import planar_robots
 from cablewright.foundation.errors import AnswerError, InputError, Status
 from cablewright.models.inertia import mass_matrix
 from cablewright.models.stiffness import stiffness
@@ -23,13 +23,13 @@ from cablewright.solvers.linearise import tension_changes
 from cablewright.solvers.tension import self_stresses, structures
 from oracles import linear_program
 
-KINDS = [(plane, body) for plane in boards.PLANES for body in (False, True)]
+KINDS = [(plane, body) for plane in planar_robots.PLANES for body in (False, True)]
 STEP = 2e-6  # m
 
 
 def free_of(robot: Robot) -> np.ndarray:
     """Orthonormal columns of the free directions."""
-    a, b, n = boards.frame(robot)
+    a, b, n = planar_robots.frame(robot)
     if robot.n == 3:
         return np.column_stack([a, b])
     zero = np.zeros(3)
@@ -40,13 +40,13 @@ def feasible(robot: Robot, pose: np.ndarray) -> bool:
     """Whether tensions within the limits, and any reaction of the plane, balance the load: by HiGHS."""
     A, w = linear_program.structure(robot, pose)
     held = np.linalg.svd(free_of(robot), full_matrices=True)[0][:, robot.freedoms :]
-    limits = [boards.LIMITS] * robot.m + [(None, None)] * held.shape[1]
+    limits = [planar_robots.LIMITS] * robot.m + [(None, None)] * held.shape[1]
     return bool(linprog(np.zeros(len(limits)), A_eq=np.hstack([A, held]), b_eq=-w, bounds=limits).status == 0)
 
 
 def solved(plane: str, body: bool, cable: str, count: int, **own: Any) -> tuple[Robot, cw.Equilibrium]:
-    robot = boards.board(plane, body, force=(3.0, -2.0, 4.0), **own)
-    held = cw.inverse(robot, boards.places(robot, 3 * count), cable=cable)
+    robot = planar_robots.board(plane, body, force=(3.0, -2.0, 4.0), **own)
+    held = cw.inverse(robot, planar_robots.places(robot, 3 * count), cable=cable)
     held = held[held.ok]
     assert len(held) >= count
     return robot, held[:count]
@@ -55,8 +55,8 @@ def solved(plane: str, body: bool, cable: str, count: int, **own: Any) -> tuple[
 @pytest.mark.parametrize("cable", ["rigid", "elastic"])
 @pytest.mark.parametrize(("plane", "body"), KINDS)
 def test_yes_and_no_are_those_of_a_linear_program(plane: str, body: bool, cable: str) -> None:
-    robot = boards.board(plane, body, 4, 0.08, force=(5.0, 0.0, 8.0))
-    poses = boards.places(robot, 150, 1.3, 0.3)
+    robot = planar_robots.board(plane, body, 4, 0.08, force=(5.0, 0.0, 8.0))
+    poses = planar_robots.places(robot, 150, 1.3, 0.3)
     possible = [feasible(robot, pose) for pose in poses]
     assert 15 < sum(possible) < 135
     found = cw.inverse(robot, poses, cable=cable)
@@ -75,11 +75,11 @@ def test_yes_and_no_are_those_of_a_linear_program(plane: str, body: bool, cable:
 @pytest.mark.parametrize(("plane", "body"), KINDS)
 def test_the_way_back(plane: str, body: bool, cable: str) -> None:
     robot, held = solved(plane, body, cable, 15)
-    n = boards.frame(robot)[2]
-    for guess in (None, held.pose, boards.places(robot, 15, seed=7)):
+    n = planar_robots.frame(robot)[2]
+    for guess in (None, held.pose, planar_robots.places(robot, 15, seed=7)):
         found = cw.forward(robot, held.lengths, cable=cable, guess=guess).checked()
         np.testing.assert_allclose(found.pose, held.pose, atol=1e-9)
-        np.testing.assert_allclose(found.pose[:, :3] @ n, boards.DISTANCE, atol=1e-15)
+        np.testing.assert_allclose(found.pose[:, :3] @ n, planar_robots.DISTANCE, atol=1e-15)
         np.testing.assert_allclose(found.plane_force, held.plane_force, atol=1e-5)
     single = cw.forward(robot, held.lengths[0], cable=cable)
     assert isinstance(single.plane_force, float)
@@ -133,7 +133,7 @@ def test_derivatives_are_differences(plane: str, body: bool, cable: str) -> None
         pushed = [robot.under_wrench(np.array([3.0, -2.0, 4.0]) + by * np.eye(3)[axis]) for by in (-0.01, 0.01)]
         ends = [cw.forward(each, lengths, cable=cable, guess=pose).checked().pose for each in pushed]
         near((moved_from(pose, ends[1]) - moved_from(pose, ends[0])) / 0.02, own.per_wrench[:, axis])
-    across = np.r_[boards.frame(robot)[2], np.zeros(robot.n - 3)]
+    across = np.r_[planar_robots.frame(robot)[2], np.zeros(robot.n - 3)]
     np.testing.assert_allclose(own.per_wrench @ across, 0.0, atol=1e-12)
 
 
@@ -143,9 +143,9 @@ def near(found: np.ndarray, expected: np.ndarray) -> None:
 
 @pytest.mark.parametrize(("plane", "body"), KINDS)
 def test_margins_are_those_of_a_linear_program(plane: str, body: bool) -> None:
-    robot = boards.board(plane, body, 6 if body else 4, force=(5.0, 0.0, 8.0))
-    free, poses = free_of(robot), boards.places(robot, 40, 1.2, 0.3)
-    low, high = (np.full(robot.m, limit) for limit in boards.LIMITS)
+    robot = planar_robots.board(plane, body, 6 if body else 4, force=(5.0, 0.0, 8.0))
+    free, poses = free_of(robot), planar_robots.places(robot, 40, 1.2, 0.3)
+    low, high = (np.full(robot.m, limit) for limit in planar_robots.LIMITS)
     exact = cw.tension_distribution(robot, poses, "exact")
     least = cw.tension_distribution(robot, poses, "least-norm")
     np.testing.assert_array_equal(exact.feasible, least.feasible)
@@ -161,34 +161,36 @@ def test_margins_are_those_of_a_linear_program(plane: str, body: bool) -> None:
                 np.testing.assert_allclose(free.T @ (B @ found.tensions[row] + load), 0.0, atol=1e-7)
 
 
-@pytest.mark.parametrize("plane", boards.PLANES)
+@pytest.mark.parametrize("plane", planar_robots.PLANES)
 def test_the_capacity_margin_is_the_distance_from_a_polygon(plane: str) -> None:
-    robot = boards.board(plane, force=(5.0, 0.0, 8.0))
-    free, poses = free_of(robot), boards.places(robot, 20, 0.8)
+    robot = planar_robots.board(plane, force=(5.0, 0.0, 8.0))
+    free, poses = free_of(robot), planar_robots.places(robot, 20, 0.8)
     found = cw.capacity(robot, poses)
     for row, pose in enumerate(poses):
         A, w = (free.T @ part for part in linear_program.structure(robot, pose))
         sides = np.array([A[1], -A[0]]).T / np.linalg.norm(A, axis=0)[:, None]  # a polygon's are along its lines
         around = np.vstack([sides, -sides])
         pulls = -around @ A
-        reach = np.maximum(pulls * boards.LIMITS[0], pulls * boards.LIMITS[1]).sum(axis=1)
+        reach = np.maximum(pulls * planar_robots.LIMITS[0], pulls * planar_robots.LIMITS[1]).sum(axis=1)
         assert found.margin[row] == pytest.approx((reach - around @ w).min(), abs=1e-9)
         assert found.rank[row] == 2
     closed = cw.wrench_closure(robot, poses)
     assert closed.feasible.all()  # between four corners
-    assert not cw.wrench_closure(robot, boards.places(robot, 40, 1.9)).feasible.all()
+    assert not cw.wrench_closure(robot, planar_robots.places(robot, 40, 1.9)).feasible.all()
 
 
 def test_a_box_of_wrenches_is_along_axes() -> None:
-    robot = boards.board("vertical")
-    pose, load = boards.places(robot, 1)[0], np.array([0.0, 0.0, 5.0])
+    robot = planar_robots.board("vertical")
+    pose, load = planar_robots.places(robot, 1)[0], np.array([0.0, 0.0, 5.0])
     boxed = cw.capacity(
         robot, pose, box=(load - np.array([1, 50, 2]), load + np.array([1, 50, 2]))
     )  # what is across is the plane's
     corners = [cw.capacity(robot, pose, wrench=load + np.array([x, 0.0, z])).margin for x in (-1, 1) for z in (-2, 2)]
     assert boxed.margin == pytest.approx(min(corners), abs=1e-9)
     with pytest.raises(InputError, match="along the world's axes, and the plane of the platform is tilted"):
-        cw.capacity(boards.board("tilted"), boards.places(boards.board("tilted"), 1), box=(-load, load))
+        cw.capacity(
+            planar_robots.board("tilted"), planar_robots.places(planar_robots.board("tilted"), 1), box=(-load, load)
+        )
 
 
 def test_self_stresses_balance_in_the_plane() -> None:
@@ -217,37 +219,37 @@ def test_modes_are_those_of_the_free_directions(plane: str, body: bool) -> None:
 
 
 def test_a_point_on_one_belt_is_a_plumb_on_its_board() -> None:
-    robot = boards.board("vertical", lines=3)
+    robot = planar_robots.board("vertical", lines=3)
     robot = robot.model_copy(update={"lines": robot.lines[2:]})
-    held = cw.inverse(robot, [np.nan, boards.DISTANCE, -0.6], cable="elastic").checked()
+    held = cw.inverse(robot, [np.nan, planar_robots.DISTANCE, -0.6], cable="elastic").checked()
     assert held.pose[0] == pytest.approx(robot.lines[0].exit_point[0], abs=1e-9)
     drop = robot.lines[0].exit_point[2] - held.pose[2]
-    away = robot.lines[0].exit_point[1] - boards.DISTANCE
-    assert held.tensions[0] == pytest.approx(boards.MASS * 9.81 * np.hypot(drop, away) / drop, rel=1e-9)
-    assert held.plane_force == pytest.approx(boards.MASS * 9.81 * away / drop, rel=1e-9)
+    away = robot.lines[0].exit_point[1] - planar_robots.DISTANCE
+    assert held.tensions[0] == pytest.approx(planar_robots.MASS * 9.81 * np.hypot(drop, away) / drop, rel=1e-9)
+    assert held.plane_force == pytest.approx(planar_robots.MASS * 9.81 * away / drop, rel=1e-9)
     assert held.is_valid()
 
 
 @pytest.mark.parametrize("cable", ["elastic", "catenary"])
 def test_a_sled_on_two_belts_finds_its_turn(cable: str) -> None:
     """Two belts hold the sled of a router; gravity decides how it is turned."""
-    robot = boards.board("vertical", True, 4, centre_of_mass=(0.02, 0.0, -0.25))
+    robot = planar_robots.board("vertical", True, 4, centre_of_mass=(0.02, 0.0, -0.25))
     robot = robot.model_copy(update={"lines": robot.lines[2:]})
     assert robot.lines[0].exit_point[2] > 0.5
-    held = cw.inverse(robot, [0.1, boards.DISTANCE, -0.2, 0.0, np.nan, 0.0], cable=cable).checked()
+    held = cw.inverse(robot, [0.1, planar_robots.DISTANCE, -0.2, 0.0, np.nan, 0.0], cable=cable).checked()
     assert held.is_valid()
     np.testing.assert_array_equal(held.pose[[3, 5]], 0.0)
-    assert held.pose[:3] == pytest.approx([0.1, boards.DISTANCE, -0.2], abs=1e-12)
+    assert held.pose[:3] == pytest.approx([0.1, planar_robots.DISTANCE, -0.2], abs=1e-12)
     found = cw.forward(robot, held.lengths, cable=cable).checked()
     np.testing.assert_allclose(found.pose, held.pose, atol=1e-9)
-    with pytest.raises(InputError, match="2 lines hold 2 of the 3 freedoms; 3 are given: leave 1 free"):
-        cw.inverse(robot, [0.1, boards.DISTANCE, -0.2])
+    with pytest.raises(InputError, match="2 lines hold 2 of the 3 degrees of freedom; 3 are given: leave 1 free"):
+        cw.inverse(robot, [0.1, planar_robots.DISTANCE, -0.2])
     with pytest.raises(InputError, match=r"what the plane y = 0\.02 m holds cannot be left free"):
         cw.inverse(robot, [0.1, np.nan, -0.2, 0.0, 0.0, np.nan])
     np.testing.assert_array_equal(cw.inverse(robot, [0.1, np.nan, -0.2, 0, np.nan, 0], cable=cable).pose, held.pose)
-    tilted = boards.board("tilted", True, 2)
-    with pytest.raises(InputError, match="2 lines hold 3 freedoms in a plane across x, y or z alone"):
-        cw.inverse(tilted, [0.1, boards.DISTANCE, -0.2, 0.0, np.nan, 0.0])
+    tilted = planar_robots.board("tilted", True, 2)
+    with pytest.raises(InputError, match="2 lines hold 3 degrees of freedom in a plane across x, y or z alone"):
+        cw.inverse(tilted, [0.1, planar_robots.DISTANCE, -0.2, 0.0, np.nan, 0.0])
 
 
 @pytest.mark.parametrize("body", [False, True])
@@ -260,18 +262,18 @@ def test_a_tracker_follows_in_the_plane_and_proves_each_step(body: bool) -> None
 
 
 def test_the_area_is_that_of_belts_in_the_plane() -> None:
-    held, loose = (boards.board("vertical", off=0.0, held=kept) for kept in (True, False))
+    held, loose = (planar_robots.board("vertical", off=0.0, held=kept) for kept in (True, False))
     found, same = cw.workspace_area(held), cw.workspace_area(loose)
     assert found.status == same.status == "ok"
     assert found.area == pytest.approx(same.area, abs=found.area_error + same.area_error)
     assert found.normal == "y"
-    assert found.box.low[1] == found.box.high[1] == boards.DISTANCE
+    assert found.box.low[1] == found.box.high[1] == planar_robots.DISTANCE
 
 
 @pytest.mark.parametrize("criterion", ["exact", "capacity", "wrench-closure", "static"])
 @pytest.mark.parametrize(("plane", "body"), [kind for kind in KINDS if kind[0] != "tilted"])
 def test_areas_are_those_of_their_places(plane: str, body: bool, criterion: str) -> None:
-    robot = boards.board(plane, body)
+    robot = planar_robots.board(plane, body)
     settings: dict[str, Any] = {"tolerance": 0.05} if criterion == "static" else {}
     found = cw.workspace_area(robot, criterion, **settings)
     assert found.status == "ok"
@@ -283,35 +285,35 @@ def test_areas_are_those_of_their_places(plane: str, body: bool, criterion: str)
 
 
 def test_the_area_of_a_nozzle_beside_the_plane_is_beside_it() -> None:
-    robot = boards.board("vertical", True, nozzle=(0.05, 0.03, -0.1))
+    robot = planar_robots.board("vertical", True, nozzle=(0.05, 0.03, -0.1))
     found, origins = cw.workspace_area(robot), cw.workspace_area(robot, point="origin")
-    assert found.box.low[1] == pytest.approx(boards.DISTANCE + 0.03)
-    assert origins.box.low[1] == boards.DISTANCE
+    assert found.box.low[1] == pytest.approx(planar_robots.DISTANCE + 0.03)
+    assert origins.box.low[1] == planar_robots.DISTANCE
     places = np.random.default_rng(4).uniform(origins.box.low, origins.box.high, (50, 3))
     margins = origins.criterion.margin(places)
     np.testing.assert_allclose(found.criterion.margin(places + [0.05, 0.03, -0.1]), margins, atol=1e-9)  # noqa: RUF005
 
 
-def test_places_out_of_the_plane_are_refused() -> None:
+def test_places_out_of_the_plane_are_rejected() -> None:
     for plane, at in (("vertical", "y = 0.02 m"), ("horizontal", "z = -0.02 m")):
-        robot = boards.board(plane)
+        robot = planar_robots.board(plane)
         with pytest.raises(InputError, match=f"pose 0.1, 0.3, 0.5: -?0[.]\\d+ m off the platform's plane {at}"):
             cw.inverse(robot, [0.1, 0.3, 0.5])
-    body = boards.board("vertical", True)
+    body = planar_robots.board("vertical", True)
     with pytest.raises(InputError, match=r"turned by 0\.1 rad out of the platform's plane y = 0\.02 m"):
-        cw.inverse(body, [0.1, boards.DISTANCE, 0.2, 0.1, 0.3, 0.0])
+        cw.inverse(body, [0.1, planar_robots.DISTANCE, 0.2, 0.1, 0.3, 0.0])
     with pytest.raises(InputError, match=r"guess .* m off the platform's plane with normal 0\.1881, 0\.9407"):
-        cw.forward(boards.board("tilted"), np.ones(4), guess=[0.0, 0.0, 0.0])
-    near_it = [0.1, boards.DISTANCE + 5e-10, 0.3]
-    assert cw.inverse(boards.board("vertical"), near_it).pose[1] == boards.DISTANCE
+        cw.forward(planar_robots.board("tilted"), np.ones(4), guess=[0.0, 0.0, 0.0])
+    near_it = [0.1, planar_robots.DISTANCE + 5e-10, 0.3]
+    assert cw.inverse(planar_robots.board("vertical"), near_it).pose[1] == planar_robots.DISTANCE
     with pytest.raises(InputError, match="none can be free"):
-        cw.inverse(boards.board("vertical"), [0.1, boards.DISTANCE, np.nan])
+        cw.inverse(planar_robots.board("vertical"), [0.1, planar_robots.DISTANCE, np.nan])
 
 
-@pytest.mark.parametrize("plane", boards.PLANES)
+@pytest.mark.parametrize("plane", planar_robots.PLANES)
 def test_a_plane_decides_one_coordinate(plane: str) -> None:
-    robot = boards.board(plane)
-    for pose in boards.places(robot, 5):
+    robot = planar_robots.board(plane)
+    for pose in planar_robots.places(robot, 5):
         for k in np.flatnonzero(robot.platform.plane.across):
             asked = np.where(np.arange(3) == k, np.nan, pose)
             np.testing.assert_allclose(cw.inverse(robot, asked).pose, pose, atol=1e-14)
@@ -321,18 +323,18 @@ def test_a_plane_decides_one_coordinate(plane: str) -> None:
 
 
 def test_a_table_carries_what_no_line_has_to() -> None:
-    robot = boards.board("horizontal")
+    robot = planar_robots.board("horizontal")
     with pytest.raises(
         InputError, match="the plane carries the whole load: a line's tension_limits must begin above 0"
     ):
-        cw.inverse(robot.limited((0.0, 300.0)), boards.places(robot, 1))
+        cw.inverse(robot.limited((0.0, 300.0)), planar_robots.places(robot, 1))
     with pytest.raises(InputError, match="the whole load: 1 lines leave degrees of freedom undetermined"):
-        cw.inverse(boards.board("horizontal", lines=1), [0.0, np.nan, -boards.DISTANCE])
+        cw.inverse(planar_robots.board("horizontal", lines=1), [0.0, np.nan, -planar_robots.DISTANCE])
 
 
-def test_what_does_not_know_planes_refuses_them() -> None:
-    robot = boards.board()
-    held = cw.inverse(robot, boards.places(robot, 1)[0]).checked()
+def test_what_does_not_know_planes_rejects_them() -> None:
+    robot = planar_robots.board()
+    held = cw.inverse(robot, planar_robots.places(robot, 1)[0]).checked()
     for asked in (
         lambda: cw.enclose_poses(held, 1e-6),
         lambda: refuse_unfit(cw.Model.of(robot), held.lengths),
@@ -345,17 +347,17 @@ def test_what_does_not_know_planes_refuses_them() -> None:
     why = r"moves in the plane with normal 0\.1881, 0\.9407, 0\.2822 at 0\.02 m: only an area in that plane"
     for box in (None, (0.5, 1, 0.5, 1, 0.5, 1)):
         with pytest.raises(InputError, match=why):
-            (cw.workspace if box is None else cw.workspace_area)(boards.board("tilted"), box=box)
+            (cw.workspace if box is None else cw.workspace_area)(planar_robots.board("tilted"), box=box)
 
 
 @pytest.mark.parametrize("body", [False, True])
 def test_the_area_in_a_tilted_plane_is_that_of_a_linear_program(body: bool) -> None:
-    robot = boards.board("tilted", body, 4, 0.08, force=(5.0, 0.0, 8.0))
+    robot = planar_robots.board("tilted", body, 4, 0.08, force=(5.0, 0.0, 8.0))
     found = cw.workspace_area(robot, tolerance=0.01)
     assert (found.status, found.normal) == ("ok", "0.1881, 0.9407, 0.2822")
-    a, b, n = boards.frame(robot)
+    a, b, n = planar_robots.frame(robot)
     uv = np.random.default_rng(3).uniform(-2.2, 2.2, (600, 2))
-    poses = uv @ np.array([a, b]) + boards.DISTANCE * n
+    poses = uv @ np.array([a, b]) + planar_robots.DISTANCE * n
     framed = (np.abs(poses) <= 2.0).all(axis=1)
     if body:
         poses = np.hstack([poses, np.zeros_like(poses)])
@@ -363,7 +365,7 @@ def test_the_area_in_a_tilted_plane_is_that_of_a_linear_program(body: bool) -> N
     assert 0.1 < share < 0.9
     assert found.area == pytest.approx(4.4**2 * share, abs=4.0 * 4.4**2 * np.sqrt(share * (1.0 - share) / 600))
     (outline,) = found.outlines
-    np.testing.assert_allclose(outline @ n, boards.DISTANCE, atol=1e-12)
+    np.testing.assert_allclose(outline @ n, planar_robots.DISTANCE, atol=1e-12)
     u, v = outline @ a, outline @ b
     shoelace = 0.5 * abs(u @ np.roll(v, -1) - v @ np.roll(u, -1))
     assert shoelace == pytest.approx(found.area, rel=1e-3)
@@ -371,7 +373,7 @@ def test_the_area_in_a_tilted_plane_is_that_of_a_linear_program(body: bool) -> N
 
 def test_a_box_cuts_a_tilted_plane() -> None:
     """All of a box can be reached where limits are wide; the diagonal plane of a cube is a hexagon."""
-    table = boards.board("tilted", lines=4, off=1.0).model_dump(by_alias=True)
+    table = planar_robots.board("tilted", lines=4, off=1.0).model_dump(by_alias=True)
     table["platform"]["plane"] |= {"normal": (1.0, 1.0, 1.0), "distance": 0.0}
     table["scene"]["gravity"] = 0.0
     ends = [(9.0, 0.0, 0.0), (-9.0, 1.0, 0.0), (0.0, 9.0, 0.0), (0.0, -9.0, 1.0)]
@@ -384,7 +386,7 @@ def test_a_box_cuts_a_tilted_plane() -> None:
 
 
 def test_lines_that_cannot_hold_it_are_told() -> None:
-    found = cw.inverse(boards.board("vertical", lines=2), [0.0, boards.DISTANCE, 0.0])  # both from below
+    found = cw.inverse(planar_robots.board("vertical", lines=2), [0.0, planar_robots.DISTANCE, 0.0])  # both from below
     assert found.status is Status.INFEASIBLE
     with pytest.raises(AnswerError, match="push"):
         found.checked()
@@ -392,7 +394,7 @@ def test_lines_that_cannot_hold_it_are_told() -> None:
 
 def test_kernels_keep_one_signature() -> None:
     for body in (False, True):
-        for plane in boards.PLANES:
+        for plane in planar_robots.PLANES:
             robot, held = solved(plane, body, "catenary", 2)
             cw.forward(robot, np.repeat(held.lengths, 40, axis=0)).checked()
             cw.linearise(held)

@@ -180,7 +180,7 @@ def test_massless_lines() -> None:
     assert "massless line hangs slack" in enclose_poses(slack, 1e-5).reason
 
 
-def test_bad_input_is_refused() -> None:
+def test_bad_input_is_rejected() -> None:
     found = hanging("merlet2023", "taut")
     for wrong in (0.0, -1e-3, float("nan"), [1e-3, 0.0, 1e-3, 1e-3]):
         with pytest.raises(InputError, match="over 0 is expected"):

@@ -90,7 +90,7 @@ def arm(row) -> float:
 
 
 @pytest.mark.parametrize("part", FORGED)
-def test_a_forged_claim_is_refused(part: str) -> None:
+def test_a_forged_claim_is_rejected(part: str) -> None:
     for answer in answers("inverse", 5):
         claims = Claims.of([answer.found])
         forged = dataclasses.replace(claims, **{part: getattr(claims, part) * (1 + 1e-6)})

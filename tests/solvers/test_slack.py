@@ -442,13 +442,13 @@ def test_a_massless_slack_line_has_no_angle() -> None:
 
 
 @pytest.mark.parametrize("angle", [-1.5, -0.4303, 1.5])
-def test_an_angle_that_cannot_be_is_refused(angle: float) -> None:
+def test_an_angle_that_cannot_be_is_rejected(angle: float) -> None:
     with pytest.raises(InputError, match=r"-0\.4302 to 0\.7162 rad is expected, the range of line 'north-west'"):
         excess_from_angle(MERLET, POSE, FAR, SENSOR, angle)
 
 
 @pytest.mark.parametrize("distance", [-0.1, 4.0, math.nan, math.inf])
-def test_a_distance_off_the_line_is_refused(distance: float) -> None:
+def test_a_distance_off_the_line_is_rejected(distance: float) -> None:
     with pytest.raises(InputError, match=r"distance = .* m: 0 to 3\.5"):
         excess_from_angle(MERLET, POSE, FAR, distance, -0.3)
     with pytest.raises(InputError, match="distance"):
@@ -462,7 +462,7 @@ def test_where_a_line_has_no_tangent_it_has_no_angle(pose: list[float]) -> None:
 
 
 @pytest.mark.parametrize("excess", [-0.1, math.nan, math.inf, "much"])
-def test_an_angle_of_no_excess_is_refused(excess: object) -> None:
+def test_an_angle_of_no_excess_is_rejected(excess: object) -> None:
     with pytest.raises(InputError, match="excess: "):
         angle_from_excess(MERLET, POSE, FAR, SENSOR, [0.1, excess])
 
@@ -486,7 +486,7 @@ def test_a_line_let_out_is_a_row_of_forward_solves() -> None:
     np.testing.assert_allclose(found.pose[20], POSE, atol=1e-9)
 
 
-# --- what is refused
+# --- what is rejected
 
 
 @pytest.mark.parametrize(
@@ -505,7 +505,7 @@ def test_a_line_let_out_is_a_row_of_forward_solves() -> None:
         ({FAR: 0.1, 0: 0.1}, "3 taut ones hold 'merlet2023', which has 4: at most 1 can be slack"),
     ],
 )
-def test_bad_slack_lines_are_refused(excess: dict, says: str) -> None:
+def test_bad_slack_lines_are_rejected(excess: dict, says: str) -> None:
     with pytest.raises(InputError, match=says):
         solve_with_slack(MERLET, POSE, excess)
 
@@ -541,7 +541,7 @@ def test_sets_and_angles_are_of_one_pose() -> None:
         let_out(MERLET, [10.0, 7.0, 10.0, 10.0], 0, [0.0])
 
 
-def test_too_many_sets_are_refused() -> None:
+def test_too_many_sets_are_rejected() -> None:
     lines = [
         MERLET.robot.lines[0].model_copy(update={"name": str(i), "exit_point": (-2.0, i, 4.0), "winch_exit": None})
         for i in range(30)

@@ -370,7 +370,7 @@ def test_retraction_by_row_is_the_retracted_robot() -> None:
     assert one.margin == pytest.approx(own_wrench.margin[2], rel=1e-9)
 
 
-def test_fewer_lines_than_freedoms_balance_only_by_chance() -> None:
+def test_fewer_lines_than_degrees_of_freedom_balance_only_by_chance() -> None:
     model = model_of("grab-four-lines")
     pose = np.array([0.2, 0.1, 1.0, 0.1, 0.0, 0.0])
     assert tension_distribution(model, pose, "exact").margin == -np.inf

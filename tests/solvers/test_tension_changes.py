@@ -47,7 +47,7 @@ def test_tensions_follow_numbers_and_lengths_as_differences_do(model: Model) -> 
 
 
 def test_lengths_of_all_lines_and_what_has_no_tension() -> None:
-    """Per length: the line's own, and the platform's motion; stiff lines are refused."""
+    """Per length: the line's own, and the platform's motion; stiff lines are rejected."""
     robot = next(robot for robot in cases.robots() if robot.name == "cogiro")
     held = taut(Model(robot, Fidelity(CableLaw.CATENARY)), 1)
     changes, linear = tension_changes(held), linearise(held)

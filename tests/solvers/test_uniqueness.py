@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from tools.only_one import contradictions
+from tools.uniqueness_search import contradictions
 
 import cablewright as cw
 from cablewright.models.packed_views import LineStates
@@ -78,7 +78,7 @@ def test_no_two_covered_equilibria_are_found_for_the_same_lengths() -> None:
 
 
 def test_no_sentence_of_random_slack_robots_is_contradicted() -> None:
-    """Two batches of each number of lines; `python -m tools.only_one` runs any number of them."""
+    """Two batches of each number of lines; `python -m tools.uniqueness_search` runs any number of them."""
     checked = [contradictions(seed=3, number=number, count=60) for number in range(8)]
     assert not [sentence for false, _ in checked for sentence in false]
     assert sum(tally["with a sentence and several solutions"] for _, tally in checked) > 20

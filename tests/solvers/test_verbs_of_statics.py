@@ -33,7 +33,7 @@ def test_a_robot_and_its_model_give_the_same_in_one_line(name) -> None:
 
 
 @pytest.mark.parametrize("name", VERBS)
-def test_another_law_than_the_model_has_and_a_law_that_is_none_are_refused(name) -> None:
+def test_another_law_than_the_model_has_and_a_law_that_is_none_are_rejected(name) -> None:
     with pytest.raises(cw.InputError, match="cable = elastic: the model has"):
         VERBS[name](cw.Model(ROBOT, cw.Fidelity(cw.CableLaw.RIGID)), cable="elastic")
     with pytest.raises(cw.InputError, match="unknown cable law 'chain'"):

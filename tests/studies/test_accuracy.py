@@ -1,4 +1,4 @@
-"""Accuracy over shapes: one way to ask wherever it is asked, and nothing begun that could have been refused."""
+"""Accuracy over shapes: one way to ask wherever it is asked, and nothing begun that could have been rejected."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ WRONG = [
 
 
 @pytest.mark.parametrize(("options", "error", "message"), WRONG, ids=lambda value: str(value)[:20])
-def test_a_wrong_option_is_refused_before_any_work(job_file, options, error, message) -> None:
+def test_a_wrong_option_is_rejected_before_any_work(job_file, options, error, message) -> None:
     begun: list[str] = []
     options = {"progress": lambda stage, _done, _total: begun.append(stage)} | options
     job, places = load_job(job_file), Places.plane(HOUSE, 1.0, 1.0, 1.0)
@@ -96,7 +96,7 @@ def test_where_it_can_be_nowhere_there_is_no_answer() -> None:
         accuracy(HOUSE, Places.plane(HOUSE, 14.9, 0.5, 1.0))
 
 
-def test_a_model_answers_as_its_robot_does_and_one_without_sag_is_refused(job_file) -> None:
+def test_a_model_answers_as_its_robot_does_and_one_without_sag_is_rejected(job_file) -> None:
     poses = [[0.0, 0.0, 1.0], [3.0, 2.0, 1.0]]
     ours, own = (accuracy(it, poses, method="first-order") for it in (HOUSE, Model(HOUSE)))
     np.testing.assert_array_equal(ours.spread.max_error, own.spread.max_error)

@@ -155,7 +155,7 @@ def test_tension_limits_that_no_tensions_meet(job_file) -> None:
     assert f"G-code line {no.samples.line[worst.sample]} (allowed:" in no.verdict
 
 
-def test_tension_limits_that_do_not_rise_are_refused(job_file) -> None:
+def test_tension_limits_that_do_not_rise_are_rejected(job_file) -> None:
     with pytest.raises(InputError, match="0 <= lowest < highest"):
         check(load("house-printer"), load_job(job_file), tension_limits=(500.0, 20.0))
 
@@ -221,7 +221,7 @@ def test_made_up_numbers_are_in_no_summary(inside_sheave: Check) -> None:
 
 @pytest.mark.parametrize("block", [64, 100, 40])
 def test_blocks_do_not_matter(found: Check, job_file, monkeypatch, block: int) -> None:
-    monkeypatch.setattr("cablewright.studies.checks.walk.BLOCK", block)
+    monkeypatch.setattr("cablewright.studies.checks.job_samples.BLOCK", block)
     assert_same(check(found.robot, found.job), found, 1e-9)
 
 

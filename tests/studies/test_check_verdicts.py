@@ -184,7 +184,7 @@ class TestYes:
         found = check(robot.model_copy(update={"lines": (bare, *rest)}), job_file)
         assert "winch speed of line south-west: the robot file gives no winch.max_speed" in found.not_checked
 
-    def test_an_unknown_part_of_the_check_is_refused(self, job_file: Path) -> None:
+    def test_an_unknown_part_of_the_check_is_rejected(self, job_file: Path) -> None:
         with pytest.raises(UnknownName, match="interference"):
             check(load("house-printer"), job_file, skip=("interferense",))
 

@@ -222,6 +222,6 @@ def test_a_part_fits_a_frame_that_begins_above_the_floor(tmp_path: Path) -> None
     assert found.origin[2] == pytest.approx(0.3 - 3e-4, abs=1e-4)
 
 
-def test_a_robot_file_without_any_uncertain_number_is_refused() -> None:
+def test_a_robot_file_without_any_uncertain_number_is_rejected() -> None:
     with pytest.raises(InputError, match="parameters"):
         loads('schema = 1\nname = "x"\n[uncertainty]\nname = "none"\n')

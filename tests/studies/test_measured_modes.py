@@ -1,4 +1,4 @@
-"""Measured modes beside the model's: a real swing, a changed twin, a simulated machine, and what is refused."""
+"""Measured modes beside the model's: a real swing, a changed twin, a simulated machine, and what is rejected."""
 
 from __future__ import annotations
 
@@ -163,14 +163,14 @@ def edited(edit: Callable[[list[str]], list[str]], path: Path) -> Path:
         (lambda rows: [*rows, "11.0,1,nan,2"], "y = 'nan': must be a finite number"),
     ],
 )
-def test_bad_files_are_refused_in_one_line(edit: Callable[[list[str]], list[str]], says: str, tmp_path: Path) -> None:
+def test_bad_files_are_rejected_in_one_line(edit: Callable[[list[str]], list[str]], says: str, tmp_path: Path) -> None:
     with pytest.raises(InputError) as caught:
         measured_modes(GRAB, edited(edit, tmp_path / "swing.csv"), POSE)
     assert says in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
-def test_what_a_csv_file_cannot_have_is_refused() -> None:
+def test_what_a_csv_file_cannot_have_is_rejected() -> None:
     with pytest.raises(InputError, match="does not say where the platform was: give --at"):
         measured_modes(GRAB, REAL)
     with pytest.raises(InputError, match=r"--signal inertial: .* has positions alone"):

@@ -37,7 +37,7 @@ def meander(folder: Path, width: float = 100.0, **motion: object) -> Job:
     return Job.model_validate({"name": "m", "gcode": str(folder / "part.gcode"), "bead": bead, "motion": motion})
 
 
-def test_a_meander_that_swings_too_far_is_refused_and_shaped_it_is_not(tmp_path: Path) -> None:
+def test_a_meander_that_swings_too_far_is_rejected_and_shaped_it_is_not(tmp_path: Path) -> None:
     wild, calm = (check(ROBOT, meander(tmp_path, shaping=each), skip=ALONE) for each in ("none", "auto"))
     assert not wild.feasible
     assert wild.to_dict()["motion_error"] > 0.03

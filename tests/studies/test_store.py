@@ -102,7 +102,7 @@ def test_an_empty_folder_is_taken(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["thesis.txt", "manifest.toml", ".hidden"])
-def test_a_foreign_folder_is_refused(tmp_path: Path, name: str) -> None:
+def test_a_foreign_folder_is_rejected(tmp_path: Path, name: str) -> None:
     (tmp_path / "a").mkdir()
     (tmp_path / "a" / name).write_text("years of work")
     with pytest.raises(InputError, match="holds no earlier run"), run_folder(tmp_path / "a"):
@@ -120,7 +120,7 @@ def test_a_manifest_of_something_else_makes_no_run(tmp_path: Path, manifest: str
     assert (tmp_path / "thesis.txt").read_text() == "years of work"
 
 
-def test_a_file_in_its_place_is_refused(tmp_path: Path) -> None:
+def test_a_file_in_its_place_is_rejected(tmp_path: Path) -> None:
     (tmp_path / "a").write_text("a file")
     with pytest.raises(InputError, match="--out"), run_folder(tmp_path / "a"):
         pytest.fail("the block must not be entered")
@@ -135,7 +135,7 @@ def test_neighbours_of_like_name_are_kept(tmp_path: Path, earlier: Path, ending:
         with run_folder(earlier) as part:
             (part / "file").write_text("text")
     except (InputError, EnvironmentFault):
-        pass  # to refuse is as good
+        pass  # to reject is as good
     assert (neighbour / "thesis.txt").read_text() == "years of work"
 
 
@@ -246,7 +246,7 @@ def test_the_same_input_gives_the_same_bytes(earlier: Path, tmp_path: Path, job_
 
 @pytest.mark.parametrize("name", ["merlet2023", "house-printer"])
 def test_lengths_between_samples_are_good_to_20_micrometres(name: str, tmp_path: Path) -> None:
-    """Unless the job asks for another step; measured here at thirds of each segment, by the inverse problem anew."""
+    """Unless the job asks for another step; measured here at thirds of each segment, by the inverse problem again."""
     (tmp_path / "wall.gcode").write_text(";LAYER:0\nG1 X-500 Y-800 Z300 F900\nG1 X500 Y700 E9\nG1 X-500 Y700 E19\n")
     robot = load(name)
     found = check(robot, tmp_path / "wall.gcode", skip=("interference", "expected-error"))

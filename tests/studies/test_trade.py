@@ -159,7 +159,7 @@ def test_another_question_adds_to_the_file(tmp_path: Path) -> None:
         assert len(file.read_bytes().splitlines()) == 1 + known
 
 
-def test_a_tampered_combination_is_refused(tmp_path: Path) -> None:
+def test_a_tampered_combination_is_rejected(tmp_path: Path) -> None:
     file, asked = tmp_path / "a.jsonl", TradeSettings("closed-form", count="nodes", grid=5, boundary_grid=5)
     trade(BEAM, {APART: [0.1]}, asked, file=file)
     head, line = file.read_text().splitlines()
@@ -193,7 +193,7 @@ def test_a_folder_that_cannot_be_written_is_said(tmp_path: Path) -> None:
         ({Change("width-x+width-y"): [0.0]}, TradeSettings(inertia="box"), "on one line"),
     ],
 )
-def test_bad_sweeps_are_refused_before_any_work(
+def test_bad_sweeps_are_rejected_before_any_work(
     varied: dict[Change, list[float]], asked: TradeSettings, says: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(module, "found_for", None)
@@ -212,6 +212,6 @@ def test_bad_sweeps_are_refused_before_any_work(
         ({"inertia": "box", "retraction": RetractionLaw(0.0, 1.5)}, "cannot be combined with a retraction law"),
     ],
 )
-def test_bad_questions_are_refused(given: dict[str, object], says: str) -> None:
+def test_bad_questions_are_rejected(given: dict[str, object], says: str) -> None:
     with pytest.raises(InputError, match=says):
         TradeSettings(**given)

@@ -1,4 +1,4 @@
-"""`walls`: a wall known by hand, a room as survey, file and map, options that are refused."""
+"""`walls`: a wall known by hand, a room as survey, file and map, options that are rejected."""
 
 from __future__ import annotations
 

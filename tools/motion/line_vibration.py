@@ -2,9 +2,9 @@
 
     python -m tools.motion.line_vibration
 
-A point hangs in the middle of four lines whose exits are the corners of a rectangle, a third of its side above it; side
-and mass differ. Each line of the mesh has 40 pieces, straight springs between lumped masses; its equilibrium and
-its small vibrations are those of that mesh alone. The model has lines without mass and the stiffness of catenaries.
+A point hangs in the middle of four lines whose exit points are the corners of a rectangle, a third of its side above
+it; side and mass differ. Each line of the mesh has 40 pieces, straight springs between lumped masses; its equilibrium
+and its small vibrations are those of that mesh alone. The model has lines without mass and the stiffness of catenaries.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ CASES: Final = (
     *((8.0, 150.0), (8.0, 100.0), (16.0, 150.0), (16.0, 100.0), (24.0, 100.0), (32.0, 100.0), (64.0, 100.0)),
 )  # side, m, and mass, kg
 PIECES: Final = 40
-DENSITY: Final = 0.14  # kg/m, of a steel rope of 6 mm
+DENSITY: Final = 0.14  # kg/m, of a steel cable of 6 mm
 STIFFNESS: Final = 1.8e6  # N, modulus times section
 GRAVITY: Final = 9.81  # m/s^2
 STEPS: Final = 60
@@ -53,7 +53,7 @@ def square(side: float, mass: float) -> Robot:
 
 
 class Mesh:
-    """Nodes of lines from their exits to the platform, which is the last node (3,)."""
+    """Nodes of lines from their exit points to the platform, which is the last node (3,)."""
 
     def __init__(self, exits: Array, platform: Array, lengths: Array, mass: float) -> None:
         """*exits* (m, 3), m; *lengths* (m,), m, not stretched; *mass*: of the platform, kg."""
@@ -64,7 +64,7 @@ class Mesh:
         self.masses = np.append(np.repeat(DENSITY * self.rest, PIECES - 1), mass + 0.5 * DENSITY * self.rest.sum())
 
     def pieces(self) -> list[tuple[int, int, float]]:
-        """Nodes at both ends of each piece, negative for exits, and its length without stretch, m."""
+        """Nodes at both ends of each piece, negative for exit points, and its length without stretch, m."""
         found, last = [], len(self.places) - 1
         for line, rest in enumerate(self.rest):
             chain = [-1 - line, *range(line * (PIECES - 1), (line + 1) * (PIECES - 1)), last]

@@ -13,9 +13,9 @@ import numpy as np
 
 import cablewright as cw
 from cablewright.foundation.signals import PrintState
-from cablewright.live.prints.attendant import Attendant
 from cablewright.live.prints.plan import plan_print, twin_of
 from cablewright.live.prints.run import begin_print
+from cablewright.live.prints.simulated_operator import Attendant
 from cablewright.printing.job import load_job
 from cablewright.robot import load
 

@@ -23,11 +23,10 @@ import numpy as np
 
 from cablewright.foundation.signals import PrintState
 from cablewright.live.estimators import estimator
-from cablewright.live.prints.attendant import Attendant
 from cablewright.live.prints.loop import Printer
 from cablewright.live.prints.plan import PrintOptions, plan_print, twin_of
+from cablewright.live.prints.simulated_operator import Attendant
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
-from cablewright.models.plane import directions
 from cablewright.printing.job import Job, load_job
 from cablewright.printing.track import Track
 from cablewright.robot import PlatformSheave, Robot, load
@@ -106,20 +105,19 @@ def ring(radius: float, height: float, speed: float, x: float = 0.0) -> Job:
 
 
 def on_the_board(folder: Path) -> Job:
-    """Two rounds of a rectangle of 0.4 x 0.3 m in the plane of the Maslow, 1 m up; its files in a *folder*."""
+    """Two rounds of a rectangle of 0.4 x 0.3 m on the board of the Maslow, 1 m up; its files in a *folder*."""
     plane = load("maslow4").platform.plane
-    across, up = directions(plane, 3).T
-    up = up if up[2] > 0.0 else -up
+    assert plane is not None
+    up = plane.directions[1]
     corners = [(-0.2, -0.15), (0.2, -0.15), (0.2, 0.15), (-0.2, 0.15)]
     lines = ["G21", "G90", "M83", "G0 X0 Y0 Z0 F6000"]
     for layer in range(2):
         lines.append(f";LAYER:{layer}")
         for k, (a, b) in enumerate([*corners, corners[0]]):
-            x, y, z = 1e3 * (a * across + b * up)
-            lines.append(f"G{int(k > 0)} X{x:.6f} Y{y:.6f} Z{z:.6f} F6000" + " E5" * (k > 0))
+            lines.append(f"G{int(k > 0)} X{1e3 * a:g} Y{1e3 * b:g} F6000" + " E5" * (k > 0))
     (folder / "board.gcode").write_text("\n".join(lines) + "\n")
     (folder / "board.toml").write_text(
-        f'schema = 1\nname = "board"\ngcode = "board.gcode"\norigin = {up.tolist()}\n'
+        f'schema = 1\nname = "board"\ngcode = "board.gcode"\norigin = {list(up)}\n'
         "[bead]\nwidth = 0.006\nheight = 0.002\n"
         "[motion]\nprint_speed = 0.1\ntravel_speed = 0.1\nacceleration = 0.1\ncorner_deviation = 0.002\n"
     )

@@ -245,7 +245,7 @@ def broken_limits(rows: Equilibrium) -> tuple[tuple[str, ...], Mask]:
 
 
 def _lifts(robot: Robot, plane_force: Array) -> Mask:
-    """Whether each *plane_force* (N,), N, lifts the platform off by more than rounding of the largest tensions."""
+    """Whether each *plane_force* (N,), N, lifts the platform off the plane by more than rounding."""
     return np.asarray(plane_force > _ROUNDING * max(line.tension_limits[1] for line in robot.lines))
 
 

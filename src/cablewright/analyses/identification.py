@@ -1,4 +1,4 @@
-"""Frequencies and damping of a free swing from what sensors recorded: eigensystem realisation over model orders.
+"""Frequencies and damping of a free swing from recorded sensor data: eigensystem realisation over model orders.
 
 The samples of all channels form a block Hankel matrix. Its left singular vectors, cut to an order, are an observability
 matrix; the least-squares map between its shifted parts has the poles of the swing (Juang and Pappa 1985). A pole counts
@@ -34,7 +34,7 @@ _NEAR: Final = 0.02  # relative difference of frequencies of one mode over order
 _STABLE: Final = 0.4  # share of the orders in which a mode is found
 _MOST_DAMPING: Final = 0.25  # share of critical; above, a pole is a trend and no swing
 _LEAST_SHARE: Final = 2e-4  # of the record's energy, of a mode
-_SWUNG: Final = 0.999  # share of the record's energy up to where it is used: what is left of a swing tells of rest
+_SWUNG: Final = 0.999  # share of the record's energy up to where it is used: the remainder is noise at rest
 _SWINGING: Final = 0.2  # least share of the record's energy that all modes together explain
 _INEFFICIENCY: Final = 1.4  # of the realisation, over the bound of Cramer and Rao: of simulated records
 _DISTINCT: Final = 10.0  # least energy of a mode over that which noise alone has around its frequency
@@ -208,7 +208,7 @@ def _middle(values: Array) -> tuple[float, float]:
 def _bound(rest: Array, pole: complex, amplitudes: Array, times: Array) -> tuple[float, float]:
     """Return a standard deviation of decay and angular frequency, rad/s, of one oscillation, and its noise's energy.
 
-    *rest* (N, c): what the modes do not explain; its power around the frequency is that of the noise.
+    *rest* (N, c): the residual without the modes; its power around the frequency is that of the noise.
     """
     t = times - times[0]
     window = np.exp(pole.real * t)

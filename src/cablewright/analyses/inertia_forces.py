@@ -20,7 +20,7 @@ from cablewright.solvers.linearise import Linearisation, tension_changes
 def tensions_by_acceleration(held: Equilibrium, linear: Linearisation) -> Array:
     """Return by how much tensions (N, m) change with an acceleration in the worst direction, N per m/s^2.
 
-    To first order, with lengths at rest: the platform gives way to the force as a spring does, and the lines take it
+    To first order, with lengths at rest: the force displaces the platform as a spring, and the lines take it
     up. Counterweights move with their cables as if these did not stretch.
     """
     mass, pulled = moving_masses(with_inertia(held.model.robot), held)

@@ -44,7 +44,7 @@ class InterferenceSettings:
     spares_ends: bool = False
 
     def __post_init__(self) -> None:
-        """Refuse invalid lengths."""
+        """Reject invalid lengths."""
         if not (math.isfinite(self.ends) and self.ends >= 0.0):
             raise InputError(f"ends = {self.ends:g} m: a length of 0 or more is expected")
         if not (math.isfinite(self.tolerance) and self.tolerance > 0.0):
@@ -74,7 +74,7 @@ class Contact(Result):
 
     @property
     def pair(self) -> list[str]:
-        """The line and what it is nearest to."""
+        """The line and its nearest neighbour."""
         return [self.line, self.other]
 
 
@@ -132,7 +132,7 @@ class Distances(Pictured):
 
     @property
     def refusal(self) -> str:
-        """Why the answer is no: which line is too near to what, or which pose cannot be held."""
+        """Why the answer is no: which line is too near to which object, or which pose cannot be held."""
         worst, status = self.worst, self.status
         if worst is None or status not in ("touching", "near"):
             return "" if self.ok else f"no line is too near, but the pose cannot be held: {status}"
@@ -190,7 +190,7 @@ class Interference(Distances):
 
     `margins` (N, 4): the smallest for each of `KINDS`; inf where the machine has nothing of a kind, NaN where a pose
     has no solution. `bounds` (N,): largest distance of a line from the polyline that represents it, which bounds the
-    error of a margin (twice it between two lines). `pairs` (N, 4, 2): indices of the line and of what it is nearest to:
+    error of a margin (twice it between two lines). `pairs` (N, 4, 2): indices of the line and of its nearest object:
     a line, box or beam in the order of the robot, a bead or triangle in the order of the part; the boxes are followed
     by the lines, whose sheave on the platform is meant, and the beams by the beams, nearest to the line's sheave.
     `places` (N, 4, 3): m, world.

@@ -23,7 +23,7 @@ from cablewright.robot import Damping, Robot
 from cablewright.solvers.inverse import solve_inverse
 
 FREEDOMS = ("x", "y", "z", "rx", "ry", "rz")
-"""Names of the freedoms: translations along the world's axes and rotations about them."""
+"""Names of the degrees of freedom: translations along the world's axes and rotations about them."""
 
 OF_POSE = ("status", "robot", "cable", "sheave", "pose", "lines", "lengths", "tensions")
 
@@ -46,7 +46,7 @@ def _if_balanced(path: str, transposed: bool = False) -> Callable[[Any], Any]:
 class Modes(Pictured):
     """Modes of the platform at an equilibrium; a leading axis for a batch, with NaN where a row does not balance.
 
-    n is the number of freedoms; in a plane fewer than the coordinates that shapes and participation have.
+    n is the number of degrees of freedom; in a plane fewer than the coordinates that shapes and participation have.
 
     `frequencies` (n,): Hz, ascending. A negative one is of an unstable direction: the platform leaves the equilibrium
     as exp(2 pi |f| t). `shapes` (n, n): each column is a motion of the platform's origin and a rotation, world frame,
@@ -131,7 +131,7 @@ class Modes(Pictured):
 
     @property
     def freedoms(self) -> tuple[str, ...]:
-        """Names of the platform's freedoms."""
+        """Names of the platform's degrees of freedom."""
         return FREEDOMS[: self.equilibrium.model.n]
 
     @property
@@ -239,7 +239,7 @@ def _modes(equilibrium: Equilibrium, geometric: bool) -> Modes:
         free = np.eye(n)
     if free is None:
         back = np.linalg.inv(root)
-    else:  # motions of unit energy that are orthogonal in their energy, (..., n, freedoms)
+    else:  # motions of unit energy that are orthogonal in their energy, (..., n, degrees of freedom)
         moving, upper = np.linalg.qr(root @ free)
         back = free @ np.linalg.inv(upper)
     scaled = np.swapaxes(back, -1, -2) @ np.where(good[..., None, None], whole, 0.0) @ back  # (rad/s)^2

@@ -70,8 +70,8 @@ def natural_frequencies(
 ) -> Array:
     """Compute natural frequencies (f,), Hz, ascending, at *poses*, (n,) m and rad, or (N, f) at poses (N, n).
 
-    f is the number of freedoms: n, or fewer in a plane. Those of `modes`, which has the shapes too, and whose options,
-    signs and errors hold here.
+    f is the number of degrees of freedom: n, or fewer in a plane. Those of `modes`, which has the shapes too, and whose
+    options, signs and errors hold here.
 
     Examples
     --------
@@ -91,10 +91,13 @@ def held(robot: Robot | Model, poses: ArrayLike | None, options: HoldOptions) ->
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Dexterity(Result, Rows):
-    """How evenly lines move, or hold, the platform in all its freedoms; a leading axis for a batch, see `Rows`.
+    """How evenly lines move, or hold, the platform in all its degrees of freedom.
+
+    A batch has a leading axis, see `Rows`.
 
     ``values`` (f,): singular values of the matrix, in the order of their size, with rotations counted as motions on the
-    arm ``length``, m: of the Jacobian in 1, of the stiffness in N/m; the last are 0 where lines leave freedoms open.
+    arm ``length``, m: of the Jacobian in 1, of the stiffness in N/m; the last are 0 where lines leave degrees of
+    freedom open.
     """
 
     SINGLE: ClassVar = ("values", 1)

@@ -14,7 +14,7 @@ import numpy as np
 
 from cablewright.analyses.interference import distances, too_near
 from cablewright.analyses.job_distances import JobDistances
-from cablewright.analyses.motion.slower import slowed
+from cablewright.analyses.motion.lower_acceleration import slowed
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.paging import MEMORY, Room, blocks
 from cablewright.foundation.progress import Progress, silent
@@ -33,10 +33,10 @@ STEP: Final = 0.05
 """Largest distance, m, of the places of a travel move at which lines are compared."""
 
 LIFTS: Final = (0.0, 0.005, 0.01, 0.02, 0.04, 0.08, 0.16, 0.3, 0.5)
-"""By what a travel move may be lifted, in heights of the frame."""
+"""Heights by which a travel move may be lifted, in heights of the frame."""
 
 ASIDE: Final = (0.0, 0.02, 0.05, 0.1, 0.2, 0.35, 0.5)
-"""By what its middle may be led aside, level and square to it, in widths of the frame."""
+"""Distances by which its middle may be moved aside, level and square to it, in widths of the frame."""
 
 _FIRST: Final = 6  # places of a way that are looked at before all
 
@@ -137,7 +137,7 @@ class _Way:
 
     @property
     def places(self) -> Array:
-        """Places (k, 3), m, along it, without its ends, which are of what is laid."""
+        """Places (k, 3), m, along it, without its ends, which belong to laid moves."""
         return _dense(self.corners)[1:-1]
 
 
@@ -165,7 +165,7 @@ def _ways(model: Model, asis: Array) -> Iterator[_Way]:
 
 @dataclass(frozen=True, eq=False)
 class _Search:
-    """What a way is judged by."""
+    """Robot, part and limits by which a travel move is judged."""
 
     model: Model
     job: Job
@@ -192,7 +192,7 @@ class _Search:
         begins, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
         inside = np.zeros(len(samples), dtype=np.bool_)
         for begin, end in zip(begins, ends, strict=True):
-            inside[begin + 1 : end] = True  # its ends are of what is laid
+            inside[begin + 1 : end] = True  # its ends belong to laid moves
         rows = np.flatnonzero(inside)
         bad = rows[~self.safe(samples.positions[rows], self.grown.now[rows])]
         runs = np.unique(np.searchsorted(begins, bad, side="right") - 1)

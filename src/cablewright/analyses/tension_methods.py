@@ -24,7 +24,7 @@ class TensionComparison(Pictured):
     """Tensions of k methods at one pose, or at each of a batch: a ``Distribution`` each, in arrays.
 
     ``tensions`` (k, m), N, or (k, N, m); ``margin`` (k,), N, or (k, N): the smallest distance from the limits, negative
-    outside; ``feasible`` alike. ``limits`` (m, 2), N.
+    outside; so is ``feasible``. ``limits`` (m, 2), N.
     """
 
     FIGURES: ClassVar = (

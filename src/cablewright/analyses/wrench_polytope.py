@@ -1,8 +1,8 @@
 """Available wrenches: the set of all that tensions within their limits can apply to the platform at a pose.
 
-The wrenches A t are a zonotope. Each facet is parallel to f - 1 columns of A, with f freedoms; with c normal to these,
-the facets are c . w <= sum max(c . a low, c . a high). `capacity` has the distance of a wrench from the nearest of them
-alone, in a kernel, for batches of any size; here are the facets themselves.
+The wrenches A t are a zonotope. Each facet is parallel to f - 1 columns of A, with f degrees of freedom; with c normal
+to these, the facets are c . w <= sum max(c . a low, c . a high). `capacity` has the distance of a wrench from the
+nearest of them alone, in a kernel, for batches of any size; here are the facets themselves.
 
 S. Bouchard, C. Gosselin, B. Moore, On the ability of a cable-driven robot to generate a prescribed set of wrenches,
 2010.
@@ -48,7 +48,7 @@ class WrenchPolytope(Pictured, Rows):
     m; rows that are no facet are NaN. ``structure`` (n, m): the structure matrix. ``limits`` (m, 2): tensions, N.
     ``required`` (n,): the wrench that balances weight and loads, N and N m, world. ``basis`` (n, f): the directions
     that a plane leaves. A counterweight has one tension. The set is flat where lines with a winch do not reach all f
-    freedoms: it has no facets. Neither has it any where a counterweight exceeds a limit.
+    degrees of freedom: it has no facets. Neither has it any where a counterweight exceeds a limit.
     """
 
     SINGLE: ClassVar = ("required", 1)
@@ -177,7 +177,7 @@ def _arms(n: int, length: float) -> Array:
 
 
 def _facets_of_batch(columns: Array, limits: Array, winched: Mask) -> tuple[Array, Array]:
-    """Return `_facets` of the lines with a winch, moved by what the others exert, in blocks of bounded memory."""
+    """Return `_facets` of the lines with a winch, moved by the wrench of the others, in blocks of bounded memory."""
     f, own = columns.shape[1], limits[winched]
     block = max(1, _NUMBERS // (f * f * max(1, comb(len(own), f - 1))))
     found = [_facets(columns[k : k + block][:, :, winched], own) for k in range(0, max(len(columns), 1), block)]

@@ -103,7 +103,7 @@ TASKS: Final[dict[str, tuple[Callable[[], None], float]]] = {
 
 @cache
 def _unsolved() -> Equilibrium:
-    """Arrays as kernels take them; nothing in them is a number, so that kernels end at once."""
+    """Arrays as kernels take them; all entries are NaN, so that kernels end immediately."""
     import numpy as np
 
     from cablewright.models.statics import Equilibrium, Model
@@ -177,7 +177,7 @@ def _here(work: _Work) -> None:
 
 
 def _begun() -> subprocess.Popen[str]:
-    """A process that compiles what it is told. It ends with its input."""
+    """A process that compiles the kernels named on its input. It ends with its input."""
     optimised = ["-" + "O" * sys.flags.optimize] if sys.flags.optimize else []
     return subprocess.Popen(
         [sys.executable, *optimised, "-m", "cablewright.apps.compilation"],

@@ -57,7 +57,7 @@ def enlargement(goal: float, size: float) -> float:
 
 
 def _significant(value: float) -> str:
-    """Three significant digits, more before the point, never an exponent for what a machine has."""
+    """Three significant digits, more before the point, never an exponent for sizes of a machine."""
     size = abs(value)
     if size == 0:
         return "0"

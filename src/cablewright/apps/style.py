@@ -1,6 +1,6 @@
 """The look of every picture, what several of them draw, and how a picture becomes a PNG, an SVG or a PDF.
 
-Colours can be told apart by colour-blind readers. Matplotlib's object interface with Agg is used: no window, and no
+Colour-blind readers can distinguish the colours. Matplotlib's object interface with Agg is used: no window, and no
 figure that outlives its function.
 """
 
@@ -93,7 +93,7 @@ _METADATA: Final[Any] = {
 
 
 class _Page:
-    """The width that pictures are drawn for, inches, None: each has its own; and by what texts are smaller there."""
+    """The width of pictures, inches; None: each has its own. And the factor by which texts are smaller there."""
 
     width: float | None = None
     shrink: float = 1.0
@@ -336,7 +336,7 @@ def panels(
 ) -> tuple[Figure, list[Axes], int]:
     """Return a figure with *count* axes of *height* inches in up to two columns, those axes, and the columns.
 
-    *spare* is the height in inches of what stands around them.
+    *spare* is the height in inches of the texts around them.
     """
     columns = min(beside(2), count)
     rows = -(-count // columns)

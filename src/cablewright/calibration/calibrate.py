@@ -27,6 +27,7 @@ from cablewright.calibration.poses.observability import Information, information
 from cablewright.calibration.poses.problem import SURVEY, CalibrationProblem
 from cablewright.calibration.poses.starts import best_fit, elastic_fit, first_start, near_poses
 from cablewright.calibration.poses.sufficient_data import check, check_lengths
+from cablewright.calibration.sensors.vibrations import with_vibrations
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.progress import Progress, silent
 from cablewright.models.fidelity import CableLaw, SheaveLaw
@@ -86,9 +87,13 @@ def calibrate(
     plan, robot = plan_of(plan), model.robot
     measured = data if isinstance(data, Measured) else read_measured(data, robot)
     check_lengths(robot, measured)
+    measured = with_vibrations(robot, measured, plan, measured.guess)
     measured = near_poses(model, measured, plan, seed, rough, progress)
     given = rough, outliers, seed, progress
     found = _fitted(model, measured, plan, *given)
+    if measured.frequencies is not None and found.status == "ok":  # their spans are better known now
+        measured = with_vibrations(found.robot, measured, plan, found.poses)
+        found = _fitted(model, measured, plan, *given)
     if models == "auto" and found.status == "ok":
         found = _with_effects(found, *given)
     verdict, reasons = judged(found, need, rough)
@@ -96,7 +101,10 @@ def calibrate(
 
 
 def _with_effects(found: Calibration, rough: float, outliers: bool, seed: int, progress: Progress) -> Calibration:
-    """Return the calibration with the effects that the data ask for: tested again after each fit, which weighs anew."""
+    """Return the calibration with the effects that the data ask for.
+
+    Each effect is tested again after each fit, since a fit changes the weights.
+    """
     measured, plan, model = found.problem.measured, found.problem.plan, found.problem.model
     chosen, tested, notes = dict[str, Effect](), dict[str, Effect](), list[str]()
     for _ in range(_ROUNDS):
@@ -220,6 +228,8 @@ def _notes(
         yield f"no sigma.encoder is given: {problem.encoder_sigma * 1e3:g} mm is assumed"
     if (given is not None or problem.elastic) and math.isfinite(chi) and not 0.5 < chi < 2.0 and alone.redundancy > 5:
         yield f"residuals are {chi:.3g} times what the given sigmas predict"
+    if robot.m < robot.freedoms and not problem.elastic:
+        yield "lines hold fewer freedoms than the platform has: with --cable elastic gravity determines the others"
     plan, measured = problem.plan, problem.measured
     tests_height = measured.positioned or plan.points or plan.planes or plan.ranges or plan.level is not None
     if problem.named("exit_point").any() and not tests_height:

@@ -128,7 +128,7 @@ class CarriedWatch:
     _since: float = 0.0  # s
 
     def forget(self) -> None:
-        """Begin anew."""
+        """Begin again."""
         self._mean, self._time = None, -math.inf
 
     def is_due(self, time: float) -> bool:

@@ -128,7 +128,7 @@ class TimedPath:
     def slower(self, acceleration: float, at_points: Array) -> TimedPath:
         """Return the same path with a lower *acceleration*, m/s^2, and at most the speeds *at_points* (k,), m/s.
 
-        A shaped path rounds its corners anew, and takes no speeds *at_points*.
+        A shaped path rounds its corners again, and takes no speeds *at_points*.
         """
         motion = self.motion.model_copy(update={"acceleration": acceleration})
         if self.shaping is not None:

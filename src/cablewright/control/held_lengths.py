@@ -1,8 +1,9 @@
 """Lengths that hold a rigid platform at a pose with the tensions that the full model chooses.
 
-With more lines than freedoms a pose alone does not determine the lengths: the tensions that balance no load are free.
-The model chooses them within its limits, near its preferred tensions: see `held_tensions`. Lengths that follow are
-exact for sag, stretch and sheaves, so that a platform whose lengths are these has both the pose and the tensions.
+With more lines than degrees of freedom a pose alone does not determine the lengths: the tensions that balance no load
+are free. The model chooses them within its limits, near its preferred tensions: see `held_tensions`. Lengths that
+follow are exact for sag, stretch and sheaves, so that a platform whose lengths are these has both the pose and the
+tensions.
 """
 
 from __future__ import annotations

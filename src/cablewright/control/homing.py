@@ -1,4 +1,4 @@
-"""Homing: lines are taken up, and saved lengths compared with where taut lines can meet; or lengths are found anew.
+"""Homing: lines are taken up, and saved lengths compared with where taut lines can meet; or lengths are found again.
 
 New lengths come from a place that a person has measured; they replace saved ones, and what those said is told. Of a
 rigid platform that is a pose, and the measured tensions say how far its lines are stretched there. A plane holds the
@@ -17,11 +17,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.control.faulty_line import SlowWay, places, sentence
 from cablewright.control.force_balance import ForceBalance, balance
 from cablewright.control.length_check import LIMIT, LengthCheck, check_lengths, lengths_at
 from cablewright.control.procedure import ProcedureStep
 from cablewright.control.take_up import TakeUp, TakeUpSettings
-from cablewright.control.three_poses import SlowWay, places, sentence
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import AnswerError, CablewrightError, Status
 from cablewright.foundation.signals import Estimate, SensorFrame
@@ -50,7 +50,7 @@ class HomingSettings:
     ``frame``: corners (3,), m, between which the platform has to be, and may be moved to find which line is wrong.
     ``tensions``: of torques (w,), N m, of the drums, and lengths, m, and of tensions (m,), N, that are expected: with
     what the lines pull, (m,) N. ``tension_error``: share of the platform's weight by which that may be off.
-    ``power_lost``: whether counters have begun anew since the lengths were saved.
+    ``power_lost``: whether counters have begun again since the lengths were saved.
     ``laid``: kg that have left the model's platform.
     """
 
@@ -117,7 +117,7 @@ class Homing:
         return held if failure else held._replace(finished=True)
 
     def _goes_on(self) -> bool:
-        """Whether the next place is gone to, as more than one line could be wrong. The lengths are refused anyway."""
+        """Whether the next place is gone to, as more than one line could be wrong. The lengths are rejected anyway."""
         own, checks = self.settings, self._checks
         if not checks or checks[0].fits or len(checks[0].suspects) < 2:
             return False

@@ -1,9 +1,9 @@
 """Whether lengths and tensions of taut lines fit together: a test of lengths that were saved.
 
 The pose where the lengths meet best leaves residuals, of which only the part across all motions of the platform says
-something: with m lines and p freedoms m - p numbers. With two or more, a wrong line shows by what is left without it;
-with one, each line could be the wrong one, by another offset; with none, nothing can be tested. Lines on one drum are
-wrong together; the length of a line with a counterweight is not counted, and says nothing.
+something: with m lines and p degrees of freedom m - p numbers. With two or more, a wrong line shows by what is left
+without it; with one, each line could be the wrong one, by another offset; with none, nothing can be tested. Lines on
+one drum are wrong together; the length of a line with a counterweight is not counted, and says nothing.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _UNSEEN: Final = 0.02  # share of an offset's square that shows at least
 class LengthCheck:
     """``pose``: (n,) m and rad, where the lengths meet best. ``misfit``: m. ``suspects``: offsets, m, by winch.
 
-    ``tested``: whether there are more counted lines than freedoms.
+    ``tested``: whether there are more counted lines than degrees of freedom.
     """
 
     pose: Array

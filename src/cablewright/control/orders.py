@@ -50,7 +50,7 @@ def examine(
 
     *known*: whether the position is. *procedures*: that the plan has. *step*: s, that the last one took as planned; an
     order given before it is no older for that. A stop counts more than what moves beside it, and a jog that was stopped
-    begins anew only after nobody has asked for one for a while. Whatever is no stop is rejected `ORDER_LIFE` after it
+    begins again only after nobody has asked for one for a while. Whatever is no stop is rejected `ORDER_LIFE` after it
     was ordered.
     """
     stops = any(order.kind in STOPS for order in orders)

@@ -1,8 +1,8 @@
 """Control of slack: which line is slack, and by how much (Merlet and Papegay 2023, III.B).
 
-With more lines than freedoms, stiff lines share a load only if lengths are exact to a tenth of a millimetre. So one
-line is always slack. Its accelerometer measures its sag, an angle, at the platform; the angle grows with the square
-root of the excess of length and is far more sensitive than the length.
+With more lines than degrees of freedom, stiff lines share a load only if lengths are exact to a tenth of a millimetre.
+So one line is always slack. Its accelerometer measures its sag, an angle, at the platform; the angle grows with the
+square root of the excess of length and is far more sensitive than the length.
 """
 
 from __future__ import annotations

@@ -177,7 +177,7 @@ class StretchState:
     """Changed in place by `follow`. ``tensions`` (m,), N: read last, at ``read``, s; ``time``, s: of the last step.
 
     ``planned`` (n,): the wrench of planned tensions, as late as what is measured. ``filtered`` (3, n): the lags of the
-    motion; None: they begin anew.
+    motion; None: they begin again.
     """
 
     tensions: Array | None = None
@@ -205,7 +205,7 @@ def follow(
     """Return rates (m,), m/s, of the lengths that follow the swing of a platform in the next *dt*, s.
 
     *held*: how lines are planned to hold it now; *pushed* (3,): m/s^2, its acceleration that is planned beside that.
-    Zeros where tensions are not known or it is not held: then the swing begins anew.
+    Zeros where tensions are not known or it is not held: then the swing begins again.
     """
     swings = swings_at(held) if now - state.read <= _PATIENCE * settings.loop.late else None
     if swings is None or state.tensions is None or len(state.tensions) != held.model.m:

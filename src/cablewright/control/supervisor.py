@@ -111,7 +111,7 @@ class Verdict(NamedTuple):
     guide_mode: GuideMode
     hold_winches: bool  # overriding the controller
     valve_allowed: bool  # whether the valve may be open
-    orders: tuple[Order, ...]  # those given, with why one was refused
+    orders: tuple[Order, ...]  # those given, with why one was rejected
     stop: StopKind | None  # how the winches are to stop now
 
 
@@ -142,7 +142,7 @@ def step(
     """Return the verdict for one step; *state* changes in place.
 
     *cause*: of the guard, to stop. *standing*: whether the winches are commanded to stand; *stopped*: for as long as a
-    stop takes. *target*: of the last step. *powder*, kg: estimate. *orders* that are refused already change nothing.
+    stop takes. *target*: of the last step. *powder*, kg: estimate. *orders* that are rejected already change nothing.
     """
     now, before = frame.time, state.state
     _update_readings(state, frame, estimate)
@@ -217,7 +217,7 @@ def _update_readings(state: SupervisorState, frame: SensorFrame, estimate: Estim
 
 
 def _apply_order(settings: SupervisorSettings, state: SupervisorState, order: Order, inputs: _Inputs) -> str:
-    """Apply an order. Returns why it is refused; an empty text: it is obeyed."""
+    """Apply an order. Returns why it is rejected; an empty text: it is obeyed."""
     current, kind, now = state.state, order.kind, inputs.now
     if kind is OrderKind.OVERRIDE:
         return ""  # changes no state

@@ -2,8 +2,8 @@
 
 Two laws of a point platform. ``paper`` (Merlet and Papegay 2023, III): the target velocity, corrected by the path
 error, times the inverse Jacobian of the lines, and for slack lines a term that keeps them nearly taut. ``model``: the
-same velocity; in the null space of the lengths (with more lines than freedoms), each line is controlled to the excess
-or stretch that the full model gives it at the chosen tensions.
+same velocity; in the null space of the lengths (with more lines than degrees of freedom), each line is controlled to
+the excess or stretch that the full model gives it at the chosen tensions.
 
 A rigid platform has the law ``model`` for all lengths at once: they follow those that the full model gives for the
 target, so that pose and tensions follow it together. The estimated lengths are by the encoders alone, or as load cells
@@ -19,9 +19,9 @@ from typing import Final, NamedTuple, get_args
 
 import numpy as np
 
-from cablewright.control.beam import BeamMotion
 from cablewright.control.guide import Target
 from cablewright.control.held_lengths import Held, held_at
+from cablewright.control.retractor import BeamMotion
 from cablewright.control.slack import SlackSettings, slack_rates
 from cablewright.control.stretch_damping import StretchDamping, StretchState
 from cablewright.control.stretch_damping import follow as follow_stretch
@@ -42,7 +42,7 @@ from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.support import Capability, require
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.linearise import linearise_where_regular
-from cablewright.solvers.preferred import preferred_tensions
+from cablewright.solvers.preferred_tensions import preferred_tensions
 from cablewright.solvers.taut import Taut, stretches, taut_at, taut_of
 
 LAWS: Final = get_args(LawName)

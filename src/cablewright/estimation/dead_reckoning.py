@@ -2,7 +2,7 @@
 
 Most printers do so; it is the baseline for the other estimators. It assumes that cable is wound regularly, and that it
 creeps as the robot's file says, from the beginning on. Load cells help where a place is measured, and only there. Where
-lengths are learnt, each place adds to what is known of them (`learnt_lengths`).
+lengths are learnt, each place adds to what is known of them (`length_corrections`).
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.estimation.body.updates.cells import Cells
+from cablewright.estimation.climate import FeltAir
 from cablewright.estimation.fault_monitor import FaultMonitor
-from cablewright.estimation.felt_air import FeltAir
-from cablewright.estimation.learnt_lengths import LearntLengths, LengthPriors, MeasuredPlace
+from cablewright.estimation.length_corrections import LearntLengths, LengthPriors, MeasuredPlace
 from cablewright.estimation.measured_tensions import smoothed
 from cablewright.estimation.reading_checks import accepted
 from cablewright.foundation.arrays import Array
@@ -62,7 +62,7 @@ class ReckoningSettings:
     priors: LengthPriors | None = None
 
     def __post_init__(self) -> None:
-        """Refuse platforms with a rotation, and another number of coils than lines."""
+        """Reject platforms with a rotation, and another number of coils than lines."""
         if self.model.n != 3 or len(self.coils) != self.model.m:
             raise InputError(f"robot {self.model.robot.name!r}: a point platform and a coil for each line are expected")
         require(self.model, Capability.ESTIMATION)
@@ -136,9 +136,9 @@ def placed(
     """Return the state with the platform known to be at *place* (3,), m, where it stands.
 
     Of all changes of the lengths that bring it there the smallest is taken, in proportion to each line's length: what
-    creeps and what an oversized drum pays out is a share of it. *by_tensions*: with more taut lines than freedoms,
-    changes that do not move the platform are those that fit measured tensions best. Raises `AnswerError` where there is
-    no equilibrium on the way.
+    creeps and what an oversized drum pays out is a share of it. *by_tensions*: with more taut lines than degrees of
+    freedom, changes that do not move the platform are those that fit measured tensions best. Raises `AnswerError` where
+    there is no equilibrium on the way.
     """
     lengths = counted(state)
     share, pose = lengths**2, state.tracker.pose

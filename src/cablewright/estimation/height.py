@@ -56,7 +56,7 @@ class HeightSettings:
     turn_sigma: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse a line through one point."""
+        """Reject a line through one point."""
         if self.lowest_points < 2:
             raise InputError(f"lowest_points = {self.lowest_points}: at least 2 points are expected")
 

@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.estimation.felt_air import FeltAir
+from cablewright.estimation.climate import FeltAir
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.signals import Climate
 from cablewright.models.creep import CreepMemory, memory_of
@@ -39,7 +39,7 @@ class KnownCreep:
         self._air.read(reading, self._memory)
 
     def follow(self, loads: Array, now: float) -> None:
-        """Go on by *loads* (m,), N, at *now*, s, if it is time; a clock that was set back begins anew from there."""
+        """Go on by *loads* (m,), N, at *now*, s, if it is time; a clock that was set back begins again from there."""
         passed = now - self._time
         if 0.0 <= passed < _PERIOD:
             return

@@ -42,7 +42,7 @@ class KnownMachine:
     clock: ClockLeadSettings | None = None
 
     def __post_init__(self) -> None:
-        """Refuse lidars without a model, platforms with a rotation and counts that are not positive."""
+        """Reject lidars without a model, platforms with a rotation and counts that are not positive."""
         if len(self.lidars) != len(self.walls.lidars):
             raise InputError(f"lidars: {len(self.lidars)} sources for {len(self.walls.lidars)} lidars")
         if self.model.n != 3:

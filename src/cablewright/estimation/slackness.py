@@ -52,7 +52,7 @@ class SlacknessSettings:
     timeout: float = 0.5
 
     def __post_init__(self) -> None:
-        """Refuse lines without weight, which do not sag, and numbers that are not positive and finite."""
+        """Reject lines without weight, which do not sag, and numbers that are not positive and finite."""
         if self.model.massless:
             raise InputError(
                 "slackness: lines without weight do not sag, so that their angles do not show slack; use catenary"

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from cablewright.estimation.chain import observer
-from cablewright.estimation.chain.state import ObserverSettings, ObserverState
 from cablewright.estimation.kalman import filter as error_state
 from cablewright.estimation.kalman import load
 from cablewright.estimation.kalman.filter import FirstState
 from cablewright.estimation.kalman.state import FilterSettings, FilterState
 from cablewright.estimation.known_creep import KnownCreep
+from cablewright.estimation.merlet2023 import observer
+from cablewright.estimation.merlet2023.state import ObserverSettings, ObserverState
 from cablewright.foundation.signals import Estimate, SensorFrame
 from cablewright.solvers.taut import Taut
 

@@ -32,7 +32,7 @@ class TiltSettings:
     max_acceleration: float = 3.0
 
     def __post_init__(self) -> None:
-        """Refuse numbers that are not positive and finite."""
+        """Reject numbers that are not positive and finite."""
         for name, value in vars(self).items():
             if not 0.0 < value < math.inf:
                 raise InputError(f"{name} = {value:g}: a finite number over 0 is expected")

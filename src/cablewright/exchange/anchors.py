@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from cablewright.exchange.completion import Point, chosen_cable, frame_of
+from cablewright.exchange.assumed_values import Point, chosen_cable, frame_of
 from cablewright.exchange.translation import Notes
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.validation import validated
@@ -33,9 +33,9 @@ def anchored_robot(
 ) -> Robot:
     """Return a point platform on *lines* by name, from exit points through eyelets.
 
-    *cable*: one of the table; *stiffness*: of the file's, N, where none of the table is asked for; *below*: m, of the
+    *cable*: one of the table; *stiffness*: of the file's, N, where none of the table is chosen; *below*: m, of the
     nozzle below the point where lines meet. Firmware has the anchors as that point sees them with the nozzle at the
-    origin. What the lines do not give is noted in *assumed*. Raises `InputError`.
+    origin. Values that the lines do not have are noted in *assumed*. Raises `InputError`.
     """
     table = chosen_cable(cable or CABLE)
     if cable is None and stiffness is not None:
@@ -117,6 +117,6 @@ def spool(radius: float, growth: float, length: float, cables: int = 1) -> dict[
 
     *radius*: m, of its drum there; *growth*: m, by which its square grows per length of wound cable.
     """
-    if growth == 0.0 or radius <= 0.0:  # which the robot refuses
+    if growth == 0.0 or radius <= 0.0:  # which the robot rejects
         return {"drum_radius": radius}
     return {"drum_radius": radius, "build_up": 0.5 * growth * cables / radius / radius, "drum_length": length}

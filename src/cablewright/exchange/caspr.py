@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from cablewright.exchange.completion import BOX, Point, as_point, assumed_cable, chosen_cable, frame_of, name_of
+from cablewright.exchange.assumed_values import BOX, Point, as_point, assumed_cable, chosen_cable, frame_of, name_of
 from cablewright.exchange.translation import ImportedRobot, Mapped, Notes
 from cablewright.exchange.xml_input import Element, number_or_none, read_xml
 from cablewright.foundation.errors import InputError, UnknownName
@@ -221,7 +221,7 @@ class _Reader:
             high = line["tension_limits"][1]
             line["cable"] = assumed_cable(high, self.assumed) if self.cable is None else chosen_cable(self.cable)
         if self.cable is not None:
-            self.assumed.add(f"cable: {self.cable}, as asked for")
+            self.assumed.add(f"cable: {self.cable}, as requested")
 
     def _platform(self, physical: Element, centre: Point, is_point: bool) -> dict[str, Any]:
         mass = physical.one("mass").numbers(1, least=1e-9)[0]

@@ -15,10 +15,10 @@ from cablewright.analyses.safe_travel import driven_job
 from cablewright.exchange.klipper_config import LETTERS as ALPHABET
 from cablewright.exchange.klipper_config import klipper_anchors, winch_sections
 from cablewright.exchange.motion import linuxcnc
-from cablewright.exchange.motion.beside import Beside, beside
+from cablewright.exchange.motion.cartesian import OwnModelPath, as_anchors, klipper_turns, own_model_path, rrf_turns
 from cablewright.exchange.motion.klipper import SQUARE_CORNER, Stepper, klipper_job, printer_config
 from cablewright.exchange.motion.lines import extruder_words, motion_lines
-from cablewright.exchange.motion.own_model import OwnModelPath, as_anchors, klipper_turns, own_model_path, rrf_turns
+from cablewright.exchange.motion.non_motion_gcode import Beside, beside
 from cablewright.exchange.rrf_config import FEW, LETTERS, RrfTarget, geometry_words, law_of, rrf_config
 from cablewright.exchange.translation import Notes
 from cablewright.foundation.choices import DialectName, RrfVersionName
@@ -174,11 +174,11 @@ def plain_gcode(
 def _note_own_model(robot: Robot, found: OwnModelPath, lost: Notes, assumed: Notes) -> None:
     """Note how near the nozzle comes, and how taut lines are."""
     lost.add(
-        f"job: the nozzle is up to {1e3 * found.error:.2g} mm off by the firmware's own model; X Y Z differ from the "
-        f"path by up to {1e3 * found.difference:.2g} mm, without which it would be {1e3 * found.without:.2g} mm"
+        f"job: the nozzle's error by the firmware's own model is up to {1e3 * found.error:.2g} mm; X Y Z differ from "
+        f"the path by up to {1e3 * found.difference:.2g} mm, without which it would be {1e3 * found.without:.2g} mm"
     )
     taut = ", ".join(
-        f"{line.name} {first:.3g} N ({low:.3g} to {high:.3g} N on the way)"
+        f"{line.name} {first:.3g} N ({low:.3g} to {high:.3g} N along the path)"
         for line, first, low, high in zip(robot.lines, found.first, *found.tensions, strict=True)
     )
     assumed.add(f"tensions with the nozzle at the first point, where drums count from: {taut}")

@@ -1,4 +1,4 @@
-"""The formats by name: which are read and which are written, and how a file is told to be of one."""
+"""The formats by name: which can be read, which can be written, and how the format of a file is recognised."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from cablewright.exchange.anchors import anchored_robot, as_points, spool
-from cablewright.exchange.completion import Point
+from cablewright.exchange.assumed_values import Point
 from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.exchange.millimetres import from_mm, radius_of_turn, to_mm, turn_of_radius
 from cablewright.exchange.translation import ExportedFile, ImportedRobot, Mapped, Notes

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from cablewright.exchange.completion import chosen_cable, frame_of
+from cablewright.exchange.assumed_values import chosen_cable, frame_of
 from cablewright.exchange.millimetres import from_mm
 from cablewright.exchange.translation import ImportedRobot, Mapped, Notes
 from cablewright.exchange.xml_input import finite
@@ -124,7 +124,7 @@ def middle(anchors: Mapping[str, tuple[float, float, float]]) -> tuple[float, fl
 
 
 def _of_arms(anchors: Mapping[str, tuple[float, float, float]], arm: float) -> str:
-    """Return what is lost of arms of a length (m) that stay level while their belts fall: by how much lengths differ.
+    """Return a note on arms of a length (m) that stay level while their belts slope: the lost difference of lengths.
 
     There a belt is sqrt((d - arm)^2 + z^2) long, of the distance d along the board, and here sqrt(d^2 + z^2) - arm.
     """

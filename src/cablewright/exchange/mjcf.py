@@ -104,7 +104,7 @@ def _platform(robot: Robot, pose: Array, ends: Sequence[Mounting]) -> str:
 
 
 def _joints(robot: Robot, pose: Array) -> str:
-    """Return the platform's freedoms, whose coordinates are those of the pose; a plane takes some."""
+    """Return the platform's degrees of freedom, whose coordinates are those of the pose; a plane takes some."""
     plane = robot.platform.plane
     if plane is None and robot.n == 6:
         return "      <freejoint/>\n"

@@ -50,7 +50,7 @@ def mounting(line: Line, end: Array, lever: float, gravity: float) -> Mounting:
     if isinstance(line.sheave, Eyelet):
         body = begin + _site("exit", line, line.exit_point)
         return Mounting(body, path + _via("exit", line), added=longer)
-    assert isinstance(line.sheave, Swivel | UniversalJoint)  # by what `mjcf` requires
+    assert isinstance(line.sheave, Swivel | UniversalJoint)  # as `mjcf` requires
     turning = _turning(line, line.sheave, end, lever, gravity or 9.81, begin, path)
     return replace(turning, added=turning.added + longer)
 
@@ -58,7 +58,7 @@ def mounting(line: Line, end: Array, lever: float, gravity: float) -> Mounting:
 def platform_end(line: Line, pose: Array) -> Mounting:
     """Return the platform's end of a line at a *pose*: a site, or a sheave that swivels and its anchor."""
     sheave = line.platform_sheave
-    assert not isinstance(sheave, PlatformPulley)  # by what `mjcf` requires
+    assert not isinstance(sheave, PlatformPulley)  # as `mjcf` requires
     if sheave is None:
         return Mounting(_site("end", line, line.platform_point, 6), _via("end", line))
     point = np.array(line.platform_point)

@@ -56,7 +56,7 @@ CARRIED: Final = (
 _BLOCKS = ("if", "elif", "else", "while")
 _ELSEWHERE: Final = {
     "M98": "commands of other files are not read",
-    "M501": "config-override.g is not read; what it has of M666 and M669 replaces this file's",
+    "M501": "config-override.g is not read; its M666 and M669 replace this file's",
 }
 _HEAD = re.compile(r"(?:N[0-9]+\s+)?([GM][0-9]+(?:\.[0-9]+)?|[a-z]+)\s*(.*)", re.IGNORECASE | re.ASCII)
 _WORD = re.compile(r"([A-Z])\s*([^\sA-Z]*)", re.IGNORECASE | re.ASCII)

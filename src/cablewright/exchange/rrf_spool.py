@@ -34,7 +34,7 @@ _Single = NDArray[np.float32]
 
 @dataclass(frozen=True)
 class SpoolLaw:
-    """M666 Q and R, mm, and by how much the nozzle is off by them along the job, at most, mm.
+    """M666 Q and R, mm, and the largest error of the nozzle with them along the job, mm.
 
     ``own``: whether they are those of the robot's drums.
     """
@@ -148,7 +148,7 @@ def _fitted(growth: Array, spans: Array, steps: Array, even: Array, radii: Array
     low, high = 0.7 * radii, 1.5 * radii
 
     def worst(r: Array) -> Array:
-        share = np.maximum(r * r - growth * steps, 1e-12)  # of an empty spool: far off
+        share = np.maximum(r * r - growth * steps, 1e-12)  # of an empty spool, with a large error
         return np.asarray(np.abs(2.0 * spans * steps / (np.sqrt(share) + r) - even).max(axis=0))
 
     for _ in range(_ROUNDS):

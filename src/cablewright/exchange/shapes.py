@@ -1,4 +1,4 @@
-"""Surfaces of the frame, the exits and the platform, for STL and glTF files: for looking.
+"""Surfaces of the frame, the exit points and the platform, for STL and glTF files: for looking.
 
 The frame is its bars, or where it has none thin bars along the edges of its box; an exit is a small octahedron; the
 platform its boxes, or the hull of its platform points. Lines are left out.
@@ -19,7 +19,7 @@ from cablewright.models.rotation import placed
 from cablewright.robot import Robot
 
 SIDES: Final = 16
-"""Of the prism that stands for a round bar."""
+"""Sides of the prism that represents a round bar."""
 
 _THIN: Final = 0.003  # radius of a bar along an edge of the box, over its largest side
 _EXIT: Final = 0.008  # of an exit

@@ -1,4 +1,4 @@
-"""What a translation between formats is: its text, and what is carried, lost and assumed on the way."""
+"""A translation between formats: its text, and lists of carried, lost and assumed values."""
 
 from __future__ import annotations
 

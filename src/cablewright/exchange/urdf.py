@@ -20,7 +20,7 @@ from cablewright.models.support import Capability, losses
 from cablewright.robot import Robot
 
 BALL: Final = 0.3
-"""Radius, m, of the ball that stands for a platform whose inertia is not known."""
+"""Radius, m, of the ball that represents a platform of unknown inertia."""
 
 _CARRIED: Final = (
     "name platform.kind platform.mass platform.centre_of_mass platform.inertia platform.inertia_products "

@@ -8,7 +8,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any, Final
 
-from cablewright.exchange.completion import (
+from cablewright.exchange.assumed_values import (
     as_point,
     assumed_cable,
     chosen_cable,
@@ -49,7 +49,7 @@ _WHY: Final = {
     "motor": "a machine file has the motor's values",
 }
 _ROTATION = tuple(f"a{row}{column}" for column in (1, 2, 3) for row in (1, 2, 3))
-_WIRELIB_DEFAULTS = (25.0, (0.0, 1.0, 0.2))  # mass and centre of mass that WireLib writes where nobody set them
+_WIRELIB_DEFAULTS = (25.0, (0.0, 1.0, 0.2))  # mass and centre of mass WireLib's defaults
 
 
 def read_wirex(path: Path, cable: str | None = None) -> ImportedRobot:
@@ -186,7 +186,7 @@ class _Reader:
         given, table = self.models.maybe("cable"), None
         if self.chosen is not None:
             table = chosen_cable(self.chosen)
-            self.assumed.add(f"cable: {self.chosen}, as asked for")
+            self.assumed.add(f"cable: {self.chosen}, as requested")
         elif given is not None:
             radius = given.number("radius", least=1e-6)
             given.skip("name")
@@ -226,7 +226,7 @@ class _Reader:
         return int(count)
 
     def _drum(self, winch: Element | None) -> dict[str, float]:
-        """Return the winch; 0 stands for what nobody set."""
+        """Return the winch; 0 means not set."""
         if winch is None:
             return {}
         winch.skip("name", "description")

@@ -1,7 +1,7 @@
 """XML that a stranger wrote: limited in size, depth and number of elements, and without entities.
 
 A document type is read over, as CASPR's files have one; where it is another file, that is not read. What could make a
-small file large is refused: entities, and default values of attributes.
+small file large is rejected: entities, and default values of attributes.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?", r
 class Element:
     """An element: its tag, attributes, own text and children. ``place``: file and line, for messages.
 
-    It remembers which of its attributes were read, and whether its text was, so that `unread` can tell what is lost.
+    It remembers which of its attributes were read, and whether its text was, so that `unread` can list the unused ones.
     """
 
     tag: str
@@ -151,7 +151,7 @@ def parse_xml(data: bytes, origin: str) -> Element:
 
 
 class _Tree:
-    """Handlers that build the elements, and refuse what is dangerous as soon as it is met."""
+    """Handlers that build the elements, and reject what is dangerous as soon as it is met."""
 
     def __init__(self, origin: str) -> None:
         self.origin = origin

@@ -67,13 +67,13 @@ PoseCriterion = Literal["d-optimal", "worst-sigma"]
 PlantName = Literal["dynamic", "quasi-static"]
 """Motion of a simulated machine: with inertia at 10 ms a step, or a sequence of equilibria."""
 SeverityName = Literal["ideal", "typical", "rough"]
-"""How far a simulated machine, its room and its sensors are off what is described."""
+"""How large the errors of a simulated machine, its room and its sensors are against their description."""
 LawName = Literal["paper", "model"]
 """Control law of a print: that of Merlet and Papegay 2023, or the machine's model."""
 HeightRule = Literal["structure", "job"]
 """Height of a print: kept above the structure by the vertical lidar, or that of the job."""
 ObserverName = Literal["paper", "filter"]
-"""Estimator of a log: the chain of Merlet and Papegay 2023, or the error-state Kalman filter."""
+"""Estimator of a log: the estimator of Merlet and Papegay 2023, or the error-state Kalman filter."""
 ReplayName = Literal["paper", "filter", "encoders", "both"]
 """Estimators of a replay."""
 EstimatorName = Literal["paper", "filter", "encoders"]

@@ -54,8 +54,8 @@ class CablewrightError(Exception):
 def one_line(message: str) -> str:
     """Return a message as one line of at most `MAX_MESSAGE` characters, without control characters.
 
-    Names and keys from strangers' files are in messages, and a terminal would obey what they hold. A longer one loses
-    its middle.
+    Names and keys from strangers' files are in messages, and a terminal would obey control characters in them. A longer
+    one loses its middle.
     """
     line = printable(" ".join(message.split()))
     return line if len(line) <= MAX_MESSAGE else f"{line[: MAX_MESSAGE // 2]} ... {line[10 - MAX_MESSAGE // 2 :]}"

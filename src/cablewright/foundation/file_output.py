@@ -22,7 +22,7 @@ def whole_file(path: Path, *, parents: bool = False) -> Iterator[IO[bytes]]:
     Raises `EnvironmentFault` where the file cannot be written.
     """
     folder = path.absolute().parent
-    part = folder / f".{secrets.token_hex(8)}.part"  # not guessable, so that nobody can put a link there
+    part = folder / f".{secrets.token_hex(8)}.part"  # not guessable, so that no other program can put a link there
     try:
         if parents:
             folder.mkdir(parents=True, exist_ok=True)
@@ -71,7 +71,7 @@ def write_whole(path: Path, content: bytes, *, parents: bool = False) -> None:
 def open_no_link(path: Path) -> IO[bytes]:
     """Open *path* to write from its start, for files that others read while they grow. Raises `EnvironmentFault`.
 
-    A symbolic link is refused, not followed (except on Windows).
+    A symbolic link is rejected, not followed (except on Windows).
     """
 
     def opener(name: str, flags: int) -> int:

@@ -22,8 +22,8 @@ _SPACE = COORDINATES[:3]
 def frame_of(result: Any, along: str = "") -> DataFrame:
     """Return the table of a result as a data frame; its other figures, by key, are in ``attrs``.
 
-    *along*: what a row is one of, where figures are along several things. Raises `UnknownName` for another,
-    `EnvironmentFault` without pandas.
+    *along*: the dimension of the rows, for a result whose figures have several dimensions. Raises `UnknownName` for
+    another, `EnvironmentFault` without pandas.
     """
     pandas = _module("pandas")
     values = result.to_dict()

@@ -1,4 +1,4 @@
-"""Arrays that lie in files, so that memory need not hold all of them at once."""
+"""Memory-mapped arrays: their values are in files, and memory holds only the rows in use."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def taken(values: NDArray[Any] | RowExtremes, rows: NDArray[np.integer[Any]]) ->
 
 @dataclass(frozen=True, eq=False)
 class RowExtremes:
-    """The smallest or largest of each row (k,) of *values* (k, m), found when it is asked for."""
+    """The smallest or largest of each row (k,) of *values* (k, m), computed on first use."""
 
     choose: np.ufunc
     values: NDArray[np.float64]
@@ -100,14 +100,14 @@ def of_rows(choose: np.ufunc, values: NDArray[np.float64]) -> NDArray[np.float64
 
 
 def room_for(block: Any, rows: int, room: Room) -> Any:
-    """Return room for so many *rows* of what a *block* has: an array, or a dataclass of arrays."""
+    """Return empty arrays for *rows* rows of the kind of a *block*: an array, or a dataclass of arrays."""
     if isinstance(block, np.ndarray):
         return room.empty((rows, *block.shape[1:]), block.dtype)
     return type(block)(*(room_for(getattr(block, each.name), rows, room) for each in fields(block)))
 
 
 def write_rows(block: Any, into: Any, first: int) -> None:
-    """Write the rows of a *block* to what `room_for` gave, from the row *first* on."""
+    """Write the rows of a *block* into the arrays of `room_for`, from the row *first* on."""
     if isinstance(block, np.ndarray):
         into[first : first + len(block)] = block
         return
@@ -133,7 +133,7 @@ def _moved(value: Any, room: Room) -> Any:
 
 
 def let_go(values: Any) -> None:
-    """Let memory drop what it holds of an array in a file, or of those in a dataclass or tuple; it is read again."""
+    """Free the memory of a memory-mapped array, or of those in a dataclass or tuple; the next access reads the file."""
     if isinstance(values, np.ndarray):
         base: Any = values
         while isinstance(base, np.ndarray | memoryview):

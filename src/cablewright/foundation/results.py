@@ -1,4 +1,4 @@
-"""What a result says of itself: its figures, declared once, for JSON, terminal, reports, pictures and docs."""
+"""The figures of a result, declared once with unit and meaning for JSON, terminal, reports, pictures and docs."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ class Result:
     html: ClassVar[Callable[[Any], str]]
     FIGURES: ClassVar[tuple[Figure, ...]] = ()
     HEADLINES: ClassVar[tuple[str, ...]] = ()  # keys of those that stand in its repr
-    ROWS: ClassVar[str] = ""  # along what its table is, where it has figures along several things
+    ROWS: ClassVar[str] = ""  # the dimension of the table's rows, for a result whose figures have several dimensions
 
     @property
     def figures(self) -> tuple[Figure, ...]:

@@ -1,7 +1,7 @@
 """State as data: one walk saves and loads, exactly, whatever changes in an object; files hold what was saved.
 
 A class names the attributes that are its state in ``SAVED``, with dots for those of its parts. All else, settings,
-derived arrays and scratch, is made anew by its constructor: state is loaded into a new object of the same settings,
+derived arrays and scratch, is made again by its constructor: state is loaded into a new object of the same settings,
 whose present values say which types and shapes are expected. A class whose derived values depend on its state computes
 them in a method ``after_load()``. The walk goes into named parts, tuples, lists and dictionaries.
 
@@ -31,10 +31,10 @@ from cablewright.foundation.file_output import whole_file
 from cablewright.foundation.toml_input import read_bytes
 
 LAYOUT: Final = 4
-"""Layout of what is saved: one more whenever a ``SAVED`` changes. State of another layout is refused by its number."""
+"""Version of the saved layout: raise it whenever a ``SAVED`` changes. `load` rejects state of another version."""
 
 _MAGIC: Final = b"CWSNAP\x00\x01"
-_START: Final = struct.Struct("<8sII")  # magic, length of the head, checksum of what follows
+_START: Final = struct.Struct("<8sII")  # magic, length of the head, checksum of the rest
 _MAX_FILE: Final = 256 << 20
 _MAX_HEAD: Final = 16 << 20
 _TYPES: Final = {"b1": np.dtype("?"), "f8": np.dtype("<f8"), "i8": np.dtype("<i8")}
@@ -120,7 +120,7 @@ def save(state: Any) -> Snapshot:
 
 
 def load(state: Any, snapshot: Snapshot) -> None:
-    """Set the state of *state*, a new object of the same settings, to what `save` returned.
+    """Set the state of *state*, a new object of the same settings, to the data that `save` returned.
 
     Arrays are loaded in place. Raises `InputError` for state of another layout, or that is missing or does not fit.
     """
@@ -287,7 +287,7 @@ def write_snapshots(
 def read_snapshots(path: Path, *, is_signed: IsSigned | None = None) -> dict[str, Snapshot]:
     """Read what `write_snapshots` wrote. Raises `InputError`, one line, for any other file, or a damaged one.
 
-    With *is_signed*, which tells whether a signature belongs to a content, for one that is not signed too.
+    With *is_signed*, which decides whether a signature matches a content, also for a content without a signature.
     """
     data = read_bytes(path, _MAX_FILE, "snapshot")
     if len(data) < _START.size or data[: len(_MAGIC)] != _MAGIC:

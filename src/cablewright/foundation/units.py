@@ -24,7 +24,7 @@ _TEXT = re.compile(rf"({_NUMBER}) *([^\s0-9.+-].*)", re.ASCII)
 _LONGEST_TEXT = 80
 LARGEST = 1e30  # of a quantity, in its SI unit: no machine is near, and the product of a few is still a number
 
-# Decimal, so that "104 mm" is exactly the float 0.104; no traps, so that a huge exponent becomes inf and is refused.
+# Decimal, so that "104 mm" is exactly the float 0.104; no traps, so that a huge exponent becomes inf and is rejected.
 _EXACT = decimal.Context(prec=60, traps=[])
 
 
@@ -52,7 +52,7 @@ class Dimension:
     def read(self, value: object) -> float:
         """Return ``value`` in SI. Raises `ValueError` unless it is a finite number, or a text of number and unit.
 
-        Above `LARGEST` it is refused too.
+        Above `LARGEST` it is rejected too.
         """
         if isinstance(value, str):
             return self._checked(self._parse(value))

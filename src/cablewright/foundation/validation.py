@@ -1,4 +1,4 @@
-"""Frozen pydantic models of what files describe, and their validation errors as one line.
+"""Frozen pydantic models of the content of files, and their validation errors as one line.
 
 An error names the file, the key, its value and what is allowed.
 """
@@ -28,7 +28,7 @@ _Model = TypeVar("_Model", bound="Description")
 
 
 class Description(BaseModel):
-    """A frozen, hashable description made of floats, texts and tuples. An unknown key is refused with the nearest.
+    """A frozen, hashable description made of floats, texts and tuples. An unknown key is rejected with the nearest.
 
     ``MOVED``: tables in which keys that once were here belong now, by key.
     """

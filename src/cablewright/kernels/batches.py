@@ -1,7 +1,7 @@
 """Batches of forward, inverse, linearise and certify problems: rows *first* to *last* of one, a code per row.
 
 They hold no lock of Python's, so that several threads can share a batch. A row depends at most on those before it in
-its chunk, so that results depend neither on the number of threads nor on what each of them was given.
+its chunk, so that results depend neither on the number of threads nor on the rows that each of them computed.
 """
 
 from math import log
@@ -118,7 +118,7 @@ def read_length_rows(packed, states, lengths):
 
 @jit(allocates=True)
 def hanging_rows(packed, poses, states, lengths, codes, violations, first, last):
-    """As `inverse_rows`, with fewer lines than freedoms: free entries of a pose are NaN on entry and are written."""
+    """Solve rows as `inverse_rows` with fewer lines than degrees of freedom: NaN entries of poses are written."""
     work = inverse_workspace(robot_of(packed, first))
     for j in range(first, last):
         own = robot_of(packed, j)
@@ -261,7 +261,7 @@ def certify_rows(packed, lengths, poses, states, tolerance, codes, bounds, boxes
 
 @jit(allocates=True)
 def wrench_rows(packed, lengths, poses, states, wrenches):
-    """Write the wrench (N, n), N and N m, of lines and loads on the platform in each row, without what a plane holds.
+    """Write the wrench (N, n), N and N m, of lines and loads on the platform in each row.
 
     *packed* is to have no plane: otherwise the part that it carries is left out.
     """

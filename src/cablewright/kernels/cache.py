@@ -198,7 +198,7 @@ _has_warned = False
 def _warn_once(reason: Exception) -> None:
     global _has_warned
     level = logging.DEBUG if _has_warned else logging.WARNING
-    log.log(level, "kernels are compiled anew in each process: %s", reason)
+    log.log(level, "kernels are compiled again in each process: %s", reason)
     _has_warned = True
 
 
@@ -212,7 +212,7 @@ def _read(file: Path, key: tuple[Any, ...]) -> Any:
     except FileNotFoundError:
         return None
     except (OSError, pickle.UnpicklingError, AttributeError, EOFError, ImportError, IndexError) as reason:
-        log.debug("%s is compiled anew: %s", file.name, reason)
+        log.debug("%s is compiled again: %s", file.name, reason)
         return None
     return data if found == key else None
 

@@ -1,4 +1,4 @@
-"""How kernels are compiled: what Python calls, with all that it calls in turn, is optimised and assembled at once.
+"""Compilation of kernels: an entry point is optimised and assembled together with all functions that it calls.
 
 Numba does both for every function, and again for each of its callers. Here a function that another kernel calls stays
 as it was lowered, a part, until the kernel that Python calls is complete. `docs/decisions/0019-kernels-at-once.md` has
@@ -18,11 +18,11 @@ from numba.core.registry import CPUDispatcher
 from numba.core.sigutils import normalize_signature
 from numba.core.typed_passes import NativeLowering
 
-_ENVIRONMENT = "_ZN08NumbaEnv"  # begins the names of what Numba needs to raise errors
+_ENVIRONMENT = "_ZN08NumbaEnv"  # prefix of Numba's symbols for raising errors
 
 
 class Part:
-    """Stands for the entry point of a function that has none: only kernels call it."""
+    """Placeholder for the entry point of a function that only kernels call."""
 
 
 class KernelLibrary(JITCodeLibrary):  # type: ignore[misc]
@@ -48,7 +48,7 @@ class KernelLibrary(JITCodeLibrary):  # type: ignore[misc]
                 self.codegen.set_env(variable.name, environment)
 
     def _optimize_final_module(self) -> None:
-        """Optimise functions as those of nobody else: LLVM then spares calls, and arguments that are not used.
+        """Optimise functions as private ones: LLVM then removes calls, and arguments that are not used.
 
         They get names of their own, since LLVM's loader finds functions by name in all that it has loaded, internal
         ones too: code that was compiled apart would call one of these, which has lost arguments, for the whole kernel.
@@ -75,7 +75,7 @@ def _is_part(library: Any) -> bool:
 
 
 def _callees(library: KernelLibrary) -> list[Any]:
-    """Libraries of all that is called, callers first: LLVM leaves out what nothing has asked for yet."""
+    """Libraries of all that is called, callers first: LLVM leaves out functions without a caller so far."""
     seen: set[Any] = set()
     found: list[Any] = []
 
@@ -114,10 +114,10 @@ class KernelCompiler(Compiler):  # type: ignore[misc]
     """Numba's pipeline with a lowering of its own. It runs under Numba's lock, one thread at a time."""
 
     depth = 0
-    """Kernels that are being compiled, each asked for by the one before; 1: it was Python that asked."""
+    """Depth of the kernels in compilation, each called by the one before; 1: called by Python."""
 
     count = 0
-    """Kernels that this process has asked for: compiled, or read from the disk."""
+    """Number of kernels that this process has loaded: compiled, or read from the disk."""
 
     def define_pipelines(self) -> Any:
         """Return the only pipeline."""
@@ -137,7 +137,7 @@ class KernelCompiler(Compiler):  # type: ignore[misc]
 
 
 class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
-    """A kernel. What was compiled as a part only is compiled anew when Python calls it."""
+    """A kernel. What was compiled as a part only is compiled again when Python calls it."""
 
     def add_overload(self, result: Any) -> None:
         """Keep what was compiled; a part cannot be called from Python."""

@@ -7,7 +7,7 @@ from cablewright.kernels import jit
 def add_multiples(P, to, source, weights):
     """Predict *P* (n, n) where states from index *to* on grow by *weights* (a, b) times those from *source* on.
 
-    One after another: where the a and the b overlap, later ones grow by what earlier ones have become.
+    One after another: where the a and the b overlap, later ones grow by the new values of earlier ones.
     """
     n, (rows, columns) = P.shape[0], weights.shape
     for i in range(rows):

@@ -104,7 +104,7 @@ class Packed(NamedTuple):
     """A robot under one fidelity, as arrays: the first argument of most kernels.
 
     In batches *lines* and *platform* have a leading axis: one row for all problems, or one for each. Kernels are
-    compiled apart where *general* is None: Numba leaves out what a function does otherwise, so that a plain robot
+    compiled apart where *general* is None: Numba leaves out the other branches, so that a plain robot
     neither compiles nor carries it (docs/decisions/0014-plain-robots-apart.md).
     """
 

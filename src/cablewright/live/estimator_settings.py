@@ -9,9 +9,6 @@ from types import MappingProxyType
 from typing import Any, Final
 
 from cablewright.estimation import started_filter
-from cablewright.estimation.chain import observer
-from cablewright.estimation.chain.drum_radius import RadiusSettings
-from cablewright.estimation.chain.state import ObserverSettings
 from cablewright.estimation.drum_clock import ClockLeadSettings
 from cablewright.estimation.height import HeightSettings
 from cablewright.estimation.kalman.coil_layers import CoilLayers
@@ -19,6 +16,9 @@ from cablewright.estimation.kalman.state import FilterSettings
 from cablewright.estimation.lidar.localisation import WallSettings
 from cablewright.estimation.lidar.room import Laser, RoomMap, RoomWall
 from cablewright.estimation.lidar.scan import LidarModel
+from cablewright.estimation.merlet2023 import observer
+from cablewright.estimation.merlet2023.drum_radius import RadiusSettings
+from cablewright.estimation.merlet2023.state import ObserverSettings
 from cablewright.estimation.slackness import SlacknessSettings
 from cablewright.estimation.started_filter import StartedSettings
 from cablewright.estimation.tilt import TiltSettings

@@ -15,7 +15,7 @@ from cablewright.estimation import dead_reckoning
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.dead_reckoning import ReckoningSettings
 from cablewright.estimation.known_creep import KnownCreep
-from cablewright.estimation.learnt_lengths import LearntLengths, LengthPriors
+from cablewright.estimation.length_corrections import LearntLengths, LengthPriors
 from cablewright.estimation.lidar.room import Laser
 from cablewright.estimation.started_filter import StartedSettings
 from cablewright.foundation.arrays import Array
@@ -177,7 +177,7 @@ def _observed(observer: Observer, settings: Any, state: Any) -> Estimator:
 
 
 class CreepingEstimator:
-    """An estimator by lidars. What its cables have crept, as described, is saved with a print; all else begins anew."""
+    """An estimator by lidars. Only the modelled creep of its cables is saved with a print."""
 
     SAVED: ClassVar[Saved] = ("_creep",)
     danger, searches = "", False
@@ -227,7 +227,7 @@ class DeadReckoning(_SteppedEstimator):
         return found
 
     def place_measured(self, place: Array, by_tensions: bool = False) -> None:
-        """Take the standing platform for at *place* (3,), m: learn from it, or begin anew.
+        """Take the standing platform for at *place* (3,), m: learn from it, or begin again.
 
         *by_tensions*: see `dead_reckoning.placed`. Raises `AnswerError` where it cannot be there.
         """

@@ -109,7 +109,8 @@ def _counted(number: float) -> int:
 def workspace_nodes(model: Model, step: float, progress: Progress | None = None) -> NodeCount:
     """Count the nodes of a grid of *step* (m) in the static workspace, the platform unrotated.
 
-    Raises `InputError` for a robot with fewer lines than freedoms, `AnswerError` if no node is in the workspace.
+    Raises `InputError` for a robot with fewer lines than degrees of freedom, `AnswerError` if no node is in the
+    workspace.
     """
     require(model, Capability.PATH)
     nodes = count_nodes(model, "static", step=step, progress=progress)

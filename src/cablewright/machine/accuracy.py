@@ -22,8 +22,8 @@ class MachineAccuracy(Description):
     ``creep``: strain of the cables after an hour under the mean tension at home, besides what the robot file describes;
     None: 30 % of that, or 2e-4 where nothing is described. ``friction``: share of a line's tension by which its load
     cell shows less while cable is paid out, and more while it is wound. ``hysteresis``: strain between the ways up and
-    down of a large cycle of loads. ``exit_compliance``: m/N, of the mounts of exits besides what is described; None:
-    30 % of that, or 1e-6.
+    down of a large cycle of loads. ``exit_compliance``: m/N, of the mounts of exit points besides what is described;
+    None: 30 % of that, or 1e-6.
     """
 
     home_length: _Small = 2e-3

@@ -2,7 +2,7 @@
 
 Counts on disk are valid only between a standstill, with all brakes closed for a while, and the next motion: the mark is
 taken away on disk before winches are switched on, and when one turns without a command. With them stand the bare
-counters, and an epoch: a number that changes whenever counts begin anew, so that lengths of another epoch are never
+counters, and an epoch: a number that changes whenever counts begin again, so that lengths of another epoch are never
 reckoned with them.
 
 Whoever finds the mark compares the counters. Where they are the same, nothing has turned. Where all begin at zero, they
@@ -146,7 +146,7 @@ class Remembering:
     """A machine whose counts are kept on disk; its frames have totals, over wraps and over a loss of power.
 
     ``epoch``: of the totals; another one than that on disk where those were not valid any more. Where a file cannot be
-    written at a standstill, frames have the notice NOT_SAVED. ``power_lost``: counters have begun anew since.
+    written at a standstill, frames have the notice NOT_SAVED. ``power_lost``: counters have begun again since.
     """
 
     machine: Machine

@@ -54,7 +54,7 @@ class Coil:
 
 @dataclass(frozen=True, eq=False)
 class LineCoils:
-    """The cables of m lines on their drums, each coil with what its line does not take of *held* m of cable.
+    """The cables of m lines on their drums, each coil with the part of *held* m of cable that its line does not use.
 
     ``coils``: (m,); None: of a line without a winch, whose angle is 0 and whose radius is NaN.
     """

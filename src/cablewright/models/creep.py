@@ -148,7 +148,7 @@ def histories(times: Array, loads: Array, retardations: Sequence[float], paces: 
     """Return the strains (k, j + 1), per compliance, at *times* (k,), s, under *loads* (k,), N.
 
     A column for each of the j *retardations*, s, the last one for logarithmic creep. Loads change linearly between the
-    times, which rise; before the first there is none, and at the first it is there at once. *paces* (k,): at the times,
+    times, which rise; before the first there is none, and it is full from the first on. *paces* (k,): at the times,
     in between their means; None: 1.
     """
     log_times, log_sizes = log_elements()
@@ -159,7 +159,7 @@ def histories(times: Array, loads: Array, retardations: Sequence[float], paces: 
     for j, tau in enumerate([*retardations, *log_times.tolist()]):
         gone, late = gains(passed / tau)
         driven[1:] = gone * loads[:-1] + late * np.diff(loads)
-        bands[1, :-1] = gone - 1.0  # what is left of a strain, a step later
+        bands[1, :-1] = gone - 1.0  # remainder of a strain, a step later
         strain = solve_banded((1, 0), bands, driven)
         if j < len(retardations):
             out[:, j] = strain * voigt_size(tau)

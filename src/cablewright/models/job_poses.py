@@ -32,7 +32,7 @@ _ON_GRID: Final = 1e-4  # of a unit
 def on_plane(robot: Robot, job: Job) -> Job:
     """Return a *job* of G-code with its axes and its origin in the robot's plane, where that has a ``gcode_zero``.
 
-    What the job gives stays.
+    Coordinates that the job specifies stay.
     """
     plane = robot.platform.plane
     if plane is None or plane.gcode_zero is None or job.gcode is None or job.axes is not None:
@@ -47,15 +47,15 @@ def sampled(
     """Return the samples of *job*, and the maximum distance between them, m. *room* and *beads*: as `Job.samples`.
 
     Where the job does not give it, it follows from the shortest lines that the path allows: a length of s spans of l,
-    interpolated over a step h, is off by s h^2 / (8 l) at most, here `INTERPOLATED`. Raises `InputError` for a path
-    that cannot be sampled.
+    interpolated over a step h, has an error of at most s h^2 / (8 l), here `INTERPOLATED`. Raises `InputError` for a
+    path that cannot be sampled.
     """
     step = job.sampling.step or _step(robot, job, toolpath)
     return unrounded(robot, job, toolpath, job.samples(toolpath, step, room, beads)), step
 
 
 def unrounded(robot: Robot, job: Job, toolpath: Toolpath, samples: Samples) -> Samples:
-    """Return *samples* of a *job* moved into the platform's plane by what its file has rounded; else as they are.
+    """Return *samples* of a *job* moved into the platform's plane if only rounding of the file separates them from it.
 
     Half a unit of the last decimal that the file's coordinates have is allowed for each of them, `OFF_PLANE` at least;
     samples that are farther off stay where they are.

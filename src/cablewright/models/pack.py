@@ -58,9 +58,9 @@ def pack_rows(
     """Return *packed*, the arrays of *robot*, as a batch of one row, or of N rows where values differ by row.
 
     *retraction* (N,): the platform's retraction length, m; *preferred* (N, m): tensions, N, to which inverse solutions
-    stay near; *exit_points* (N, m, 3): m, world, instead of the robot's; winch exits move with them; *wrenches* (N, 6):
-    N and N m, world, on the platform beside its own. Raises `InputError` for a retraction that the platform does not
-    have.
+    stay near; *exit_points* (N, m, 3): m, world, instead of the robot's; winch exit points move with them; *wrenches*
+    (N, 6): N and N m, world, on the platform beside its own. Raises `InputError` for a retraction that the platform
+    does not have.
     """
     differing = (given for given in (retraction, preferred, exit_points, wrenches) if given is not None)
     rows = max((len(given) for given in differing), default=1)

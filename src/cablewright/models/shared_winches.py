@@ -16,7 +16,7 @@ def shares(robot: Robot) -> Array:
     names = [line.name for line in robot.lines]
     table = np.zeros((len(robot.sharing), SHARES))
     for row, line in zip(table, robot.sharing, strict=True):
-        assert line.shared_winch is not None  # by what `sharing` is
+        assert line.shared_winch is not None  # by the definition of `sharing`
         row[LINE], row[OTHER] = names.index(line.name), names.index(line.shared_winch.line)
         row[SENSE], row[OFFSET] = line.shared_winch.sense, line.shared_winch.offset
     return table

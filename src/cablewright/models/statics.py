@@ -156,7 +156,7 @@ class Model:
 
     @cached_property
     def free_directions(self) -> Array | None:
-        """Orthonormal basis (n, freedoms) of the motions that a plane leaves; None without a plane."""
+        """Orthonormal basis (n, degrees of freedom) of the motions that a plane leaves; None without a plane."""
         plane = self.robot.platform.plane
         return None if plane is None else basis(plane, self.n)
 
@@ -349,7 +349,7 @@ class Equilibrium(Rows, Result):
         if self.status is Status.INFEASIBLE and self.violation == 0.0 and self.model.robot.sharing:
             missed = missed_lengths(self.model.robot, self.lengths)
             line = self.model.robot.sharing[int(np.argmax(np.abs(missed)))]
-            assert line.shared_winch is not None  # by what `sharing` is
+            assert line.shared_winch is not None  # by the definition of `sharing`
             where = f"the length of line {line.name} does not fit the drum that it shares with {line.shared_winch.line}"
             return f"{where}, {np.abs(missed).max():.4g} m off, and these cables do not give"
         low, high = self.extremes()

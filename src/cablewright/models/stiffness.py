@@ -43,9 +43,9 @@ class Stiffness(Rows):
     """The parts of the tangent stiffness at constant lengths; a leading axis for a batch (see `Rows`).
 
     `elastic` and `geometric` (n, n): restoring wrench per motion of the platform's origin and rotation, world, N/m and
-    N m/rad; `elastic` is symmetric and positive semidefinite. What a plane holds has none. `axial` (m,): each line's
-    stiffness along its chord, N/m. `chords` (m, 3): unit vectors, world; zero where a massless line is slack. `arms`
-    (m, 3): from the platform's origin to where they end, world, m.
+    N m/rad; `elastic` is symmetric and positive semidefinite. Directions that a plane blocks have none. `axial` (m,):
+    each line's stiffness along its chord, N/m. `chords` (m, 3): unit vectors, world; zero where a massless line is
+    slack. `arms` (m, 3): from the platform's origin to where they end, world, m.
     """
 
     SINGLE: ClassVar = ("elastic", 2)
@@ -119,7 +119,7 @@ def along_chords(n: int, chords: Array, arms: Array) -> Array:
 def as_elastic(equilibrium: Equilibrium) -> Equilibrium:
     """Return equilibria of rigid lines as those of elastic lines with the same tensions at the same poses.
 
-    Straight lines without weight are drawn, and balance, alike whether they stretch or not. Codes stay as they are.
+    Straight lines without weight have the same shape and balance whether they stretch or not. Codes stay as they are.
     """
     fidelity = Fidelity(CableLaw.ELASTIC, equilibrium.model.fidelity.sheave)
     model = Model(equilibrium.model.robot, fidelity, equilibrium.model.tension_limits)

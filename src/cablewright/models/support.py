@@ -1,4 +1,4 @@
-"""What works with what: one table of the features of robots and the capabilities of this program.
+"""Table of support: which capability of this program works with which feature of a robot.
 
 Errors, the page `docs/support.md`, `cablewright robots NAME --support` and the notes of exports read it.
 """
@@ -40,7 +40,7 @@ class Coverage(StrEnum):
 
 
 class Capability(StrEnum):
-    """What this program does with a robot, as messages call it."""
+    """A function of this program on a robot, by its name in messages."""
 
     INVERSE = "inverse"
     FORWARD = "forward"
@@ -99,7 +99,9 @@ class Feature:
 
 @dataclass(frozen=True)
 class Cell:
-    """One cell of the table. ``instead``: what to do else, or of `Coverage.LOST` and NOT_CHECKED what is left out.
+    """One cell of the table.
+
+    ``instead``: the alternative to use; of `Coverage.LOST` and NOT_CHECKED the part that is left out.
 
     ``because``: of an answer of `support`, what of the robot decides.
     """
@@ -235,7 +237,7 @@ _ROWS: Final = (
     (_C.ELASTIC_CALIBRATION, _REJECTED, "counterweight shared-winch", "Calibrate the robot with a winch on each line"),
     (_C.ELASTIC_CALIBRATION, _REJECTED, "pulley winch-aside platform-sheave platform-pulley",
      "Survey these points and write them into the robot file"),
-    (_C.ELASTIC_CALIBRATION, _REJECTED, "guides tilted-swivel advantage cables few-lines-in-plane",
+    (_C.ELASTIC_CALIBRATION, _REJECTED, "guides advantage cables few-lines-in-plane",
      "Calibrate with cable = rigid"),
     (_C.SIMULATION, _REJECTED, "weightless no-gravity no-diameter no-drum-radius", _IN_FILE),
     (_C.MACHINE_FILE, _REJECTED, "weightless no-diameter no-drum-radius no-gravity", _IN_FILE),
@@ -303,7 +305,7 @@ def features(robot: Robot) -> Iterator[tuple[Feature, str]]:
 
 
 def cells(robot: Robot, capability: Capability) -> Iterator[tuple[Feature, Cell]]:
-    """Yield the cells of a capability that features of the robot meet, each with what decides it."""
+    """Yield the cells of a capability that apply to features of the robot, each with the deciding object."""
     for feature, cell in _CELLS[capability]:
         if holder := feature.holder(robot):
             yield feature, replace(cell, because=f"{holder} has {feature.words}")

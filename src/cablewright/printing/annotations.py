@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from typing import Final
 
-from cablewright.printing.changes import Changes
+from cablewright.printing.gcode_words import WordError
 from cablewright.printing.line_types import LineType, line_type
-from cablewright.printing.words import WordError
+from cablewright.printing.piecewise_constant import Changes
 
 MAX_LAYER: Final = 1_000_000
 MAX_OBJECTS: Final = 10_000
@@ -96,12 +96,12 @@ class Annotations:
         """Start a file."""
         self.layers: dict[str, Changes] = {}  # by kind of marker
         self.marker = ""  # the kind that counts: the first in the file; ;Z: only if there is no other
-        self.types = Changes()  # `LineType` of what is extruded
+        self.types = Changes()  # `LineType` of each extruding move
         self.bead_widths, self.bead_heights = Changes(), Changes()  # m, file scale
         self.settings: dict[str, float] = {}  # see `SETTINGS`
         self.objects = Changes()  # index into `names`; -1: none
         self.names: list[str] = []  # of objects
-        self._keys: dict[str, int] = {}  # index of an object, by what the file calls it
+        self._keys: dict[str, int] = {}  # index of an object, by its name in the file
         self._heights: dict[str, float] = {}  # last height of each kind of marker that has heights
 
     def read(self, line: bytes, row: int) -> str:

@@ -20,7 +20,7 @@ class ArcError(ValueError):
 
 
 def centre_from_offset(start: Point2, end: Point2, offset: Point2) -> Point2:
-    """Return the centre (m) at ``offset`` (I, J) from the start. Raises `ArcError` where the end is off the circle."""
+    """Return the centre (m) at ``offset`` (I, J) from the start. Raises `ArcError` where the end misses the circle."""
     radius = math.hypot(*offset)
     if radius == 0:
         raise ArcError("an arc of zero radius; I and J must not both be 0")

@@ -24,7 +24,7 @@ FLATNESS: Final = 3.0
 
 _CORNERS: Final = 1.0 - 0.25 * math.pi  # what round sides lack of a square
 _OUTLIER: Final = 4.0  # E of a move that lays so many times more or less than the middle one is no section
-_APART: Final = 1.5  # ratio of what two sources say, above which they contradict each other
+_APART: Final = 1.5  # ratio of the values of two sources, above which they contradict each other
 _INCH: Final = 25.4  # mm
 _SHARE: Final = 0.01  # of the length that may lack a comment without a note
 _FLAT: Final = 3e-5  # m: no strand is lower
@@ -127,7 +127,7 @@ ASSUMED: Final = "assumed"
 
 
 class _FromFile:
-    """What the file says of the beads of its *laid* moves, m, at its scale, and notes on what is odd."""
+    """Beads of the *laid* moves according to the file, m, at its scale, and notes on odd values."""
 
     def __init__(self, toolpath: Toolpath, scale: float) -> None:
         self.scale, self.settings, self.notes = scale, toolpath.settings, list[str]()
@@ -204,7 +204,7 @@ class _FromFile:
         return (np.full(len(self.laid), nominal), SETTINGS) if nominal else (None, ASSUMED)
 
     def _filled(self, said: Array, other: Array | None = None) -> Array:
-        """Return *said* (l,), or else the *other*, or else the middle of what is said."""
+        """Return *said* (l,), or else the *other*, or else the median of the given values."""
         found = said if other is None else np.where(np.isnan(said), other, said)
         return np.where(np.isnan(found), self.middle(said), found)
 

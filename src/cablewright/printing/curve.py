@@ -118,7 +118,7 @@ class Curve:
 
 
 def draw(required: CurveRequirements, seed: int, number: int) -> Curve:
-    """Draw curve *number* of *seed* with what is *required*. Raises `InputError` after too many attempts."""
+    """Draw curve *number* of *seed* as *required*. Raises `InputError` after too many attempts."""
     rng = np.random.default_rng([seed, number])
     for _ in range(_TRIES):
         curve = _random(rng, required.length)

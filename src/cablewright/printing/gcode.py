@@ -15,9 +15,9 @@ from cablewright.foundation.errors import InputError
 from cablewright.foundation.progress import Progress
 from cablewright.foundation.toml_input import open_regular
 from cablewright.printing.annotations import slicer_of
+from cablewright.printing.gcode_words import MAX_LINE, shortened
 from cablewright.printing.modal import Controller
 from cablewright.printing.toolpath import Material, Toolpath, build
-from cablewright.printing.words import MAX_LINE, shortened
 
 MAX_BYTES: Final = 1 << 30
 SHORTEST_ARC_STEP: Final = 1e-6  # m
@@ -91,7 +91,7 @@ def _blocks_of_lines(
             _refuse_binary(block, origin)
             block = block.removeprefix(b"\xef\xbb\xbf")
         read += len(block)
-        if max(read, size or 0) > MAX_BYTES:  # a size that is known is refused at once
+        if max(read, size or 0) > MAX_BYTES:  # a known size is rejected before reading
             raise InputError(f"{origin}: larger than {MAX_BYTES} bytes, the most a G-code file may hold")
         if b"\0" in block:
             raise InputError(f"{origin}: holds NUL bytes: a binary file, no G-code")

@@ -229,7 +229,7 @@ class Job(FileDescription):
         return self.model_copy(update={"motion": self.motion.model_copy(update={"corner_deviation": corner})})
 
     def typical_bead(self, toolpath: Toolpath | None = None) -> tuple[Bead, tuple[str, ...]]:
-        """Return the bead of the middle of what is laid, and notes on how those of the file differ.
+        """Return the median bead of the laid moves, and notes on how those of the file differ.
 
         *toolpath*: of the job; None: it reads the G-code where the job leaves beads open.
         """

@@ -7,7 +7,7 @@ from typing import Final
 
 
 class LineType(IntEnum):
-    """Type of a move. Slicers name the type of what they extrude; every other move is `TRAVEL`."""
+    """Type of a move. Slicers name the type of each extruding move; every other move is `TRAVEL`."""
 
     TRAVEL = 0
     """Nothing is laid."""

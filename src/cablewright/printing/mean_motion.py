@@ -1,7 +1,7 @@
 """The mean of a motion about each time: of one along straight segments with pieces of constant acceleration.
 
 With the kernel of two running means, the mean place is a second difference of the second integral of the place, over
-the lengths of both; so are mean velocity and acceleration, of what is integrated as often. All are exact.
+the lengths of both; so are mean velocity and acceleration, with as many integrations. All are exact.
 """
 
 from __future__ import annotations

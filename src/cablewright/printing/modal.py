@@ -3,7 +3,7 @@
 Choices where dialects differ:
 
 * G90 and G91 apply to E as well until the first M82 or M83, as in RepRap firmwares.
-* I and J are relative to the start of the arc; arcs lie in the XY plane, G18 and G19 are refused.
+* I and J are relative to the start of the arc; arcs lie in the XY plane, G18 and G19 are rejected.
 * P of G2 and G3 is the number of turns, of which the last may be incomplete: P1 is the arc without P.
 * P of G4 is in milliseconds, S in seconds; S applies where both are given.
 * G92 shifts the coordinates of the file, never the machine; without words it sets all of them to zero.
@@ -11,7 +11,7 @@ Choices where dialects differ:
 * Every file starts at the machine's zero, in absolute millimetres.
 * A line that only names axes repeats the last of G0 to G3; F alone needs no motion and holds from there.
 * Accelerations, jerks and macros of a firmware are not interpreted. An unknown code and the words after it are counted
-  and ignored; codes that would change the path are refused.
+  and ignored; codes that would change the path are rejected.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ import numpy as np
 from cablewright.foundation.errors import InputError
 from cablewright.printing.annotations import Annotations
 from cablewright.printing.arc import ArcError, centre_from_offset, centre_from_radius, piece_count, pieces, swept_angle
-from cablewright.printing.changes import Changes
-from cablewright.printing.words import MACRO, NUMBER, WordError, as_number, bare_text, code_of, split, why_unread
+from cablewright.printing.gcode_words import MACRO, NUMBER, WordError, as_number, bare_text, code_of, split, why_unread
+from cablewright.printing.piecewise_constant import Changes
 
 MAX_COORDINATE: Final = 1e6  # m, distance from the origin
 MAX_MOVES: Final = 20_000_000  # about 2 GB of toolpath
@@ -143,11 +143,11 @@ class Controller:
                 continue
             code, early, x, y, z, e, feed = found.groups()
             if early is not None and feed is not None:
-                self._interpret(line)  # refuses two F
+                self._interpret(line)  # rejects two F
             try:
                 self._straight("G1" if code == b"1" else "G0", x, y, z, e, feed or early)
             except ValueError:
-                self._interpret(line)  # refuses the word that is no number
+                self._interpret(line)  # rejects the word that is no number
         if len(self.lines) > MAX_MOVES:
             self._refuse(f"more than {MAX_MOVES} moves, the most a file may make")
 
@@ -200,7 +200,7 @@ class Controller:
             self._act("", _feeds_of_line(words))
 
     def _pass(self, code: str, words: list[tuple[str, str]]) -> None:
-        """Record a code that moves nothing, of a line of these ``words``. Raises `WordError` where it is refused."""
+        """Record a code that moves nothing, of a line of these ``words``. Raises `WordError` where it is rejected."""
         if code in _REFUSED:
             raise WordError(_REFUSED[code])
         if code == "M486":

@@ -6,9 +6,9 @@ spectrum: at most 0.07 of it from 0.9 times the slowest mode's frequency on, at 
 So frequencies may be wrong by 10 or 25 %, and faster modes need no notch of their own. The kernel follows the frequency
 along the path. It is symmetric and changes nothing where the law is steady; two means bound acceleration and jerk.
 
-The mean rounds corners: by half the jump of the velocity times the kernel's mean distance from its middle, and by what
-the law accelerates meanwhile. Where that is more than the corner deviation, the law is slower, or waits in the corner.
-A bend, of corners of less than 11 degrees, is taken as fast as the measured rounding allows.
+The mean rounds corners: by half the jump of the velocity times the kernel's mean distance from its middle, and by the
+law's acceleration meanwhile. Where the sum exceeds the corner deviation, the law is slower, or waits in the corner. A
+bend, of corners of less than 11 degrees, is taken as fast as the measured rounding allows.
 """
 
 from __future__ import annotations
@@ -38,11 +38,11 @@ _LONGEST_STEP: Final = 0.75  # of the shorter mean, where the law accelerates: s
 _LOOKS: Final = 4  # times in a segment, at least, at which its acceleration is looked at
 _LOOK: Final = 1.0  # of the shorter mean, at most between two of them
 _STEADY: Final = 1e-9  # m/s^2
-_SPAN: Final = 400.0  # of the kernel's length: the longest time that is integrated at once, against rounding
-_ROWS: Final = 20_000  # samples that are worked on at once
+_SPAN: Final = 400.0  # of the kernel's length: the longest time of one integration, against rounding
+_ROWS: Final = 20_000  # samples in one block
 _HALVINGS: Final = 40
 _TOGETHER: Final = 8  # rounds in which corners that meet are slowed down; then the law waits in them
-_SLOWER: Final = 0.9  # of what would be right, if corners were alone
+_SLOWER: Final = 0.9  # of the speed that would do for a corner by itself
 _STRAIGHT: Final = 1e-6  # sine of half an angle that is none
 _SHARP: Final = 0.1  # sine of half an angle of a corner that ends a leg, and is no part of a bend
 _STEPS: Final = 3  # of a search for what is nearest
@@ -95,8 +95,8 @@ class Shaper:
     def _lower(self, samples: Samples, law: TimeLaw, allowed: Array, excess: Array, at: slice, *, last: bool) -> None:
         """Lower what is *allowed* (k,), m, of the rounding in a block of corners by its *excess* (k,).
 
-        Along a bend the rounding goes with the square of the speed, and the speed with what is allowed. *last*: corners
-        that meet were slowed down often enough; now the law waits in them.
+        Along a bend the rounding goes with the square of the speed, and the speed with the allowed rounding. *last*:
+        corners that meet were slowed down often enough; now the law waits in them.
         """
         sine, blamed = _sines(samples.positions, at), excess[at] > 0.0
         less = np.zeros(len(sine)) if last else _SLOWER / np.maximum(excess[at], 1.0)
@@ -134,7 +134,7 @@ class Shaper:
 
 
 class _Span(NamedTuple):
-    """Consecutive segments whose mean motion is computed at once."""
+    """Consecutive segments whose mean motion is computed together."""
 
     rows: slice  # the segments, by the samples at which they begin
     about: slice  # samples on which their motion depends
@@ -163,7 +163,7 @@ class _Motion:
     def counted(self, room: Room) -> tuple[NDArray[np.int64], Array]:
         """Return the samples that each segment needs (k - 1,), and how far each corner is rounded too much (k,).
 
-        That is the largest distance from the path of what the corner has a part in, over the one allowed; 0: not more.
+        That is the largest distance from the path to which the corner contributes, over the allowed one; 0: not more.
         """
         chord = _CHORD * self.shaper.corner_deviation
         counts, excess = room.empty((len(self.samples) - 1,), np.int64), room.empty((len(self.samples),))
@@ -175,7 +175,7 @@ class _Motion:
             time, _, kernel = span.times(segments, looks)
             _, _, vector = span.pieces.mean(time, kernel)
             most = np.maximum.reduceat(np.linalg.norm(vector, axis=1), np.cumsum(looks) - looks)
-            step = np.sqrt(8.0 * chord / np.maximum(most, _STEADY))  # a chord of an arc is off by a t^2 / 8
+            step = np.sqrt(8.0 * chord / np.maximum(most, _STEADY))  # a chord of an arc has an error of a t^2 / 8
             longest = np.where(most > _STEADY, _LONGEST_STEP * short, np.inf)
             step = np.clip(step, _SHORTEST_STEP * length, longest)
             counts[span.rows] = np.maximum(np.ceil((span.end - span.begin) / step), 1.0)
@@ -230,7 +230,7 @@ class _Motion:
     def _span(self, rows: slice, kernel: Kernel) -> _Span:
         samples, law, ends = self.samples, self.law, slice(rows.start, rows.stop + 1)
         last, dwell, reach = len(samples) - 1, self.dwell[ends], kernel.reach
-        late = 0.5 * (samples.dwell[ends] - dwell)  # the mean stands still in the middle of what the law does
+        late = 0.5 * (samples.dwell[ends] - dwell)  # the mean stands still in the middle of the law's stop
         late[0], late[-1] = late[0] if rows.start else 0.0, reach[-1] if rows.stop == last else late[-1]
         reached = law.time[ends] + late
         begin, end = (reached + dwell)[:-1], reached[1:]
@@ -271,7 +271,7 @@ class _Motion:
         return passed, found
 
     def _blame(self, excess: Array, span: _Span, time: Array, far: Array) -> None:
-        """Write to *excess* (k,) by what share of that allowed each sample has a part in what is too *far* (b,), m.
+        """Write to *excess* (k,) the share by which each sample contributes to a distance that is too *far* (b,), m.
 
         *time* (b,): s, when.
         """

@@ -68,7 +68,7 @@ def time_law(
 
 
 def times_on_way(samples: Samples, law: TimeLaw, block: slice) -> tuple[Array, Array]:
-    """Return the time (b,), s, on the way to each of a *block* of samples from the one before, and at the sample."""
+    """Return the time (b,), s, of the move to each of a *block* of samples, and the dwell at the sample."""
     time, dwell = (each[max(block.start - 1, 0) : block.stop] for each in (law.time, samples.dwell))
     spent = np.diff(time) - dwell[:-1]
     return (spent, dwell[1:]) if block.start else (np.concatenate([[0.0], spent]), dwell)

@@ -1,4 +1,4 @@
-"""The straight moves of a part, at the scale of its file, and what its file says of each."""
+"""The straight moves of a part, at the scale of its file, with the notes of the file on each."""
 
 from __future__ import annotations
 
@@ -176,7 +176,7 @@ def _layers(notes: Annotations, height: Array, extruding: Mask) -> tuple[NDArray
 
 
 def _why_nothing(controller: Controller, material: Material) -> str:
-    """Return why nothing is laid by *material*, and what the file has instead."""
+    """Return why no move lays *material*, and which materials the file has instead."""
     if material in ("E", "A"):
         why = f"no extruding move; at least one move must increase {material}"
     elif material == "every G1":

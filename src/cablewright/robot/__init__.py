@@ -1,4 +1,4 @@
-"""What is bolted on: frozen descriptions of a cable robot, read from TOML. Imports no numerics."""
+"""Descriptions of a cable robot: frozen models of its parts, read from TOML. Imports no numerics."""
 
 from cablewright.robot.bracket import Bracket, load_bracket
 from cablewright.robot.cable import Cable

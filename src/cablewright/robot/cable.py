@@ -49,8 +49,8 @@ class Creep(Description):
     """Creep of a cable by the law of `models.creep`: strains per tension after an hour under it, 1/N.
 
     ``compliances``: those of Voigt elements with ``retardations``, s, which rise. ``logarithmic``: that of logarithmic
-    creep. This is at ``reference_temperature``, degrees Celsius, and ``reference_humidity``, relative; how much faster
-    creep goes in another climate tell ``activation_energy``, J/mol, and ``humidity_exponent``, see
+    creep. This is at ``reference_temperature``, degrees Celsius, and ``reference_humidity``, relative;
+    ``activation_energy``, J/mol, and ``humidity_exponent`` determine the rate of creep in another climate, see
     `models.creep_pace`; of 0 it does not depend on that.
     """
 
@@ -74,7 +74,7 @@ class Creep(Description):
 class Cable(Description):
     """A cable's properties per metre.
 
-    Its axial stiffness EA is given either as ``axial_stiffness``, because the section of a rope is often a matter of
+    Its axial stiffness EA is given either as ``axial_stiffness``, because the section of a cable is often a matter of
     definition while its EA is measured, or as ``young_modulus`` and the section that it refers to: ``section``; or
     ``diameter`` with ``fill_factor``, the share of its circle that is filled, or with ``construction``, one of
     `CONSTRUCTIONS`. ``thermal_expansion`` (1/K): strain per degree, negative for aramid and Dyneema; None: unknown.

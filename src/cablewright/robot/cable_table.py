@@ -17,13 +17,13 @@ from cablewright.foundation.units import FORCE, LINEAR_DENSITY, three_digits
 from cablewright.robot.cable import Cable
 
 SAFETY: Final = 5.0
-"""Breaking load over the largest tension: what rope makers ask for in general use, 20 % of the breaking load."""
+"""Breaking load over the largest tension: what cable makers ask for in general use, 20 % of the breaking load."""
 
 STRENGTH: Final = 950e6
 """Breaking load over the square of the diameter of braided Dyneema, N/m^2; see `_braided`."""
 
 ELONGATION: Final = 0.006
-"""Strain of a braided Dyneema rope at a fifth of its breaking load."""
+"""Strain of a braided Dyneema cable at a fifth of its breaking load."""
 
 DENSITY: Final = 756.0
 """Mass per metre over the square of the diameter of braided Dyneema, kg/m^3."""
@@ -54,9 +54,9 @@ class StockCable:
 
 
 def _braided(millimetres: float) -> str:
-    """The table of a rope of 12 braided strands of Dyneema SK78.
+    """The table of a cable of 12 braided strands of Dyneema SK78.
 
-    Ropes on sale break at 951 N/mm^2 times the square of their diameter (7/64 inch, 1650 lbf), 1022 (1.5 mm, 230 daN)
+    Cables on sale break at 951 N/mm^2 times the square of their diameter (7/64 inch, 1650 lbf), 1022 (1.5 mm, 230 daN)
     and 1059 (3/16 inch, 5400 lbf): the least is taken.
     """
     square = (1e-3 * millimetres) ** 2
@@ -64,8 +64,8 @@ def _braided(millimetres: float) -> str:
     stiffness = FORCE.write(three_digits(breaking / SAFETY / ELONGATION), "kN")
     density = LINEAR_DENSITY.write(three_digits(DENSITY * square), "g/m")
     return f"""\
-# A rope of 12 braided strands of Dyneema SK78. Ropes of several makers break at 950 to 1060 N/mm^2 times the square of
-# their diameter and stretch by up to 0.6 % at a fifth of that (rope makers' tables for sailors), heat-set ones by half.
+# A cable of 12 braided strands of Dyneema SK78. Makers state breaking loads of 950 to 1060 N/mm^2 times the square of
+# the diameter, and up to 0.6 % of stretch at a fifth of that (tables for sailors); heat-set ones by half.
 axial_stiffness = "{stiffness}"    # a fifth of the breaking load at a strain of 0.6 %
 linear_density = "{density}"    # as Merlet and Papegay 2023: 6.8 g/m at 3 mm
 breaking_load = "{FORCE.write(three_digits(breaking), "kN")}"      # 950 N/mm^2 times the square of the diameter
@@ -98,8 +98,8 @@ thermal_expansion = "12 ppm/K" # assumed: steel
 _SPECTRA: Final = """\
 # A braided polyethylene line (Spectra, Dyneema) of 1.1 mm, as Hangprinters use.
 axial_stiffness = "45 kN"      # RepRapFirmware, HangprinterKinematics.cpp: between 20 and 100 kN; their middle by ratio
-linear_density = "0.915 g/m"   # assumed: as a rope of Dyneema of that diameter
-breaking_load = "1.15 kN"      # assumed: as a rope of Dyneema of that diameter
+linear_density = "0.915 g/m"   # assumed: as a cable of Dyneema of that diameter
+breaking_load = "1.15 kN"      # assumed: as a cable of Dyneema of that diameter
 diameter = "1.1 mm"
 thermal_expansion = "-12 ppm/K" # assumed: along the fibres
 """

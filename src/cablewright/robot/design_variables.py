@@ -1,4 +1,4 @@
-"""Design variables: single numbers that change a robot, as the distance between exits or the platform's width.
+"""Design variables: single numbers that change a robot, as the distance between exit points or the platform's width.
 
 A name is one of `NAMED`, a kind of `KINDS` for all lines or the platform, or a kind for one line, as in
 ``exit_point.z@south``. Names joined by + take the same value: ``width-top-x+width-bottom-y``.
@@ -110,7 +110,7 @@ def nearest_exits(robot: Robot) -> tuple[float, tuple[str, str]] | None:
 
 
 def _set_exit_distance(robot: Robot, value: float) -> Robot:
-    """Set the distance between exits that are each other's nearest.
+    """Set the distance between exit points that are each other's nearest.
 
     Two at a corner of the frame, each on one of its walls, move along the walls; others along the line between them.
     """
@@ -120,7 +120,7 @@ def _set_exit_distance(robot: Robot, value: float) -> Robot:
         now = math.dist(exits[i], exits[j])
         if now <= _tolerance(robot):
             names = f"lines {robot.lines[i].name!r} and {robot.lines[j].name!r}"
-            raise InputError(f"the exits of {names} coincide: the direction of their motion is undefined")
+            raise InputError(f"the exit points of {names} coincide: the direction of their motion is undefined")
         middle = [0.5 * (a + b) for a, b in zip(exits[i], exits[j], strict=True)]
         fixed = _corner(robot, exits[i], exits[j]) or middle
         for k in (i, j):
@@ -130,20 +130,20 @@ def _set_exit_distance(robot: Robot, value: float) -> Robot:
 
 
 def _nearest_pairs(robot: Robot) -> list[tuple[int, int]]:
-    """Return pairs of lines whose exits are each other's nearest. Raises `InputError` for two at equal distances."""
+    """Return pairs of lines whose exit points are nearest to each other. Raises `InputError` for a tie."""
     exits, nearest = [line.exit_point for line in robot.lines], []
     for i, own in enumerate(exits):
         order = sorted((math.dist(own, other), j) for j, other in enumerate(exits) if j != i)
         if len(order) > 1 and order[1][0] - order[0][0] <= _tolerance(robot):
             one, other = (repr(robot.lines[j].name) for _, j in order[:2])
             why = f"that of line {robot.lines[i].name!r} is as near to {one} as to {other}"
-            raise InputError(f"the exits of {robot.name!r} do not come in pairs: {why}")
+            raise InputError(f"the exit points of {robot.name!r} do not come in pairs: {why}")
         nearest.append(order[0][1] if order else i)
     return [(i, j) for i, j in enumerate(nearest) if i < j and nearest[j] == i]
 
 
 def _corner(robot: Robot, one: Vec3, other: Vec3) -> Vec3 | None:
-    """Return the corner of two walls, on each of which is one of two exits of equal height; None if there is none."""
+    """Return the corner of two walls, each with one of two exit points of equal height; None without one."""
     same, scene = _tolerance(robot), robot.scene
     if abs(one[2] - other[2]) > same:
         return None

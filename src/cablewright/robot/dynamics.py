@@ -24,7 +24,7 @@ class Damping(NamedTuple):
 
 
 class Dynamics(Description):
-    """What the file tells of vibrations. ``damping_ratio``: share of critical damping of each mode; None: unknown."""
+    """Vibration data of the robot file. ``damping_ratio``: share of critical damping of each mode; None: unknown."""
 
     damping_ratio: Annotated[float, Strict()] | None = None
 

@@ -70,7 +70,7 @@ class Line(Description):
 
     ``advantage``: the mechanical advantage, which is the number of spans between exit point and platform point: with 2
     the cable runs to a pulley on the platform and back. ``cables``: of one kind, side by side on one winch. Spans are
-    taken as alike, from point to point, and pulleys as without friction; tension is that of one cable.
+    taken as equal, from point to point, and pulleys as frictionless; tension is that of one cable.
 
     ``guides``: eyelets, (3,) m, world, and wheels that the cable passes from the winch exit on, before the exit point.
     ``platform_sheave``: on which the cable ends, instead of at its platform point.
@@ -128,7 +128,7 @@ class Line(Description):
 
     @property
     def gives_by(self) -> str:
-        """The key of what gives besides the cable, which proofs do not cover; empty if nothing does."""
+        """The key of a compliance besides the cable's, which proofs do not cover; empty if there is none."""
         if self.mount_gives:
             return "exit_compliance"
         return "spring" if self.spring is not None else ""
@@ -279,7 +279,7 @@ class Line(Description):
             raise refusal("guides", f"{where} its swivel, at {[round(x, 6) for x in last]} m: put an eyelet behind it")
 
     def _check_pulley(self, pulley: Pulley) -> None:
-        """Refuse a cable that does not come in the pulley's plane, from outside of it."""
+        """Reject a cable that does not come in the pulley's plane, from outside of it."""
         if self.last_guide is None:
             raise refusal("winch_exit", "is needed for a pulley, whose arc begins where the cable comes to it")
         away = tuple(c - a for c, a in zip(self.last_guide, self.exit_point, strict=True))
@@ -300,7 +300,7 @@ class Line(Description):
         self._check_side(self.sheave)
 
     def _check_side(self, sheave: Swivel | UniversalJoint) -> None:
-        """Refuse a cable that does not come to its sheave from the side that its wrap says."""
+        """Reject a cable that does not come to its sheave from the side that its wrap says."""
         key = "guides" if self.guides else "winch_exit"
         upright = isinstance(sheave, UniversalJoint) or sheave.upright
         along, offset = self._from_axis()

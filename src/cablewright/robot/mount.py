@@ -1,4 +1,4 @@
-"""The compliance of what holds an exit point: how far it gives per force."""
+"""The compliance of the mount of an exit point: displacement per force."""
 
 from __future__ import annotations
 

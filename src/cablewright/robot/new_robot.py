@@ -36,7 +36,7 @@ class LineEnds:
 
 @dataclass(frozen=True, kw_only=True)
 class Outline:
-    """What is asked of a new robot. Raises `InputError` for what no such robot can be.
+    """Requirements of a new robot. Raises `InputError` for those that no such robot can meet.
 
     ``size``: the box between the floor and the exit points, along x, y and z, m; a planar robot has no extent along y.
     ``lines``: None for those that the layout has by itself.
@@ -116,7 +116,7 @@ class Layout:
 
 
 def robot_file(outline: Outline) -> str:
-    """Return the text of the robot file, with what is assumed marked so, and an uncertainty table named assumed."""
+    """Return the text of the robot file, with assumed values marked so, and an uncertainty table named assumed."""
     form, stock = outline.form, outline.stock
     places = form.places(outline)
     longest = math.dist((0.0, 0.0, 0.0), outline.size) + (outline.size[2] if form.swivel else 0.0)
@@ -323,7 +323,8 @@ plus_minus = "{offset}"
 name = "mass"
 factor = [0.98, 1.02]
 
-# Measure the exit points: they decide how far off the machine prints. Their box is as asked for; where they are on its
+# Measure the exit points: they decide the position error of the machine. Their box has the size that you gave; where
+# they are on its
 # sides, and that low ones are at a quarter of its height, is assumed.
 
 {lines}"""

@@ -60,7 +60,7 @@ class Kind:
         return self.of == "line"
 
     def is_of(self, line: Line) -> bool:
-        """Whether a line can have it: what a winch does is of no line with a counterweight."""
+        """Whether a line can have it: a line with a counterweight has no parameters of a winch."""
         return line.counterweight is None or not (self.per_line and self.role in ("command", "winch"))
 
     @property
@@ -145,7 +145,8 @@ def with_exit(line: Line, path: str, value: float) -> Line:
 def with_exit_point(line: Line, point: Vec3, rise: float = 0.0) -> Line:
     """Return the line with another exit point (m); a modelled winch exit moves along in x and y, and up by ``rise``.
 
-    Of a line out of the plane the winch exit, and eyelets and wheels on the way from there, move along altogether.
+    Of a line out of the plane the winch exit, and eyelets and wheels between it and the sheave, move by the same
+    vector.
     """
     x, y, z = (new - old for new, old in zip(point, line.exit_point, strict=True))
     if line.in_plane:

@@ -55,7 +55,7 @@ class _PlatformWithLoads(Description):
     """What both kinds of platform have in common."""
 
     freedoms: ClassVar[int]
-    noun: ClassVar[str]  # what it is
+    noun: ClassVar[str]  # the type in words
     pose_sizes: ClassVar[str]  # how many numbers a place or pose may have
     pose_units: ClassVar[str]
     motion_pattern: ClassVar[str]  # its translations and rotations
@@ -68,12 +68,12 @@ class _PlatformWithLoads(Description):
 
     @property
     def words(self) -> str:
-        """What it is, and in which plane."""
+        """The type of the platform in words, and its plane."""
         return self.noun if self.plane is None else f"{self.noun} in the plane {self.plane}"
 
     @property
     def guidance(self) -> str:
-        """What its plane does, as a sentence to add; empty without one."""
+        """A sentence on the motion that its plane allows; empty without a plane."""
         if self.plane is None:
             return ""
         how = "holds it both ways" if self.plane.pulls else "only pushes"
@@ -110,10 +110,10 @@ class _PlatformWithLoads(Description):
 
 
 class PointPlatform(_PlatformWithLoads):
-    """A mass at the point where all lines meet: it has three freedoms, its position (m, world).
+    """A mass at the point where all lines meet: it has three degrees of freedom, its position (m, world).
 
     ``force``: (3,) N, world, on the platform besides its weight and the lines. ``boxes``: its body, unrotated. With a
-    ``plane`` it has the two freedoms in it.
+    ``plane`` it has the two degrees of freedom in it.
     """
 
     freedoms: ClassVar[int] = 3
@@ -185,14 +185,14 @@ class Retraction(Description):
 
 
 class RigidPlatform(_PlatformWithLoads):
-    """A rigid body: it has six freedoms, the position of its origin (m, world) and its rotation.
+    """A rigid body: it has six degrees of freedom, the position of its origin (m, world) and its rotation.
 
     ``centre_of_mass`` and ``nozzle``, the point that prints: (3,) m, platform frame. ``inertia``: (3,) Ixx, Iyy, Izz
     and ``inertia_products``: (3,) Ixy, Ixz, Iyz, kg m^2, the entries of the tensor about the centre of mass along the
     platform's axes, with the tensor's signs, as in a URDF. ``force``: (3,) N, at the platform's origin, and ``moment``:
     (3,) N m about it, both world: on the platform besides its weight and the lines. ``boxes``: its body, which does not
-    move with a retraction. With a ``plane`` it has three freedoms: its origin stays in it, and it rotates about the
-    normal.
+    move with a retraction. With a ``plane`` it has three degrees of freedom: its origin stays in it, and it rotates
+    about the normal.
     """
 
     freedoms: ClassVar[int] = 6

@@ -138,7 +138,7 @@ def _places(robot: Robot) -> Iterator[Doubt]:
 
 
 class _Number(NamedTuple):
-    """A number of a robot, and between what it is in an ordinary one."""
+    """A number of a robot, and its usual range."""
 
     what: str
     value: float

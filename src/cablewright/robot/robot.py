@@ -31,7 +31,7 @@ _POINTS: Final = ("exit_points", "platform_points")  # of all lines, in arrays
 
 
 class Robot(FileDescription):
-    """m lines, one platform with n freedoms, and the scene. ``source``: paper or origin of the numbers.
+    """m lines, one platform with n degrees of freedom, and the scene. ``source``: paper or origin of the numbers.
 
     ``dynamics``: how vibrations decay. ``bracket``: the bracket that holds each sheave; None: unknown. ``uncertainty``:
     how far the true numbers may be from these; None: unknown.

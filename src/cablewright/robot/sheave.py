@@ -1,6 +1,6 @@
 """The sheaves that guide a cable: an eyelet, a swivel, a universal joint or a pulley.
 
-Also a swivel or a pulley on the platform, and a wheel on the way from the winch.
+Also a swivel or a pulley on the platform, and a wheel between winch and sheave.
 """
 
 from __future__ import annotations

@@ -21,7 +21,9 @@ PLANES: Final = ("x", "y")
 
 @dataclass(frozen=True)
 class SymmetricChange:
-    """A design variable of lines that their mirror images share; of the platform and of all lines alike as it is.
+    """A design variable that lines share with their mirror images.
+
+    A variable of the platform, or of all lines equally, is applied as it is.
 
     ``mirrors``: which of `PLANES`. Coordinates across a mirror are mirrored, all other numbers the same. Raises
     `UnknownName` for another mirror.

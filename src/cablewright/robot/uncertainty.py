@@ -33,7 +33,7 @@ ASSUMED: Final = "assumed"
 """Name of the uncertainty that `assumed_uncertainty` returns."""
 
 STEEL_DENSITY: Final = 1700.0
-"""kg/m^3 of a cable's circle: ropes of steel have 2000 to 6000, of fibres at most 1500."""
+"""kg/m^3 of a cable's circle: cables of steel have 2000 to 6000, of fibres at most 1500."""
 
 _STEP: Final = 1e-5  # m, of a coordinate
 

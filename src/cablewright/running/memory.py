@@ -1,4 +1,4 @@
-"""How much memory is free, so that work that needs more is refused before it begins."""
+"""How much memory is free, so that work that needs more is rejected before it begins."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def require_for_samples(samples: int, each: float, what: str) -> None:
 def free_memory() -> float | None:
     """Return the free memory, bytes, of a Linux system or, if that is less, of its control group; None if not known.
 
-    Groups of version 2, that of this process. What files are kept in memory for can be had at once, and counts as free.
+    Groups of version 2, that of this process. The cache of files can be freed immediately, and counts as free.
     """
     known = []
     with suppress(OSError, ValueError, StopIteration):

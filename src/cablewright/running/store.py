@@ -72,7 +72,7 @@ def run_folder(folder: Path) -> Iterator[Path]:
         _take_place(part, folder, aside / "old")
     except OSError as reason:
         raise cannot_write(folder, reason) from None
-    except EnvironmentFault as fault:  # it names a file in what is about to be removed
+    except EnvironmentFault as fault:  # it names a file in the folder that is about to be removed
         raise EnvironmentFault(str(fault).replace(str(part), str(folder))) from None
     finally:
         shutil.rmtree(aside, ignore_errors=True)

@@ -84,9 +84,9 @@ def as_poses(model: Model, values: ArrayLike, what: str, *, free: bool = False) 
     """Return poses as a new (rows, n) array, and whether they were a single row.
 
     A rigid body's pose may be its position alone: unrotated. A rotation vector longer than pi is replaced by the
-    equivalent shorter one, with a warning in the log. If *free*, NaN marks the freedoms that gravity decides on a robot
-    with fewer winches than degrees of freedom. Of a position in a plane one coordinate may be NaN, which the plane
-    decides. Raises `InputError` for a wrong count or numbers that are not finite, and for a pose off the platform's
+    equivalent shorter one, with a warning in the log. If *free*, NaN marks coordinates that gravity decides on a
+    robot with fewer winches than degrees of freedom. One coordinate of a position in a plane may be NaN: the plane
+    decides it. Raises `InputError` for a wrong count or numbers that are not finite, and for a pose off the platform's
     plane.
     """
     n, freedoms, plane = model.n, model.freedoms, model.robot.platform.plane
@@ -100,7 +100,9 @@ def as_poses(model: Model, values: ArrayLike, what: str, *, free: bool = False) 
     wrong = ~(np.abs(poses) <= LARGEST)
     if free and (model.winches < freedoms or np.isnan(poses).any()):
         if model.robot.platform.in_tilted_plane and (model.winches < freedoms or model.robot.sharing):
-            raise InputError(f"{what}: {_holders(model)} hold {freedoms} freedoms in a plane across x, y or z alone")
+            raise InputError(
+                f"{what}: {_holders(model)} hold {freedoms} degrees of freedom in a plane across x, y or z alone"
+            )
         _require_enough_free(model, freedoms - np.isnan(poses).sum(axis=1), what)
         wrong = np.abs(poses) > LARGEST
     _refuse(poses, wrong, what)
@@ -127,8 +129,8 @@ def _require_enough_free(model: Model, given: NDArray[np.int64], what: str) -> N
     if not len(wrong):
         return
     if winches >= freedoms and not model.robot.sharing:
-        raise InputError(f"{what}: {model.m} lines hold all {freedoms} freedoms: none can be free (nan)")
-    count = f"{_holders(model)} hold {most} of the {freedoms} freedoms; {wrong[0]} are given"
+        raise InputError(f"{what}: {model.m} lines hold all {freedoms} degrees of freedom: none can be free (nan)")
+    count = f"{_holders(model)} hold {most} of the {freedoms} degrees of freedom; {wrong[0]} are given"
     free = f"{freedoms - most}" if least == most else f"{freedoms - most} to {freedoms - least}"
     raise InputError(f"{what}: {count}: leave {free} free (nan) for gravity")
 

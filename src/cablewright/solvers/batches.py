@@ -58,7 +58,7 @@ def use_threads(most: int | None) -> Iterator[None]:
 
 
 class _Words:
-    """What is said of compilation: one line in a process, where nobody says more."""
+    """Message on compilation: one line in a process, unless the caller reports more."""
 
     said = False
 
@@ -72,7 +72,7 @@ class _Words:
 
 @contextmanager
 def saying_more() -> Iterator[None]:
-    """Inside, compilation is told by who asks for it."""
+    """Context in which the caller itself reports compilation."""
     before, _Words.said = _Words.said, True
     try:
         yield
@@ -131,7 +131,7 @@ def _share(kernel: Callable[..., None], rows: int, arguments: Any, threads: int,
     try:
         work()
     finally:
-        for _ in firsts:  # after an interruption nobody is to begin another
+        for _ in firsts:  # after an interruption no thread begins another block
             pass
         begun = [other for other in others if not other.cancel()]
         wait(begun)

@@ -36,7 +36,7 @@ class TrackerSettings:
     """Smallest pivot of the stiffness, relative to its largest entry, below which the equilibrium is near a fold."""
 
     def __post_init__(self) -> None:
-        """Refuse tolerances that are not positive."""
+        """Reject tolerances that are not positive."""
         for name in ("tolerance", "jump", "fold"):
             if not getattr(self, name) > 0.0:
                 raise InputError(f"{name} = {getattr(self, name):g}: over 0 is expected")
@@ -49,8 +49,8 @@ class Tracker:
     otherwise it is divided, and the status is `Status.JUMPED` if that does not help. It is `Status.FOLD` near a fold
     and `Status.UNCERTIFIED` where the end cannot be certified; the certificate is about the end, not the path. With
     massless lines (elastic cables) a step is only solved: a jump to another equilibrium is not detected. Not safe for
-    use by two threads at once. `pose` (n,) and `states` (m, 6) are the last valid solution; `margin` is its smallest
-    pivot, see `TrackerSettings.fold`.
+    simultaneous use by two threads. `pose` (n,) and `states` (m, 6) are the last valid solution; `margin` is its
+    smallest pivot, see `TrackerSettings.fold`.
     """
 
     def __init__(

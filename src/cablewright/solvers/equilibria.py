@@ -31,7 +31,7 @@ from cablewright.solvers.uniqueness import unique_among
 ALL_PATTERNS = 6  # largest number of levers for which every pattern of upside-down levers is tried
 PULLS = (1.0, 30.0)  # tensions, times a line's share of the load, at which levers are placed
 STARTS = {3: 12, 6: 400}
-"""Default number of random start poses for each pattern of levers, by freedoms."""
+"""Default number of random start poses for each pattern of levers, by degrees of freedom."""
 SAME_POSE = 1e-6  # m, rad; largest difference of equal poses
 SAME_SHAPE = 1e-5  # of log tension, rad, m; largest difference of equal line states
 OUTSIDE = 0.25  # of the frame: margin of the default box around it
@@ -42,7 +42,7 @@ FOUND = tuple(
 
 
 class FoundEquilibrium(NamedTuple):
-    """One of the equilibria, with what is known of it."""
+    """One of the equilibria, with its properties."""
 
     equilibrium: Equilibrium
     stable: bool
@@ -136,7 +136,7 @@ class Equilibria(Result):
 
     @property
     def rows(self) -> tuple[FoundEquilibrium, ...]:
-        """Each equilibrium with what is known of it."""
+        """Each equilibrium with its properties."""
         each = zip(self, self.stable, self.slack, self.certificates, strict=True)
         return tuple(FoundEquilibrium(*row) for row in each)
 

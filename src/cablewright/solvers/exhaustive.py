@@ -82,7 +82,7 @@ def exhaust(
 ) -> tuple[Equilibria, ExhaustiveSearch]:
     """Continue *search* for equilibria other than *found* until it is finished or *time_limit*, s, is over.
 
-    Each call computes the lines' shapes anew, which are not in the state: one that ends before gets no further.
+    Each call computes the lines' shapes again, which are not in the state: one that ends before gets no further.
     *save* is called with the state every few seconds and at the end, also on an interrupt. Returns the equilibria,
     including those that the search found, and the state. Raises `InputError` for machines that are not covered.
     """

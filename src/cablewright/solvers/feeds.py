@@ -22,7 +22,7 @@ WINCH_SHARE: Final = 0.95
 """Share of a winch's speed that straight lines may take: the rest is for what stretch and sag add."""
 
 FASTEST: Final = 1e3
-"""Speed, m/s, that stands for no limit."""
+"""Speed, m/s, that means no limit."""
 
 
 def fed(robot: Robot, job: Job, samples: Samples, room: Room = MEMORY) -> Samples:

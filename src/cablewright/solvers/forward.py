@@ -35,9 +35,9 @@ def forward(
     several poses, it finds the one near the guess, or without a guess one with a small rotation. *modulus_factors*
     multiply each line's Young's modulus, (m,) or one row each. *retraction*: the platform's retraction length, m, one
     for all or one for each row. Tensions follow from the lengths: limits are not enforced, but a line over its breaking
-    load has status OVERSTRETCHED. The length of a line with a counterweight is not read, and may be NaN: it is what the
-    answer says. Raises `InputError` for numbers of the wrong count, not finite or not positive, and for rigid cables,
-    whose tensions do not follow from lengths.
+    load has status OVERSTRETCHED. The length of a line with a counterweight is not read, and may be NaN: the answer has
+    it. Raises `InputError` for numbers of the wrong count, not finite or not positive, and for rigid cables, whose
+    tensions do not follow from lengths.
     """
     model = Model.of(robot, cable=cable, sheave=sheave)
     return solve_forward(model, lengths, guess=guess, modulus_factors=modulus_factors, retraction=retraction)

@@ -19,8 +19,8 @@ def nozzle_on_path(model: Model, poses: Array, positions: Array, retraction: Arr
     """Return *poses* (k, n) moved so that at rest the nozzle is at *positions* (k, 3), m, however the platform tilts.
 
     Coordinates that are NaN, which equilibrium decides, stay NaN; where it decides a position too, the nozzle misses
-    the path by that. Each pass moves by what the last tilt missed: it converges as long as the tilt changes by less
-    than the move over the arm of the nozzle. *retraction* (k,), m. Poses without NaN, or with the nozzle at the
+    the path by that. Each pass corrects the nozzle error of the last tilt: it converges as long as the tilt changes by
+    less than the move over the arm of the nozzle. *retraction* (k,), m. Poses without NaN, or with the nozzle at the
     origin, are returned as they are, and so are poses without an equilibrium.
     """
     if not np.isnan(poses).any() or not any(model.robot.platform.nozzle):

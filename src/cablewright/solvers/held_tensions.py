@@ -10,7 +10,7 @@ import numpy as np
 from cablewright.foundation.arrays import Array, Indices
 from cablewright.models.statics import Model
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.solvers.preferred import preferred_tensions
+from cablewright.solvers.preferred_tensions import preferred_tensions
 
 PREFERRED: Final = 2.5
 """Tensions, as multiples of the least that is to be kept, to which those of a rigid platform stay near."""
@@ -37,10 +37,10 @@ def with_margin(
     """Return the model with the narrowest limits of tension, within its own, that all *poses* (k, n) allow.
 
     Inverse solutions of it are the tensions that control holds: the least ones within those limits, of a rigid platform
-    those nearest to `PREFERRED` times the least. *above* the least and *below* the largest tension, (m,) N, is what
-    they have to spare; the share of it that they get is returned, too. *retraction* (k,), m. As it is where lines are
-    not redundant; the limits of a line with a counterweight, whose tension is given, stay as they are. On a plane that
-    only pushes tensions are no higher than leaves half of the press that the least ones leave.
+    those nearest to `PREFERRED` times the least. *above* the least and *below* the largest tension, (m,) N, is their
+    reserve; the share of it that they get is returned, too. *retraction* (k,), m. As it is where lines are not
+    redundant; the limits of a line with a counterweight, whose tension is given, stay as they are. On a plane that only
+    pushes tensions are no higher than leaves half of the press that the least ones leave.
     """
     robot = model.robot
     if robot.winches <= model.freedoms:

@@ -17,7 +17,7 @@ from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_poses, given_numbers, given_rows, require_a_load
 from cablewright.solvers.batches import run
-from cablewright.solvers.preferred import preferred_tensions
+from cablewright.solvers.preferred_tensions import preferred_tensions
 
 BLOCK: Final = 128 * 64
 """Poses of a path that a study solves between two reports of progress: a multiple of the kernels' chunk."""
@@ -40,9 +40,10 @@ def inverse(
 
     A rigid body's pose is its position and rotation vector, or its position alone: unrotated. A platform in a plane has
     its poses in that plane, which takes all force across it and decides a coordinate that is NaN. On a robot with fewer
-    winches than freedoms, as many freedoms as winches are given and the others are NaN: gravity decides them, and the
-    pose of the answer is complete. Lengths of lines that share a winch fit it; of a body on such lines the position
-    alone may be given. *retraction* is the platform's retraction length, m, one for all or one for each pose.
+    winches than degrees of freedom, as many degrees of freedom as winches are given and the others are NaN: gravity
+    decides them, and the pose of the answer is complete. Lengths of lines that share a winch fit it; of a body on such
+    lines the position alone may be given. *retraction* is the platform's retraction length, m, one for all or one for
+    each pose.
 
     *cable* is ``rigid``, ``elastic`` or ``catenary`` (default); *sheave* simplifies the sheaves as built;
     *tension_limits* (min, max), N, replace the lines' own and hold along the whole line. An infeasible pose is an
@@ -68,8 +69,8 @@ def solve_inverse(
     """`inverse` for a model. *path* states that consecutive rows are neighbours on a path, which is faster.
 
     Where the limits allow a line so slack that it may hang in several shapes, a path keeps its neighbour's.
-    *exit_points* (N, m, 3), m, replace the robot's; winch exits move with them. *wrenches* (N, 6), N and N m, world,
-    act on the platform beside its own, such as those of its inertia: see `inertia_wrenches`.
+    *exit_points* (N, m, 3), m, replace the robot's; winch exit points move with them. *wrenches* (N, 6), N and N m,
+    world, act on the platform beside its own, such as those of its inertia: see `inertia_wrenches`.
     """
     require_a_load(model)
     pose, single = as_poses(model, poses, "pose", free=True)

@@ -22,8 +22,8 @@ class Linearisation(Rows):
     """First-order behaviour at an equilibrium with lengths held; a leading axis for a batch, see `Rows`.
 
     `stiffness` (n, n): restoring wrench per platform motion, N/m and N m/rad; not symmetrised, as rigid arcs over the
-    sheaves make it slightly unsymmetric; what a plane holds has none. `motion` (n, m, 10): motion of the platform per
-    parameter of each line, see the properties.
+    sheaves make it slightly unsymmetric; directions that a plane blocks have none. `motion` (n, m, 10): motion of the
+    platform per parameter of each line, see the properties.
     """
 
     SINGLE: ClassVar = ("stiffness", 2)

@@ -108,9 +108,9 @@ def _columns(equilibrium: Equilibrium, parameter: Parameter) -> Iterator[tuple[i
 def mount_lengths(equilibrium: Equilibrium) -> Array:
     """Return by how much longer a line with the same tension would be if its mount did not give, (N, m), m per m/N.
 
-    At the N solved rows of a batch, platform held, of mounts that give alike in all directions; to first order. That an
-    exit also goes across its line is left out: it turns the force by its way over the span. Raises `AnswerError` where
-    a row was not solved, `InputError` where cables are rigid.
+    At the N solved rows of a batch, platform held, of mounts that are equally compliant in all directions; to first
+    order. Displacement of an exit point across its line is neglected: it rotates the force by displacement over span.
+    Raises `AnswerError` where a row was not solved, `InputError` where cables are rigid.
     """
     changes, out = tension_changes(equilibrium), np.zeros_like(equilibrium.lengths)
     for i, column, per in _by_mounts(equilibrium, range(equilibrium.model.m)):

@@ -87,7 +87,7 @@ class SlowestMode:
 
 @dataclass(frozen=True, eq=False)
 class JobMotion:
-    """The motion of a job as it is commanded, and what it costs to shape it."""
+    """The commanded motion of a job, and the time that shaping adds to it."""
 
     samples: Samples
     law: TimeLaw

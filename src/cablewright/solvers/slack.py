@@ -79,13 +79,13 @@ def solve_with_slack(
     """Solve the inverse problem at *poses*, (n,) or (N, n) in m and rad, with *excess*, m, in some lines.
 
     *excess* maps slack lines, by name or index from 0, to their excess >= 0. They hang at the pose at their given
-    length; the others are taut, with least-norm tensions within the limits (n taut lines leave no choice). A slack line
-    keeps its highest tension and breaking load, but its lowest tension limit is 0 in the answer's model. Statuses are
-    those of the inverse problem; the stability of a rigid body includes all lines.
+    length; the others are taut, with least-norm tensions within the limits (n taut lines leave no choice). In the
+    answer's model the lowest tension limit of a slack line is 0; its highest tension and breaking load stay. Statuses
+    are those of the inverse problem; the stability of a rigid body includes all lines.
 
     Massless slack lines carry nothing; on a lever they carry its weight while that straightens them. Raises
     `InputError` for a line that does not exist or is named twice, an excess that is negative or not finite, and where
-    fewer taut lines than freedoms would remain.
+    fewer taut lines than degrees of freedom would remain.
     """
     model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits)
     require(model, Capability.SLACK)
@@ -237,12 +237,12 @@ def slack_sets(
 ) -> tuple[SlackSet, ...]:
     """Find every set of lines that holds *pose* (n,), m and rad, while all others are slack.
 
-    A set has as many lines with a winch as the platform has freedoms, and all with a counterweight. The others have one
-    common excess. A set is admissible if some excess leaves all taut lines within their limits. Its range starts at the
-    smallest such excess and continues while the status is OK. It is found by 33 samples, at 0 and logarithmically
-    spaced up to the limit by floor or capacity, and bisection: features between samples and a second range are missed.
-    In the order of the lines. Raises `InputError` if no line can be slack, if *pose* is not one pose, or for over 2000
-    sets.
+    A set has as many lines with a winch as the platform has degrees of freedom, and all with a counterweight. The
+    others have one common excess. A set is admissible if some excess leaves all taut lines within their limits. Its
+    range starts at the smallest such excess and continues while the status is OK. It is found by 33 samples, at 0 and
+    logarithmically spaced up to the limit by floor or capacity, and bisection: features between samples and a second
+    range are missed. In the order of the lines. Raises `InputError` if no line can be slack, if *pose* is not one pose,
+    or for over 2000 sets.
     """
     model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits)
     require(model, Capability.SLACK_SETS)

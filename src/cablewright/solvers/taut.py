@@ -39,7 +39,7 @@ def taut_of(packed: Packed, pose: Array) -> Taut:
 
 
 def stretches(lines: LineNumbers, taut: Taut) -> Array:
-    """Return by how much each straight line to a point grows per tension, m/N: its cable, and what its mount gives."""
+    """Return the elongation of each straight line to a point per tension, m/N: of its cable and of its mount."""
     return _softness(lines, taut)[:, kernel.STRETCH]
 
 

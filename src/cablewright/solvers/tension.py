@@ -27,7 +27,7 @@ from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_poses, as_rows, given_numbers, given_rows, require_a_load
 from cablewright.solvers.batches import run
 from cablewright.solvers.counterweights import Found, WinchedLines, structures_at
-from cablewright.solvers.preferred import preferred_tensions
+from cablewright.solvers.preferred_tensions import preferred_tensions
 
 METHODS = {
     "closed-form": distribution.CLOSED,
@@ -151,8 +151,9 @@ class Capacity(_AtPoses):
     """Distance of the required wrenches from the boundary of those that the lines can balance within their limits.
 
     `margin` (N, moments divided by `length`, m) is the smallest distance from the facets of that set, negative outside.
-    Where `rank` is less than the pose's freedoms the set is flat: the margin is that within its plane, or the negative
-    distance of a wrench from the plane. -inf where a line has no direction, or a counterweight exceeds a limit.
+    Where `rank` is less than the pose's degrees of freedom the set is flat: the margin is that within its plane, or the
+    negative distance of a wrench from the plane. -inf where a line has no direction, or a counterweight exceeds a
+    limit.
     """
 
     FIGURES: ClassVar = (
@@ -315,7 +316,9 @@ def structures(
 
 
 def self_stresses(equilibrium: Equilibrium) -> Array:
-    """Orthonormal directions (max(k - freedoms, 0), m) of tensions that balance each other, at a single *equilibrium*.
+    """Orthonormal directions (c, m) of tensions that balance each other, at a single *equilibrium*.
+
+    c is max(k - degrees of freedom, 0).
 
     k: the number of lines without a counterweight, whose tension is given. For straight lines from exit point to
     platform point; along these directions the pose hardly changes.

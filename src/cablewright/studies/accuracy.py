@@ -28,8 +28,8 @@ from cablewright.printing.job import Job, load_job
 from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Range, Uncertainty
 from cablewright.running.executors.executor import Executor, Serial
-from cablewright.running.executors.kept import kept_in
 from cablewright.running.executors.shared_spread import SharedMethod
+from cablewright.running.executors.stored_results import kept_in
 from cablewright.running.memory import require_for_samples
 from cablewright.solvers.arguments import as_poses
 from cablewright.solvers.hanging_path import hung, nozzle_on_path
@@ -195,9 +195,9 @@ def accuracy(
     *tension_limits* (N) replace those of every line. *home*: a pose at which the machine was zeroed; there the
     commanded lengths are exact. *retraction* (N,), m, is for poses. *seed*: of the random points inside the ranges that
     are compared with their corners at one pose. *executor*: who computes the spread of many poses, by default this
-    program; *file* keeps what is computed, also after an interruption. *room*: a folder, with room on its disk for what
-    is found along a job, which is then not in memory; an *executor* has no use for it. The machine follows the full
-    model (catenary, real sheaves): a model under another law is refused.
+    program; *file* keeps the results, also after an interruption. *room*: a folder on a disk with space for the results
+    along a job, which then stay out of memory; an *executor* has no use for it. The machine follows the full model
+    (catenary, real sheaves): a model under another law is rejected.
 
     Raises `InputError` for arguments that cannot be used, `AnswerError` if no place can be reached. Source: Paty 2021,
     section 2.3.

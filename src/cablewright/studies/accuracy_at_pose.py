@@ -50,7 +50,7 @@ class Remaining(NamedTuple):
 
     @property
     def words(self) -> str:
-        """What the lengths are, in words."""
+        """The meaning of the lengths, in words."""
         return COMPENSATIONS[self.name].words
 
 
@@ -145,7 +145,7 @@ class AccuracyAtPose(Result):
     region: Region  # of the corners of the ranges
     remains: dict[str, Accuracy]  # by compensation, each one row; those whose lengths have an equilibrium
     tension_deviation: Array  # (m,) N
-    best: BestTensions | None  # None if tensions cannot be chosen, or have too many freedoms
+    best: BestTensions | None  # None if tensions cannot be chosen, or have too many degrees of freedom
 
     def _worst_values(self) -> dict[str, float]:
         return dict(zip(self.accuracy.labels, self.accuracy.spread.worst_values[0].tolist(), strict=True))

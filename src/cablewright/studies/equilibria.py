@@ -1,7 +1,7 @@
 """An exhaustive search for equilibria that can be interrupted at any time and resumed from a file.
 
 A finished search is a proof, and its file says what is proved already. So the file is signed with the user's key, over
-its content and all that the proof rests on; a file of somebody else is refused.
+its content and all that the proof rests on; a file of somebody else is rejected.
 """
 
 from __future__ import annotations

@@ -166,10 +166,10 @@ def interference(
     own poses. *part*: an obstacle, or, along a job, the printed part, which counts up to the height printed so far; by
     default the strands that the job lays. A line nearer than *clearance*, m, is too near; 0: only if it touches.
     *retraction*, m, is for poses; a job's schedule sets it. *bead*: width and height of all strands of a job, m; by
-    default of the job file, or else of the G-code, see `Job.beads`. *room*: a folder, with room on its disk for what is
-    found along a job, which is then not in memory; the arrays of the result are those of files without a name. Raises
-    `InputError` if the robot cannot follow the job's schedule or the G-code cannot be used, and for a *bead* without a
-    job or beside a mesh.
+    default of the job file, or else of the G-code, see `Job.beads`. *room*: a folder on a disk with space for the
+    results along a job, which then stay out of memory; the arrays of the result are those of files without a name.
+    Raises `InputError` if the robot cannot follow the job's schedule or the G-code cannot be used, and for a *bead*
+    without a job or beside a mesh.
 
     Examples
     --------

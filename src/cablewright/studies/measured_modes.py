@@ -141,7 +141,7 @@ class MeasuredModes(Pictured):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was not found, possible overtones, and what the fits do not show."""
+        """Notes on modes that were not found, possible overtones, and limits of the fits."""
         return (*self._not_found(), *self._overtones(), *self._of_fits())
 
     def _not_found(self) -> Iterator[str]:

@@ -57,8 +57,8 @@ class NewRobot(Result):
 def new_robot(outline: Outline, folder: str | Path | None = None) -> NewRobot:
     """Write the files of a new robot to *folder*, which is made; default: of the robot's name, in the working folder.
 
-    Source of what is not asked for: assumed, and marked so in the files. Raises `InputError` where the folder is there
-    already, `EnvironmentFault` where it cannot be written.
+    Values that *outline* does not have are assumed, and marked so in the files. Raises `InputError` where the folder is
+    there already, `EnvironmentFault` where it cannot be written.
     """
     if outline.name in {*library_names(), *machine_names()}:
         raise InputError(f"name = {outline.name!r}: a robot or machine of the library has it; choose another")

@@ -14,7 +14,7 @@ from cablewright.models.equilibrium_figures import FIGURES
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.solvers.certify import Certificate
 from cablewright.solvers.pose_box import PoseBox
-from cablewright.solvers.preferred import preferred_note
+from cablewright.solvers.preferred_tensions import preferred_note
 from cablewright.solvers.slack import SlackSet, excess_lengths
 from cablewright.solvers.uniqueness import EVERYWHERE, unique_among
 

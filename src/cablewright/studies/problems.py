@@ -44,7 +44,7 @@ class Problem(Result):
     FIGURES: ClassVar = (
         Figure("name", "", "Name."),
         Figure("kind", "", "Kind."),
-        Figure("question", "", "What is asked."),
+        Figure("question", "", "The question in words."),
         Figure("answer", "SI", "The answer."),
         Figure("unit", "", "Its unit."),
         Figure("tolerance", "SI", "How near to it an answer has to be, in its unit."),

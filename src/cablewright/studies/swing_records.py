@@ -39,7 +39,7 @@ _SIGNALS: Final[tuple[SwingSignal, ...]] = get_args(SwingSignal)
 
 @dataclass(frozen=True, eq=False)
 class SwingRecord:
-    """The channels (N, c) of one kind of `signal` at `times` (N,), s; `pose`: mean of what was estimated, or None."""
+    """The channels (N, c) of one kind of `signal` at `times` (N,), s; `pose`: mean estimate, or None."""
 
     times: Array
     channels: Array
@@ -50,7 +50,7 @@ class SwingRecord:
 def read_swing(
     path: Path, freedoms: int, signal: SwingSignal | None = None, span: tuple[float, float] | None = None
 ) -> SwingRecord:
-    """Return the record in a log or a CSV file; *freedoms* 3 or 6: of the platform, for the pose.
+    """Return the record in a log or a CSV file; *freedoms*: 3 or 6, the platform's degrees of freedom, for the pose.
 
     *signal*: by default the first of inertial unit, load cells and positions that the log has. *span*: the first and
     the last time, s; by default of a log the longest time for which the winches are at rest, of a CSV file all. Raises
@@ -123,7 +123,7 @@ def _at_rest(speeds: Array) -> tuple[float, float] | None:
 
 
 def _by_noise(channels: Array) -> Array:
-    """Return channels over the size of their noise, by second differences, so that all units count alike."""
+    """Return channels over the size of their noise, by second differences, so that all units have equal weight."""
     if len(channels) < MIN_SAMPLES:
         return channels
     noise = np.diff(channels, 2, axis=0).std(axis=0)

@@ -26,7 +26,7 @@ from cablewright.models.statics import Model
 from cablewright.robot import Robot
 from cablewright.robot.design_variables import Change, changed, nearest_exits, require_different, with_box_inertia
 from cablewright.running.executors.executor import Executor, Serial
-from cablewright.running.executors.kept import kept_in
+from cablewright.running.executors.stored_results import kept_in
 from cablewright.running.executors.study import evaluate, require_all
 from cablewright.running.executors.task import Task
 
@@ -136,8 +136,8 @@ class Combination:
     dominant: str | None  # freedom that most often dominates the lowest mode
     shares: dict[str, float]  # share of the poses by dominant freedom
     worst_pose: tuple[float, ...] | None  # pose of `least`, m and rad
-    exit_distance: float | None  # m, the smallest of any two exits; None for a single line
-    exits: tuple[str, str] | None  # the lines whose exits these are
+    exit_distance: float | None  # m, the smallest of any two exit points; None for a single line
+    exits: tuple[str, str] | None  # the lines whose exit points these are
 
 
 _COMBINATION = TypeAdapter(Combination)
@@ -326,7 +326,7 @@ def _robot(robot: Robot, changes: Sequence[Change], values: Sequence[float], set
     made = changed(robot, dict(zip(changes, values, strict=True)))
     if settings.inertia == "box":
         if settings.retraction is not None:
-            assert not isinstance(settings.retraction, RetractionLaw)  # `TradeSettings` refuses it
+            assert not isinstance(settings.retraction, RetractionLaw)  # `TradeSettings` rejects it
             made = made.retracted(settings.retraction)
         made = with_box_inertia(made)
     return made

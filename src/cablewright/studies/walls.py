@@ -13,9 +13,9 @@ import numpy as np
 
 from cablewright.calibration.survey.result import Survey
 from cablewright.estimation.lidar.housing import Housing, find_housing
-from cablewright.estimation.lidar.kinds import MEANINGS, drop_lines_behind, kinds_off_walls, range_errors
 from cablewright.estimation.lidar.localisation import WallPose, WallSettings, start, step
 from cablewright.estimation.lidar.noise import Noise, estimate_noise_by_range, refine_noise
+from cablewright.estimation.lidar.point_classes import MEANINGS, drop_lines_behind, kinds_off_walls, range_errors
 from cablewright.estimation.lidar.room import Laser, RoomMap, RoomWall
 from cablewright.estimation.lidar.scan import LidarModel, Points, level_points
 from cablewright.estimation.lidar.scan_file import FileScan, read_scan

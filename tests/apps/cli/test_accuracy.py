@@ -1,4 +1,4 @@
-"""`accuracy` on the command line: its JSON, its run folders, what it refuses."""
+"""`accuracy` on the command line: its JSON, its run folders, what it rejects."""
 
 from __future__ import annotations
 

@@ -76,7 +76,7 @@ def test_arguments(cli, arguments: list[str], says: str) -> None:
 
 
 def test_without_a_command_the_help_is_the_answer(cli) -> None:
-    """Either help on stdout and exit 0, or a refusal that says something: not help and an empty sentence."""
+    """Either help on stdout and exit 0, or a rejection that says something: not help and an empty sentence."""
     answer = cli()
     if answer.code == 0:
         assert "Usage:" in answer.out
@@ -85,7 +85,7 @@ def test_without_a_command_the_help_is_the_answer(cli) -> None:
         assert "command" in answer.refusal.lower()
 
 
-def test_a_refusal_is_one_line_even_where_kernels_are_still_to_be_compiled(cli, monkeypatch) -> None:
+def test_a_rejection_is_one_line_even_where_kernels_are_still_to_be_compiled(cli, monkeypatch) -> None:
     monkeypatch.setattr("cablewright.solvers.batches.is_compiled", lambda *_: False)
     monkeypatch.setattr("cablewright.solvers.batches._ready", set())
     assert "finite" in cli("forward", HOUSE, "--lengths", "1,2,3,nan").refusal

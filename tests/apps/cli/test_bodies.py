@@ -41,9 +41,9 @@ def test_gravity_decides_what_is_free(cli) -> None:
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        ((*GRAB, "1.1,0.1,-0.2,0,0,0"), "4 lines hold 4 of the 6 freedoms; 6 are given"),
+        ((*GRAB, "1.1,0.1,-0.2,0,0,0"), "4 lines hold 4 of the 6 degrees of freedom; 6 are given"),
         ((*GRAB, "1.1,0.1,-0.2,free,free,free"), "3 are given"),
-        (("inverse", "cogiro", "--at", "0,0,2,free,0,0"), "8 lines hold all 6 freedoms: none can be free"),
+        (("inverse", "cogiro", "--at", "0,0,2,free,0,0"), "8 lines hold all 6 degrees of freedom: none can be free"),
         (("inverse", "cogiro", "--at", "0,0,2,0"), "6 numbers are expected"),
         (("inverse", "cogiro", "--at", "0,0,2", "--load", "full"), "unknown load 'full'"),
         (("inverse", "cogiro", "--at", "0,0,2", "--wrench", "1,2"), "--wrench = '1,2'"),

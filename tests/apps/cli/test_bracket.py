@@ -1,4 +1,4 @@
-"""`bracket`: the contract's JSON, the table for people, files, and what is refused."""
+"""`bracket`: the contract's JSON, the table for people, files, and what is rejected."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`modulus` and `creep`: what they print, write and refuse."""
+"""`modulus` and `creep`: what they print, write and reject."""
 
 from __future__ import annotations
 

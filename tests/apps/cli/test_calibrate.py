@@ -441,7 +441,7 @@ def test_a_guide_needs_no_data_and_writes_the_next_poses(cli, data: Path, tmp_pa
         (("--check", "--last", "nowhere.toml"), "nowhere.toml: no such file"),
     ],
 )
-def test_what_check_and_guide_refuse(cli, data: Path, asked: tuple[str, ...], told: str) -> None:
+def test_what_check_and_guide_reject(cli, data: Path, asked: tuple[str, ...], told: str) -> None:
     found = cli("calibrate", "wang2021", data, *asked)
     assert (found.code, told in found.err) == (2, True), found.err
 

@@ -121,7 +121,7 @@ def test_where_there_is_no_answer_nothing_is_certified(cli) -> None:
     assert answer.json["certified"] is (answer.json["status"] == "overstretched")
 
 
-def test_rigid_cables_are_refused(cli) -> None:
+def test_rigid_cables_are_rejected(cli) -> None:
     assert "do not determine tensions" in cli(*CERTIFY, "--cable", "rigid").refusal
 
 
@@ -177,7 +177,7 @@ def test_without_the_option_there_is_no_box(cli) -> None:
         (("1e-3", "--budget", "0"), "budget = 0"),
     ],
 )
-def test_bad_errors_are_refused_in_one_line(cli, given: tuple[str, ...], says: str) -> None:
+def test_bad_errors_are_rejected_in_one_line(cli, given: tuple[str, ...], says: str) -> None:
     answer = cli(*FORWARD, "--length-error", *given)
     assert answer.code == 2
     assert answer.out == ""

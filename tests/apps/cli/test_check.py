@@ -113,7 +113,7 @@ def test_limits_that_are_none(cli, write_job, tmp_path: Path, arguments: tuple[s
     assert not list(tmp_path.iterdir())
 
 
-def test_a_folder_of_somebody_else_is_refused(cli, write_job, tmp_path: Path) -> None:
+def test_a_folder_of_somebody_else_is_rejected(cli, write_job, tmp_path: Path) -> None:
     (tmp_path / "thesis.txt").write_text("years")
     line = cli("check", "house-printer", write_job(), "--out", tmp_path).refusal
     assert line.startswith(f"--out = {tmp_path}: ")
@@ -121,7 +121,7 @@ def test_a_folder_of_somebody_else_is_refused(cli, write_job, tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("out", [".", ""])
-def test_the_present_folder_is_used_or_refused(cli, write_job, tmp_path: Path, monkeypatch, out: str) -> None:
+def test_the_present_folder_is_used_or_rejected(cli, write_job, tmp_path: Path, monkeypatch, out: str) -> None:
     monkeypatch.chdir(tmp_path)
     answer = cli("check", "house-printer", write_job(), "--out", out)
     assert answer.code == (0 if (tmp_path / "report.html").is_file() else 2)

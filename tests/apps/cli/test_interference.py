@@ -1,4 +1,4 @@
-"""`interference`: the contract's JSON, the text for people, what is a no and what is refused."""
+"""`interference`: the contract's JSON, the text for people, what is a no and what is rejected."""
 
 from __future__ import annotations
 
@@ -193,7 +193,7 @@ def test_a_cable_of_unknown_diameter_is_told(cli, tmp_path) -> None:
         (["--at", "1,2"], "6 numbers are expected"),
     ],
 )
-def test_bad_input_is_refused(cli, arguments: list[str], says: str) -> None:
+def test_bad_input_is_rejected(cli, arguments: list[str], says: str) -> None:
     assert says in cli("interference", "jung2020", *arguments).refusal
 
 

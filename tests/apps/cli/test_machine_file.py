@@ -133,7 +133,7 @@ def test_a_name_and_a_robot_are_one_too_many(cli) -> None:
 
 
 @pytest.mark.parametrize("command", ["print house-printer ring.toml", "simulate house-printer --loop 5 --height 2"])
-def test_the_machine_of_another_robot_is_refused(cli, command: str, tmp_path: Path, monkeypatch) -> None:
+def test_the_machine_of_another_robot_is_rejected(cli, command: str, tmp_path: Path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "ring.toml").write_text(RING)
     (tmp_path / "machine.toml").write_text(machine_file(loads(OWN)))

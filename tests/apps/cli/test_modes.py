@@ -145,7 +145,7 @@ def test_a_picture_is_written(cli, tmp_path, robot: str, at: str) -> None:
 
 
 @pytest.mark.parametrize("at", ["0,0,1", "5,5,5"])
-def test_a_body_of_unknown_inertia_is_refused(cli, tmp_path, at: str) -> None:
+def test_a_body_of_unknown_inertia_is_rejected(cli, tmp_path, at: str) -> None:
     lines = library_text("cogiro").splitlines()
     (tmp_path / "bare.toml").write_text("\n".join(line for line in lines if not line.startswith("inertia")))
     assert "platform.inertia is required" in cli("modes", tmp_path / "bare.toml", "--at", at).refusal
@@ -237,7 +237,7 @@ def test_an_empty_boundary_is_a_no(cli, tmp_path) -> None:
         ([*AT, "--plot", "modes.jpg"], "a name that ends in .png"),
     ],
 )
-def test_bad_input_is_refused(cli, arguments: list[str], says: str) -> None:
+def test_bad_input_is_rejected(cli, arguments: list[str], says: str) -> None:
     assert says in cli("modes", "jung2020", *arguments).refusal
 
 

@@ -1,4 +1,4 @@
-"""`print`: a run folder with log, figures and report; what it is refused for."""
+"""`print`: a run folder with log, figures and report; what it is rejected for."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cablewright.live.prints.run import run_print
 from cablewright.machine.log.log import read_log
 from cablewright.printing.job import load_job
 from cablewright.robot import load
-from printed import RING
+from print_logs import RING
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 
@@ -113,7 +113,7 @@ def test_bad_jobs_are_one_line(cli, tmp_path) -> None:
         assert answer.err.count("\n") == 1
 
 
-def test_a_refused_print_leaves_nothing_and_can_be_tried_again(cli, job, tmp_path, monkeypatch) -> None:
+def test_a_rejected_print_leaves_nothing_and_can_be_tried_again(cli, job, tmp_path, monkeypatch) -> None:
     def refuse(*_args, **_kwargs):
         raise AnswerError("the machine as built cannot hold the start")
 

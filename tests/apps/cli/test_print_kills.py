@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from printed import RING
+from print_logs import RING
 
 TOOL = runpy.run_path(str(Path(__file__).parents[3] / "tools" / "kill_campaigns.py"), run_name="tool")
 JOB = RING.format(radius=0.4)

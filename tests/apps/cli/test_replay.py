@@ -99,7 +99,7 @@ def test_bad_input_is_one_line(cli, log: Path, more: list[str], said: str) -> No
     assert said in answer.err.strip().splitlines()[-1]
 
 
-def test_what_is_no_log_is_refused(cli, tmp_path: Path) -> None:
+def test_what_is_no_log_is_rejected(cli, tmp_path: Path) -> None:
     file = tmp_path / "no.mcap"
     file.write_bytes(b"nothing")
     assert cli("replay", file).code == 2

@@ -119,11 +119,11 @@ def test_a_robot_has_a_machine_of_its_own(cli) -> None:
         ([*SHORT, "--machine", "merlet"], "no machine 'merlet'"),
     ],
 )
-def test_bad_input_is_refused(cli, arguments: list[str], says: str) -> None:
+def test_bad_input_is_rejected(cli, arguments: list[str], says: str) -> None:
     assert says in cli("simulate", "merlet2023", *arguments).refusal
 
 
-def test_a_bad_machine_file_is_refused(cli, tmp_path) -> None:
+def test_a_bad_machine_file_is_rejected(cli, tmp_path) -> None:
     text = cli("machines", "merlet2023").out
     for old, new, says in (
         ('powder = "20 kg"', 'powder = "60 kg"', "must be at most capacity, 50 kg"),

@@ -1,4 +1,4 @@
-"""`inverse --slack` and `--all-slack-sets`: what they print, the yes and the no, and what they refuse."""
+"""`inverse --slack` and `--all-slack-sets`: what they print, the yes and the no, and what they reject."""
 
 from __future__ import annotations
 

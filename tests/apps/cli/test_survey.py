@@ -1,4 +1,4 @@
-"""`survey`: what it prints, writes and refuses."""
+"""`survey`: what it prints, writes and rejects."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def test_picture(cli, tmp_path: Path) -> None:
     file = tmp_path / "survey.png"
     assert cli("survey", FILE, "--plot", file, "--json").json["plot"] == str(file)
     assert file.read_bytes().startswith(b"\x89PNG")
-    # without a wall that checks anything, without exits, without names that fonts have
+    # without a wall that checks anything, without exit points, without names that fonts have
     odd = tmp_path / "odd.csv"
     odd.write_text("point,x,y,z\nA,0,0,0\nB,0,9,0\nC,1,2,3\n")
     plan = tmp_path / "plan.toml"
@@ -116,7 +116,7 @@ def test_picture(cli, tmp_path: Path) -> None:
         ([ROOT / "examples" / "scan.csv"], "no column 'point'"),
     ],
 )
-def test_refusals(cli, arguments: list, says: str) -> None:
+def test_rejections(cli, arguments: list, says: str) -> None:
     assert says in cli("survey", *arguments).refusal
 
 
@@ -131,7 +131,7 @@ def test_refusals(cli, arguments: list, says: str) -> None:
         ("schema = 1\n[lines.1.exit]\noffset = [1, 2]", "lines"),
     ],
 )
-def test_plans_that_are_refused(cli, tmp_path: Path, text: str, says: str) -> None:
+def test_plans_that_are_rejected(cli, tmp_path: Path, text: str, says: str) -> None:
     plan = tmp_path / "plan.toml"
     plan.write_text(text)
     if says.startswith("X1"):

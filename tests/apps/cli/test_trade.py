@@ -202,7 +202,7 @@ def test_nothing_inside_is_a_no(cli, tmp_path: Path) -> None:
         (["--vary", "mass=1", "--plot", "t.jpg"], "a name that ends in .png"),
     ],
 )
-def test_bad_input_is_refused(cli, arguments: list[str], says: str, tmp_path: Path) -> None:
+def test_bad_input_is_rejected(cli, arguments: list[str], says: str, tmp_path: Path) -> None:
     assert says in cli("trade", "jung2020", *arguments).refusal
     assert list(tmp_path.iterdir()) == []
 

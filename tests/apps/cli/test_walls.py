@@ -1,4 +1,4 @@
-"""`walls`: what it prints and refuses, alone and with a survey's room."""
+"""`walls`: what it prints and rejects, alone and with a survey's room."""
 
 from __future__ import annotations
 
@@ -187,14 +187,14 @@ def test_picture(cli, tmp_path: Path) -> None:
         ([ROOT / "examples" / "survey.gsi"], "columns x,y or angle,distance are expected"),
     ],
 )
-def test_refusals(cli, arguments: list, says: str) -> None:
+def test_rejections(cli, arguments: list, says: str) -> None:
     assert says in cli("walls", *arguments).refusal
 
 
 @pytest.mark.parametrize(
     "text", ["3", "{}", '{"walls": {"west": {"normal": [1]}}, "sigma": {"walls": {}}}', "[" * 9999]
 )
-def test_rooms_that_are_refused(cli, tmp_path: Path, text: str) -> None:
+def test_rooms_that_are_rejected(cli, tmp_path: Path, text: str) -> None:
     file = tmp_path / "room.json"
     file.write_text(text)
     assert "cablewright survey FILE --json" in cli("walls", FILE, "--room", file).refusal
@@ -202,6 +202,6 @@ def test_rooms_that_are_refused(cli, tmp_path: Path, text: str) -> None:
     assert "room: 0 walls" in cli("walls", FILE, "--room", file).refusal
 
 
-def test_lasers_that_are_refused(cli, room: Path) -> None:
+def test_lasers_that_are_rejected(cli, room: Path) -> None:
     for text, says in (("north", "WALL=DISTANCE"), ("north=x", "WALL=DISTANCE"), ("attic=1", "no wall 'attic'")):
         assert says in cli("walls", FILE, "--room", room, "--laser", text).refusal

@@ -210,7 +210,7 @@ def test_progress_is_told_after_two_seconds(cli, monkeypatch) -> None:
         (["--count", "nodes", "--report", "a.html"], "--report needs the surface"),
     ],
 )
-def test_bad_input_is_refused(cli, arguments: list[str], says: str) -> None:
+def test_bad_input_is_rejected(cli, arguments: list[str], says: str) -> None:
     assert says in cli("workspace", "jung2020", *arguments).refusal
 
 
@@ -272,7 +272,7 @@ def test_what_no_length_reaches_is_a_no(cli) -> None:
         (["jung2020", "--tension-limits", "5,1"], "0 <= lowest < highest"),
     ],
 )
-def test_bad_retraction_is_refused(cli, arguments: list[str], says: str) -> None:
+def test_bad_retraction_is_rejected(cli, arguments: list[str], says: str) -> None:
     assert says in cli("retraction", *arguments).refusal
 
 

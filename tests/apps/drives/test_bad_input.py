@@ -56,7 +56,7 @@ EXAMPLE = Path(__file__).parents[3] / "examples" / "virtual-drives.toml"
         ('robot = "merlet2023"', 'robot = "house-printer"', "robot = 'house-printer', but the robot is 'merlet2023'"),
     ],
 )
-def test_a_wrong_file_is_refused_before_anything_is_sent(cli, old: str, new: str, says: str, tmp_path: Path) -> None:
+def test_a_wrong_file_is_rejected_before_anything_is_sent(cli, old: str, new: str, says: str, tmp_path: Path) -> None:
     text = EXAMPLE.read_text("utf-8")
     assert old in text
     file = tmp_path / "machine.toml"
@@ -96,7 +96,7 @@ def test_a_real_bus_moves_nothing_that_nobody_has_acknowledged(cli, action: str,
     assert "ip link set can7 up" in answer.err
 
 
-def test_a_place_in_millimetres_is_refused(cli) -> None:
+def test_a_place_in_millimetres_is_rejected(cli) -> None:
     answer = cli("drives", "home", "merlet2023", "--machine", str(EXAMPLE), "--try", "--place", "0,0,1000")
     assert answer.code == 2
     assert "place: z = 1000 m: is outside the frame of merlet2023, 0 to 4.03 m; places are in m" in answer.err
@@ -119,7 +119,7 @@ def test_a_simulated_machine_has_no_drives(cli) -> None:
         (("--estimator", "filter"), "--estimator = filter: on real drives it is encoders"),
     ],
 )
-def test_options_of_simulations_are_refused_on_drives(cli, option: tuple[str, str], says: str) -> None:
+def test_options_of_simulations_are_rejected_on_drives(cli, option: tuple[str, str], says: str) -> None:
     job = EXAMPLE.with_name("blind-machines.toml")
     answer = cli("print", "merlet2023", str(job), "--machine", str(EXAMPLE), *option)
     assert (answer.code, says in answer.err) == (2, True), answer.err

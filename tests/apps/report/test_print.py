@@ -17,7 +17,7 @@ from cablewright.foundation.signals import PrintState
 from cablewright.live.prints.record import record
 from cablewright.live.prints.result import PrintRecord, Span
 from cablewright.printing.stl import read_stl
-from printed import SPEED, printed, standard, without
+from print_logs import SPEED, printed, standard, without
 from twins import TWIN, head
 
 

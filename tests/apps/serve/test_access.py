@@ -26,7 +26,7 @@ from cablewright.live.serve.jobs import (
     subject_of,
     write_check,
 )
-from cablewright.live.serve.latest import shared
+from cablewright.live.serve.latest_message import shared
 from cablewright.live.serve.link import LEASE, ControlLink, ServerLink
 from cablewright.live.serve.messages import LoadMessage, OrderMessage, parsed
 from cablewright.robot import load
@@ -130,7 +130,7 @@ def test_messages_are_checked_again_by_the_control() -> None:
         assert parsed(foul) is None, foul
 
 
-def test_stops_come_first_and_what_is_full_is_refused() -> None:
+def test_stops_come_first_and_what_is_full_is_rejected() -> None:
     link = ControlLink.new()
     orders, stops = link.connect()
     memories = link.state, link.sitting, link.told_lease
@@ -202,7 +202,7 @@ def test_the_latest_is_whole_while_it_is_written() -> None:
 
 
 def test_the_page_knows_the_orders_of_the_table() -> None:
-    from cablewright.live.serve.telling import allowed_orders
+    from cablewright.live.serve.status import allowed_orders
 
     allowed = allowed_orders()
     for state, event in TRANSITIONS:
@@ -220,7 +220,7 @@ def job(tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize("name", ["/etc/passwd", "../x.gcode", "a/b.gcode", "..", "", "x\\\\y", ".", "a\\u0000b"])
-def test_a_job_that_names_a_path_is_refused(job: Path, name: str) -> None:
+def test_a_job_that_names_a_path_is_rejected(job: Path, name: str) -> None:
     (job / GCODE).write_text("G1 X1 E1\n")
     (job / JOB).write_text(f'schema = 1\nname = "x"\ngcode = "{name}"\n')
     with pytest.raises(InputError, match="names a path"):

@@ -12,7 +12,7 @@ import pytest
 pytest.importorskip("starlette")
 
 from browser import browser, executable
-from operated import STATE, enable
+from operator_page import STATE, enable
 from served import Served, client, served
 
 pytestmark = pytest.mark.clock

@@ -17,7 +17,7 @@ from browser import Browser, Page, browser, executable
 from cablewright.apps.serve.uploads import Uploads
 from cablewright.live.serve.jobs import JobCheck, subject_of, write_check
 from cablewright.robot import load
-from operated import STATE, enable
+from operator_page import STATE, enable
 from served import RING, Served, client
 
 pytestmark = [
@@ -326,7 +326,7 @@ def test_a_job_whose_robot_was_changed_can_be_checked_again(chromium: Browser, s
         Uploads(server.folder).remove(number)
 
 
-def test_a_refused_job_says_why_and_what_is_next(chromium: Browser, server: Served) -> None:
+def test_a_rejected_job_says_why_and_what_is_next(chromium: Browser, server: Served) -> None:
     with opened(chromium, server) as page:
         number = job(page, server, "too far", RING, "no", "it is too far out")
         page.until("document.getElementById('jobs').textContent.includes('it is too far out')")
@@ -373,7 +373,7 @@ def test_one_confirmation_prints_and_pause_resume_stop_have_a_way_on(chromium: B
         )
         run = page.run("operate.runs.runs[0].name")
         noted = "document.querySelector('#runs summary').textContent.includes('line two was worn')"
-        for _ in range(20):  # a list that is made anew meanwhile, or a lease that was lost, is no dead end
+        for _ in range(20):  # a list that is made again meanwhile, or a lease that was lost, is no dead end
             page.run("operate.orders.mine || document.getElementById('take').click()")
             page.run("""{ const [area, keep] = document.querySelectorAll('#runs textarea, #runs details button');
               area.value = 'line two was worn'; keep.click(); }""")

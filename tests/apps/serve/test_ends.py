@@ -48,7 +48,7 @@ def test_a_full_disk_costs_a_line_and_says_so(tmp_path: Path) -> None:
     assert "make room" in text
 
 
-def test_a_removed_file_of_orders_is_made_anew_and_a_removed_folder_is_said(tmp_path: Path) -> None:
+def test_a_removed_file_of_orders_is_made_again_and_a_removed_folder_is_said(tmp_path: Path) -> None:
     folder = tmp_path / "out"
     folder.mkdir()
     path = folder / "orders.jsonl"
@@ -106,7 +106,7 @@ def printing(server: Served, page: Client) -> None:
 
 @pytest.mark.clock
 @LINUX
-def test_why_a_large_upload_is_refused_is_read_by_whoever_sends_it(small: tuple[Served, Path]) -> None:
+def test_why_a_large_upload_is_rejected_is_read_by_whoever_sends_it(small: tuple[Served, Path]) -> None:
     server, _ = small
     with client(server) as page:
         end = time.monotonic() + 20.0

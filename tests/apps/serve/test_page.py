@@ -13,7 +13,7 @@ import pytest
 pytest.importorskip("starlette")
 
 from browser import Browser, Page, browser, executable
-from operated import STATE, enable
+from operator_page import STATE, enable
 from served import RING, Served, client
 
 pytestmark = [
@@ -170,7 +170,7 @@ def test_old_values_are_greyed_and_stop_still_gets_through(chromium: Browser, se
         watching.until(lambda state: state.get("state") == "fault", 10.0)
 
 
-def test_a_bad_and_a_huge_file_are_refused_by_name(chromium: Browser, server: Served) -> None:
+def test_a_bad_and_a_huge_file_are_rejected_by_name(chromium: Browser, server: Served) -> None:
     send = """((name, text) => { const t = new DataTransfer(); t.items.add(new File([text], name));
       document.getElementById('files').files = t.files; document.getElementById('upload').requestSubmit(); })"""
     with opened(chromium, server) as page:
@@ -180,7 +180,7 @@ def test_a_bad_and_a_huge_file_are_refused_by_name(chromium: Browser, server: Se
         assert "big.toml" in page.run("document.getElementById('upload-told').textContent")
         page.run(f"{send}('bad.toml', 'schema = 1\\nname = 7\\n')")
         page.until("document.querySelector('#jobs').textContent.includes('job.toml: name = 7')")
-        page.complaints(), page._browser.events.clear()  # the refusals are in the console, as any status over 400
+        page.complaints(), page._browser.events.clear()  # the rejections are in the console, as any status over 400
 
 
 def test_a_page_without_a_script_stops(chromium: Browser, server: Served) -> None:

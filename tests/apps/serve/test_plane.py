@@ -17,7 +17,7 @@ pytest.importorskip("starlette")
 import cablewright as cw
 from browser import Page, browser, executable
 from cablewright.machine.simulated.machine_file import machine_file
-from operated import STATE
+from operator_page import STATE
 from served import Served, served
 
 pytestmark = pytest.mark.clock

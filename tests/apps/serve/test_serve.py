@@ -29,7 +29,7 @@ ROOT = Path(__file__).parents[3]
 ACCELERATION = 0.2  # m/s^2, of motions by hand
 
 
-def test_foreign_hosts_and_origins_are_refused(server: Served) -> None:
+def test_foreign_hosts_and_origins_are_rejected(server: Served) -> None:
     bearer = {"authorization": f"Bearer {server.token}"}
     assert server.ask("GET", "/jobs", **bearer)[0] == 200
     for host in ("evil.example", f"evil.example:{server.port}", "127.0.0.1", f"localhost.evil:{server.port}", ""):
@@ -180,7 +180,7 @@ def test_jobs_name_nothing_but_their_own_files(server: Served) -> None:
     assert server.ask("POST", "/jobs", "{}", **bearer)[0] == 403  # whose page has gone
 
 
-def test_a_file_that_is_too_large_is_refused_by_name(server: Served) -> None:
+def test_a_file_that_is_too_large_is_rejected_by_name(server: Served) -> None:
     with client(server) as first:
         assert first.take() == ""
         bearer = {"authorization": f"Bearer {server.token}", "x-page": first.page}

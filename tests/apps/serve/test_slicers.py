@@ -1,4 +1,4 @@
-"""Upload from slicers: the calls of PrusaSlicer, OrcaSlicer and Cura, written from their sources, and what is refused.
+"""Upload from slicers: the calls of PrusaSlicer, OrcaSlicer and Cura, written from their sources, and what is rejected.
 
 PrusaSlicer and OrcaSlicer: src/slic3r/Utils/OctoPrint.cpp (test, upload), Moonraker.cpp, MoonrakerPrinterAgent.cpp;
 Cura: OctoPrintOutputDevice.py of fieldOfView/Cura-OctoPrintPlugin, MoonrakerOutputDevice.py of
@@ -21,10 +21,10 @@ pytest.importorskip("starlette")
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
-from cablewright.apps.serve.slicers.forms import file_name, parsed_form
-from cablewright.apps.serve.slicers.gcode_notes import notes_of
 from cablewright.apps.serve.slicers.keys import FILE, MAX_KEYS, Keys
 from cablewright.apps.serve.slicers.machine_view import verdict_of
+from cablewright.apps.serve.slicers.multipart_forms import file_name, parsed_form
+from cablewright.apps.serve.slicers.slicer_comments import notes_of
 from cablewright.apps.serve.uploads import MAX_NOTES
 from cablewright.foundation.errors import InputError
 from served import BOUNDARY, Served, client, form, make_key, send, sliced
@@ -196,7 +196,7 @@ def test_nothing_that_a_key_may_do_starts_motion(server: Served) -> None:
         assert server.ask("POST", "/api/job", '{"command": "cancel"}', x_api_key=operates)[0] in (204, 400)
 
 
-def test_what_is_refused_is_refused_readably(server: Served, key: str) -> None:
+def test_what_is_rejected_is_rejected_readably(server: Served, key: str) -> None:
     small = b"G1 X1 Y1\n"
     for name, why in (
         ("../up.gcode", "names a path"),
@@ -233,7 +233,7 @@ def test_what_is_refused_is_refused_readably(server: Served, key: str) -> None:
     assert not [job for job in json.loads(server.ask("GET", "/jobs")[1]) if not job["parts"]]  # nothing is left of them
 
 
-def test_two_gigabytes_are_refused_at_once(server: Served, key: str) -> None:
+def test_two_gigabytes_are_rejected_at_once(server: Served, key: str) -> None:
     head = (
         f"POST /api/files/local HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\nX-Api-Key: {key}\r\n"
         f"Content-Type: multipart/form-data; boundary=x\r\nContent-Length: {2 << 30}\r\n\r\n"

@@ -15,7 +15,7 @@ from cablewright.apps.report import check as check_report
 from cablewright.apps.report.show import show_page
 from cablewright.apps.web.robot_scene import robot_scene
 from cablewright.robot import load
-from printed import RING
+from print_logs import RING
 
 ROOT = Path(__file__).parents[3]
 EVIL = "</script><img src=x onerror=alert(1)>"

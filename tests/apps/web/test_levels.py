@@ -87,7 +87,7 @@ def test_arrays_come_back(kind, top, delta):
     assert (unpacked(packed(given, kind, delta=delta)) == given).all()
 
 
-def test_a_number_that_does_not_fit_is_refused():
+def test_a_number_that_does_not_fit_is_rejected():
     with pytest.raises(OverflowError, match="u16"):
         packed(np.array([70_000]), "u16")
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tools.pages.line_prints import printed, ring
 
-import driven
+import shared_winch_robots
 from cablewright.control import guard
 from cablewright.control.guard import GuardSettings, GuardState
 from cablewright.foundation.errors import InputError
@@ -31,7 +31,7 @@ def small(height: float) -> Job:
     return job.model_copy(update={"helix": job.helix.model_copy(update={"layers": 1})})  # type: ignore[union-attr]
 
 
-@pytest.mark.parametrize("robot", [driven.hoist(), driven.pairs()], ids=["hoist", "pairs"])
+@pytest.mark.parametrize("robot", [shared_winch_robots.hoist(), shared_winch_robots.pairs()], ids=["hoist", "pairs"])
 def test_an_ideal_machine_prints_on_its_path_with_tensions_within_limits(robot: Robot) -> None:
     found = printed(robot, small(0.5), PrintOptions("encoders", layers=1, seed=0, severity="ideal"))
     assert found.end == "finished"
@@ -42,7 +42,7 @@ def test_an_ideal_machine_prints_on_its_path_with_tensions_within_limits(robot: 
 
 
 def test_a_print_with_a_counterweight_goes_on_from_what_was_saved() -> None:
-    robot = driven.hoist()
+    robot = shared_winch_robots.hoist()
     twin = twin_of(robot, small(0.5), None, PrintOptions("encoders", layers=1, seed=0))
     plan = plan_print(twin)
 
@@ -73,7 +73,7 @@ def frame(counts: list[int]) -> SensorFrame:
 
 
 def test_the_guard_counts_winches_and_names_their_lines() -> None:
-    settings = GuardSettings(np.full(6, 400.0), hosts=driven.pairs().hosts)
+    settings = GuardSettings(np.full(6, 400.0), hosts=shared_winch_robots.pairs().hosts)
     assert guard.judge(settings, GuardState(), frame([0, 0, 0])) is None
     wrong = guard.judge(settings, GuardState(), frame([0] * 6))
     assert wrong is not None
@@ -87,7 +87,7 @@ def test_the_guard_counts_winches_and_names_their_lines() -> None:
 
 
 def test_estimators_of_lidars_name_the_one_of_encoders_for_a_body() -> None:
-    started_settings(driven.hoist(), load_twin("merlet2023").owner)
+    started_settings(shared_winch_robots.hoist(), load_twin("merlet2023").owner)
     why = "estimation by lidars: robot 'pairs' has a rigid platform; not supported. Use the estimator encoders"
     with pytest.raises(InputError, match=why):
-        started_settings(driven.pairs(), load_twin("merlet2023").owner)
+        started_settings(shared_winch_robots.pairs(), load_twin("merlet2023").owner)

@@ -24,10 +24,10 @@ from cablewright.foundation.signals import (
 )
 from cablewright.live.estimators import estimator
 from cablewright.live.prints import loop
-from cablewright.live.prints.attendant import Attendant
 from cablewright.live.prints.loop import Printer, Step
 from cablewright.live.prints.plan import MachineTwin, PrintOptions, plan_print, twin_of
 from cablewright.live.prints.recorder import FolderRecorder, Timing
+from cablewright.live.prints.simulated_operator import Attendant
 from cablewright.live.prints.snapshot_writer import SnapshotWriter
 from cablewright.machine.interface import Abilities, check_command
 from cablewright.machine.log.log import LogHead, read_log, write_log
@@ -277,7 +277,7 @@ def test_what_a_machine_lacks_is_said_before_it_moves() -> None:
         ({"time": -1.0}, "the clock jumped back"),
     ],
 )
-def test_a_command_that_a_machine_cannot_take_is_refused(changes: dict[str, object], says: str) -> None:
+def test_a_command_that_a_machine_cannot_take_is_rejected(changes: dict[str, object], says: str) -> None:
     able = made(twin("quasi-static")).abilities
     usual = Command(1.0, np.zeros(4))
     check_command(able, usual, 0.0)

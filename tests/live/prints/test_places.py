@@ -14,11 +14,11 @@ from cablewright.foundation.saving import load as restore
 from cablewright.foundation.saving import save
 from cablewright.foundation.signals import Command, Encoders, PrintState, SensorFrame, Tensions
 from cablewright.live.estimators import DeadReckoning, estimator, reckoning_of
-from cablewright.live.prints.attendant import attendant_of
 from cablewright.live.prints.loop import Printer, Step
 from cablewright.live.prints.loop import run as run_loop
 from cablewright.live.prints.plan import PrintOptions, plan_print, twin_of
 from cablewright.live.prints.run import begin_print
+from cablewright.live.prints.simulated_operator import attendant_of
 from cablewright.machine.sensors.tensions import TensionSensor
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.simulated.settings import load_twin

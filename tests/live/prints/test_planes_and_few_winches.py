@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import boards
 import cablewright as cw
+import planar_robots
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import PrintState
 from cablewright.live.prints.plan import PrintOptions, plan_print, twin_of
@@ -40,7 +40,7 @@ def described(name: str) -> Robot:
     """A robot of the library, or a body in a vertical plane on the upper two lines, which leave its rotation free."""
     if name != "board":
         return cw.load(name)
-    values = boards.board(body=True).model_dump(by_alias=True)
+    values = planar_robots.board(body=True).model_dump(by_alias=True)
     values["lines"] = values["lines"][-2:]
     for line in values["lines"]:
         line["cable"]["diameter"], line["winch"] = 0.003, {"drum_radius": 0.05}

@@ -1,4 +1,4 @@
-"""A rigid platform prints in closed loop: true values, refusals before anything moves, and a print that goes on."""
+"""A rigid platform prints in closed loop: true values, rejections before anything moves, and a print that goes on."""
 
 from __future__ import annotations
 
@@ -139,14 +139,14 @@ def test_a_line_off_its_sheave_is_named_once_the_platform_swings_less(tmp_path: 
         ({"motion": {"acceleration": "150 m/s^2"}}, AnswerError, "would fall slack under 15 m/s"),
     ],
 )
-def test_what_cannot_be_held_is_refused_before_it_moves(
+def test_what_cannot_be_held_is_rejected_before_it_moves(
     changes: dict[str, object], error: type[Exception], message: str
 ) -> None:
     with pytest.raises(error, match=message):
         planned(ring(**changes))
 
 
-def test_a_tour_that_cannot_be_held_is_refused_and_lengths_alone_make_none() -> None:
+def test_a_tour_that_cannot_be_held_is_rejected_and_lengths_alone_make_none() -> None:
     machine = whole_machine("cogiro")
     assert machine.owner.body is not None
     for place, message in (((0.0, 0.0, -0.5), "it is out of the frame"), ((7.0, 0.0, 4.0), "no tensions")):
@@ -159,7 +159,7 @@ def test_a_tour_that_cannot_be_held_is_refused_and_lengths_alone_make_none() -> 
     assert len(planned(ring()).path.tour) == 4
 
 
-def test_lines_that_would_touch_what_was_laid_are_refused(tmp_path: Path) -> None:
+def test_lines_that_would_touch_what_was_laid_are_rejected(tmp_path: Path) -> None:
     """A wall of two layers across the platform; its lower one is then higher than lines that come from below."""
     moves = [f"G0 X{x} Y-900 Z600\nG1 X{x} Y900 E9" for x in (700, 760)]
     moves += ["G0 X-500 Y0 Z300", "G1 X-400 Y0 E9"]
@@ -172,7 +172,7 @@ def test_lines_that_would_touch_what_was_laid_are_refused(tmp_path: Path) -> Non
         planned(load_job(tmp_path / "job.toml"))
 
 
-def test_a_retraction_beyond_its_stroke_or_too_fast_is_refused() -> None:
+def test_a_retraction_beyond_its_stroke_or_too_fast_is_rejected() -> None:
     def job(schedule: list[dict[str, object]], speed: str) -> Job:
         helix = {"radius": 0.2, "layers": 3, "layer_height": "0.1 m", "first_height": "0.3 m"}
         motion = {"print_speed": speed, "travel_speed": speed}
@@ -185,7 +185,7 @@ def test_a_retraction_beyond_its_stroke_or_too_fast_is_refused() -> None:
         planned(job([{"z": 0.3, "retraction": "2 m"}, {"z": 0.31, "retraction": "1.5 m"}], "20 cm/s"), robot)
 
 
-def test_fewer_lines_than_hold_the_position_are_refused() -> None:
+def test_fewer_lines_than_hold_the_position_are_rejected() -> None:
     robot = load("grab-four-lines")
     robot = robot.model_copy(update={"lines": robot.lines[:2]})
     machine = whole_machine("cogiro").with_owner(robot=None)

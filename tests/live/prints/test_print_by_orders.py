@@ -16,7 +16,7 @@ from cablewright.live.serve.station import DriveStation
 from cablewright.machine.drives.virtual.rig import VirtualPort, VirtualRig
 from cablewright.machine.log.log import read_log
 from cablewright.printing.job import Motion
-from typing_person import WORDS, Typist
+from terminal_user import WORDS, Typist
 from virtual_drives import RING, RING_BEGIN, Bench, bench, virtual_twin
 
 
@@ -133,7 +133,7 @@ def test_a_print_waits_for_powder_and_goes_on_when_a_person_says_so(tmp_path: Pa
     assert typist.said[waits + 1 : waits + 3] == ["ready", "printing"]
 
 
-def test_a_job_that_is_too_fast_for_the_drives_is_refused(tmp_path: Path) -> None:
+def test_a_job_that_is_too_fast_for_the_drives_is_rejected(tmp_path: Path) -> None:
     found = bench()
     fast = RING.model_copy(update={"motion": Motion(print_speed=0.5, travel_speed=0.5, acceleration=0.5)})
     with pytest.raises(InputError, match="the job is too fast for the drives"):
@@ -141,7 +141,7 @@ def test_a_job_that_is_too_fast_for_the_drives_is_refused(tmp_path: Path) -> Non
     assert not (tmp_path / "run").exists()
 
 
-def test_a_job_that_is_too_heavy_for_the_drives_is_refused(tmp_path: Path) -> None:
+def test_a_job_that_is_too_heavy_for_the_drives_is_rejected(tmp_path: Path) -> None:
     found = bench()
     weak = found.twin.owner.winch.model_copy(update={"max_torque": 15.0})
     found.twin = found.twin.with_owner(winch=weak)

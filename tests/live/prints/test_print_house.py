@@ -10,9 +10,9 @@ import pytest
 
 from cablewright.foundation.signals import PrintState
 from cablewright.live.estimators import estimator
-from cablewright.live.prints.attendant import Attendant
 from cablewright.live.prints.loop import Printer
 from cablewright.live.prints.plan import MachineTwin, PrintOptions, plan_print, twin_of
+from cablewright.live.prints.simulated_operator import Attendant
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.printing.job import load_job
 from cablewright.robot import load

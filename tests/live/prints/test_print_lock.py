@@ -56,7 +56,7 @@ def test_what_goes_wrong_inside_is_not_the_locks(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("there", ["text", ""])
-def test_a_link_is_refused_and_what_it_leads_to_stays(tmp_path: Path, there: str) -> None:
+def test_a_link_is_rejected_and_what_it_leads_to_stays(tmp_path: Path, there: str) -> None:
     folder, target = tmp_path / "run", tmp_path / "thesis.txt"
     folder.mkdir()
     if there:

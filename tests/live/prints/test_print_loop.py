@@ -13,10 +13,10 @@ from cablewright.foundation.errors import AnswerError, InputError, UnknownName
 from cablewright.foundation.saving import Snapshot
 from cablewright.foundation.signals import Order, OrderKind, PrintState
 from cablewright.live.estimators import estimator
-from cablewright.live.prints.attendant import Attendant
 from cablewright.live.prints.loop import Printer, Step
 from cablewright.live.prints.plan import MachineTwin, PrintOptions, plan_print, twin_of
 from cablewright.live.prints.recorder import checkpoint_of
+from cablewright.live.prints.simulated_operator import Attendant
 from cablewright.live.replay import replay as replayed
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import LogWriter
@@ -210,7 +210,7 @@ def test_what_cannot_be_printed_is_said_at_once() -> None:
 
 
 def test_brakes_that_give_are_a_cause_that_a_person_has_to_reset_twice() -> None:
-    """As on real drives: the reset that is refused takes note of where the winches are, and encoders know it."""
+    """As on real drives: the reset that is rejected takes note of where the winches are, and encoders know it."""
     weak = twin(estimator="encoders", plant="quasi-static", seed=3)
     law = WinchBrakes(torque=10.0)  # N m; a line pulls up to 20
     made = Print(replace(weak, settings=weak.settings.with_simulation(brakes=law)))

@@ -10,9 +10,9 @@ from cablewright.control.guide import TimedPath
 from cablewright.foundation.signals import PrintState
 from cablewright.live.estimators import estimator
 from cablewright.live.prints import loop
-from cablewright.live.prints.attendant import Attendant
 from cablewright.live.prints.limits import planned
 from cablewright.live.prints.loop import Printer, Step
+from cablewright.live.prints.simulated_operator import Attendant
 from cablewright.machine.interface import Machine
 from cablewright.machine.simulated.settings import Link
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine

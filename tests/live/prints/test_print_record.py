@@ -22,7 +22,7 @@ from cablewright.live.prints.vibration import WINDOW, VibrationWindows, peak_fre
 from cablewright.machine.log.log import Entry, LogWriter, read_log
 from cablewright.printing.job import Bead
 from cablewright.printing.track import Track
-from printed import SPEED, printed, rounds, standard, without
+from print_logs import SPEED, printed, rounds, standard, without
 from twins import SETTINGS, head, perfect
 
 

@@ -12,7 +12,7 @@ from cablewright.foundation.signals import Encoders, PrintState, SensorFrame, Te
 from cablewright.live.estimators import Measuring, estimator
 from cablewright.live.prints.plan import PrintOptions, plan_print, twin_of
 from cablewright.live.prints.print_job import print_job
-from cablewright.live.prints.whole_errors import WholeErrors
+from cablewright.live.prints.tracking_errors import WholeErrors
 from cablewright.live.rest_pose import rest_pose
 from cablewright.machine.log.log import read_log
 from cablewright.machine.sensors.tensions import TensionSensor

@@ -19,9 +19,9 @@ from cablewright.foundation.errors import CablewrightError, EnvironmentFault, In
 from cablewright.foundation.signals import Command, Condition, Encoders, PrintState, SensorFrame, WinchMode
 from cablewright.live.estimators import estimator
 from cablewright.live.prints import loop
-from cablewright.live.prints.attendant import Attendant
 from cablewright.live.prints.limits import planned
 from cablewright.live.prints.loop import Printer, Step
+from cablewright.live.prints.simulated_operator import Attendant
 from cablewright.machine.drives.drive_machine import DriveMachine
 from cablewright.machine.drives.ethercat.ethercat_drives import EthercatDrives
 from cablewright.machine.interface import RESET
@@ -192,7 +192,7 @@ def test_a_fault_and_a_cable_that_is_pulled_stop_all(drives: Drives) -> None:
         drives.do("cut", 2, False)
 
 
-def test_a_drive_that_lost_power_has_no_address_until_the_machine_is_opened_anew(drives: Drives) -> None:
+def test_a_drive_that_lost_power_has_no_address_until_the_machine_is_opened_again(drives: Drives) -> None:
     with opened() as machine:
         enabled(machine)
         drives.do("restart", 1)
@@ -246,7 +246,7 @@ REFUSALS = {
 }
 
 
-def test_what_is_not_such_a_ring_is_refused(drives: Drives) -> None:
+def test_what_is_not_such_a_ring_is_rejected(drives: Drives) -> None:
     for name, (order, kind, says) in REFUSALS.items():
         drives.do(*order)
         owner = twin().owner
@@ -256,7 +256,7 @@ def test_what_is_not_such_a_ring_is_refused(drives: Drives) -> None:
         switch_on(drives)
 
 
-def test_another_master_and_a_missing_interface_are_refused(drives: Drives) -> None:
+def test_another_master_and_a_missing_interface_are_rejected(drives: Drives) -> None:
     owner = twin().owner
     sender = subprocess.Popen([sys.executable, "-c", SENDS], stdout=subprocess.PIPE)
     assert sender.stdout is not None

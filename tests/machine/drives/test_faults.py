@@ -259,7 +259,7 @@ def wrong(change: Callable[[Bench], None], says: str, error: type[Exception] = I
     assert all(drive.brake_closed for drive in found.rig.drives)
 
 
-def test_drives_that_are_not_those_of_the_file_are_refused() -> None:
+def test_drives_that_are_not_those_of_the_file_are_rejected() -> None:
     def dead(found: Bench) -> None:
         found.rig.drives[3].dead = True
 
@@ -288,7 +288,7 @@ def test_drives_that_are_not_those_of_the_file_are_refused() -> None:
     wrong(stubborn, "0x605A quick stop = 2, not 6 as it should be")
 
 
-def test_a_second_master_is_refused_and_one_that_comes_later_stops_the_machine() -> None:
+def test_a_second_master_is_rejected_and_one_that_comes_later_stops_the_machine() -> None:
     found = bench()
     found.port.inject(CanFrame(o.SYNC))
     with pytest.raises(EnvironmentFault, match="another master is on the bus: it sends SYNC"):

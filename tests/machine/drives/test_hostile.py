@@ -118,7 +118,7 @@ def test_a_unit_of_speed_that_was_mistaken_is_seen_within_the_following_error(fa
     assert braked(found)
 
 
-def test_an_encoder_with_other_counts_is_refused_and_never_overwritten() -> None:
+def test_an_encoder_with_other_counts_is_rejected_and_never_overwritten() -> None:
     found = bench()
     found.rig.drives[3].dictionary[o.COUNTS] = 4096
     with pytest.raises(InputError, match="0x608F:1 encoder increments = 4096, not 1024 as it should be"):
@@ -177,7 +177,7 @@ def test_brakes_of_the_plant_that_give_are_seen_by_the_counts() -> None:
             assert "which its brake should hold: secure the load" in told[0]
 
 
-def test_two_that_begin_at_the_same_time_both_refuse() -> None:
+def test_two_that_begin_at_the_same_time_both_reject() -> None:
     """Each hears the other's first request."""
     found = bench()
     send = found.port.send

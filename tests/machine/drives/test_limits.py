@@ -26,7 +26,7 @@ from virtual_drives import virtual_twin
         ),
     ],
 )
-def test_what_the_robot_does_not_bear_is_refused(key: str, value: float, says: str) -> None:
+def test_what_the_robot_does_not_bear_is_rejected(key: str, value: float, says: str) -> None:
     robot, owner = load("merlet2023"), virtual_twin().owner
     require_limits(robot, owner)
     with pytest.raises(InputError) as error:
@@ -35,7 +35,7 @@ def test_what_the_robot_does_not_bear_is_refused(key: str, value: float, says: s
     assert says in str(error.value)
 
 
-def test_a_period_in_which_drives_would_miss_commands_is_refused() -> None:
+def test_a_period_in_which_drives_would_miss_commands_is_rejected() -> None:
     robot = load("merlet2023")
     for period, least in ((0.05, 0.1), (0.1, 0.6)):
         owner = virtual_twin(command_timeout=least, heartbeat_timeout=0.7).owner.model_copy(update={"period": period})

@@ -212,7 +212,7 @@ def test_drives_that_an_earlier_program_left_enabled_are_braked_before_anything_
     assert abs(found.rig.plant.truth.position[2] - high) < 0.05  # it moved at half a radian a second, and stopped
 
 
-def test_one_that_was_left_enabled_and_does_not_obey_is_refused() -> None:
+def test_one_that_was_left_enabled_and_does_not_obey_is_rejected() -> None:
     found = moving()
     found.drives._leave()
     for drive in found.rig.drives:

@@ -119,7 +119,7 @@ def test_a_drive_without_that_output_stays_off() -> None:
         found.machine.open()
 
 
-def test_a_valve_of_a_line_without_a_drive_is_refused() -> None:
+def test_a_valve_of_a_line_without_a_drive_is_rejected() -> None:
     table = virtual_twin().owner.drives
     assert isinstance(table, WinchDriveSettings)
     with pytest.raises(ValueError, match=r"has no drive in drives\.nodes"):

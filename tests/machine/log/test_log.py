@@ -228,7 +228,7 @@ def empty(path: Path, metadata: dict[str, str] | None) -> None:
         writer.finish()
 
 
-def test_what_is_no_log_is_refused(tmp_path: Path, written: tuple[Path, list[Entry]]) -> None:
+def test_what_is_no_log_is_rejected(tmp_path: Path, written: tuple[Path, list[Entry]]) -> None:
     path = tmp_path / "a.mcap"
     for content in (b"", b"hello", written[0].read_bytes()[:300], bytes(500)):
         path.write_bytes(content)
@@ -253,7 +253,7 @@ def test_what_is_no_log_is_refused(tmp_path: Path, written: tuple[Path, list[Ent
         read_log(tmp_path)
 
 
-def test_a_chunk_that_unpacks_to_too_much_is_refused(
+def test_a_chunk_that_unpacks_to_too_much_is_rejected(
     written: tuple[Path, list[Entry]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(logs, "MAX_RECORD", 100_000)
@@ -322,7 +322,7 @@ def test_packed_data_that_is_none_is_damage(compression: str, data: bytes) -> No
 
 
 @pytest.mark.parametrize("signal", [Command(0.0, frozen([1.0, 2.0])), Encoders(0.0, np.arange(3, dtype=np.int64))])
-def test_numbers_of_another_count_of_lines_are_refused(signal: Any, tmp_path: Path) -> None:
+def test_numbers_of_another_count_of_lines_are_rejected(signal: Any, tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     readings = (signal,) if isinstance(signal, Encoders) else ()
     with path.open("wb") as file, LogWriter(file, head()) as log:

@@ -16,7 +16,7 @@ from cablewright.machine.log.head import LogHead, read_head, written_head
 from cablewright.machine.log.log import read_log, write_log
 from cablewright.machine.simulated.settings import FaultPlan
 from cablewright.robot import load
-from observed import drive
+from observer_runs import drive
 from twins import SETTINGS, SIMULATION, TWIN, changed, head
 
 OLD = Path(__file__).with_name("head_schema_1.json")
@@ -102,7 +102,7 @@ def test_the_first_schema_is_taken_apart() -> None:
         ("line", {}),
     ],
 )
-def test_a_damaged_head_of_the_first_schema_is_refused(key: str, value: object) -> None:
+def test_a_damaged_head_of_the_first_schema_is_rejected(key: str, value: object) -> None:
     texts = json.loads(OLD.read_text("utf-8"))
     for settings in (json.loads(texts["settings"]) | {key: value}, {key: value}, value):
         with pytest.raises(InputError, match=r"old\.mcap: the head's (settings|simulation)"):

@@ -125,7 +125,7 @@ def test_a_joined_log_goes_on_with_segments(tmp_path: Path) -> None:
     assert contents(tmp_path) == (after, [])
 
 
-def test_segments_of_two_machines_are_refused(tmp_path: Path) -> None:
+def test_segments_of_two_machines_are_rejected(tmp_path: Path) -> None:
     steps(tmp_path / "log-000.mcap", 0, 10)
     steps(tmp_path / "log-001.mcap", 5, 10, told=replace(HEAD, seed=2))
     with pytest.raises(InputError, match=r"log-001\.mcap: of another machine or run than log-000\.mcap"):

@@ -1,4 +1,4 @@
-"""Executors: the same bytes here, in processes and on dask; deaths, faults, resumption, and who is refused."""
+"""Executors: the same bytes here, in processes and on dask; deaths, faults, resumption, and who is rejected."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from cablewright.robot import load
 from cablewright.robot.design_variables import Change
 from cablewright.running.executors.choice import chosen
 from cablewright.running.executors.executor import Executor, Serial
-from cablewright.running.executors.kept import HEAD, KeptResults, kept_in
 from cablewright.running.executors.processes import Processes
+from cablewright.running.executors.stored_results import HEAD, KeptResults, kept_in
 from cablewright.running.executors.study import evaluate, require_all
 from cablewright.running.executors.task import Chunk, Task, digest, programs, run_chunk, unlike
 from cablewright.studies.trade import TradeSettings, trade
@@ -132,7 +132,7 @@ def test_keys_depend_on_all_that_results_depend_on() -> None:
 @pytest.mark.parametrize(
     "content", [b"[]\n", b"{}\n", b"\xff\xfe\n", HEAD + b"[\n", HEAD + b'{"key": 1, "value": 2}\n']
 )
-def test_a_file_of_something_else_is_refused(tmp_path: Path, content: bytes) -> None:
+def test_a_file_of_something_else_is_rejected(tmp_path: Path, content: bytes) -> None:
     file = tmp_path / "a.jsonl"
     file.write_bytes(content)
     with pytest.raises(InputError, match=r"a\.jsonl: .*another --out"), kept_in(file):
@@ -149,7 +149,7 @@ def test_two_programs_do_not_write_one_file(tmp_path: Path) -> None:
         pass
 
 
-def test_a_worker_of_another_version_is_refused_in_one_line() -> None:
+def test_a_worker_of_another_version_is_rejected_in_one_line() -> None:
     other = programs() | {"numpy": "1.0"}
     assert unlike(programs(), programs()) == ""
     assert unlike(other, programs()).startswith("has numpy ")
@@ -163,7 +163,7 @@ def test_a_worker_of_another_version_is_refused_in_one_line() -> None:
 
 
 @pytest.mark.parametrize(("workers", "cluster", "says"), [(0, None, "1 to 256"), (2, "tcp://a:1", "give one of them")])
-def test_contradictions_are_refused(workers: int, cluster: str | None, says: str) -> None:
+def test_contradictions_are_rejected(workers: int, cluster: str | None, says: str) -> None:
     with pytest.raises(InputError, match=says), chosen(workers, cluster):
         pass
 
@@ -211,7 +211,7 @@ def test_a_worker_of_dask_that_dies_is_replaced(address: str, tmp_path: Path) ->
     assert [each.value for each in outcomes] == [0, 1, 2, -3, 4, 5]
 
 
-def test_workers_of_another_version_are_refused(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_workers_of_another_version_are_rejected(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
     from cablewright.running.executors import cluster
 
     monkeypatch.setattr(cluster, "unlike", lambda here, there: unlike(here | {"scipy": "0.1"}, there))

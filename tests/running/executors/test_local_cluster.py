@@ -10,7 +10,7 @@ import pytest
 
 from cablewright.foundation.errors import InputError
 from cablewright.running.executors.choice import chosen
-from cablewright.running.executors.kept import KeptResults
+from cablewright.running.executors.stored_results import KeptResults
 from cablewright.running.executors.study import evaluate
 from cablewright.running.executors.task import Task
 from executor_work import numbers

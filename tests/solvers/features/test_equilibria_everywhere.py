@@ -7,8 +7,8 @@ import pytest
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
-import boards
 import cablewright as cw
+import planar_robots
 from cablewright.foundation.errors import InputError
 from cablewright.models.plane import directions
 from cablewright.robot import Eyelet, Robot, load
@@ -57,17 +57,17 @@ def _near(one: np.ndarray, other: np.ndarray) -> bool:
 def scattered(robot: Robot, count: int) -> np.ndarray:
     """Start poses anywhere in the frame, a body turned, in the plane if there is one."""
     if robot.platform.plane is not None:
-        return boards.places(robot, count, 1.0, 3.0, seed=5)
+        return planar_robots.places(robot, count, 1.0, 3.0, seed=5)
     rng = np.random.default_rng(6)
     places = rng.uniform(robot.scene.frame_min, robot.scene.frame_max, (count, 3))
     return np.hstack([places, rng.uniform(-0.6, 0.6, (count, 3))]) if robot.n == 6 else places
 
 
 @pytest.mark.parametrize("body", [False, True])
-@pytest.mark.parametrize("plane", boards.PLANES)
+@pytest.mark.parametrize("plane", planar_robots.PLANES)
 def test_minima_of_the_energy_in_a_plane_are_found(plane: str, body: bool) -> None:
-    robot = boards.board(plane, body, force=FORCE)
-    held = cw.inverse(robot, boards.places(robot, 1)[0], cable="elastic").checked()
+    robot = planar_robots.board(plane, body, force=FORCE)
+    held = cw.inverse(robot, planar_robots.places(robot, 1)[0], cable="elastic").checked()
     found = cw.equilibria(robot, held.lengths, cable="elastic", starts=60)
     stable = [each.pose for each in found[found.stable]]
     assert any(_near(held.pose, pose) for pose in stable)
@@ -81,8 +81,8 @@ def test_minima_of_the_energy_in_a_plane_are_found(plane: str, body: bool) -> No
 @pytest.mark.parametrize("body", [False, True])
 def test_sagging_lines_in_a_plane_have_what_forward_finds(body: bool) -> None:
     """Several from many starts, each with a balance of forces; one of them is that without a guess."""
-    robot = boards.board("tilted", body, force=FORCE)
-    held = cw.inverse(robot, boards.places(robot, 1)[0]).checked()
+    robot = planar_robots.board("tilted", body, force=FORCE)
+    held = cw.inverse(robot, planar_robots.places(robot, 1)[0]).checked()
     found = cw.equilibria(robot, held.lengths, starts=60)
     assert any(_near(held.pose, each.pose) for each in found)
     assert max(each.unbalanced_force() for each in found) < 1e-6

@@ -8,9 +8,9 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-import boards
 import cablewright as cw
 import out_of_plane
+import planar_robots
 from cablewright.foundation.errors import InputError, Status
 from cablewright.models.packed_views import LineStates
 from cablewright.models.shared_winches import missed_lengths
@@ -38,10 +38,10 @@ def hung(robot: Robot, index: int, share: float, pose: np.ndarray) -> Robot:
 def robots() -> dict[str, tuple[Robot, np.ndarray]]:
     """A robot and a pose of each kind; limits from zero on, so that lines may be slack."""
     found = {kind: (out_of_plane.body(kind), BODY) for kind in ("tilted", "guides", "pulleys", "platform sheaves")}
-    for plane in boards.PLANES:
+    for plane in planar_robots.PLANES:
         for body in (False, True):
-            robot = boards.board(plane, body, force=(3.0, -2.0, 4.0))
-            found[f"{plane} {'body' if body else 'point'}"] = robot, boards.places(robot, 1)[0]
+            robot = planar_robots.board(plane, body, force=(3.0, -2.0, 4.0))
+            found[f"{plane} {'body' if body else 'point'}"] = robot, planar_robots.places(robot, 1)[0]
     cogiro = load("cogiro").limited((1.0, 1e4))
     found["counterweight"] = hung(cogiro, 5, 1.0, BODY), BODY
     return {name: (robot.limited((0.1, 1e4)) if robot.n == 6 else robot, pose) for name, (robot, pose) in found.items()}

@@ -1,4 +1,4 @@
-"""Campaigns: each print is that of `print`, the same with any executor; intervals, sensitivities and refusals."""
+"""Campaigns: each print is that of `print`, the same with any executor; intervals, sensitivities and rejections."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def test_quantiles_are_errors_of_machines(found: tuple[Campaign, Path]) -> None:
         (2, {"tried": 0, "machine": "no-such"}, "no-such"),
     ],
 )
-def test_what_makes_no_sense_is_refused(machines: int, more: dict[str, object], says: str) -> None:
+def test_what_makes_no_sense_is_rejected(machines: int, more: dict[str, object], says: str) -> None:
     with pytest.raises(InputError, match=says):
         campaign(ROBOT, RING, machines, options=OPTIONS, **more)  # type: ignore[arg-type]
 

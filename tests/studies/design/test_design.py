@@ -1,4 +1,4 @@
-"""Designs: figures against their analyses, optimisers against known optima, constraints, refusals and resumption."""
+"""Designs: figures against their analyses, optimisers against known optima, constraints, rejections and resumption."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def test_the_cost_is_that_of_cable_winches_and_torques() -> None:
     assert dear.chosen[0].values == length.chosen[0].values
 
 
-def test_prices_that_are_missing_or_make_no_sense_are_refused() -> None:
+def test_prices_that_are_missing_or_make_no_sense_are_rejected() -> None:
     with pytest.raises(InputError, match="cost: needs at least one price"):
         design(HOUSE, JOB, HEIGHT, ["cost"])
     with pytest.raises(UnknownName, match=r"price 'cables'.*did you mean 'cable'"):
@@ -181,18 +181,18 @@ def test_an_objective_without_any_value_ends_the_search() -> None:
         ("exits-x=nan:1", "two finite numbers that rise"),
     ],
 )
-def test_variables_that_make_no_sense_are_refused(text: str, says: str) -> None:
+def test_variables_that_make_no_sense_are_rejected(text: str, says: str) -> None:
     with pytest.raises(InputError, match=says):
         Variable.read(text)
 
 
 @pytest.mark.parametrize("text", ["volume", "volume>=x", "volume=1", "volume>=nan", "1<=volume"])
-def test_constraints_that_make_no_sense_are_refused(text: str) -> None:
+def test_constraints_that_make_no_sense_are_rejected(text: str) -> None:
     with pytest.raises(InputError, match=r"expected FIGURE>=VALUE or FIGURE<=VALUE"):
         DesignConstraint.read(text)
 
 
-def test_contradictions_are_refused_before_the_work() -> None:
+def test_contradictions_are_rejected_before_the_work() -> None:
     with pytest.raises(UnknownName, match="did you mean 'expected_error'"):
         design(HOUSE, JOB, HEIGHT, ["expected_eror"])
     with pytest.raises(InputError, match=r"min_tension >= 30 and min_tension <= 20 contradict"):

@@ -6,12 +6,12 @@ as many samples as it takes until more do not change the result. Linear interpol
 adds to the distance. Moves that lay no material do not count.
 
 The path's box is divided into `CELLS` cells a side, and the sample with the largest root mean square error, to first
-order, stands for its cell. A few machines are solved in all cells: they say how far first order is off in each. With
+order, represents its cell. A few machines are solved in all cells: they give the error of first order in each. With
 this, each machine has its own order of cells, and is solved in the first of them. A machine without a sound equilibrium
 in one of these is beyond any distance.
 
-With the same numbers tensions at rest are off, to first order and by lengths alone: a print that measures tensions
-holds redundant ones nearer.
+The same uncertain numbers give the error of tensions at rest, to first order and with lengths alone: a print that
+measures tensions holds redundant ones nearer.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ class ExpectedError:
 
     value: float  # m: 95 of 100 machines keep the nozzle this near to all of the path; NaN where it is not stated
     sample: int | None  # with the largest root mean square error
-    rms: Array  # (k,) m, root mean square error, to first order; NaN where it is not known or not asked for
+    rms: Array  # (k,) m, root mean square error, to first order; NaN where it is unknown or was not requested
     causes: tuple[ErrorCause, ...]  # largest share first
     ranges: tuple[Range, ...]
     curvature: float  # how much larger it is than to first order, as a share; NaN if it is not stated
@@ -142,7 +142,7 @@ class ExpectedError:
 
 @dataclass(frozen=True, eq=False)
 class _Cells(Rows):
-    """The samples that stand for c cells."""
+    """The samples that represent c cells."""
 
     SINGLE: ClassVar = ("cell", 0)
 

@@ -271,7 +271,7 @@ class AccuracyOptions(TypedDict, total=False):
 class HeldPoses(NamedTuple):
     """N commanded poses and their equilibria on the full model."""
 
-    wanted: Array  # (N, n) as given; NaN for freedoms that gravity decides
+    wanted: Array  # (N, n) as given; NaN for degrees of freedom that gravity decides
     retraction: Array | None  # (N,) m
     equilibria: Equilibrium
 

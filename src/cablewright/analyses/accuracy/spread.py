@@ -156,7 +156,7 @@ class MonteCarlo:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        """Refuse a number of samples or a seed out of range."""
+        """Reject a number of samples or a seed out of range."""
         if not 100 <= self.samples <= 10_000_000:
             raise InputError(f"samples = {self.samples}: from 100 to 10 000 000 are allowed")
         if self.seed < 0:
@@ -325,7 +325,7 @@ def drawn(ranges: Sequence[Range], samples: int, seed: int) -> Array:
 
 
 def _by_blocks(problem: SpreadProblem, count: int, block: Callable[[SpreadProblem, _Linear], Spread]) -> Spread:
-    """All poses by *block*, as many at once as SOLVES allows with *count* solves each."""
+    """All poses by *block*, in blocks as large as SOLVES allows with *count* solves each."""
     poses, rows = len(problem.commanded), max(1, SOLVES // count)
     found = []
     for first in range(0, max(1, poses), rows):

@@ -1,7 +1,7 @@
 """How far tensions are from the chosen ones where lengths alone decide them, to first order (`tension_spread`).
 
-A machine is homed with its tensions right; from there on its lengths are off by how well they were homed, by the size
-of its drums, and by what an exit point that is elsewhere changes of them. More lines than degrees of freedom turn such
+A machine is homed with correct tensions; from there on its lengths have errors of homing, of the size
+of its drums, and of the positions of exit points. More lines than degrees of freedom turn such
 errors into tensions, by the equilibrium of all lines.
 """
 
@@ -28,7 +28,7 @@ class TensionSpread(NamedTuple):
 def tension_spread(
     held: Equilibrium, home_length: float, drum_radius: float, exit_point: float, stretch: float
 ) -> TensionSpread:
-    """Return how far tensions are off at the N poses of *held*, homed at the first, and fall as cables stretch.
+    """Return the errors of tensions at the N poses of *held*, homed at the first, and their decrease as cables stretch.
 
     Standard deviations: *home_length*, m, of each length there; *drum_radius*: share of each drum's; *exit_point*: m,
     of each coordinate. *stretch*: strain of all cables that no encoder sees.

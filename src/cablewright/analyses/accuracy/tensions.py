@@ -1,4 +1,4 @@
-"""The tensions that make the nozzle least sensitive, on robots with more lines than freedoms.
+"""The tensions that make the nozzle least sensitive, on robots with more lines than degrees of freedom.
 
 Tension stiffens a line and reduces its sag, so the redundant tension decides how far uncertain parameters move the
 platform.

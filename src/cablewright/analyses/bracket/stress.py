@@ -414,7 +414,7 @@ def _sheave_motions(mesh: BracketMesh, loads: Loads) -> Array:
 
 
 def _head_motion(mesh: BracketMesh, load: Array, turn: Array, design: str) -> Array:
-    """(6,) displacement of the joint and rotation of what it carries, bracket's frame, m and rad.
+    """(6,) displacement of the joint and rotation of the part that it carries, bracket's frame, m and rad.
 
     The rotation about the vertical axis is free, and with the universal joint the one about the pin.
     """

@@ -30,7 +30,7 @@ DEEP: Final = 0.05
 
 @dataclass(frozen=True, eq=False)
 class SwingExtremes:
-    """The largest effects on the way to each of b samples, and in its dwell, with m lines; zero where not known."""
+    """The largest effects of the motion to each of b samples, and of its dwell, with m lines; zero where unknown."""
 
     tension_drop: Array  # (b, m) N, at most 0: the largest fall of the tension at the sheave
     tension_rise: Array  # (b, m) N, at least 0: the largest rise
@@ -68,9 +68,9 @@ class PathSwing:
     ) -> SwingExtremes:
         """Return the extremes at the next b samples of the path, *held* in its poses at rest.
 
-        *regular* (b,): which are solved, with the *linear* behaviour there. *spent* (b,): s on the way from the sample
-        before. *dwell* (b,): s at the sample. *compensated* (b, 3): m/s^2, accelerations under whose forces the lengths
-        hold the pose, where they do; then tensions are those under these forces.
+        *regular* (b,): which are solved, with the *linear* behaviour there. *spent* (b,): s from the sample before.
+        *dwell* (b,): s at the sample. *compensated* (b, 3): m/s^2, accelerations under whose forces the lengths hold
+        the pose, where they do; then tensions are those under these forces.
         """
         rows, m = held.lengths.shape
         moves = self._moves(held.pose)

@@ -20,7 +20,7 @@ STEPS: Final = 16
 """Of Newton's method, which comes from one side: tensions are good to 1e-6 of themselves."""
 
 TAUT: Final = 1e-4
-"""Share of sag in what a line gives along its chord below which it counts as straight."""
+"""Share of sag in the compliance of a line along its chord below which it counts as straight."""
 
 
 def with_sag(held: Equilibrium, by_pose: Array, falls: Array) -> Array:

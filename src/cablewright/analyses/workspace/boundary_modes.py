@@ -23,7 +23,7 @@ from cablewright.models.support import Capability, require
 from cablewright.robot import Robot
 
 GRID = 21
-GRIDS = (3, 121)  # allowed nodes along a side: the modes of all boundary nodes are in memory at once
+GRIDS = (3, 121)  # allowed nodes along a side: memory holds the modes of all boundary nodes
 HOLDING: tuple[str, ...] = get_args(TensionChoice)
 
 

@@ -33,7 +33,7 @@ CONTINUOUS = ("closed-form", "exact", "capacity", "wrench-closure")
 """Criteria whose margin is continuous at the boundary. That of ``improved-closed-form`` is zero far inside."""
 
 BLOCK = 16384  # poses evaluated between two progress reports; bounds memory
-IN_PLANE = 1e-9  # m: farthest that an exit point of a planar robot is off the plane
+IN_PLANE = 1e-9  # m: largest distance of an exit point of a planar robot from the plane
 HALF_TURN = math.pi * (1.0 + 1e-9)  # rad, with room for rounding
 
 
@@ -254,7 +254,7 @@ class Criterion:
         return np.where(found.feasible, np.maximum(found.margin, 0.0), no)
 
     def _check_plane(self, flat: bool) -> None:
-        """Refuse what no planar robot can do: to pull across its plane, or to leave it. Raises `InputError`."""
+        """Reject what no planar robot can do: to pull across its plane, or to leave it. Raises `InputError`."""
         if self.model.robot.platform.plane is not None:
             self._check_box(flat)
         if self.name == "static" and self.turned_by_gravity:
@@ -265,7 +265,7 @@ class Criterion:
             return
         if self.name == "static" and self.model.winches < self.model.freedoms and self.across is None:
             count, what = self.model.winches, "winches" if self.model.winches < self.model.m else "lines"
-            why = f"{count} {what} hold {count} of the {self.model.freedoms} freedoms"
+            why = f"{count} {what} hold {count} of the {self.model.freedoms} degrees of freedom"
             raise InputError(f"static: {why}; only two lines in a plane can be searched, in that plane")
         if self.across is None:
             return
@@ -276,13 +276,13 @@ class Criterion:
             raise InputError(f"wrench box: no lines pull across the plane: 0 to 0 along {axis} is expected")
 
     def _check_box(self, flat: bool) -> None:
-        """Refuse a box out of the plane that carries the platform. Raises `InputError`."""
+        """Reject a box out of the plane that carries the platform. Raises `InputError`."""
         if not flat or not self.search_plane.crosses(self.box):
             why = f"the {self.point} of {self.model.robot.name!r} moves in the plane {self.search_plane}"
             raise InputError(f"box: {why}: only an area in that plane can be searched")
 
     def _check_retraction(self) -> None:
-        """Refuse retraction lengths outside the platform's range. Raises `InputError`."""
+        """Reject retraction lengths outside the platform's range. Raises `InputError`."""
         law, robot = self.retraction, self.model.robot
         if law is None:
             return
@@ -306,7 +306,7 @@ class Criterion:
         self._check_unclamped(law)
 
     def _check_unclamped(self, law: RetractionLaw) -> None:
-        """Refuse a law without clamps that leaves the platform's range within the box. Raises `InputError`."""
+        """Reject a law without clamps that leaves the platform's range within the box. Raises `InputError`."""
         heights = [float(self.box.low[2]), float(self.box.high[2])]
         poses = self.all_poses(np.column_stack([np.zeros((2, 2)), heights]))
         for height, length in zip(heights * len(self.orientations), np.asarray(self.lengths(poses)), strict=True):

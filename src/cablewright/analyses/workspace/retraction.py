@@ -114,11 +114,10 @@ def retraction(
     """Compute slices of the workspace at *steps* lengths, *min_length* to *max_length*, m, and fit a retraction law.
 
     The lengths default to the robot's own range. The best length of a slice is the peak of the parabola through the
-    largest area and its neighbours. The law is the least-squares line through the best lengths that are not at an end
-    of the range, or through all non-empty slices if fewer than two are. It is clamped to the two lengths, and its
-    height is that of *point*. *heights* is the number of slices; *cable*, *sheave*, *tension_limits*, *box*, *point*
-    and *tolerance* are as for `workspace`. Raises `InputError`, and `AnswerError` where fewer than two slices are not
-    empty.
+    largest area and its neighbours. The law is the least-squares line through the best lengths inside the range, or
+    through all non-empty slices if fewer than two are. It is clamped to the two lengths, and its height is that of
+    *point*. *heights* is the number of slices; *cable*, *sheave*, *tension_limits*, *box*, *point* and *tolerance* are
+    as for `workspace`. Raises `InputError`, and `AnswerError` where fewer than two slices are not empty.
     """
     default = CableLaw.CATENARY if criterion == "static" else CableLaw.RIGID
     model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits, default=default)

@@ -1,4 +1,4 @@
-"""`accuracy`: how far off the robot prints, at a pose or over a shape."""
+"""`accuracy`: errors of the nozzle at a pose, over a shape or along a job."""
 
 from __future__ import annotations
 

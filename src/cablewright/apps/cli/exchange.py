@@ -204,7 +204,7 @@ def export_command(
     from cablewright.exchange.firmware import FIRMWARE
     from cablewright.exchange.result import Exported
     from cablewright.exchange.ros.bag import ros_bag
-    from cablewright.exchange.walls.written import WALLS
+    from cablewright.exchange.walls.settings_output import WALLS
     from cablewright.exchange.wirex_output import wirex
     from cablewright.foundation.file_output import write_whole
 
@@ -266,7 +266,7 @@ def _at_pose(target: str, robot: cw.Robot, at: str | None) -> tuple[ExportedFile
 def _require_target(
     target: str, made_for: TargetName | None, bead: str | None, job: Path | None, is_firmware: bool
 ) -> None:
-    """Raise `InputError` unless what a format needs is given, and nothing else."""
+    """Raise `InputError` unless exactly the options that a format needs are given."""
     if made_for not in FOR.get(target, (None,)):
         wanted = " or ".join(FOR.get(target, ())) or "left out"
         raise InputError(f"export {target}: --for = {made_for}: must be {wanted}; gcode and slicer take one")

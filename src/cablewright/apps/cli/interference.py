@@ -1,4 +1,4 @@
-"""`interference`: how far lines keep from each other, the platform, the frame and a part, at a pose or along a job."""
+"""`interference`: distances of lines from each other, the platform, the frame and a part, at a pose or along a job."""
 
 from __future__ import annotations
 

@@ -57,6 +57,7 @@ COMMANDS = {
             "Simulate the measurements of a calibration.",
         ),
         "modulus": ("calibration.tensile.modulus_command", "Compute Young's modulus of a cable from a tensile test."),
+        "vibration": ("vibration.vibration_command", "Compute the tension of a line from its natural frequency."),
         "creep": ("calibration.tensile.creep_command", "Compute creep of a cable from a test under load."),
         "walls": (
             "calibration.room.walls_command",
@@ -149,7 +150,7 @@ def main() -> None:
         elif isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(encoding="utf-8")  # files that are read again
     for number in (signal.SIGINT, signal.SIGTERM):
-        if signal.getsignal(number) != signal.SIG_IGN:  # a job in the background of a shell is asked by nobody
+        if signal.getsignal(number) != signal.SIG_IGN:  # a background job of a shell ignores it
             signal.signal(number, _interrupt)
     if hasattr(signal, "SIGALRM"):
         signal.signal(signal.SIGALRM, _look_again)
@@ -197,9 +198,10 @@ def _look_again(_number: int, frame: FrameType | None) -> None:
 
 
 def _is_in_llvm(frame: FrameType | None) -> bool:
-    """Whether *frame* is, or is called by, LLVM's wrapper: what is left half made there may end the process at once.
+    """Whether *frame* is, or is called by, LLVM's wrapper: an object left half made there may end the process
+    immediately.
 
-    The interruption is looked at again until it comes between two of its calls; where nobody looks again, never.
+    The interruption is looked at again until it comes between two of its calls; without another check, never.
     """
     if not hasattr(signal, "setitimer"):
         return False
@@ -217,7 +219,7 @@ def _look_later(seconds: float) -> None:
 
 
 def _without_lost_interrupts(lost: Any) -> None:
-    """Say nothing of an interruption that is lost, which comes again, nor of what it left half made, as in LLVM."""
+    """Say nothing of an interruption that is lost, which comes again, nor of a half-made object, as in LLVM."""
     if lost.exc_type is not KeyboardInterrupt and not _Interrupts.asked:
         sys.__unraisablehook__(lost)
 

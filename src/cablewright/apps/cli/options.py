@@ -305,7 +305,7 @@ class OutputOptions:
     as_json: AsJson = False
 
     def __post_init__(self) -> None:
-        """Refuse other kinds of files, before any work. Raises `InputError`."""
+        """Reject other kinds of files, before any work. Raises `InputError`."""
         check_suffix(self.plot, "--plot", ".png", ".svg", ".pdf")
         if self.plot is None and (self.plot_width is not None or self.plot_style is not None):
             raise InputError("--plot-width and --plot-style: they are for --plot FILE")

@@ -114,7 +114,7 @@ def _print_sheet(sheet: Sheet) -> None:
 
 
 def _rate(done: float) -> str:
-    """How many are *done* each second, in words; of what takes longer, how long one takes."""
+    """The rate of *done* items per second, in words; for slow items, the time of one."""
     return f"{done:.0f}/s" if done >= 1.0 else f"{1.0 / done:.1f} s each"
 
 
@@ -191,7 +191,7 @@ def progress(*kernels: str) -> Iterator[Progress]:
 
 @contextmanager
 def compiling(*kernels: str, then: Callable[[], None] | None = None) -> Iterator[None]:
-    """Compile *kernels*, tasks of `apps.compilation`, when the first kernel inside is needed and nobody compiled it."""
+    """Compile *kernels*, tasks of `apps.compilation`, when the first kernel inside is needed and not yet compiled."""
     from cablewright.solvers.batches import before_compiling
 
     def prepare() -> None:

@@ -159,7 +159,7 @@ def named_lengths(text: str, option: str, expected: str) -> list[tuple[str, floa
 
 
 def named_number(text: str, refusal: str) -> tuple[str, float]:
-    """The name and the number of ``NAME=VALUE``. Raises `InputError` with the *refusal*."""
+    """The name and the number of ``NAME=VALUE``. Raises `InputError` with the text *refusal*."""
     name, equals, value = (each.strip() for each in text.rpartition("="))
     try:
         number = float(value)

@@ -87,7 +87,7 @@ class SimulatedOptions:
     real_time: Annotated[bool, typer.Option("--real-time", help="Run at the pace of the clock.")] = False
 
     def require_usual(self, machine: str) -> None:
-        """Refuse options of simulations for a *machine* on drives. Raises `InputError`."""
+        """Reject options of simulations for a *machine* on drives. Raises `InputError`."""
         for each in fields(self):
             if getattr(self, each.name) != each.default:
                 option = f"--{each.name.replace('_', '-')}"

@@ -85,7 +85,7 @@ class DriveOptions:
     ] = 1.0
 
     def require(self) -> None:
-        """Refuse what contradicts itself, before any work. Raises `InputError`."""
+        """Reject what contradicts itself, before any work. Raises `InputError`."""
         if (self.loop is None) == (self.hold is None):
             raise InputError("simulate: expected either --loop or --hold")
         if self.hold is not None and self.duration is None:
@@ -96,7 +96,7 @@ class DriveOptions:
 
 @options("Faults")
 class FaultOptions:
-    """What fails on the way."""
+    """Faults during the run."""
 
     fault: Annotated[
         list[str] | None,

@@ -94,7 +94,7 @@ def trade_command(
 def _settings(
     region: OrientedRegionOptions, volume: CountOptions, frequencies: FrequencyOptions, clearance: float
 ) -> cw.TradeSettings:
-    """What is found for each combination. Raises `InputError`."""
+    """The figures to compute for each combination. Raises `InputError`."""
     places = region.places()
     box, orientations = places["box"], places["orientations"]
     return cw.TradeSettings(

@@ -94,8 +94,8 @@ def _working(executor: ExecutorOptions, name: str) -> Iterator[dict[str, Any]]:
         with progress() as show:
             yield {"progress": show}
         return
-    from cablewright.running.executors.kept import kept_in
     from cablewright.running.executors.shared_margin import SharedMargin
+    from cablewright.running.executors.stored_results import kept_in
 
     file = run_path(None, "workspace", name, suffix=".results.jsonl")
     with executor.working(file) as (works, show), kept_in(file) as kept:

@@ -1,4 +1,4 @@
-"""How far off the nozzle is along a path and over a plane, and how much each uncertain number contributes."""
+"""Errors of the nozzle along a path and over a plane, and the contribution of each uncertain parameter."""
 
 from __future__ import annotations
 

@@ -87,7 +87,7 @@ def _collection(each: Collection) -> Iterator[tuple[str, Any, Any, Any, Any]]:
     shown: Any = each.get_array()
     numbers: Any = np.ma.filled(np.ma.asarray([] if shown is None else shown, dtype=float), np.nan)
     values, offsets = numbers.ravel().tolist(), np.asarray(each.get_offsets(), dtype=float)
-    inside = vars(each)  # matplotlib keeps the points in space of what it projects under these names only
+    inside = vars(each)  # matplotlib keeps the 3-D points of projected artists under these names only
     if isinstance(each, QuadMesh):
         corners = np.asarray(each.get_coordinates(), dtype=float)
         middles = 0.25 * (corners[1:, 1:] + corners[:-1, 1:] + corners[1:, :-1] + corners[:-1, :-1])

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from cablewright.analyses.feasibility import LIMITS
 from cablewright.apps import style
 from cablewright.apps.quantities import quantity
-from cablewright.apps.report.digest import Digest, grouped
+from cablewright.apps.report.check_summary import Digest, grouped
 from cablewright.foundation.arrays import Array
 from cablewright.robot import Line
 from cablewright.studies.checks.path_statics import extreme, median

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from cablewright.apps import style
-from cablewright.apps.report.digest import Digest, grouped
+from cablewright.apps.report.check_summary import Digest, grouped
 from cablewright.studies.checks.path_statics import median
 from cablewright.studies.checks.result import LARGEST
 

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 from cablewright.apps import style
 from cablewright.apps.quantities import quantity
-from cablewright.apps.report.digest import Band, Digest
+from cablewright.apps.report.check_summary import Band, Digest
 from cablewright.apps.report.thinning import Pieces, coarse_corners, worst_of_each_place
 from cablewright.apps.space_axes import as_seen, box_edges, towards_eye
 from cablewright.foundation.arrays import Array
@@ -33,7 +33,7 @@ MAX_NAMES: Final = 12
 
 
 def error_scale(digest: Digest) -> style.ErrorScale:
-    """Return the colour scale, mm, of the uncompensated error of what is extruded."""
+    """Return the colour scale, mm, of the uncompensated error of extruding moves."""
     return style.scale_of(taken(digest.check.error_uncompensated, digest.extruding) * 1e3)
 
 
@@ -163,7 +163,7 @@ _DOTTED: Final = (0, (1, 1.4))
 
 
 def error_by_height(digest: Digest) -> Figure | None:
-    """Draw errors of what is extruded against height: the uncompensated one plainly, all of them on a log axis.
+    """Draw errors of extruding moves against height: the uncompensated one plainly, all of them on a log axis.
 
     Nothing is drawn where nothing is extruded or no error is known.
     """

@@ -1,4 +1,4 @@
-"""Slack lines: what a machine does while a line is let out, and what an inclinometer measures on a slack one."""
+"""Slack lines: the motion of a machine while a line is let out, and inclinometer readings of a slack line."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The reports of `cablewright accuracy`: how far off a robot prints, over a shape or at one pose."""
+"""The reports of `cablewright accuracy`: errors of a robot over a shape or at one pose."""
 
 from __future__ import annotations
 

@@ -14,12 +14,12 @@ from cablewright.apps.pictures.lines import MAX_LINES, limits, tensions
 from cablewright.apps.pictures.motion import motion
 from cablewright.apps.pictures.path import MAX_NAMES, error_by_height, plan, side_view
 from cablewright.apps.quantities import count, quantity
-from cablewright.apps.report.digest import Digest
+from cablewright.apps.report.check_summary import Digest
 from cablewright.apps.report.document import verdict, view, write_report
-from cablewright.apps.report.findings import findings_table
 from cablewright.apps.report.page import Html, cards, element, notice, picture, section, table
 from cablewright.apps.report.provenance import assumptions, inputs_table, list_of
 from cablewright.apps.report.result import along_table, part_table
+from cablewright.apps.report.worst_limits import findings_table
 from cablewright.apps.web.check_scene import check_scene
 from cablewright.foundation.errors import Status
 from cablewright.foundation.paging import let_go
@@ -79,7 +79,7 @@ def _body(digest: Digest, title: str, pictures: Pictures) -> Iterator[Html]:
 
 
 def _notices(digest: Digest) -> Iterator[Html]:
-    """Yield what a reader has to know before using a figure or picture: guesses, and samples that are left out."""
+    """Yield notices that a reader needs before using a figure or picture: guesses, and samples that are left out."""
     yield from map(notice, digest.check.notes)
     total = count(len(digest.check.samples))
     for code, times in digest.unsolved():

@@ -11,7 +11,7 @@ from typing import Final
 from cablewright.apps.glossary import GLOSSARY, Term
 from cablewright.apps.report.page import Html, element, join, page, section
 from cablewright.apps.web.scene import SceneDescription
-from cablewright.apps.web.still import svg
+from cablewright.apps.web.svg_scene import svg
 from cablewright.foundation.file_output import write_whole
 
 HELP: Final = (

@@ -1,4 +1,4 @@
-"""The report of `cablewright print`: what was printed, its errors, and what they say about the machine."""
+"""The report of `cablewright print`: the printed part, its errors, and their meaning for the machine."""
 
 from __future__ import annotations
 

@@ -78,7 +78,7 @@ def states_table(found: PrintRecord) -> Html:
 
 
 def structure_table(structure: PrintedStructure) -> Html:
-    """Mass and height, and the difference of what the scans saw from the true structure."""
+    """Mass and height, and the difference between the scanned and the true structure."""
     rows = [row for row in pairs(PrintedStructure.FIGURES, structure) if row[1] != NONE]
     return sheet_table(Sheet("", ("what", "value"), rows, (False, True)))
 

@@ -7,7 +7,7 @@ from importlib.metadata import PackageNotFoundError, version
 
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 from cablewright.apps.quantities import NOT_KNOWN, count, quantity
-from cablewright.apps.report.digest import Digest
+from cablewright.apps.report.check_summary import Digest
 from cablewright.apps.report.page import Html, element, table
 from cablewright.printing.schedule import ScheduleStep
 from cablewright.robot import Line, Robot
@@ -180,7 +180,7 @@ def _point(point: tuple[float, float, float]) -> str:
 
 
 def program() -> str:
-    """Name and version of what wrote the page."""
+    """Name and version of the program that wrote the page."""
     try:
         return f"cablewright {version('cablewright')}"
     except PackageNotFoundError:  # run from its sources

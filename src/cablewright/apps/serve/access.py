@@ -111,7 +111,7 @@ class Access:
         return hmac.new(self.key, b"view", hashlib.sha256).hexdigest()[:32]
 
     def knows_host(self, headers: Iterable[tuple[bytes, bytes]]) -> bool:
-        """Whether the request names one of our hosts, once: a foreign name that leads here is refused."""
+        """Whether the request names one of our hosts, once: a foreign name that leads here is rejected."""
         given = [value for name, value in headers if name == b"host"]
         return len(given) == 1 and given[0].decode("latin-1").lower() in self.hosts
 

@@ -21,15 +21,15 @@ from starlette.websockets import WebSocket
 
 from cablewright.apps.serve import foxglove
 from cablewright.apps.serve.assets import ASSETS, asset
-from cablewright.apps.serve.guard import Guard
 from cablewright.apps.serve.live import Live
+from cablewright.apps.serve.middleware import Guard
+from cablewright.apps.serve.move_check import reach
 from cablewright.apps.serve.operators import Client
-from cablewright.apps.serve.reach import reach
-from cablewright.apps.serve.served import Served
-from cablewright.apps.serve.slicers.desk import SENDING, Desk
-from cablewright.apps.serve.slicers.gcode_notes import largest_picture
+from cablewright.apps.serve.shared_state import Served
 from cablewright.apps.serve.slicers.moonraker import Moonraker
 from cablewright.apps.serve.slicers.octoprint import OctoPrint
+from cablewright.apps.serve.slicers.shared_actions import SENDING, Desk
+from cablewright.apps.serve.slicers.slicer_comments import largest_picture
 from cablewright.apps.serve.uploads import MAX_NOTES, PARTS, TooLarge
 from cablewright.foundation.errors import EnvironmentFault, InputError
 from cablewright.foundation.units import LARGEST
@@ -314,7 +314,7 @@ class Page(Served):
 
 
 def _end_with(task: asyncio.Task[None]) -> None:
-    """End the process where one of its tasks has failed: it is started again, and pages connect anew."""
+    """End the process where one of its tasks has failed: it is started again, and pages connect again."""
     if not task.cancelled() and (error := task.exception()) is not None:
         logging.getLogger("cablewright").error("the page's server fails: %r", error)
         os._exit(1)
@@ -347,7 +347,7 @@ async def _json(request: Request) -> dict[str, Any]:
 
 
 async def _tried(work: Callable[[], Any]) -> Response:
-    """What *work* answers, or why it was refused."""
+    """What *work* answers, or why it was rejected."""
     try:
         return JSONResponse(await work())
     except TooLarge as reason:

@@ -80,7 +80,7 @@ class Address:
             self._require_camera()
 
     def _require_camera(self) -> None:
-        """Refuse an address that says more than where a picture is: it is sent to all who watch."""
+        """Reject an address that says more than where a picture is: it is sent to all who watch."""
         start = f"--camera = {self.camera[:80]!r}:"
         try:
             parts = urlsplit(self.camera)
@@ -257,7 +257,7 @@ def _serve(
 ) -> None:
     listen = listening(address)
     write_station(folder, station.robot, owner)
-    Keys(folder)  # a damaged file is refused here
+    Keys(folder)  # a damaged file is rejected here
     interrupted = threading.Event()
 
     def show() -> None:

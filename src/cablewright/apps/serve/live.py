@@ -13,7 +13,7 @@ from pydantic_core import from_json, to_json
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from cablewright.apps.serve.operators import OLD_STATE, Client
-from cablewright.apps.serve.served import Served
+from cablewright.apps.serve.shared_state import Served
 from cablewright.control.orders import CALMING
 from cablewright.foundation.signals import ORDER_LIFE, OrderKind
 from cablewright.live.serve.messages import OrderMessage

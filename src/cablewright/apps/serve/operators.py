@@ -16,7 +16,7 @@ SILENCE: Final = 5.0
 """Time without a message after which a page operates no more, s."""
 
 OLD_STATE: Final = 0.4
-"""Age of the state that a page saw when it asks for a jog, from which that is refused, s."""
+"""Age of the state that a page saw when it asks for a jog, from which that is rejected, s."""
 
 MAX_CLIENTS: Final = 32
 """Pages that are open at a time."""

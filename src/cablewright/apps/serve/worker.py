@@ -75,10 +75,10 @@ def check_job(folder: Path, number: str) -> JobCheck:
     robot, owner = station_of(folder)
     subject = subject_of(own, robot)
     try:
-        job = load_served(own, uploads.name(number))  # what is no job is refused before the rest is imported
+        job = load_served(own, uploads.name(number))  # what is no job is rejected before the rest is imported
 
         from cablewright.apps.report import check as report
-        from cablewright.apps.serve.shapes import live_scene
+        from cablewright.apps.serve.live_scene import live_scene
         from cablewright.machine.log.head import LogHead
         from cablewright.printing.layers import layer_table
         from cablewright.studies.checks.check import check

@@ -37,7 +37,7 @@ _REST: Final = (
 
 
 def extent(robot: Robot) -> float:
-    """The largest side of what is drawn of a robot, m."""
+    """The largest side of the drawn robot, m."""
     points = np.array([robot.scene.frame_min, robot.scene.frame_max, *(line.exit_point for line in robot.lines)])
     return float(np.ptp(points, axis=0).max())
 

@@ -1,11 +1,13 @@
-"""Colours of scales, from small to large values, for light and for dark pages. Colour-blind readers can tell them."""
+"""Colours of scales, from small to large values, for light and for dark pages. Colour-blind readers can distinguish
+them.
+"""
 
 from __future__ import annotations
 
 from typing import Final
 
 RAMPS: Final[dict[str, dict[str, tuple[str, ...]]]] = {
-    "error": {  # matplotlib's plasma, 0 to 0.82 and 0.28 to 1: what is seen on white, and on black
+    "error": {  # matplotlib's plasma, 0 to 0.82 and 0.28 to 1: the visible part on white, and on black
         "light": (
             "#0d0887",
             "#2c0594",

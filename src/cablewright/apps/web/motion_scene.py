@@ -54,7 +54,7 @@ class MotionSteps:
     told: Array  # (F, 6) m and rad
     lengths: Array  # (F, m) m, unstrained
     tensions: Array  # (F, m) N
-    covariances: Array  # (F, 3, 3) m^2, of the told position
+    covariances: Array  # (F, 3, 3) m^2, of the estimated position
     scans: tuple[Array, ...] | None = None  # F arrays (k, 3) m: points that lidars saw
 
 
@@ -86,7 +86,7 @@ def motion_scene(
 
 
 def _path(head: LogHead, gone: Gone, has_truth: bool) -> PathScene:
-    """The path that was gone, coloured by what the estimation was off, by speed and by height."""
+    """The path of the platform, coloured by estimation error, by speed and by height."""
     places = gone.true if has_truth else gone.told
     apart = np.linalg.norm(gone.told - gone.true, axis=1)
     known = bool(np.isfinite(apart).any())

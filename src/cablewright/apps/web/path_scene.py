@@ -70,7 +70,7 @@ class PathScene:
     """k points of a path in order, m; ``extent``: the largest side of the scene, m, by which detail is chosen."""
 
     positions: Array  # (k, 3)
-    extruding: Mask  # (k,) whether material is laid on the way to each
+    extruding: Mask  # (k,) whether material is laid up to each
     layer: NDArray[Any]  # (k,) number of the layer
     extent: float
     quantities: Sequence[Quantity] = ()
@@ -191,7 +191,7 @@ class PathScene:
 
 
 def _spread(values: Array | RowExtremes) -> tuple[float, float, Array]:
-    """The smallest and the largest number of *values* (k,), and numbers that stand for all: at most `_SAMPLED`."""
+    """The smallest and the largest number of *values* (k,), and a sample of all: at most `_SAMPLED`."""
     low, high, every = np.inf, -np.inf, -(-len(values) // _SAMPLED)
     found = [np.zeros(0)]
     for at in blocks(len(values)):

@@ -38,7 +38,7 @@ class States:
     samples: Indices | None = None  # (F,) the sample of the path that each state is at
     names: tuple[str, ...] = ()  # of the states, where they have names
     notes: tuple[str, ...] = ()  # what has to be known of each state
-    estimates: Array | None = None  # (F, n) poses that the estimation told
+    estimates: Array | None = None  # (F, n) estimated poses
     ellipsoids: Array | None = None  # (F, 3, 3) m: rows are half axes of one sigma
     ellipsoid_times: float = 1.0  # by which ellipsoids are drawn larger
     shown: int = 0  # the first to be shown
@@ -75,7 +75,7 @@ class States:
         return len(self.poses)
 
     def with_estimates(self, poses: Array, covariances: Array | None, times: float) -> States:
-        """The states beside what an estimation told: *poses* (F, n), *covariances* (F, 3, 3) of the position, m^2."""
+        """The states beside the estimates: *poses* (F, n), *covariances* (F, 3, 3) of the position, m^2."""
         axes = None if covariances is None else _half_axes(covariances)
         return replace(self, estimates=poses, ellipsoids=axes, ellipsoid_times=times)
 
@@ -85,7 +85,7 @@ class States:
         if not len(known):
             return None
         low, high = float(known.min()), float(known.max())
-        if high - low < 0.02 * max(high, 1e-9):  # all alike: one colour, in the middle
+        if high - low < 0.02 * max(high, 1e-9):  # all equal: one colour, in the middle
             low, high = 0.9 * low, 1.1 * high + 1e-9
         limits = np.array([line.tension_limits for line in robot.lines])
         words = (

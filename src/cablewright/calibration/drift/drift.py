@@ -35,6 +35,7 @@ from cablewright.calibration.poses.problem import CalibrationProblem, Derivative
 from cablewright.calibration.poses.starts import best_fit, equilibria_at, straight_plan, unmirrored
 from cablewright.calibration.poses.sufficient_data import check_lengths, surplus_per_pose
 from cablewright.calibration.sensors.load_cells import require_tensions
+from cablewright.calibration.unknowns import NAMES
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.foundation.results import Figure, Result
@@ -194,7 +195,7 @@ def check_drift(
 ) -> Drift:
     """Test new *data* of a calibrated *robot* against the *record* of its calibration.
 
-    *new_home*: whether lengths were set to zero anew: then those at home are unknown, and not tested. *false_alarm*:
+    *new_home*: whether lengths were set to zero again: then those at home are unknown, and not tested. *false_alarm*:
     the share of checks that find a change where there is none. Positions in the data are start values only.
 
     Raises `InputError` for a record that is not of this robot, and for data that leave nothing over; `AnswerError` if
@@ -252,7 +253,7 @@ def _problem(model: Model, measured: Measured, known: CalibrationRecord) -> Cali
 
     And with what is believed of sensors that the calibration did not have.
     """
-    plan, considered = known.plan, [each for each in known.considered if each.name != STRETCH]
+    plan, considered = known.plan, [each for each in known.considered if each.name in NAMES]
     names = (*plan.unknowns, *(each.name.partition(".")[0] for each in considered), *_FREED)
     names += tuple(believed_of_sensors(measured, plan.sigma))
     shared = (*plan.shared, *(each.name for each in considered if each.line is None and KINDS[each.name].per_line))

@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from cablewright.calibration.judgement.model_doubt import loads_of, stretch_of, with_more
+from cablewright.calibration.judgement.model_doubt import Alternative, loads_of, stretch_of, with_more
 from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import CalibrationPlan
 from cablewright.calibration.poses.fit import PoseFit
@@ -33,6 +33,10 @@ WORDS: Final = {
     "hysteresis": ("hysteresis, by the direction of the last motion", "m"),
 }
 """Effects on lengths that are no unknowns: counts are corrected by them."""
+
+USUAL: Final = {"stretch": 1.0, "sag": 1.0, "deflection": 1e-5, "hysteresis": 1e-3, "build_up": 2e-3,
+                "sheave_radius": 3e-3, "length_scale": 1e-3, "exit_compliance": 1e-5, "modulus": 0.2}  # fmt: skip
+"""How large an effect of the family may be on a machine of which nothing is known, SI."""
 
 _SIGNED: Final = ("hysteresis", "length_scale", "sheave_radius", "modulus")  # the others have no meaning below 0
 _FOLDS: Final = 8
@@ -167,6 +171,13 @@ def _candidates(problem: CalibrationProblem, found: PoseFit) -> list[_Candidate]
         unknown = wider.free_unknowns[at]
         made.append(_Candidate(name, unknown.label, unknown.unit, rows.by_unknown[..., at] / unknown.size))
     return [each for each in made if np.abs(each.column).max(initial=0.0) > 0.0]
+
+
+def alternatives(problem: CalibrationProblem, found: PoseFit, effects: Iterable[Effect]) -> list[Alternative]:
+    """Return what the *effects* that were weighed do to the rows at a fit that has the chosen ones."""
+    chosen = {each.name: each.chosen for each in effects}
+    named = (each for each in _candidates(problem, found) if each.name in chosen) if chosen else ()
+    return [Alternative(*each, USUAL[each.name], chosen[each.name]) for each in named]
 
 
 def corrections(problem: CalibrationProblem, found: PoseFit) -> dict[str, Array]:

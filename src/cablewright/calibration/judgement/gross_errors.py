@@ -1,8 +1,8 @@
 """Gross errors: found after a plain fit by fits that they cannot move, then tested against all other poses.
 
-Noise alone seldom rejects any: these are F tests, with the level shared out. A pose is tested by what its freedoms do
-not explain. A set of poses is the worst of all sets of its size, so its level is divided by their number (Bonferroni):
-the false alarms of a whole file are at most `FALSE_ALARM`, to first order.
+Noise alone seldom rejects any: these are F tests, with the level shared out. A pose is tested by what its degrees of
+freedom do not explain. A set of poses is the worst of all sets of its size, so its level is divided by their number
+(Bonferroni): the false alarms of a whole file are at most `FALSE_ALARM`, to first order.
 """
 
 from __future__ import annotations
@@ -146,9 +146,9 @@ def without_outliers(
 ) -> tuple[PoseFit, tuple[Rejected, ...]]:
     """Fit again without gross errors. *plain*: a fit of all rows; *start*: a start for fits of parts of them.
 
-    The surplus of a pose, its rows less its freedoms, limits what can be found: with 1, that the pose has an error;
-    with more, in which line. With too few redundant measurements there is no search. Kinds of measurements count in it
-    as their residuals say, not as their sigmas do: rows whose sigma is told too large would always fit.
+    The surplus of a pose, its rows less its degrees of freedom, limits what can be found: with 1, that the pose has an
+    error; with more, in which line. With too few redundant measurements there is no search. Kinds of measurements count
+    in it as their residuals say, not as their sigmas do: rows whose sigma is told too large would always fit.
     """
     if _redundancy(problem, plain) < _TESTABLE:
         return plain, ()

@@ -2,8 +2,8 @@
 
 The unknowns of a pose are the m lengths paid out, which determine pose and tensions. Rows depend on the pose as for
 straight lines (`kernels.fitting.calibration_residuals`); the derivatives of pose and tensions by lengths and unknowns
-are those of `solvers.linearise`. Levers of sheaves on universal joints, mounts of exits that give and springs are part
-of the equilibrium.
+are those of `solvers.linearise`. Levers of sheaves on universal joints, mounts of exit points that give and springs are
+part of the equilibrium.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What the data determine and what they leave open: rank, open freedoms in words, sigmas, and what to measure next.
+"""Observability of a calibration: determined and undetermined parameters, sigmas, useful further measurements.
 
 Poses are eliminated by orthogonal projection, not by the normal equations, so that small singular values keep digits.
 """
@@ -48,7 +48,7 @@ class Direction:
 
 @dataclass(frozen=True)
 class Suggestion:
-    """One more measurement, and the sigma of the exit points and the number of open freedoms before and after it."""
+    """One more measurement, and its effect on the sigma of the exit points and the undetermined degrees of freedom."""
 
     words: str
     before: float  # m, root mean square over coordinates of exit points, under the inner constraint
@@ -203,7 +203,7 @@ def frame_rows(found: Information, start: Array, weight: float) -> tuple[Array, 
 
 
 def open_freedoms(found: Information) -> tuple[str, ...]:
-    """Return the open freedoms in words: named motions first, then combinations of unknowns."""
+    """Return the undetermined degrees of freedom in words: named motions first, then combinations of unknowns."""
     null, words, named = found.null, [], np.zeros((len(found.unknowns), 0))
     for name, vector in motions(found).items():
         unit = vector / np.linalg.norm(vector)
@@ -268,7 +268,7 @@ def suggestions(found: Information, scale: float) -> tuple[Suggestion, ...]:
 
 
 def _spread(rows: Array, null: Array, exits: Array) -> tuple[float, int]:
-    """Return the rms sigma of *exits* (a, k), m, without motions in *null*, and the number of open freedoms."""
+    """Return the rms sigma of *exits* (a, k), m, without motions in *null*, and the number of undetermined motions."""
     values, right, kept = _spectrum(rows)
     inverse = right[kept].T / values[kept]
     inverse = inverse - null @ (null.T @ inverse)

@@ -41,6 +41,7 @@ from cablewright.models.fidelity import CableLaw
 from cablewright.models.plane import within
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
+from cablewright.robot.parameters import nominal
 
 SURVEY: Final = "surveyed points and distances"
 """What people call the rows that belong to no pose."""
@@ -53,7 +54,8 @@ _EXACT: Final = 1e-8  # m: smaller residuals and sigmas are rounding, however sm
 class Derivatives:
     """Weighted residuals and their derivatives: e rows at each of N poses, and g rows without a pose.
 
-    The p unknowns of a pose are its freedoms for straight lines, n or those in a plane; its m lengths for elastic ones.
+    The p unknowns of a pose are its degrees of freedom for straight lines, n or those in a plane; its m lengths for
+    elastic ones.
     """
 
     residual: Array  # (N, e)
@@ -121,7 +123,7 @@ class CalibrationProblem(ABC):
             raise InputError("unknowns: must name at least one number")
         lines, target = numbers_of_lines(robot, measured.by_drum, cls.elastic), targets(robot, unknowns)
         put_known(robot, lines, plan)
-        start = np.array([each.entry.nominal or 0.0 for each in unknowns])
+        start = np.array([nominal(robot, each) if each.column < 0 else each.entry.nominal or 0.0 for each in unknowns])
         start[target[target >= 0]] = lines[target >= 0]
         if cls.elastic:  # equilibria count what gives
             lines[:, straight_line.GIVING], target[:, straight_line.GIVING] = 0.0, -1
@@ -214,7 +216,7 @@ class CalibrationProblem(ABC):
 
     @property
     def unknowns_per_pose(self) -> int:
-        """The number p of unknowns of each pose: its freedoms; of lines that stretch its lengths."""
+        """The number p of unknowns of each pose: its degrees of freedom; of lines that stretch its lengths."""
         return self.robot.m if self.elastic else self.robot.freedoms
 
     @property
@@ -300,7 +302,7 @@ class CalibrationProblem(ABC):
     def counts_at(self, theta: Array, states: Array, given: Array | float = 0.0) -> Array:
         """Return what the encoders (N, m) should read at these states of the poses, m.
 
-        *given* (N, m): how much less cable lies beyond the winches as mounts of exits and springs give, m.
+        *given* (N, m): how much less cable lies beyond the winches as mounts of exit points and springs give, m.
         """
         lines = self.line_numbers(theta)
         offset, wound = lines[:, straight_line.OFFSET], lines[:, straight_line.WOUND]
@@ -332,7 +334,7 @@ class CalibrationProblem(ABC):
 
     @property
     def is_soft(self) -> bool:
-        """Whether mounts of exits or springs give, or may give, besides what an equilibrium counts."""
+        """Whether mounts of exit points or springs give, or may give, besides what an equilibrium counts."""
         unknown, known = (each[:, straight_line.GIVING] for each in (self.rows.target >= 0, self.rows.lines))
         return bool(unknown.any() or known.any())
 
@@ -391,7 +393,7 @@ class CalibrationProblem(ABC):
 
 @dataclass(frozen=True, eq=False)
 class StraightProblem(CalibrationProblem):
-    """The equations of straight, rigid lines: the state of a pose is the pose, its unknowns are its freedoms."""
+    """The equations of straight, rigid lines: the state of a pose is the pose itself."""
 
     elastic: ClassVar = False
 

@@ -58,7 +58,7 @@ def _check_size(
 
 
 def gauge_size(problem: CalibrationProblem) -> int:
-    """Return how many freedoms the machine's own sensors leave open: those of the world and of the platform frame."""
+    """Return how many degrees of freedom the machine's own sensors leave open: of the world and the platform frame."""
     names = {each.name for each in problem.unknowns}
     if "exit_point" not in names or problem.measured.positioned >= _THREE:
         return 0
@@ -76,7 +76,7 @@ def surplus_per_pose(problem: CalibrationProblem) -> int:
 
 
 def min_poses(problem: CalibrationProblem) -> int:
-    """Return how many different poses are required to determine the unknowns, except for the gauge freedoms.
+    """Return how many different poses are required to determine the unknowns, except for the gauge degrees of freedom.
 
     Unknowns that nothing tells do not count: zeros of sensors that did not measure. Raises `InputError` where no number
     of poses is enough.
@@ -84,7 +84,7 @@ def min_poses(problem: CalibrationProblem) -> int:
     surplus = surplus_per_pose(problem)
     if surplus < 1:
         m, n = problem.robot.m, problem.robot.freedoms
-        why = f"{m} lines measure {m} lengths of a pose with {n} freedoms"
+        why = f"{m} lines measure {m} lengths of a pose with {n} degrees of freedom"
         more = "measure more"
         if problem.elastic:
             why = f"for elastic lines {m} lengths determine pose and tensions, and encoders measure those {m} lengths"
@@ -129,6 +129,25 @@ def _check_known(problem: CalibrationProblem) -> None:
             )
 
 
+def _check_repeats(measured: Measured) -> None:
+    """Raise `InputError` for a row that repeats all measurements of another: a copy measures nothing new.
+
+    Counts of home alone, all zero, may come again.
+    """
+    placed = None if measured.pose_sigma is None else np.where(np.isnan(measured.pose_sigma), np.nan, measured.guess)
+    others = [values for name, _ in SENSORS.values() if (values := getattr(measured, name)) is not None]
+    others += [] if placed is None else [placed]
+    table = np.column_stack([measured.counted, *(np.nan_to_num(each) for each in others)])
+    first = dict[bytes, int]()
+    for pose, row in enumerate(table + 0.0):
+        before = first.setdefault(row.tobytes(), pose)
+        if before != pose and row.any():
+            raise InputError(
+                f"{measured.origin}, {measured.place(pose)}: repeats all measurements of {measured.place(before)}: a "
+                "copy measures nothing new; delete it"
+            )
+
+
 def check(problem: CalibrationProblem) -> None:
     """Raise `InputError` for too few poses, too few different ones, and for what only a sensor without data tells."""
     measured, count = problem.measured, problem.poses
@@ -143,6 +162,7 @@ def check(problem: CalibrationProblem) -> None:
         if np.isnan(getattr(measured, SENSORS[sensor][0])[:, lines_of(problem.robot, each)]).all():
             raise InputError(f"unknowns: {each.label}: {measured.origin} has no reading of it; give it a prior")
     _check_known(problem)
+    _check_repeats(measured)
     wound = line_with_counted_build_up(problem)
     of_drums = (each.name == "build_up" and each.value is not None for each in problem.plan.known)
     said = next((f"known[{at}]" for at, each in enumerate(of_drums) if each), "unknowns")

@@ -1,4 +1,4 @@
-"""The result of a survey: exits, axes, walls and residuals with their sigmas, and a robot with these exits."""
+"""The result of a survey: exit points, axes, walls, residuals, sigmas, and a robot with these exit points."""
 
 from __future__ import annotations
 
@@ -159,12 +159,12 @@ class Survey(Pictured):
                "Residuals over their expected size; about 1 if the instrument is as good as stated."),
         Figure("unchecked", "1", "Number of markers that no other marker and no second shot checks."),
         Figure("frame", "", "Frame of the coordinates.", _frame, parts=FRAME),
-        Figure("exits", "", "Exit points and winch exits by line.", lambda of: _named(of.exits, EXIT, "line"),
+        Figure("exits", "", "Exit points and winch exit points by line.", lambda of: _named(of.exits, EXIT, "line"),
                parts=EXIT),
         Figure("axes", "", "Axes of the sheaves and of their swivels.", parts=AXIS),
         Figure("walls", "", "Walls, floor and ceiling.", lambda of: _named(of.walls, WALL, "name"), parts=WALL),
         Figure("residuals", "", "Residuals of the markers.", parts=MARKER),
-        Figure("covariance", "m^2", "Covariance of the coordinates of all exit points and winch exits, in this order.",
+        Figure("covariance", "m^2", "Covariance of the coordinates of all points in `exits`, in their order.",
                detail=True),
         Figure("notes", "", "What a careful person would ask.", detail=True),
     )  # fmt: skip
@@ -177,7 +177,9 @@ class Survey(Pictured):
     rms: float  # m, of all residuals that are checked; NaN if none is
     unit_weight: float  # rms of residuals over their sigmas; about 1 if the instrument is as accurate as stated
     frame: SurveyFrame
-    covariance: Array  # (k, k) m^2 of all coordinates of exits, in the order of `exits`: exit point, then winch exit
+    covariance: (
+        Array  # (k, k) m^2 of all coordinates of exit points, in the order of `exits`: exit point, then winch exit
+    )
     notes: tuple[str, ...]
 
     @property
@@ -187,12 +189,12 @@ class Survey(Pictured):
 
 
 def surveyed(robot: Robot, found: Survey) -> tuple[Robot, tuple[str, ...]]:
-    """Return the robot with the surveyed exits of its lines, and sentences on what could not be taken over.
+    """Return the robot with the surveyed exit points of its lines, and sentences on what could not be taken over.
 
     A robot file has the winch exit of a swivelling sheave straight below or above the exit point. Where the winch is
     beside that axis, only its height is taken, with a note. Dead spans that are given as lengths get the surveyed
-    lengths. Raises `InputError` if the survey has no exits, for lines out of the plane, or if the resulting robot is
-    not valid.
+    lengths. Raises `InputError` if the survey has no exit points, for lines out of the plane, or if the resulting robot
+    is not valid.
     """
     require(robot, Capability.SURVEY)
     by_line = {exit_.line: exit_ for exit_ in found.exits}

@@ -1,4 +1,4 @@
-"""A survey with a total station: winch exits, sheave axes and wall planes from markers (Merlet, Papegay 2023, II.B).
+"""A total-station survey: exit points, sheave axes and walls from markers (Merlet, Papegay 2023, II.B).
 
 The survey frame has z up and by default its y axis along the west wall; x points from that wall into the room.
 """
@@ -183,7 +183,7 @@ class _Evaluation:
     def _exits(
         self, swivels: Mapping[MarkedFeature, Linear], sheaves: Mapping[MarkedFeature, tuple[Linear, Array]]
     ) -> Iterator[tuple[MarkedFeature, Linear]]:
-        """Yield exit points and winch exits."""
+        """Yield exit points and winch exit points."""
         for feature in self.markers.features:
             if feature.kind in ("exit", "winch"):
                 yield feature, self._placed(feature, self.plan.placing(feature))
@@ -294,7 +294,7 @@ class _Evaluation:
         return Exit(line, *values, *sigmas)
 
     def _joint(self, placed: Mapping[MarkedFeature, Linear]) -> Array:
-        """Return the covariance of all exit points and winch exits, line by line."""
+        """Return the covariance of all exit points and winch exit points, line by line."""
         parts = [
             placed[f].jacobian
             for line in self._lines(placed)

@@ -1,4 +1,4 @@
-"""Correction of the unknowns by a measurement, linearised anew until it no longer moves.
+"""Correction of the unknowns by a measurement, linearised again until it no longer moves.
 
 Tensions are not linear in the lengths: a line that sags is several times softer than one that does not. Homed lengths
 are off by more than a line's stretch, so that one linear step would leave the unknowns wrong and sure of it.

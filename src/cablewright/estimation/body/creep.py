@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.estimation.felt_air import FeltAir
+from cablewright.estimation.climate import FeltAir
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.signals import Climate
 from cablewright.models.creep import CreepMemory, hour_compliance, memory_of, scaled_creep, usual_creep
@@ -32,7 +32,7 @@ _RENEWED: Final = 0.4  # of it, assumed: after such a change of load the strain 
 
 @dataclass(eq=False)
 class BodyCreep:
-    """Changed in place by `read` and `advance`. Loads and the air begin anew where state is loaded."""
+    """Changed in place by `read` and `advance`. Loads and the air begin again where state is loaded."""
 
     SAVED = ("described", "doubt")
 
@@ -54,7 +54,7 @@ class BodyCreep:
     def advance(self, loads: Array, now: float, interval: float) -> None:
         """Advance to *now*, s, where lines pull by *loads* (m,), N, if that is an *interval*, s, after the last time.
 
-        A clock that was set back begins anew from there.
+        A clock that was set back begins again from there.
         """
         passed = now - self.time
         if 0.0 <= passed < interval - 1e-9:

@@ -14,8 +14,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from cablewright.estimation.body import broken
-from cablewright.estimation.body.broken import Hanging
+from cablewright.estimation.body import broken_line
+from cablewright.estimation.body.broken_line import Hanging
 from cablewright.estimation.body.measurement import Measurement
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.state import BodyState, Contradiction
@@ -159,7 +159,7 @@ def _name(settings: BodySettings, state: BodyState, measured: Measurement, cause
         state.judged.danger = what
         _shift(state, best.line, best.shift, _OWN_SIGMA)
     else:
-        state.judged.danger = broken.sentence(robot, best.line, state.pose, best.hangs)
+        state.judged.danger = broken_line.sentence(robot, best.line, state.pose, best.hangs)
         state.monitor.report("load_cells", f"broken {name}", state.judged.danger)
         state.judged.cells_used[best.line] = False
         _shift(state, best.line, _LOOSE, _OWN_SIGMA)
@@ -209,7 +209,7 @@ def _lines(settings: BodySettings, state: BodyState, measured: Measurement, inve
         k = int(np.argmin(row))
         if np.isfinite(row[k]):
             found.append(_refined(settings, state, measured, inverse, here, i, k))
-        for rest in broken.hanging_without(settings.model.robot, state.lengths, i, state.pose, state.retraction):
+        for rest in broken_line.hanging_without(settings.model.robot, state.lengths, i, state.pose, state.retraction):
             after = _shown(settings, state, rest.pose, rest.tensions, i)
             found.append(Cause(float(_left(measured, inverse, here, after[None])[0]), "break", i, hangs=rest))
     return found

@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.estimation.body import counts, diagnosis, measurement
+from cablewright.estimation.body import diagnosis, encoder_lengths, measurement
 from cablewright.estimation.body.correction import correct
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.state import BodyState, corrected, follow, set_load
@@ -51,7 +51,7 @@ def step(settings: BodySettings, state: BodyState, frame: SensorFrame) -> Estima
     for beam in accepted(state.monitor, frame.of(BeamLength), frame.time):
         _read_beam(settings, state, beam.length)
     for encoders in accepted(state.monitor, frame.of(Encoders), frame.time):
-        counts.read(settings, state, encoders)
+        encoder_lengths.read(settings, state, encoders)
     state.belief.gradients[_by_radius(state)] = state.wound.paid
     state.lengths = corrected(state)
     found = follow(state)
@@ -138,7 +138,7 @@ def _estimate(settings: BodySettings, state: BodyState, slopes: Slopes | None, f
         frozen(state.lengths),
         frozen(excess),
         excess > settings.slack_threshold,
-        frozen(counts.radii(settings, state)),
+        frozen(encoder_lengths.radii(settings, state)),
         covariance=frozen(covariance),
         faults=state.monitor.faults,
         valid=found and state.home.known and not state.monitor.is_active("encoders", "quiet"),

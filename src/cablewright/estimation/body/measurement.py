@@ -52,7 +52,7 @@ def slopes_of(state: BodyState) -> Slopes | None:
 
 
 def set_gradients(state: BodyState) -> None:
-    """Compute anew what the unknowns do to the lengths."""
+    """Compute again what the unknowns do to the lengths."""
     toward = state.taut.toward
     if np.isfinite(toward).all():
         lines, crept = LineNumbers(state.tracker.packed.lines), state.creep.doubt.strain

@@ -76,7 +76,7 @@ class BodySettings:
     cells: str | None = None
 
     def __post_init__(self) -> None:
-        """Refuse point platforms, and another number of coils than lines."""
+        """Reject point platforms, and another number of coils than lines."""
         if self.model.n != 6 or len(self.coils) != self.model.m:
             raise InputError(f"robot {self.model.robot.name!r}: a rigid platform and a coil for each line are expected")
         require(self.model, Capability.ESTIMATION)

@@ -46,7 +46,7 @@ class Contradiction:
     count: int = 0
 
     def add(self, innovation: Array, rows: NDArray[np.int64]) -> None:
-        """Add a measurement; one of other readings than the last begins anew."""
+        """Add a measurement; one of other readings than the last begins again."""
         if not np.array_equal(rows, self.rows):
             self.total, self.rows, self.count = np.zeros(len(rows)), rows, 0
         self.total, self.count = self.total + innovation, self.count + 1
@@ -109,7 +109,7 @@ class BodySwing:
 
 @dataclass(eq=False)
 class Doubts:
-    """How measurements contradict the statics. Begins anew where state is loaded, but for cells that are off."""
+    """How measurements contradict the statics. Begins again where state is loaded, but for cells that are off."""
 
     SAVED = ("cells_used",)
 
@@ -132,7 +132,7 @@ class LastFrame:
 
 @dataclass(eq=False)
 class BodyState:
-    """Changed in place by `step`. Windows and doubts begin anew where state is loaded."""
+    """Changed in place by `step`. Windows and doubts begin again where state is loaded."""
 
     SAVED = (
         "belief",

@@ -96,7 +96,7 @@ def _update_by_gravity(settings: FilterSettings, state: FilterState) -> None:
 
 
 def _update_tilt(state: FilterState, innovation: Array, variance: float, *, biased: bool) -> tuple[bool, float]:
-    """Update by a tilt, *biased* as the accelerometer is or not, by less where the gate refuses it.
+    """Update by a tilt, *biased* as the accelerometer is or not, by less where the gate rejects it.
 
     Returns whether it passes, and its NIS.
     """

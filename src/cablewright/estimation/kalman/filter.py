@@ -16,7 +16,7 @@ import numpy as np
 
 from cablewright.estimation import slackness
 from cablewright.estimation.kalman import attitude, lidar_update, line_update, vertical_update
-from cablewright.estimation.kalman.fading import fade_clock, fade_survey
+from cablewright.estimation.kalman.gauss_markov import fade_clock, fade_survey
 from cablewright.estimation.kalman.ground_map import GroundMap
 from cablewright.estimation.kalman.state import (
     AsBuilt,

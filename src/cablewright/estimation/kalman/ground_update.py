@@ -9,7 +9,7 @@ import numpy as np
 
 from cablewright.estimation.height import HeightSettings
 from cablewright.estimation.kalman.state import FilterSettings, FilterState, apply_update, passes_gate
-from cablewright.estimation.kalman.vertical_turn import (
+from cablewright.estimation.kalman.vertical_scan import (
     CONE,
     GATE,
     VerticalTurn,

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.estimation.kalman.coil_layers import CoilLayers
-from cablewright.estimation.kalman.fading import fade
+from cablewright.estimation.kalman.gauss_markov import fade
 from cablewright.estimation.kalman.sag import Balanced, Sag, balanced, each_alone, share_at
 from cablewright.estimation.kalman.state import (
     FilterSettings,
@@ -38,7 +38,7 @@ _ENOUGH: Final = 10  # likely forces
 _UNLIKELY: Final = 12.0  # twice the logarithm of a likelihood below the largest
 _SHAPE_ERROR: Final = 0.01  # of an angle near the platform
 _SHAKEN_TIME: Final = 2.0  # s after an acceleration that encoders do not show, without updates
-_MAX_SHAKEN: Final = 10.0  # s from the first that is refused, in which updates are left out
+_MAX_SHAKEN: Final = 10.0  # s from the first that is rejected, in which updates are left out
 _CHI2_OF_LINES: Final = 31.8  # exceeded by one of 10 000
 _WEIGHT_EXCESS: Final = 1e-4  # m, of the excess that a counterweight gives its line
 _UNKNOWN_SLACK_NOISE: Final = 0.02  # m per root metre that B moves, where it is not known which line is slack

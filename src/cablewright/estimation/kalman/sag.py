@@ -3,7 +3,7 @@
 A line with the horizontal force h hangs as a parabola: its excess over the taut length is a / h^2 for its sag less c h
 for its stretch, and near the platform it descends less steeply than the straight line by a slope of r / h. At the
 platform it pulls with h towards the sheave, upwards with h times the straight line's slope, and down with half of its
-weight: linear in h. So with one line more than freedoms one number describes all forces, slack lines or not.
+weight: linear in h. So with one line more than degrees of freedom one number describes all forces, slack lines or not.
 """
 
 from __future__ import annotations

@@ -90,7 +90,7 @@ class FilterSettings:
     layers: CoilLayers | None = None
 
     def __post_init__(self) -> None:
-        """Refuse numbers that are not positive and finite."""
+        """Reject numbers that are not positive and finite."""
         for name, value in vars(self).items():
             if name == "zero_sigma":
                 if not 0.0 <= value < math.inf:
@@ -215,7 +215,7 @@ class Lines:
     compliances: Array = field(default_factory=lambda: np.ones(0))  # (m,) of lines with mounts, over those described
     loosened: Array = field(default_factory=lambda: np.zeros(0))  # (m,) m of excess, since the covariance had it
     last_angle_time: float = -math.inf  # of the last update by line angles
-    angles_refused_since: float = math.inf  # of the first in a row that was refused; inf: the last was not
+    angles_refused_since: float = math.inf  # of the first in a row that was rejected; inf: the last was not
 
 
 @dataclass(eq=False)

@@ -21,7 +21,7 @@ from cablewright.estimation.kalman.state import (
     moving_velocity,
     passes_gate,
 )
-from cablewright.estimation.kalman.vertical_turn import (
+from cablewright.estimation.kalman.vertical_scan import (
     CONE,
     GATE,
     VerticalTurn,
@@ -47,7 +47,7 @@ _MIN_POINTS: Final = 8  # of a wall; twice as many of the floor
 _MIN_SHARE: Final = 0.4  # of the points of the fullest level, for a level to be the floor
 _WALL_BAND: Final = 0.03  # m from the expected wall, of its points
 _MINORITY_FACTOR: Final = 3.0  # times its height over the expected floor: standard deviation of a doubtful floor
-_REFUSALS: Final = 1  # turns before this one that refused a floor that is lower, or was one before, to believe it
+_REFUSALS: Final = 1  # turns before this one that rejected a floor that is lower, or was one before, to believe it
 _TRUSTED: Final = 3e-3  # m from the expected floor, of one that tells the heights of all ground in sight ...
 _TRUSTED_SIGMA: Final = 1.5e-3  # m, of the height before: less than where ground alone tells it
 _FLOOR_BAND: Final = 0.01  # m from the expected floor, besides the uncertainty of the height

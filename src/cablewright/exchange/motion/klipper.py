@@ -12,8 +12,8 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.exchange.motion.beside import Beside
 from cablewright.exchange.motion.lines import extent_notes, extruder_words, motion_lines
+from cablewright.exchange.motion.non_motion_gcode import Beside
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import printable
 from cablewright.printing.job import Job
@@ -79,7 +79,7 @@ def klipper_job(robot: Robot, job: Job, path: WinchPath, besides: Beside) -> str
 
 
 def _corner_velocity(path: WinchPath, job: Job) -> float:
-    """Return the change of a winch's speed, deg/s, at once: that at which none slows down a straight line.
+    """Return the instantaneous change of a winch's speed, deg/s, at which no winch slows down a straight line.
 
     It is the most that the ratio of winch to nozzle changes between two pieces of one move, times the largest speed.
     """

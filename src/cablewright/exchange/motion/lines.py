@@ -6,14 +6,14 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from cablewright.exchange.motion.beside import Beside
+from cablewright.exchange.motion.non_motion_gcode import Beside
 from cablewright.foundation.errors import printable
 from cablewright.robot import Robot
 from cablewright.studies.checks.winch_path import WinchPath
 
 
 def extent_notes(path: WinchPath, letters: Sequence[str], robot: Robot, extruded: str, mark: str = "; ") -> str:
-    """Return comments that say what the file is: points, error, which letter is which line, and what E is."""
+    """Return comments that describe the file: points, error, which letter is which line, and what E is."""
     text = f"{mark}{len(path.samples)} points; lengths between them are good to {1e6 * path.error:.3g} um\n"
     text += f"{mark}X Y Z: the nozzle, mm; winches: degrees of the drum, positive pays out; {extruded}\n"
     for letter, line, length in zip(letters, robot.winch_lines, path.lengths[0], strict=True):

@@ -11,9 +11,9 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.exchange.motion.beside import Beside
 from cablewright.exchange.motion.klipper import rates_of
 from cablewright.exchange.motion.lines import extent_notes, motion_lines
+from cablewright.exchange.motion.non_motion_gcode import Beside
 from cablewright.foundation.errors import printable
 from cablewright.printing.job import Job
 from cablewright.robot import Robot

@@ -25,7 +25,7 @@ _TEXT: Final = "string"
 
 @dataclass(frozen=True)
 class RosBag:
-    """What a bag has: messages by topic; ``lost``: what of the log it has not, a sentence each."""
+    """Contents of a written bag: messages by topic; ``lost``: sentences on data of the log that it lacks."""
 
     messages: Mapping[str, int]
     lost: tuple[str, ...]
@@ -74,7 +74,7 @@ def _filled(store: Any, kind: str, given: Mapping[str, Any]) -> Any:
 
 
 def _value(store: Any, told: Any, given: Any) -> Any:
-    """The value of one field: *told* is its node and what that is of, as rosbags has it."""
+    """The value of one field: *told* is its node and the type of its elements, as rosbags has it."""
     node, of = told
     if node.name == "NAME":
         return _filled(store, of, given or {})

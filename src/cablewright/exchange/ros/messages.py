@@ -26,9 +26,9 @@ from cablewright.foundation.signals import (
     per_line,
 )
 from cablewright.machine.log.fields import XYZ
+from cablewright.machine.log.foxglove_views import Views, quaternion
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import Entry
-from cablewright.machine.log.views import Views, quaternion
 from cablewright.machine.sensors import SENSORS
 from cablewright.models.rotation import matrix_of
 

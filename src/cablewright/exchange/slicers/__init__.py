@@ -1,1 +1,1 @@
-"""Printer profiles for slicers, from what a robot reaches and how fast it may move."""
+"""Printer profiles for slicers, from the reach and the speed limits of a robot."""

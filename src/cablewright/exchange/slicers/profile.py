@@ -1,4 +1,4 @@
-"""What a slicer has to know of a robot: the outline of its bed, its height, speeds, accelerations, and codes."""
+"""A robot's data for slicers: the outline of its bed, its height, speeds, accelerations, and G-codes."""
 
 from __future__ import annotations
 

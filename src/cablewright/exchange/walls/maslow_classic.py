@@ -48,7 +48,7 @@ _REPORT = re.compile(r"\$([0-9]+)\s*=\s*([-+.0-9eE]+)\s*(?:\(.*)?")
 
 
 def read_maslow_classic(path: Path, cable: str | None = None) -> ImportedRobot:
-    """Return the robot of GroundControl's ``groundcontrol.ini``, or of what the firmware lists for ``$$``.
+    """Return the robot of GroundControl's ``groundcontrol.ini``, or of the firmware's list for ``$$``.
 
     Raises `InputError`.
     """
@@ -81,7 +81,7 @@ def read_maslow_classic(path: Path, cable: str | None = None) -> ImportedRobot:
     if cable is None:
         assumed.add("cable: a roller chain of 1/4 inch; of its elongation the firmware's own unless the file has one")
     if "rotationradius" in settings:
-        lost.add("rotationRadius: chains end on a ring about the bit; here they are longer by it, all alike")
+        lost.add("rotationRadius: chains end on a ring about the bit; here each chain is longer by that radius")
     for name in settings:
         if name not in _READ:
             lost.add(f"{name}: a robot file has no such key")

@@ -201,7 +201,7 @@ class _Defines:
 
     def _number(self, text: str, name: str, depth: int) -> float:
         try:
-            with warnings.catch_warnings():  # of a text as 1and, which is refused below
+            with warnings.catch_warnings():  # of a text as 1and, which is rejected below
                 warnings.simplefilter("ignore", SyntaxWarning)
                 value = self._of(ast.parse(text, mode="eval").body, depth)
         except (SyntaxError, ArithmeticError, KeyError, ValueError, RecursionError, MemoryError):

@@ -1,4 +1,4 @@
-"""A platform on two belts in the plane of a wall or board, from what a firmware says of it: x right, y up, m."""
+"""A platform on two belts in the plane of a wall or board, from the settings of a firmware: x right, y up, m."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from cablewright.exchange.completion import BOX, chosen_cable, frame_of
+from cablewright.exchange.assumed_values import BOX, chosen_cable, frame_of
 from cablewright.exchange.translation import Notes
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.validation import validated

@@ -1,4 +1,4 @@
-"""What a machine is commanded, and what people order."""
+"""Commands to a machine in each step, and orders of its operators."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -16,7 +16,7 @@ YAW: Final = "yaw"
 
 
 class WinchMode(StrEnum):
-    """What a winch is to do."""
+    """Control mode of a winch."""
 
     OFF = "off"  # brake closed, no torque
     HOLD = "hold"  # stand still under torque
@@ -26,7 +26,7 @@ class WinchMode(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class Command:
-    """Command to the machine, valid until the next one. A winch that is off or holds has a speed of 0."""
+    """Command to the machine, valid until the next one. The speed of a winch that holds or is switched off is 0."""
 
     time: float  # s
     winch_speeds: Annotated[Array, PerLine("rad/s", winch=True)]  # (w,) of the drums, not the motors; positive pays out

@@ -7,7 +7,7 @@ from cablewright.foundation.signals.reading import Reading, Source
 
 @dataclass(frozen=True, eq=False)
 class Inputs(Reading, sources=[Source("inputs", stream=12, topic="/inputs")]):
-    """Inputs of the machine that concern its safety. The chain itself stops the machine; this only shows it."""
+    """Safety inputs of the machine. The safety circuit itself stops the machine; these only show its state."""
 
     time: float  # s
     chain_closed: bool  # the emergency-stop chain

@@ -37,7 +37,7 @@ class Reading:
     """A reading of a sensor: what a log, a simulation and the checks of readings need to know is in its declaration."""
 
     SOURCES: ClassVar[tuple[Source, ...]]
-    """Sensors that such readings come from; with several of them, a field ``source`` tells which."""
+    """Sensors that such readings come from; with several of them, a field ``source`` names the one."""
 
     if TYPE_CHECKING:
 

@@ -1,4 +1,4 @@
-"""Enclosures of the platform's rows in a plane: it is in the plane, and what the plane does not take is in balance.
+"""Enclosures of the platform's rows in a plane: its position in the plane, and the balance within the plane.
 
 With N the packed normal, as its doubles are, and a the axis of its largest entry, the rows of the balance b become, for
 the other axes j, N_a b_j - N_j b_a, which no force along N changes, and in row a the plane's own equation N . p = d. Of

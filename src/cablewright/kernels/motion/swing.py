@@ -3,7 +3,7 @@
 The lengths of a sample hold the platform at rest at the pose e. Between two samples e goes linearly in time, so the
 platform's displacement p from e is a free vibration of its modes, which is known at all times; at a sample the velocity
 of e jumps by v, and that of p by -v. Modes are those of the sample at the end of each stretch. What counts is the
-displacement q of the platform from where it should be: p, and what e itself is off it, the *offset* there.
+displacement q of the platform from its target: p, and the error of e itself, the *offset* there.
 """
 
 from math import cos, exp, hypot, pi, sin, sqrt
@@ -22,13 +22,13 @@ STEPS = 1024  # looked at in one stretch at most: later peaks are bounded by the
 CHECKED = 8  # steps after which it is seen whether what remains can still be a peak
 MINOR = 0.01  # share of a quantity's amplitudes below which a mode is not looked at in steps of its own
 
-# Rows of what is carried from sample to sample, (CARRIED, f).
+# Rows of the state that is carried from sample to sample, (CARRIED, f).
 PLACE, RATE, SPEED, OFFSET, KNOWN = 0, 1, 2, 3, 4  # p, its rate, the rate of e, the offset; whether the first are known
 CARRIED = 5
 
 
 class SwingWork(NamedTuple):
-    """Scratch for f freedoms and o outputs: the three coordinates of the nozzle, and the tensions of the lines."""
+    """Scratch for f degrees of freedom and o outputs: the nozzle's three coordinates, and the tensions of the lines."""
 
     lower: NDArray[np.float64]  # (f, f)
     system: NDArray[np.float64]  # (f, f)
@@ -51,7 +51,7 @@ def swing_rows(
     mass, stiffness, point, pull, heavy, moves, offsets, spent, dwell, fresh, ratio, carried, displacement, frequency,
     drop, rise, codes,
 ):  # fmt: skip
-    """Follow the swing over b samples, and write its extremes on the way to each of them and in its dwell.
+    """Follow the swing over b samples, and write its extremes up to each of them and in its dwell.
 
     *mass*, *stiffness* (b, f, f). *point* (b, 3, f): motion of the nozzle, *pull* and *heavy* (b, m, f): changes of
     tensions per displacement and per acceleration of the platform. *moves* (b, f): of the wanted pose since the sample
@@ -166,7 +166,7 @@ def _offset(point, pull, offset, outputs):
 
 @jit
 def _vibrate(mass, duration, ratio, carried, displacement, frequency, drop, rise, k, work):
-    """Let the platform vibrate for *duration* (s), and enlarge the extremes of row *k* by those on the way."""
+    """Let the platform vibrate for *duration* (s), and enlarge the extremes of row *k* by those of this time."""
     _enter(mass, ratio, carried, work)
     f, m = work.rates.shape[0], drop.shape[1]
     step, count = _steps(duration, work)
@@ -289,7 +289,7 @@ def _amplitude(o, work):
 
 @jit
 def _is_over(most, drop, rise, work):
-    """Whether nothing that remains can be larger than what was found."""
+    """Whether the remaining vibration cannot exceed the extremes found so far."""
     size = _amplitude(0, work)
     if size * size > most:
         return False
@@ -301,7 +301,7 @@ def _is_over(most, drop, rise, work):
 
 @jit
 def _bound(most, drop, rise, work):
-    """Enlarge the extremes to what remains at most; return the square of the nozzle's."""
+    """Enlarge the extremes to the bound of the remaining vibration; return the square of the nozzle's."""
     for i in range(drop.shape[0]):
         size = _amplitude(1 + i, work)
         drop[i], rise[i] = min(drop[i], -size), max(rise[i], size)

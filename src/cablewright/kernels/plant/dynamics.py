@@ -60,7 +60,7 @@ MOTION = 12
 
 
 class Swing(NamedTuple):
-    """Scratch of one moving body with n freedoms in its lines' balance: 6, or 3 of a drum on a point platform."""
+    """Scratch of one moving body with n degrees of freedom: 6, or 3 of a drum on a point platform."""
 
     system: NDArray[np.float64]  # (6, 6)
     rhs: NDArray[np.float64]  # (6, 1)
@@ -80,7 +80,7 @@ class Swing(NamedTuple):
 
 @jit(allocates=True)
 def moving_workspace(packed):
-    """Scratch for the lines and freedoms of *packed* in their balance, and of the body."""
+    """Scratch for the lines and degrees of freedom of *packed* in their balance, and of the body."""
     n, m = packed.freedoms, packed.lines.shape[0]
     swing = Swing(
         np.zeros((6, 6)),

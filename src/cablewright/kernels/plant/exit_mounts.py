@@ -1,4 +1,4 @@
-"""Exits that give: the mount of each is displaced by the force of its cable, closed with lines and platform."""
+"""Compliant exit points: the cable's force displaces each mount, in equilibrium with lines and platform."""
 
 from math import exp
 
@@ -27,11 +27,11 @@ RELAXED = 20  # rounds with scaled steps
 
 @jit
 def give(packed, states, planes, ratio, compliance, displaced, steps, guide):
-    """Move the exits of *packed* towards where their forces put them; return by how much at most, m.
+    """Move the exit points of *packed* towards where their forces put them; return by how much at most, m.
 
     *ratio* (m,): tension of each dead span over that of its free span; *compliance* (m, 3, 3), m/N. *displaced* (m, 3),
-    m, and the exits and winches in its lines are updated in place; *steps* (m, 3), m, are written. One step of Newton's
-    method for each line between a fixed winch and a fixed platform, whose tension falls as its exit gives.
+    m, and the exit points and winches in its lines are updated in place; *steps* (m, 3), m, are written. One step of
+    Newton's method for each line between a fixed winch and a fixed platform, whose tension falls as its exit gives.
     """
     most = propose(packed, states, planes, ratio, compliance, displaced, steps, guide)
     move(packed, planes, steps, 1.0, displaced)
@@ -75,7 +75,7 @@ def _propose(row, y, found, ratio, soft, displaced, step):
 
 @jit
 def move(packed, planes, steps, scale, displaced):
-    """Move exits by *scale* times *steps* (m, 3), m; winches, told from the exits, stay where they are."""
+    """Move exit points by *scale* times *steps* (m, 3), m; winches stay where they are."""
     for i in range(packed.lines.shape[0]):
         for k in range(3):
             displaced[i, k] += scale * steps[i, k]
@@ -84,11 +84,13 @@ def move(packed, planes, steps, scale, displaced):
 
 @jit(allocates=True)
 def close(packed, lengths, pose, states, ratio, compliance, displaced, work):
-    """Let exits give until they are in equilibrium with lines and platform; all but *lengths* and *ratio* in place.
+    """Displace exit points until they are in equilibrium with lines and platform.
 
-    *pose* and *states* are an equilibrium for the exits of now, evaluated in *work*. Steps are scaled by how the last
-    one answered, since the platform is not fixed (Aitken relaxation: Kuettler and Wall 2008, Computational Mechanics
-    43), and no more where that does not help. Returns a code.
+    All but *lengths* and *ratio* change in place.
+
+    *pose* and *states* are an equilibrium for the exit points of now, evaluated in *work*. Steps are scaled by how the
+    last one answered, since the platform is not fixed (Aitken relaxation: Kuettler and Wall 2008, Computational
+    Mechanics 43), and no more where that does not help. Returns a code.
     """
     steps, last, scale = np.zeros_like(displaced), np.zeros_like(displaced), 1.0
     guide = np.zeros(GUIDE_SIZE)

@@ -99,9 +99,10 @@ def torque_of(winches, radii, tensions, i):
 def slip_of(own, radius, pull):
     """Angle (rad) by which a drum slips in its closed brake under a *pull* (N), so that the brake holds it after that.
 
-    Coulomb friction of a drum without inertia, which a line can only pay out: as much as stretches the line beyond what
-    the brake holds, and as its ends go apart. Where a last one is known a pull is that half way through a step
-    (`dynamics.midpoint_step`): two of them, and what was paid out, tell how the ends move, and the pull of now.
+    Coulomb friction of a drum without inertia, which a line can only pay out: the length that stretches the line beyond
+    the force of the brake, and by which its ends move apart. Where a last one is known a pull is that half way through
+    a step (`dynamics.midpoint_step`): two of them and the length paid out give the motion of the ends and the present
+    pull.
     """
     apart, over = 0.0, own[SOFT] * (pull - own[BRAKE] / radius)
     if own[PULL] > 0.0:

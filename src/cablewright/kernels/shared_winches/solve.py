@@ -49,7 +49,7 @@ from cablewright.kernels.statics.underactuated import evaluate_at_pulls, hang, k
 ATTEMPTS, PLACED = 5, 2  # starts where the position is free, and where only rotations are
 TAUT = (64.0, 16.0, 4.0, 1.0, 0.25)  # of its own weight: minimum tensions with which limits far below it are approached
 FITS = 1e-10  # m: up to which solved lengths may miss their drum
-GROWTH = 4.0  # of a step: the next one may be so much longer
+GROWTH = 4.0  # of a step: limit of the next step over this one
 MISFIT = -2  # infeasible: lengths of rigid cables do not fit their drums
 ABSURD = 100.0  # of a line's maximum tension: no answer violates its limit least by as much
 POSE_TOLERANCE = 1e-11  # m or rad: last step of a coordinate
@@ -82,7 +82,7 @@ def solve_shared(packed, shares, pose, states, work, own, known):
 
 @jit
 def _guess_pose(packed, attempt, pose, states, work, own):
-    """Write a start to *pose*: below the exits and unrotated at first, then hung on springs. False if those fail."""
+    """Write a start to *pose*: unrotated below the exit points, then hung on springs. Return False if those fail."""
     pose[:] = 0.0
     work.lengths[:] = 0.0  # not known: the guess depends on the frame alone
     turn_to_start(packed, pose, attempt)

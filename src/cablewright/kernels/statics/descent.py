@@ -40,9 +40,9 @@ SPRING_TENSION = 100.0  # N: at which levers are placed in the first guess
 def descend(packed, lengths, pose, states, work, law, tolerance, n):
     """Move *pose* downhill until the unbalanced wrench is below *tolerance* times the load. True if it converges.
 
-    Only the first *n* freedoms move: 3 keep a rigid body's orientation. The line search compares slopes, not energies:
-    it never steps far past the minimum along a step. Where lines pull far more than the load, the last digit of the
-    pose is a larger force: it is accepted then.
+    Only the first *n* degrees of freedom move: 3 keep a rigid body's orientation. The line search compares slopes, not
+    energies: it never steps far past the minimum along a step. Where lines pull far more than the load, the last digit
+    of the pose is a larger force: it is accepted then.
     """
     load = load_scale(packed) + 1e-9
     grain = STALLED + GRAIN * (largest(pose, 3) + largest(lengths, lengths.shape[0]))
@@ -153,7 +153,7 @@ def spring_guess(packed, lengths, pose, states, work):
 
 @jit
 def _offset_springs(packed, lengths, pose, states, work):
-    """Set work.lengths to the springs' lengths: *lengths* less what straight lines at *pose* need up to the exits."""
+    """Set work.lengths to those of springs: *lengths* less the straight distances at *pose* to the exit points."""
     place_platform(pose, work.rotation)
     for i in range(packed.lines.shape[0]):
         place(packed.lines, i, pose, work.rotation, work.arms[i], work.planes[i])

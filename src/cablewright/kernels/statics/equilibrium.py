@@ -70,7 +70,7 @@ def workspace(packed):
 
 @jit(allocates=True)
 def workspace_of(general, n, m):
-    """Scratch for *n* freedoms and *m* lines; *general*: see `Packed`."""
+    """Scratch for *n* degrees of freedom and *m* lines; *general*: see `Packed`."""
     return Work(
         np.zeros((m, STATE, STATE)),
         np.zeros((m, STATE, 4)),

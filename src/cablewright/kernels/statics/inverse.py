@@ -84,7 +84,7 @@ def solve_inverse(packed, pose, states, work, known):
 
 @jit
 def judge_held(packed, pose, states, work, code, violation):
-    """Code and violation (N) of what tensions and lengths hold: by counterweights and stability; marks slack lines."""
+    """Return code and violation (N) of a solution, by counterweights and stability; mark slack lines."""
     if code == OK:
         code, violation = _judge_hung(packed, states)
     if code == OK and packed.platform[MASSLESS] > 0.0:

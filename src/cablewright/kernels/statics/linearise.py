@@ -15,7 +15,7 @@ def linearise(packed, lengths, pose, states, work, stiffness, motion):
 
     Parameters: unstrained length (m/m), relative modulus (m per unit), exit point x, y, z (m/m), radius of the sheave
     (m/m), relative weight of the cable (m per unit), platform point x, y, z (m/m). Where the dead span is modelled its
-    winch exit follows the exit point horizontally, so that the line keeps its plane, and keeps its height.
+    winch exit follows the exit point horizontally, so that the plane of the line stays, and its height.
     Motion of a rigid body: translation and rotation about world axes. Returns a code.
     """
     m, n = packed.lines.shape[0], packed.freedoms

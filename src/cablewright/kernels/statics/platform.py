@@ -1,4 +1,4 @@
-"""The platform: where it is, its load, the forces on it, and what is left of its balance in a plane that carries it.
+"""The platform: its position, its load, the forces on it, and its balance within a plane that carries it.
 
 A point moves in the plane; a body also rotates about its normal. Force along the normal, and moments about axes in the
 plane, are the plane's, which is taken to hold both ways. With P the projector onto the free directions, the balance
@@ -213,7 +213,7 @@ def add_force(arm, fx, fy, fz, wrench):
 
 @jit(inline=True)
 def gradient_by_pose(arm, gx, gy, gz, out):
-    """Write the derivative by the pose of what changes by (gx, gy, gz) as the end of *arm* moves to *out* (n,)."""
+    """Write to *out* (n,) the pose derivative of a quantity with the gradient (gx, gy, gz) at the end of *arm*."""
     out[0], out[1], out[2] = gx, gy, gz
     if out.shape[0] == 6:
         out[3] = arm[1] * gz - arm[2] * gy
@@ -410,7 +410,7 @@ def axes(packed):
 def free_rows(packed, table, scale, rows):
     """Replace each of the first *rows* of *table*, wrenches (n,), by its parts in the free directions; their number.
 
-    Forces along both axes of the plane, and of a body the moment about the normal; *scale* (n,) alike.
+    Forces along both axes of the plane, and of a body the moment about the normal; so is *scale* (n,).
     """
     n = packed.freedoms
     if not is_held(packed.general, packed.platform):

@@ -87,7 +87,7 @@ def _write(out, i, j, value):
 
 @jit
 def enclose_arm(row, n, omega, rotation, arm):
-    """Enclose the *arm* (3, 2) of a line, from the origin of a platform with *n* freedoms to its point, world."""
+    """Enclose the *arm* (3, 2) of a line: from the origin of a platform with *n* coordinates to its point, world."""
     if n == 3:
         for k in range(3):
             arm[k, 0] = arm[k, 1] = row[POINT_X + k]
@@ -163,7 +163,7 @@ def along(k, omega, arm, moved):
 
 @jit
 def rotation_of(motion, n):
-    """Return the rotation (3) in the *motion* (n,) of a platform with *n* freedoms; a point has none."""
+    """Return the rotation (3) in the *motion* (n,) of a platform with *n* degrees of freedom; a point has none."""
     return (motion[3], motion[4], motion[5]) if n == 6 else (0.0, 0.0, 0.0)
 
 

@@ -1,7 +1,7 @@
-"""Inverse problem with fewer lines than freedoms: m coordinates of the pose are given, equilibrium decides the others.
+"""Inverse problem with fewer lines than degrees of freedom: m coordinates are given, gravity decides the others.
 
-The platform is first hung on springs with the lengths of a guessed pose, which gives the free freedoms and the pulls.
-Newton on the platform's balance in these n unknowns follows, with each line solved at its pull.
+The platform is first hung on springs with the lengths of a guessed pose, which gives the free coordinates and the
+pulls. Newton on the platform's balance in these n unknowns follows, with each line solved at its pull.
 In a plane the coordinates that it holds are given too, and what it carries are the unknowns instead.
 """
 
@@ -40,7 +40,7 @@ LONGEST_STEP = 0.3  # m, rad or log of a pull
 
 @jit(allocates=True)
 def solve_hanging(packed, pose, states, work):
-    """Complete *pose*, whose n - m free freedoms are NaN, and write the line states of that equilibrium.
+    """Complete *pose*, whose n - m free coordinates are NaN, and write the line states of that equilibrium.
 
     Of the solutions found from several starts the stable one within the tension limits with the smallest rotation
     angle is taken. Returns code and the largest violation of a tension limit (N).
@@ -114,7 +114,7 @@ def _judge_failure(packed, states, work):
 
 @jit
 def keep(given, pose):
-    """Write the given freedoms to *pose*."""
+    """Write the given degrees of freedom to *pose*."""
     for k in range(pose.shape[0]):
         if not isnan(given[k]):
             pose[k] = given[k]
@@ -122,7 +122,7 @@ def keep(given, pose):
 
 @jit
 def hang(packed, given, pose, states, work):
-    """Set the free freedoms of *pose* and the pulls by descents on springs with the lengths of the pose."""
+    """Set the free coordinates of *pose* and the pulls by descents on springs with the lengths of the pose."""
     base, m = work.base, packed.lines.shape[0]
     elastic = none_rigid(packed, work)
     for _ in range(SPRING_ROUNDS):
@@ -144,7 +144,7 @@ def hang(packed, given, pose, states, work):
 
 @jit
 def _balance(packed, given, pose, states, work):
-    """Run Newton on the platform's balance in the free freedoms and the pulls. True if it converges."""
+    """Run Newton on the platform's balance in the free coordinates and the pulls. True if it converges."""
     base, n = work.base, packed.freedoms
     load = load_scale(packed)
     if not evaluate_at_pulls(packed, pose, states, work, True):
@@ -176,7 +176,7 @@ def _balance(packed, given, pose, states, work):
 
 @jit
 def _step(given, pose, work, share):
-    """Take the share *share* of the step in work.base.move: free freedoms first, then the logs of the pulls."""
+    """Take the share *share* of the step in work.base.move: free coordinates first, then the logs of the pulls."""
     move, column = work.base.move, 0
     for k in range(pose.shape[0]):
         if isnan(given[k]):

@@ -1,7 +1,7 @@
 """Tension distributions of straight massless lines at poses, and their margins to the limits.
 
 CLOSED: the tensions nearest to the middle of the limits in closed form, which may violate the limits (Jung 2020, Eq.
-8). IMPROVED: the line that violates its limits most is fixed at its limit and the rest distributed anew, until none
+8). IMPROVED: the line that violates its limits most is fixed at its limit and the rest distributed again, until none
 violates or none is free (A. Pott, Cable-Driven Parallel Robots, 2018). LEAST: minimum of a convex quadratic of the
 tensions within the limits. WIDEST: largest margin to the limits. CLOSURE: whether every load can be balanced.
 """
@@ -138,7 +138,7 @@ def _nearest_of_two(table, rank, middle, shift, gram):
 
 @jit
 def _improve(table, rank, half, shift, gram, basis, fixed):
-    """Fix the line that violates its limits most at its limit and distribute the rest anew, while that can help.
+    """Fix the line that violates its limits most at its limit and distribute the rest again, while that can help.
 
     The basis Z of the null space is orthonormal: the smallest change of the others that moves line i is along Z Z[i],
     and the remaining null space is Z without its component along Z[i].

@@ -20,7 +20,7 @@ from cablewright.kernels.statics.line.interface import aim_line_at
 from cablewright.kernels.statics.line.vertical_plane import AXIS_DISTANCE
 from cablewright.kernels.statics.platform import gradient_by_pose, own_load, place_platform
 
-DEPENDENT = 1e-10  # of a row's size: largest pivot of a freedom that the other freedoms determine
+DEPENDENT = 1e-10  # of a row's size: largest pivot of a freedom that the other degrees of freedom determine
 WIDTH = 8  # rows of A, n or n + 1, padded so that a column fills whole registers
 ASIDE = 1e-9  # of the load: largest distance of a balanced load from the column space of A
 

@@ -115,7 +115,7 @@ class DriveSession(Result):
     FIGURES: ClassVar = (
         Figure("machine", "", "Name of the machine."),
         Figure("action", "", "What was asked: write, enable, release, jog, tension or home."),
-        Figure("status", "", "done, or refused."),
+        Figure("status", "", "done, or rejected."),
         Figure("reason", "", "Why it was not done; empty where it was.", detail=True),
         Figure("position", "m", "Measured position of the platform; null without a measurement.",
                only=lambda of: of.position is not None),

@@ -114,7 +114,7 @@ class PersonOperator:
 
 @dataclass(eq=False)
 class _Telling(FolderRecorder):
-    """A recorder that also tells why orders were refused, and why the position is doubted."""
+    """A recorder that also tells why orders were rejected, and why the position is doubted."""
 
     say: Callable[[str], None] = lambda _line: None
     doubt: Callable[[], str] = lambda: ""

@@ -24,11 +24,11 @@ from cablewright.foundation.choices import LawName
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.saving import Snapshot
 from cablewright.foundation.signals import Order, OrderKind, PrintState
-from cablewright.live.drives.keeper import KeptEstimator, LengthKeeper, warm
+from cablewright.live.drives.saved_lengths import KeptEstimator, LengthKeeper, warm
 from cablewright.live.prints.body_limits import chosen_places, poses_at
 from cablewright.live.prints.limits import planned
 from cablewright.live.prints.loop import Printer, PrintPlan, Step
-from cablewright.live.still_path import still_path
+from cablewright.live.stationary_path import still_path
 from cablewright.machine.drives.axes import require_drives
 from cablewright.machine.drives.bus import Port
 from cablewright.machine.drives.choice import drives_of
@@ -275,7 +275,7 @@ class SessionOperator:
 
 @dataclass(eq=False)
 class Watching:
-    """A recorder that keeps the last step, and refusals of orders."""
+    """A recorder that keeps the last step, and rejections of orders."""
 
     last: Step | None = None
     refusals: list[str] = field(default_factory=list)

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from cablewright.analyses.accuracy.tension_spread import tension_spread
 from cablewright.analyses.inertia_forces import tensions_by_acceleration
-from cablewright.control.beam import BeamSettings
 from cablewright.control.guide import TimedPath
+from cablewright.control.retractor import BeamSettings
 from cablewright.estimation.body.creep import ASSUMED
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.choices import LawName

@@ -14,8 +14,7 @@ from typing import ClassVar, Final, Protocol, runtime_checkable
 
 import numpy as np
 
-from cablewright.control import beam, drum_yaw, guard, guide, height, manual, stretch_damping, supervisor, velocity
-from cablewright.control.beam import BeamMotion, BeamSettings, BeamState
+from cablewright.control import drum_yaw, guard, guide, height, manual, retractor, stretch_damping, supervisor, velocity
 from cablewright.control.clock import FrameClock
 from cablewright.control.drum_yaw import YawSettings, YawState
 from cablewright.control.guard import GuardSettings, GuardState, StopCause
@@ -24,6 +23,7 @@ from cablewright.control.height import HeightControl
 from cablewright.control.manual import ManualSettings, ManualState
 from cablewright.control.orders import BY_HAND, OrderState, examine
 from cablewright.control.procedure import Procedure
+from cablewright.control.retractor import BeamMotion, BeamSettings, BeamState
 from cablewright.control.stop import StopKind, StopState, advance
 from cablewright.control.supervisor import SupervisorSettings, SupervisorState, Verdict
 from cablewright.control.velocity import VelocitySettings
@@ -202,7 +202,7 @@ class Printer:
             self._weighing.weigh(self._full_mass - self.load.gone)
         estimate = self.estimator.step(frame)
         if self._beam is not None and self.plan.beam is not None:
-            beam.read(self.plan.beam, self._beam, frame)
+            retractor.read(self.plan.beam, self._beam, frame)
         state = self.supervisor.state
         stopped = self._stop is None or self._stop.at_rest(self.plan.guard.stop)
         verdict = supervisor.step(
@@ -360,7 +360,7 @@ class Printer:
         """The motion of the beam in the next step; None of a platform that does not retract."""
         if self.plan.beam is None or self._beam is None:
             return None
-        return beam.step(self.plan.beam, self._beam, target.retraction, target.retraction_rate, dt)
+        return retractor.step(self.plan.beam, self._beam, target.retraction, target.retraction_rate, dt)
 
     def _standing(self, now: float, speeds: Array, mode: WinchMode) -> Command:
         """A command of a stop, in its mode where the machine has it."""
@@ -372,7 +372,7 @@ class Printer:
     def _with_reset(self, verdict: Verdict, command: Command) -> Command:
         """The command, with an order to reset for the machine's drives where winches are off.
 
-        It reaches them even where it was refused, as their own faults are a cause for that: it is ordered again then.
+        It reaches them even where it was rejected, as their own faults are a cause for that: it is ordered again then.
         """
         asked = any(order.kind is OrderKind.RESET and not self._is_late(order) for order in verdict.orders)
         able = RESET in self.machine.abilities.outputs and WinchMode.OFF in command.modes

@@ -9,7 +9,7 @@ from typing import Final, get_args
 
 import numpy as np
 
-from cablewright.analyses.motion.slower import slower_note
+from cablewright.analyses.motion.lower_acceleration import slower_note
 from cablewright.analyses.safe_travel import driven_job
 from cablewright.control.guide import TimedPath
 from cablewright.control.velocity import LAWS
@@ -65,7 +65,7 @@ class PrintOptions:
     in each coordinate; 0: never. Of a point platform by encoders alone. ``place_every``: s of machine time after which
     it is too, first where the path begins; 0: never. ``place_stops``: at how many places each time, evenly along a
     layer. ``place_tensions``: measured tensions tell what a place leaves open of its lengths. ``place_learn``: all
-    places together teach by how much lengths are off, creep and follow the mounts that give, see `learnt_lengths`.
+    places together teach by how much lengths are off, creep and follow the mounts that give, see `length_corrections`.
     ``damping``: of a swinging drum by the platform, where its tilt is measured, and of swings in which lines stretch,
     where tensions are measured; on a plant that swings. ``log_every``: see `LogHead.every`.
     """

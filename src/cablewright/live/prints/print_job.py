@@ -44,7 +44,7 @@ _STEP_TIME: Final = (
 
 @dataclass(frozen=True, repr=False)
 class LearntLine(Result):
-    """What measured places have taught of one line, and how well it is known; see `estimation.learnt_lengths`."""
+    """What measured places have taught of one line, and how well it is known; see `estimation.length_corrections`."""
 
     FIGURES: ClassVar = (
         Figure("name", "", "Name of the line.", name="line"),

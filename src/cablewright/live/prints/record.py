@@ -25,8 +25,8 @@ from cablewright.live.prints.path_errors import PathErrors
 from cablewright.live.prints.result import PrintRecord, Span
 from cablewright.live.prints.steps_table import ERRORS, STATES, StepsTable, in_state, row_type
 from cablewright.live.prints.structure import StructureScans, structure_of
+from cablewright.live.prints.tracking_errors import WholeErrorSums
 from cablewright.live.prints.vibration import VibrationWindows
-from cablewright.live.prints.whole_errors import WholeErrorSums
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.join import join_log
 from cablewright.machine.log.log import Entry, read_log

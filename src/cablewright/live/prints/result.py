@@ -16,8 +16,8 @@ from cablewright.live.fault_count import FaultCount, fault_figures
 from cablewright.live.prints.spooling import SpoolRadii
 from cablewright.live.prints.steps_table import Rows
 from cablewright.live.prints.structure import PrintedStructure
+from cablewright.live.prints.tracking_errors import WholeErrors
 from cablewright.live.prints.vibration import LineVibration
-from cablewright.live.prints.whole_errors import WholeErrors
 from cablewright.machine.log.head import LogHead
 from cablewright.printing.track import Track
 from cablewright.running.running_statistics import Histogram, Summary

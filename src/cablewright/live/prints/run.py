@@ -27,7 +27,6 @@ from cablewright.foundation.saving import write_snapshots
 from cablewright.foundation.signals import Estimate, PrintState, Scan, Truth
 from cablewright.live.estimators import Estimator, estimator
 from cablewright.live.prints import loop
-from cablewright.live.prints.attendant import attendant_of
 from cablewright.live.prints.loop import Printer, PrintPlan
 from cablewright.live.prints.plan import MACHINE_FILE, MachineTwin, PrintOptions, plan_print
 from cablewright.live.prints.recorder import (
@@ -37,12 +36,13 @@ from cablewright.live.prints.recorder import (
     checkpoint_of,
     read_checkpoint,
 )
+from cablewright.live.prints.simulated_operator import attendant_of
 from cablewright.live.prints.snapshot_writer import SnapshotWriter
 from cablewright.machine.interface import Machine
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import LogWriter, read_log, write_log
 from cablewright.machine.log.segments import FIRST_SEGMENT, JOINED_NAME, log_files, next_segment
-from cablewright.machine.paced import Paced
+from cablewright.machine.real_time_machine import Paced
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.robot import Robot
 from cablewright.running.locks import locked
@@ -111,7 +111,7 @@ def run_print(
     require_folder(folder, manifest, option)
     signature(b"")  # a key that cannot be had is said before the work
     plan = plan_print(twin)
-    begun = None if resume and not restart else begin_print(twin, plan)  # a print that is refused leaves no folder
+    begun = None if resume and not restart else begin_print(twin, plan)  # a print that is rejected leaves no folder
     if begun is not None and not restart:
         make_folder(folder)
     with alone_in(folder):
@@ -284,7 +284,7 @@ def make_folder(folder: Path) -> None:
 def clear_folder(folder: Path) -> None:
     """Remove checkpoint and log of an earlier print, so that nobody resumes it or takes them for those of the new."""
     try:
-        (folder / CHECKPOINT).unlink(missing_ok=True)  # first: a log without it is refused by --resume
+        (folder / CHECKPOINT).unlink(missing_ok=True)  # first: a log without it is rejected by --resume
         for file in log_files(folder) if _has_log(folder) else ():
             file.unlink()
     except OSError as reason:

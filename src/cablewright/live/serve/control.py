@@ -29,7 +29,7 @@ from cablewright.live.serve.link import ControlLink
 from cablewright.live.serve.messages import LoadMessage
 from cablewright.live.serve.operator import PageOperator
 from cablewright.live.serve.station import Sitting, Station
-from cablewright.live.serve.telling import Telling, told_sitting, waiting_state
+from cablewright.live.serve.status import Telling, told_sitting, waiting_state
 from cablewright.machine.log.segments import FIRST_SEGMENT
 from cablewright.printing.job import Job
 from cablewright.running.store import MANIFEST, manifest_of
@@ -213,7 +213,7 @@ class Control:
         return None
 
     def _refuse_all(self, why: str, *, but_load: bool = False) -> LoadMessage | None:
-        """Refuse the messages that have come while no machine was open; return the first that loads, if wanted."""
+        """Reject the messages that have come while no machine was open; return the first that loads, if wanted."""
         for message in self.link.messages():
             loads = isinstance(message, LoadMessage) and but_load
             refusal = self.link.untimely(message) if loads else why

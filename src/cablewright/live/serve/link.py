@@ -1,6 +1,6 @@
 """The two ends of what connects the control with the page's server: states one way, messages the other.
 
-Neither end ever waits for the other: states are replaced, messages that do not fit are refused at once. Stops have a
+Neither end ever waits for the other: states are replaced, messages that do not fit are rejected at once. Stops have a
 channel of their own, so that no other message is before them.
 """
 
@@ -16,7 +16,7 @@ from typing import Final
 
 from cablewright.control.orders import STOPS
 from cablewright.foundation.signals import ORDER_LIFE
-from cablewright.live.serve.latest import Latest, shared
+from cablewright.live.serve.latest_message import Latest, shared
 from cablewright.live.serve.messages import MAX_MESSAGE, ChannelName, Message, OrderMessage, parsed
 
 STATE_SIZE: Final = 4 << 20

@@ -27,10 +27,10 @@ from cablewright.live.prints.limits import path_of
 from cablewright.live.prints.loop import Printer
 from cablewright.live.prints.plan import PrintOptions, plan_print, twin_of
 from cablewright.live.rest_pose import rest_pose
-from cablewright.live.still_path import still_path
+from cablewright.live.stationary_path import still_path
 from cablewright.machine.drives.bus import Port
 from cablewright.machine.log.head import LogHead
-from cablewright.machine.paced import Paced
+from cablewright.machine.real_time_machine import Paced
 from cablewright.machine.settings import MachineSettings, extruding
 from cablewright.machine.simulated.settings import TwinSettings
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
@@ -87,7 +87,7 @@ def resting_pose(robot: Robot, place: Array | None = None) -> Array:
 
 @dataclass(eq=False)
 class SimulatedStation:
-    """A simulated machine. It is made anew for each sitting, with a full drum, where the platform was left."""
+    """A simulated machine. It is made again for each sitting, with a full drum, where the platform was left."""
 
     robot: Robot
     settings: TwinSettings

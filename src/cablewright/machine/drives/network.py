@@ -7,7 +7,7 @@ from typing import Final
 
 from cablewright.foundation.errors import EnvironmentFault
 from cablewright.machine.drives import objects as o
-from cablewright.machine.drives.asking import require_agreed
+from cablewright.machine.drives.acyclic_requests import require_agreed
 from cablewright.machine.drives.axis import Axis, Setpoint
 from cablewright.machine.drives.bus import BusError, CanFrame, Port
 from cablewright.machine.drives.identity import Asked, Identity

@@ -89,7 +89,7 @@ class Transfers:
                 self._waiting.popleft()
 
     def abort(self, transfer: Transfer, code: int) -> None:
-        """The drive has refused it, with that *code*."""
+        """The drive has rejected it, with that *code*."""
         transfer.absent = code in _ABSENT
         self.end(transfer, _ABORTS.get(code, f"SDO abort 0x{code:08X}"))
 

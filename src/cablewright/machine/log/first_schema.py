@@ -22,7 +22,7 @@ _TABLES: Final[Mapping[str, type[Description]]] = {
 def from_first_schema(head: Mapping[str, Any]) -> dict[str, Any]:
     """Return a *head* of schema 1, without its key ``schema``, as one of schema 2 of a simulated machine.
 
-    What has no place in one stays where it is, so that it is refused there by name. Raises `InputError` for keys of
+    What has no place in one stays where it is, so that it is rejected there by name. Raises `InputError` for keys of
     schema 2.
     """
     for key in ("kind", "simulation", "versions", "epoch"):

@@ -27,6 +27,7 @@ from cablewright.foundation.signals import (
     miscounted,
 )
 from cablewright.machine.log.disk_thread import DiskThread
+from cablewright.machine.log.foxglove_views import VIEWS, Views
 from cablewright.machine.log.head import LogHead, read_head, written_head
 from cablewright.machine.log.mcap_file import RawMessage
 from cablewright.machine.log.mcap_writer import McapWriter
@@ -34,7 +35,6 @@ from cablewright.machine.log.messages import decode, encode, encode_frame
 from cablewright.machine.log.segments import CLOSING_TOPIC, Segments, log_files
 from cablewright.machine.log.thinned_steps import Logged, ThinnedSteps
 from cablewright.machine.log.topics import TOPICS, TOPICS_OF, Signal
-from cablewright.machine.log.views import VIEWS, Views
 from cablewright.robot import Robot
 
 SCHEMAS: Final = {each.topic: (each.schema, each.content) for each in TOPICS} | VIEWS

@@ -12,7 +12,7 @@ from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import SOURCES, Scan
 from cablewright.kernels.plant.lidar_rays import turn_lidar
 from cablewright.machine.sensors.lidars import LidarSettings
-from cablewright.machine.simulated.found_room import FoundRoom, detours
+from cablewright.machine.simulated.as_built_room import FoundRoom, detours
 from cablewright.machine.simulated.rig import RigState
 from cablewright.machine.simulated.sensors.timed_sensor import steps_per_interval
 from cablewright.machine.simulated.settings import LidarFlaws

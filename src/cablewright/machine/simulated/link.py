@@ -14,8 +14,8 @@ from cablewright.foundation.saving import Coded
 from cablewright.foundation.signals import Reading
 from cablewright.machine.log.messages import decode, encode
 from cablewright.machine.simulated.as_built_parts import GAPS
+from cablewright.machine.simulated.random_periods import Spells
 from cablewright.machine.simulated.settings import Link
-from cablewright.machine.simulated.spells import Spells
 
 _MESSAGES: Final = TypeAdapter(
     list[tuple[Annotated[float, Field(strict=True, allow_inf_nan=False)], Annotated[str, Field(strict=True)], str]]

@@ -188,7 +188,7 @@ class QuasiStaticPlant:
     def _close_exits(
         self, packed: Packed, lengths: Array, pose: Array, states: Array, notices: list[Notice]
     ) -> tuple[int, list[Notice]]:
-        """Let exits give until they are in equilibrium with *pose* and *states*, updated in place.
+        """Let exit points give until they are in equilibrium with *pose* and *states*, updated in place.
 
         Returns a code, and *notices* with the certificate of where that is.
         """

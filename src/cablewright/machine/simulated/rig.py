@@ -163,7 +163,10 @@ class Rig:
         self.work.planes[:] = planes
 
     def _let_exits_give(self, pose: Array) -> None:
-        """Let exits give at the start, updating *pose* (n,). Raises `InputError` where nothing holds the platform."""
+        """Displace exit points at the start, updating *pose* (n,).
+
+        Raises `InputError` for a platform that nothing holds.
+        """
         exits, ratio, whole = self.unmodelled.exits, self.unmodelled.ratio, np.arange(self.robot.m)
         if exits is None:
             return

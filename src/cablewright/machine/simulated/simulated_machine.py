@@ -35,13 +35,13 @@ from cablewright.machine.sensors import SENSORS
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.simulated.as_built import as_built
 from cablewright.machine.simulated.as_built_parts import as_built_machine, mass_factors, places_along
+from cablewright.machine.simulated.as_built_room import FoundRoom
 from cablewright.machine.simulated.drum_clock import DrumClock
-from cablewright.machine.simulated.found_room import FoundRoom
 from cablewright.machine.simulated.lidar import SimulatedLidar
 from cablewright.machine.simulated.link import Channel, Gaps, decode_readings, encode_readings
-from cablewright.machine.simulated.mounted import Mounted
 from cablewright.machine.simulated.plant import DynamicPlant, Plant, QuasiStaticPlant
 from cablewright.machine.simulated.rig import Rig, RigState, start_pose
+from cablewright.machine.simulated.sensor_context import Mounted
 from cablewright.machine.simulated.sensors import SIMULATED
 from cablewright.machine.simulated.settings import (
     FaultPlan,

@@ -86,7 +86,7 @@ class Winches:
         self.state[:, winding.ZERO] = self.state[:, winding.ANGLE] - self.lines.sense * hosts
 
     def lengths_out(self) -> Array:
-        """Unstrained lengths (m,) from the nominal winch exits to the platform, m."""
+        """Unstrained lengths (m,) from the nominal winch exit points to the platform, m."""
         rows = zip(self.state, self.radii, self.wound, self.sideways, strict=True)
         return np.array([winding.length_out(*row) for row in rows])
 

@@ -29,7 +29,7 @@ class Cluster:
             import distributed
         except ImportError:
             raise EnvironmentFault(_ABSENT) from None
-        logging.getLogger("distributed").setLevel(logging.CRITICAL)  # its warnings are told here, in one line
+        logging.getLogger("distributed").setLevel(logging.CRITICAL)  # its warnings are reported here, in one line
         self._dask, self._address = distributed, address
         try:
             self._client = distributed.Client(address, timeout=CONNECT, set_as_default=False)

@@ -13,13 +13,13 @@ class Executor(Protocol):
 
     @property
     def workers(self) -> int:
-        """How many chunks are computed at once."""
+        """Number of chunks that are computed at the same time."""
         ...
 
     def run(self, chunks: Iterable[Chunk]) -> Iterator[Computed]:
         """Yield each chunk as it is done, in any order. A chunk whose worker dies again and again has failed.
 
-        Raises `EnvironmentFault` where nobody can compute.
+        Raises `EnvironmentFault` where no worker is available.
         """
         ...
 
@@ -39,4 +39,4 @@ class Serial:
             yield run_chunk(chunk, threads=None)
 
     def close(self) -> None:
-        """Nobody was started."""
+        """Nothing to close: no process was started."""

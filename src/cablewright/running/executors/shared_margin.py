@@ -14,7 +14,7 @@ from cablewright.foundation.arrays import Array
 from cablewright.foundation.progress import Progress, silent
 from cablewright.models.statics import Model
 from cablewright.running.executors.executor import Executor
-from cablewright.running.executors.kept import KeptResults
+from cablewright.running.executors.stored_results import KeptResults
 from cablewright.running.executors.study import shared_blocks
 
 _PLACES: Final = 4096  # of a block, at most
@@ -69,7 +69,7 @@ class SharedMargin:
     def __call__(self, criterion: Criterion, places: Array, progress: Progress | None, stage: str) -> Array:
         """Return the margins (N,) at *places* (N, 3), m, equal to the criterion's own to the bit.
 
-        Raises `AnswerError` for a block that fails, `EnvironmentFault` where nobody can compute.
+        Raises `AnswerError` for a block that fails, `EnvironmentFault` where no worker is available.
         """
         count, report = len(places), progress or silent
 

@@ -14,14 +14,14 @@ from cablewright.foundation.progress import Progress, silent
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot.uncertainty import Range
 from cablewright.running.executors.executor import Executor
-from cablewright.running.executors.kept import KeptResults
+from cablewright.running.executors.stored_results import KeptResults
 from cablewright.running.executors.study import shared_blocks
 
 _PLACES: Final = 64  # of a block, at most
 
 
 class _Question(NamedTuple):
-    """What all blocks have in common; the name, as two methods without options look alike."""
+    """What all blocks have in common; the name, as two methods without options have equal settings."""
 
     model: Model
     ranges: tuple[Range, ...]
@@ -46,7 +46,7 @@ class SharedMethod:
     def __call__(self, problem: SpreadProblem) -> Spread:
         """Return the spread at each pose, equal to the method's own to the bit.
 
-        Raises `AnswerError` for a block that fails, `EnvironmentFault` where nobody can compute.
+        Raises `AnswerError` for a block that fails, `EnvironmentFault` where no worker is available.
         """
         question = _Question(problem.nominal.model, problem.ranges, self.method, self.method.name)
         size = min(_PLACES, max(1, SOLVES // _solves(self.method, len(problem.ranges))))

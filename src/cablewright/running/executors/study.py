@@ -9,7 +9,7 @@ from typing import Any, Final
 from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.foundation.progress import Progress, silent
 from cablewright.running.executors.executor import Executor
-from cablewright.running.executors.kept import KeptResults
+from cablewright.running.executors.stored_results import KeptResults
 from cablewright.running.executors.task import Chunk, Outcome, Task, digest, faults, programs
 
 CHUNK_TIME: Final = 1.0  # s
@@ -26,7 +26,7 @@ def evaluate(
     """Return what became of each item. An item that fails is an `Outcome` with its fault, and keeps none of the others.
 
     Results are added to *kept* chunk by chunk; faults are not, so that another call tries them again. Raises
-    `EnvironmentFault` where nobody can compute, or the results cannot be written.
+    `EnvironmentFault` where no worker is available, or the results cannot be written.
     """
     report, stage = progress or silent, f"{task.noun}s"
     key = task.key()
@@ -49,7 +49,7 @@ def evaluate(
 def require_all(outcomes: Sequence[Outcome], names: Sequence[str]) -> None:
     """Raise `AnswerError`, which names the first item without a result, how many there are and that others are kept.
 
-    Raises `InputError` where all items are refused: the input is wrong, not an item.
+    Raises `InputError` where all items are rejected: the input is wrong, not an item.
     """
     failed = faults(outcomes)
     if not failed:
@@ -71,7 +71,7 @@ def shared_blocks(
 ) -> list[Any]:
     """Return what *function* gives of a *question* for *blocks* of places, by the place at which each begins.
 
-    Raises `AnswerError` for a block that fails, `EnvironmentFault` where nobody can compute.
+    Raises `AnswerError` for a block that fails, `EnvironmentFault` where no worker is available.
     """
     found = evaluate(Task(function, question, "block of places"), list(blocks.values()), executor, kept, progress)
     require_all(found, [f"places from {first + 1} on" for first in blocks])
@@ -79,7 +79,7 @@ def shared_blocks(
 
 
 class _Chunks:
-    """The chunks of what is left, as large as the time of those before says."""
+    """The chunks of the remaining items, sized by the time that earlier chunks took."""
 
     def __init__(self, task: Task, key: str, items: Sequence[Any], left: Sequence[int], workers: int) -> None:
         self._task, self._key, self._items, self._left, self._workers = task, key, items, list(left), workers
@@ -93,7 +93,7 @@ class _Chunks:
     def __iter__(self) -> Iterator[Chunk]:
         own, first = programs(), 0
         while first < len(self._left):
-            share = math.ceil((len(self._left) - first) / self._workers)  # nobody is to wait for the last
+            share = math.ceil((len(self._left) - first) / self._workers)  # so that workers finish together
             numbers = tuple(self._left[first : first + min(self._size, share)])
             first += len(numbers)
             yield Chunk(self._task, self._key, own, tuple(self._items[number] for number in numbers), numbers)

@@ -1,4 +1,4 @@
-"""`campaign`: the same print on N machines as built, and what each tolerance does to it."""
+"""`campaign`: the same print on N machines as built, and the effect of each tolerance on it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cablewright.machine.simulated.settings import TwinSettings
 from cablewright.printing.job import Job, load_job
 from cablewright.robot import Robot, load
 from cablewright.running.executors.executor import Executor, Serial
-from cablewright.running.executors.kept import kept_in
+from cablewright.running.executors.stored_results import kept_in
 from cablewright.running.executors.study import evaluate, require_all
 from cablewright.running.executors.task import Task
 from cablewright.running.store import file_hash
@@ -25,7 +25,7 @@ from cablewright.studies.campaigns.result import Campaign, MachinePrint, Sensiti
 
 MAX_MACHINES: Final = 100_000
 DEFAULT_TRIED: Final = 10
-"""On how many of the machines each tolerance is met exactly, where nobody says."""
+"""Default number of machines on which each tolerance is met exactly."""
 
 
 def campaign(

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from cablewright.foundation.errors import InputError
-from cablewright.live.prints.attendant import attendant_of
 from cablewright.live.prints.loop import run
 from cablewright.live.prints.plan import PrintOptions, plan_print, twin_of
 from cablewright.live.prints.run import begin_print
+from cablewright.live.prints.simulated_operator import attendant_of
 from cablewright.machine.simulated.settings import Tolerances, TwinSettings
 from cablewright.printing.job import Job
 from cablewright.robot import Robot

@@ -1,4 +1,4 @@
-"""The result of a print campaign: how many of the machines succeed, how far off they are, which tolerance matters."""
+"""The result of a print campaign: how many machines succeed, their errors, and which tolerance matters."""
 
 from __future__ import annotations
 
@@ -148,5 +148,5 @@ def succeeds(found: MachinePrint, allowed: float) -> bool:
 
 
 def machine_print(seed: int, value: dict[str, Any]) -> MachinePrint:
-    """Return the print of a seed from what `one_print` tells of it."""
+    """Return the print of a seed from the data that `one_print` returned."""
     return MachinePrint(seed=seed, **value)

@@ -1,4 +1,4 @@
-"""The true errors of a print while it runs, for prints of which nobody reads a log."""
+"""The true errors of a print while it runs, for prints without a log."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from cablewright.live.prints.loop import Printer, Step
 from cablewright.live.prints.path_errors import PathErrors
 from cablewright.live.prints.plan import MachineTwin
 from cablewright.live.prints.steps_table import StepsTable, in_state
-from cablewright.live.prints.whole_errors import WholeErrorSums
+from cablewright.live.prints.tracking_errors import WholeErrorSums
 from cablewright.machine.log.log import Entry
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 

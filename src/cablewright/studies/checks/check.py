@@ -13,7 +13,7 @@ from cablewright.analyses.accuracy.expected_error import ExpectedError
 from cablewright.analyses.feasibility import CLEARANCE, EXPECTED_ERROR, TENSION_LIMITS, Finding, ranked
 from cablewright.analyses.interference import too_near
 from cablewright.analyses.job_distances import Clearances
-from cablewright.analyses.motion.slower import slowed, slower_note, with_reserve
+from cablewright.analyses.motion.lower_acceleration import slowed, slower_note, with_reserve
 from cablewright.analyses.safe_travel import LedTravel, led
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError, UnknownName
@@ -34,12 +34,12 @@ from cablewright.solvers.hanging_path import hung, nozzle_on_path
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.shaping import JobMotion
 from cablewright.studies.checks.fastest import Fastest
+from cablewright.studies.checks.figure_limits import error_finding
+from cablewright.studies.checks.job_samples import JobPath, Walked, WalkSettings
 from cablewright.studies.checks.not_checked import SKIPPABLE, not_checked
-from cablewright.studies.checks.own_figures import error_finding
 from cablewright.studies.checks.result import WRONG_UNIT, Check
 from cablewright.studies.checks.sample_errors import SampleErrors
 from cablewright.studies.checks.verdict import verdict
-from cablewright.studies.checks.walk import JobPath, Walked, WalkSettings
 
 IN_ROOM: Final = 300.0
 """Memory, bytes, for each sample of a path whose arrays are in files."""
@@ -73,8 +73,8 @@ def check(
     file, or else `assumed_uncertainty`. *clearance*, m: distance under which a line is too near to something; 0: only
     if it touches. *skip*: what is not checked, of "interference" and "expected-error". *seed*: of the machines drawn
     for the expected error. *bead*: width and height of all strands, m; by default of the job file, or else of the
-    G-code's comments, E and heights, see `Job.beads`. *room*: a folder, with room on its disk for what is found at the
-    samples, which is then not in memory; the arrays of the result are those of files without a name.
+    G-code's comments, E and heights, see `Job.beads`. *room*: a folder on a disk with space for the results at the
+    samples, which then stay out of memory; the arrays of the result are those of files without a name.
 
     The job's path is the nozzle's; a rigid platform is unrotated or has the rotation of the job's schedule. Limits are
     compared with the statics and, to first order, with the motion of the platform by the time law. Raises `InputError`
@@ -181,8 +181,8 @@ def _breaks_tensions(findings: tuple[Finding, ...]) -> bool:
 def _errors(expected: ExpectedError | None, displacement: Array, path: JobPath) -> Iterator[Finding]:
     """Yield the expected error, and its sum with the *displacement* (k,) by motion, as limits.
 
-    Each counts at the sample where it is nearest to what its bead allows. Samples have their root mean square error,
-    scaled to the expected error. Those that lay nothing have no limit, unless nothing is laid.
+    Each counts at the sample where it is nearest to the tolerance of its bead. Samples have their root mean square
+    error, scaled to the expected error. Those that lay nothing have no limit, unless nothing is laid.
     """
     laid = path.samples.extruding
     displacement = np.where(laid | ~laid.any(), displacement, np.nan)
@@ -199,7 +199,7 @@ def _errors(expected: ExpectedError | None, displacement: Array, path: JobPath) 
     shown = value if worst == expected.sample else float(error[worst])
     bound = float(allowed[worst])
     yield Finding(EXPECTED_ERROR, "m", bound - shown, shown, (-np.inf, bound), None, worst, int((margin < 0.0).sum()))
-    if shown <= bound:  # of the machines that are off anywhere by the expected error: it counts at each sample
+    if shown <= bound:  # of the machines whose error anywhere is the expected error: it counts at each sample
         yield from error_finding(displacement, np.full(len(allowed), value), allowed)
 
 
@@ -223,7 +223,7 @@ def _nowhere(full: Model) -> int:
 
 
 def _require_scale(robot: Robot, job: Job, toolpath: Toolpath) -> None:
-    """Raise `InputError` for a path so much larger than the frame that its scale must be wrong."""
+    """Raise `InputError` for a path so large against the frame that its scale must be wrong."""
     low, high = path_box(job, toolpath)
     ratio = float(((high - low) / np.subtract(robot.scene.frame_max, robot.scene.frame_min)).max())
     if ratio < TOO_LARGE:

@@ -1,4 +1,4 @@
-"""What a check says nothing about: switched off, without numbers in the files, or left out by the model."""
+"""Questions that a check leaves open: switched off, without numbers in the files, or outside the model."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from cablewright.models.inertia import with_inertia
 from cablewright.models.support import Capability, cells
 from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Uncertainty
-from cablewright.studies.checks.own_vibration import slow_lines
+from cablewright.studies.checks.job_samples import JobPath
+from cablewright.studies.checks.line_vibration import slow_lines
 from cablewright.studies.checks.path_statics import PathStatics
-from cablewright.studies.checks.walk import JobPath
 
 SKIPPABLE: Final = {
     "interference": "interference of lines",
     "expected-error": "expected error",
 }
-"""What may be switched off, and what it is called."""
+"""Parts of a check that can be switched off, and their names."""
 
 _LIMITS: Final = (
     ("winch torque", "winch", "max_torque"),

@@ -27,7 +27,7 @@ class PathStatics:
     violations: Array  # (k,) N, largest excess of a tension over its limits
     tensions: Array  # (k, m) N, at the sheave, at rest
     lines: LineQuantities  # (k, m) each: quantities that have limits, with the motion of the platform
-    displacement: Array  # (k,) m, largest of the nozzle by motion on the way there; NaN where it is not known
+    displacement: Array  # (k,) m, largest of the nozzle by motion up to there; NaN where it is unknown
     frequency: Array  # (k,) Hz, of the mode with most of that
     plane_force: Array  # (k,) N, largest along the plane's normal with motion; NaN without a plane
     rigid_lengths: Array  # (k, m) m, paid out without compensation: cables as rigid
@@ -83,7 +83,7 @@ class PathStatics:
         return replace(self, lines=moved, displacement=swing.displacement, frequency=swing.frequency, plane_force=force)
 
     def fed_forward(self, moving: Equilibrium, rows: NDArray[np.intp]) -> Self:
-        """Return the same with the lengths of what holds the platform *moving* at *rows* (r,)."""
+        """Return the same with the lengths that hold the *moving* platform at *rows* (r,)."""
         commanded = self.commanded.copy()
         commanded[rows] = np.where(moving.ok[:, None], moving.lengths, commanded[rows])
         return replace(self, commanded=commanded)
@@ -120,7 +120,7 @@ def largest_at(values: Array, preferred: Mask) -> int | None:
 
 
 def median(values: Array) -> Array:
-    """The lower median along the first axis of what is not NaN; NaN where that is nothing. Of (k,) or (k, m)."""
+    """Return the lower median along the first axis without NaN; NaN where all are NaN. Of (k,) or (k, m)."""
     return np.array([_median(each) for each in values.T]) if values.ndim > 1 else np.asarray(_median(values))
 
 

@@ -33,7 +33,7 @@ from cablewright.printing.toolpath import BY_HEIGHT, Toolpath
 from cablewright.robot import Robot
 from cablewright.robot.plausibility import overstretched, units_inside
 from cablewright.robot.uncertainty import ASSUMED
-from cablewright.solvers.preferred import preferred_note, preferred_tensions
+from cablewright.solvers.preferred_tensions import preferred_note, preferred_tensions
 from cablewright.solvers.shaping import JobMotion
 from cablewright.studies.checks.fastest import Fastest
 from cablewright.studies.checks.motion_error import MotionError
@@ -90,7 +90,7 @@ def _of_lines(
 
 
 def _errors() -> tuple[Figure, ...]:
-    """The largest errors, by what is compensated."""
+    """The largest errors, by compensation."""
     named = (("none", "uncompensated"), ("elastic", "elastic_only"), ("full", "compensated"))
     return tuple(
         _extreme_of(f"max_error_{key}", "m", f"Largest error of the nozzle {words}, if all numbers are exact.", np.fmax,
@@ -254,9 +254,9 @@ class Check(Result):
     travels: tuple[LedTravel, ...]  # that were changed, or that no way was found for
     slower: tuple[str, ...]  # a note, where motion had to be slower than the job asks for
     fastest: Fastest | None  # None where nothing limits a speed
-    expected: ExpectedError | None  # None where it was not asked for
+    expected: ExpectedError | None  # None where it was not requested
     uncertainty: str  # where the uncertainties are from
-    distances: Clearances | None  # of lines; None where they were not asked for
+    distances: Clearances | None  # of lines; None where they were not requested
     not_checked: tuple[str, ...]
     step: float  # m, max distance of samples
     chosen: Model  # whose tensions are taken at rest
@@ -285,7 +285,7 @@ class Check(Result):
 
     @property
     def nearest(self) -> Contact | None:
-        """The nearest contact of a line; its row is the sample. None without one, or where it was not asked for."""
+        """The nearest contact of a line; its row is the sample. None without one, or where it was not requested."""
         return None if self.distances is None else self.distances.nearest
 
     @property
@@ -344,7 +344,7 @@ class Check(Result):
 
     @property
     def allowed_error(self) -> float:
-        """The expected error that is allowed, m: where it is nearest to that, or of the middle of what is laid."""
+        """The expected error that is allowed, m: where it is nearest to that, or of the median bead."""
         bounds = next((each.allowed[1] for each in self.findings if each.limit == EXPECTED_ERROR), None)
         return self.job.allowed_error(self.beads.typical.width) if bounds is None else bounds
 
@@ -391,7 +391,7 @@ class Check(Result):
 
     @property
     def reserved(self) -> bool:
-        """Whether tensions at rest keep from the limits of the robot file."""
+        """Whether tensions at rest have a reserve from the limits of the robot file."""
         return self.chosen.robot != self.robot
 
     @property

@@ -28,7 +28,7 @@ class SampleErrors:
 
     @classmethod
     def of(cls, robot: Robot, samples: Samples, poses: Array, statics: PathStatics, room: Room = MEMORY) -> Self:
-        """Return the errors of what was found for intended *poses* (k, n), m and rad. *room*: for them."""
+        """Return the errors of solved samples against intended *poses* (k, n), m and rad. *room*: for the arrays."""
         model, rows = Model(robot), len(samples)
         found = cls(*(room.empty((rows,)) for _ in range(5)))
         for at in blocks(rows):

@@ -32,7 +32,7 @@ SHORTEST: Final = 1e-5
 ALLOWED: Final = 1e-3
 """Error of a length, m, up to which a larger tolerance is an advice."""
 
-_MOST_PARTS: Final = 32  # into which a piece is divided at once
+_MOST_PARTS: Final = 32  # into which one step divides a piece
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +40,7 @@ class WinchPath:
     """A job in the coordinates of its winches, at k points.
 
     ``turns`` (k, m): rad of each drum, positive as it pays out, 0 at the first point; ``laid`` (k,): m of strand laid
-    until there; ``error``: m, the largest by which a length is off half-way between two points, when both turns and the
+    until there; ``error``: m, the largest error of a length half-way between two points, when both turns and the
     place of the nozzle go linearly; ``toolpath``: of the job's file; ``is_part``: whether it is some layers of the job.
     """
 

@@ -1,4 +1,4 @@
-"""What a candidate is judged by: figures of the part that it prints, of its workspace, and of itself."""
+"""Figures by which a candidate design is judged: of its part, of its workspace, and of the robot."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Prices:
 
 @dataclass(frozen=True, eq=False)
 class DesignCandidate:
-    """A robot, and what it is to do: poses (k, n) along a part, retraction lengths (k,) or None, or no part at all."""
+    """A robot, and its task: poses (k, n) along a part, retraction lengths (k,) or None, or no part at all."""
 
     robot: Robot
     poses: Array | None
@@ -101,7 +101,7 @@ class DesignCandidate:
 
     @cached_property
     def combination(self) -> Combination:
-        """Workspace, frequencies along its boundary and distance of exits, as `trade` finds them."""
+        """Workspace, frequencies along its boundary and distance of exit points, as `trade` finds them."""
         return found_for(Model(self.robot, Fidelity.of(CableLaw.ELASTIC)), (), self.workspace)
 
 
@@ -144,7 +144,7 @@ def _cost(of: DesignCandidate) -> float:
     torques = np.fmax.reduce(of.lines.winch_torque, axis=0)  # (m,)
     names = [line.name for line in of.robot.lines]
     for line in of.robot.sharing:  # its drum is paid once, by the larger torque in either direction
-        assert line.shared_winch is not None  # by what `sharing` is
+        assert line.shared_winch is not None  # by the definition of `sharing`
         own, drum = names.index(line.name), names.index(line.shared_winch.line)
         torques[drum], torques[own] = max(torques[drum], torques[own]), 0.0
     torques[list(of.robot.hung)] = 0.0

@@ -1,4 +1,4 @@
-"""Optimisers by name: each asks for rows of values between 0 and 1, a batch at a time, and is told what they are worth.
+"""Optimisers by name: each proposes batches of values between 0 and 1, and receives their objective values.
 
 All are deterministic by their seed, so that a search that was interrupted asks again for what it asked before, and
 finds the answers on the disk.

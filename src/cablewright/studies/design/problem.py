@@ -23,7 +23,7 @@ from cablewright.studies.design.measures import MEASURES, DesignCandidate, Measu
 from cablewright.studies.trade import TradeSettings
 
 CELLS: Final = 6
-"""Cells along each side of the part's box, of each of which one place stands for all."""
+"""Cells along each side of the part's box, each represented by one position."""
 
 GRID: Final = 9
 """Nodes along each side of the box, for workspaces and their boundaries."""
@@ -106,7 +106,7 @@ def measure(key: str) -> Measure:
 
 @dataclass(frozen=True)
 class DesignProblem:
-    """A robot to change, what may vary, and what the robot is to be good for.
+    """A design task: the robot to change, its variables, objectives and constraints.
 
     ``job``: without its G-code, of which ``places`` (k, 3), m, are the part's. Raises `InputError` for contradictions.
     """
@@ -137,7 +137,7 @@ class DesignProblem:
         self._require_room()
 
     def _require_room(self) -> None:
-        """Refuse two bounds of one figure that leave nothing between them."""
+        """Reject two bounds of one figure that leave nothing between them."""
         for one, other in product(self.constraints, repeat=2):
             if one.key == other.key and one.lower and not other.lower and one.bound > other.bound:
                 raise InputError(f"constraints: {one} and {other} contradict each other")
@@ -173,7 +173,7 @@ def default_workspace() -> TradeSettings:
 
 
 def places_of(samples: Samples) -> tuple[tuple[float, float, float], ...]:
-    """Return places that stand for all of a path: one of each cell of its box, and those farthest out.
+    """Return positions that represent a path: one of each cell of its box, and the outermost ones.
 
     Moves that lay no material do not count, unless none does.
     """

@@ -16,7 +16,7 @@ from cablewright.models.job_poses import on_plane, sampled
 from cablewright.printing.job import Job, load_job
 from cablewright.robot import Robot, load
 from cablewright.running.executors.executor import Executor, Serial
-from cablewright.running.executors.kept import KeptResults, kept_in
+from cablewright.running.executors.stored_results import KeptResults, kept_in
 from cablewright.running.executors.study import evaluate
 from cablewright.running.executors.task import Outcome, Task
 from cablewright.studies.design.measures import MEASURES, Prices, measured

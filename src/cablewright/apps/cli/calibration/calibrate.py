@@ -1,4 +1,6 @@
-"""`calibrate`, `simulate-calibration`: numbers of a robot from what was measured at poses; and data to try it with."""
+"""`calibrate`, `simulate-calibration`: parameters of a robot from measurements at poses; and simulated data to try
+it.
+"""
 
 from __future__ import annotations
 
@@ -259,7 +261,7 @@ def _guide(machine: cw.Robot, fit: FitOptions, given: GuideOptions, seed: int, a
 
 @options("Noise")
 class NoiseOptions:
-    """Standard deviations of what is simulated."""
+    """Standard deviations of the simulated measurements."""
 
     noise: Annotated[float, typer.Option("--noise", help="Standard deviation of the encoders, m.")]
     guess: Annotated[float, typer.Option("--guess", help="Maximum error, m, of the guesses x,y,z in the file.")] = 0.05
@@ -276,6 +278,10 @@ class NoiseOptions:
     yaw_noise: Annotated[
         float | None,
         typer.Option("--yaw-noise", help="Add the yaw of a rigid platform with this standard deviation, rad."),
+    ] = None
+    frequency_noise: Annotated[
+        float | None,
+        typer.Option("--frequency-noise", help="Add frequencies of the free cables, standard deviation in Hz."),
     ] = None
     pose_noise: Annotated[
         float | None,
@@ -308,7 +314,12 @@ def simulate_calibration_command(
 
     machine, given = cw.load(robot), noises
     sensors = cw.SensorNoise(
-        given.tension_noise, given.swivel_noise, given.tilt_noise, given.pose_noise, given.yaw_noise
+        given.tension_noise,
+        given.swivel_noise,
+        given.tilt_noise,
+        given.pose_noise,
+        given.yaw_noise,
+        given.frequency_noise,
     )
     made = cw.simulate_calibration(
         machine, poses, given.noise, seed=seed, guess=given.guess, cable=cable, sensors=sensors

@@ -74,7 +74,7 @@ class SpecimenOptions:
         return area, load
 
     def _cable(self, robot: str, *, with_section: bool, with_load: bool) -> cw.Cable:
-        """The cable of the robot's line; without a name, all lines must agree in what is needed of it."""
+        """The cable of the robot's line; without a name, all lines must have the same cable data."""
         lines = cw.load(robot).lines
         if self.line is not None:
             named = {each.name: each.cable for each in lines}

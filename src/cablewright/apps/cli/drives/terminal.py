@@ -1,4 +1,4 @@
-"""What a person does at the terminal: a key that is held, and orders that are typed, a line each."""
+"""Input at the terminal: a held key, and typed orders, a line each."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ class TypedLines:
 
     def _read(self) -> None:
         try:
-            with suppress(OSError):  # of a terminal that belongs to another job: nobody types
+            with suppress(OSError):  # of a terminal that belongs to another job: there is no input
                 for line in sys.stdin.buffer:
                     self._lines.put((time.monotonic(), line[:_LONGEST].decode(errors="replace")))
         finally:
@@ -125,7 +125,7 @@ def typed_orders() -> Iterator[PersonOperator]:
 
 def person_beside(rig: VirtualRig) -> Callable[[], bool]:
     """Fills the drum of virtual drives where the standard input says `REFILL`; asked at every tick, it ends nothing."""
-    if hasattr(signal, "SIGTTIN"):  # in the background of a shell nobody types, and nothing stops
+    if hasattr(signal, "SIGTTIN"):  # in the background of a shell there is no input, and nothing stops
         signal.signal(signal.SIGTTIN, signal.SIG_IGN)
     lines = TypedLines()
     lines.begin()

@@ -1,4 +1,4 @@
-"""Answers to slicers: results, and refusals in the form that each interface has."""
+"""Answers to slicers: results, and rejections in the form that each interface has."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import Any, Final
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, Response
 
-from cablewright.apps.serve.slicers.desk import SENDING, Busy, Forbidden
-from cablewright.apps.serve.slicers.forms import EarlyRefusal
+from cablewright.apps.serve.slicers.multipart_forms import EarlyRefusal
+from cablewright.apps.serve.slicers.shared_actions import SENDING, Busy, Forbidden
 from cablewright.apps.serve.uploads import TooLarge
 from cablewright.foundation.errors import CablewrightError, EnvironmentFault
 
@@ -37,7 +37,7 @@ def refusal(path: str, status: int, why: str, *, unread: bool = True) -> Respons
 
 
 def status_of(reason: CablewrightError) -> int:
-    """The HTTP status of a refusal."""
+    """The HTTP status of a rejection."""
     if isinstance(reason, TooLarge):
         return 413
     if isinstance(reason, Busy):
@@ -48,7 +48,7 @@ def status_of(reason: CablewrightError) -> int:
 
 
 def called(handler: Handler) -> Handler:
-    """*handler*, with what it raises as refusals."""
+    """*handler*, with what it raises as rejections."""
 
     async def call(request: Request) -> Response:
         unread = True

@@ -66,7 +66,7 @@ class Keys:
         try:
             found = [Key(**each) for each in json.loads(read_bytes(path, _MAX_FILE, "file of keys"))]
         except (ValueError, TypeError) as reason:
-            raise InputError(f"{path}: is damaged ({reason}); remove it, and make the keys anew on the page") from None
+            raise InputError(f"{path}: is damaged ({reason}); remove it, and make the keys again on the page") from None
         self._kept.update((each.digest, each) for each in found)
 
     def told(self) -> list[dict[str, Any]]:

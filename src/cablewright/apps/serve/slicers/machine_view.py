@@ -6,7 +6,7 @@ import time
 from dataclasses import dataclass
 from typing import Any, Final
 
-from cablewright.apps.serve.served import Served
+from cablewright.apps.serve.shared_state import Served
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.units import spell_length
 

@@ -21,9 +21,9 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from cablewright.apps.serve.access import Bucket
 from cablewright.apps.serve.slicers.answers import body_of, called, result, status_of
-from cablewright.apps.serve.slicers.desk import NO_START, Desk, Forbidden
-from cablewright.apps.serve.slicers.gcode_notes import GcodeNotes
 from cablewright.apps.serve.slicers.keys import Key
+from cablewright.apps.serve.slicers.shared_actions import NO_START, Desk, Forbidden
+from cablewright.apps.serve.slicers.slicer_comments import GcodeNotes
 from cablewright.foundation.errors import CablewrightError, InputError
 from cablewright.foundation.signals import OrderKind
 

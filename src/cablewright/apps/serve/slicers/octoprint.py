@@ -1,7 +1,7 @@
 """The part of OctoPrint's interface that PrusaSlicer, OrcaSlicer and Cura use, below ``/api``.
 
 Source: OctoPrint's documentation of its REST API, and the calls in OctoPrint.cpp of PrusaSlicer and OrcaSlicer and in
-OctoPrintOutputDevice.py of Cura's OctoPrint plugin. A refusal is plain text: these programs show it.
+OctoPrintOutputDevice.py of Cura's OctoPrint plugin. A rejection is plain text: these programs show it.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
 from cablewright.apps.serve.slicers.answers import body_of, called
-from cablewright.apps.serve.slicers.desk import NO_START, Desk, Forbidden
+from cablewright.apps.serve.slicers.shared_actions import NO_START, Desk, Forbidden
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import OrderKind
 
@@ -94,7 +94,7 @@ class OctoPrint:
         return JSONResponse({"job": about, "progress": told, "state": view.flags()["text"], "message": view.message})
 
     async def command(self, request: Request) -> Response:
-        """Pause or end a print; whatever would start motion is refused."""
+        """Pause or end a print; whatever would start motion is rejected."""
         given = await body_of(request)
         command, action = given.get("command"), given.get("action", "toggle")
         printing = (await self.desk.view()).print_state == "printing"
@@ -115,7 +115,7 @@ class OctoPrint:
         return JSONResponse(self._file(await self.desk.file(request.path_params["name"])))
 
     async def select(self, request: Request) -> Response:
-        """Refuse to select a file: that is done on the page."""
+        """Reject to select a file: that is done on the page."""
         await self.desk.file(request.path_params["name"])
         raise Forbidden(NO_START)
 
@@ -129,7 +129,7 @@ class OctoPrint:
         return JSONResponse(told, 201, headers={"location": location})
 
     async def unknown(self, request: Request) -> Response:
-        """Refuse what is not offered."""
+        """Reject what is not offered."""
         raise InputError(f"/api/{request.path_params['rest'][:80]}: is not offered here")
 
     def _file(self, job: dict[str, Any]) -> dict[str, Any]:

@@ -55,7 +55,7 @@ def hang_counterweight(row, y, record, by_tension, per_metre, block, rhs):
 
 @jit
 def shape_hung(row, y):
-    """Set *y*, a straight line, close to what the counterweight makes of it."""
+    """Set *y*, a straight line, near its equilibrium with the counterweight."""
     held, weight = row[COUNTERWEIGHT], row[WEIGHT]
     t = max(held - weight * y[DEAD] * row[WINCH_RISE], LIGHTEST * held)
     y[TAU] = log(t)

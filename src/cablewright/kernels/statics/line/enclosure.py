@@ -1,6 +1,6 @@
 """Enclosures of a line's equations and their Jacobian, as `line.system` computes them.
 
-The formulas are the same, of springs and of mounts that give too, with every operation rounded outward. The packed
+The formulas are the same, also of springs and compliant mounts, with every operation rounded outward. The packed
 doubles are taken as exact model data; pi and the direction of an upright dead span are enclosed.
 """
 
@@ -212,7 +212,7 @@ def given_way(row, psi, t, h, v):
 
 @jit
 def _enclose_mount(row, psi, t, h, v, low, high):
-    """Add the entries of the mount that gives, as `upright._add_mount`."""
+    """Add the entries of the compliant mount, as `upright._add_mount`."""
     gx, gz = given_way(row, psi, t, h, v)
     soft = mul(point(row[MOUNT]), point(row[PULLS]))
     rise = mul(soft, h)

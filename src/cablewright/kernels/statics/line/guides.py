@@ -33,7 +33,7 @@ from cablewright.kernels.layout import (
 )
 from cablewright.kernels.rotation import rotate
 
-# What is known of a guide, from `at` on: its contact point and what changes with the force f that leaves it.
+# State of a guide, from `at` on: its contact point and what changes with the force f that leaves it.
 CONTACT_POINT = 0  # 0..2: contact point from the guide's own point, m
 BY_FORCE = 3  # 3..11: derivative of the point by f, rows x, y, z, m/N
 ARC = 12  # contact length, m

@@ -258,7 +258,7 @@ def _bend_dead(row, y, box, frame, t, shrink, span, bends):
 
 @jit
 def _bend_mount(row, y, box, cf, sf, along, across, frame, t, middle, bends):
-    """Add the bounds for a mount that gives under T e of the free span, and in height under a dead span.
+    """Add the bounds for a compliant mount under T e of the free span, and in height under a dead span.
 
     A spring gives in proportion to the tension, and bends nothing.
     """

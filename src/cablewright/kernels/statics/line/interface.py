@@ -183,7 +183,7 @@ def find_line(row, y, length, pose, i, work, spatial):
 
 @jit
 def taut_line(row, y, pose, i, work, spatial):
-    """As `draw_line`, with levers as without weight and exits as without load."""
+    """As `draw_line`, with levers as without weight and exit points as without load."""
     if spatial is not None and row[GUIDE] > 0.0:
         return draw_placed(row, y, pose, i, SLACK_TENSION, work, spatial)
     plane = work.planes[i]

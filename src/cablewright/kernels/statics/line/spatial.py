@@ -59,8 +59,8 @@ from cablewright.kernels.statics.line.sheave import constant_length
 from cablewright.kernels.statics.line.upright import LENGTH_TOLERANCE, STALLED, STEPS, shape_span
 
 SIZE = 4  # unknowns of a line
-# Columns of the right-hand sides and of what `solve` makes of them.
-RESIDUAL, POSE, GIVEN = 0, 1, 7  # by residual; by the pose's freedoms, 1..6; by length or logarithm of the pull
+# Columns of the right-hand sides and of the solutions of `solve`.
+RESIDUAL, POSE, GIVEN = 0, 1, 7  # by residual; by the pose's coordinates, 1..6; by length or logarithm of the pull
 COLUMNS = 8  # of right-hand sides
 
 # What `place_span` writes to a record.
@@ -93,7 +93,7 @@ class SpatialWork(NamedTuple):
 
 
 def spatial_work(general, n, m):
-    """Scratch for *m* lines of a robot with *n* freedoms; None unless it is *general*, see `Packed`."""
+    """Scratch for *m* lines of a robot with *n* degrees of freedom; None unless it is *general*, see `Packed`."""
     return None if general is None else _room(n, m)
 
 
@@ -121,7 +121,7 @@ def _room(n, m):
 def dead_length(row, covered, tension):
     """Unstrained length (m) of a straight dead span that covers *covered* metres at the *tension* at the sheave.
 
-    Also returns its derivatives by the tension, m/N, and by what it covers.
+    Also returns its derivatives by the tension, m/N, and by the length that it covers.
     """
     compliance = row[DEAD_COMPLIANCE]
     bend = 0.5 * compliance * row[WEIGHT] * row[MEAN_RISE]
@@ -225,7 +225,10 @@ def spatial_system(row, y, pose, arm, rotation, length, record, block, rhs):
 
 @jit
 def by_pose(n, record, taken, rhs):
-    """Write the right-hand sides for the pose's *n* freedoms; *taken*: unstrained per contact length, 0 at a pull."""
+    """Write the right-hand sides for the pose's *n* degrees of freedom.
+
+    *taken*: unstrained per contact length, 0 at a pull.
+    """
     for k in range(3):
         for i in range(4):
             rhs[i, POSE + k] = 1.0 if i == k else 0.0

@@ -88,7 +88,7 @@ def write_tension_placed(row, y, length, pose, i, work, spatial, own, by_pose):
 
 @jit
 def mount_rows(lines, states, planes, forces, dead):
-    """Write the force (N, m, 3), N, on the exit of each line, and what its moves do to the dead span.
+    """Write the force (N, m, 3), N, on the exit point of each line, and the change of the dead span with its motion.
 
     *dead* (N, m, 3): unstrained length that the dead span loses per move of the exit, with the winch fixed; 0 of lines
     in planes, whose exit moves so. *lines* (1 or N, m, COLUMNS), *states* (N, m, 6), *planes* (N, m, 2): directions.

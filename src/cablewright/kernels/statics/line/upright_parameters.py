@@ -91,7 +91,7 @@ def _add_own(row, y, length, i, work, right):
 def _add_points(row, y, i, work, right):
     """Write the columns of line *i*'s exit point in x and y, and of its platform point.
 
-    Moving the exit point by d or the platform point by -d changes the span alike; the latter also moves the force.
+    Moving the exit point by d or the platform point by -d changes the span equally; the latter also moves the force.
     """
     plane, arm, steps, turned = work.planes[i], work.arms[i], work.steps[i], work.rotation
     h, v = work.forces[i, 0], work.forces[i, 1]

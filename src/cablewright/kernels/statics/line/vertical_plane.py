@@ -47,7 +47,8 @@ def has_plane(row, plane):
 def sideways(row, x, h, kxx):
     """Stiffness of a line across its plane: h / x, as the plane turns about the vertical through the exit point.
 
-    Where the line runs along that vertical all planes are alike, and its limit is the stiffness *kxx* in the plane.
+    Where the line runs along that vertical all planes are equivalent, and its limit is the stiffness *kxx* in the
+    plane.
     """
     if x < STRAIGHT_DOWN and (is_eyelet(row) or abs(h) <= 2.0 * STRAIGHT_DOWN * abs(kxx)):
         return kxx

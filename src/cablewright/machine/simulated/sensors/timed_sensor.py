@@ -16,8 +16,8 @@ from cablewright.machine.quantities import Share
 from cablewright.machine.sensors.sensor import Sensor, SensorSheet
 
 if TYPE_CHECKING:
-    from cablewright.machine.simulated.mounted import Mounted
     from cablewright.machine.simulated.rig import RigState
+    from cablewright.machine.simulated.sensor_context import Mounted
 
 _SheetT = TypeVar("_SheetT", bound=SensorSheet)
 _FlawsT = TypeVar("_FlawsT", bound="SensorFlaws")

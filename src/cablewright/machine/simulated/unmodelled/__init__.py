@@ -1,1 +1,1 @@
-"""What a simulated machine has and no model of it: creep, hysteresis, friction, exits that give, backlash, wind."""
+"""Effects of a simulated machine that no model has: creep, hysteresis, friction, soft mounts, backlash, wind."""

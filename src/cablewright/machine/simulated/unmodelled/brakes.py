@@ -15,7 +15,7 @@ import numpy as np
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.signals import Condition, Notice
 from cablewright.kernels.plant import winding
-from cablewright.machine.drives.strays import astray, slipping
+from cablewright.machine.drives.unexpected_motion import astray, slipping
 from cablewright.machine.simulated.as_built_parts import BRAKES, drawn
 from cablewright.machine.simulated.unmodelled.laws import WinchBrakes, of_lines
 from cablewright.machine.simulated.winches import Winches

@@ -17,7 +17,7 @@ from cablewright.kernels.statics.line.guides import GUIDE_SIZE
 
 
 class ExitMountState:
-    """Displacements of m exits."""
+    """Displacements of m exit points."""
 
     SAVED = ("displaced",)
 
@@ -28,14 +28,14 @@ class ExitMountState:
         self._steps, self._guide = np.zeros_like(self.displaced), np.zeros(GUIDE_SIZE)
 
     def give(self, packed: Packed, states: Array, planes: Array, ratio: Array) -> float:
-        """Move the exits of *packed* by a step of `exit_mounts.give`; return by how much at most, m."""
+        """Move the exit points of *packed* by a step of `exit_mounts.give`; return by how much at most, m."""
         given = (packed, states, planes, ratio, self._compliance, self.displaced, self._steps, self._guide)
         return float(exit_mounts.give(*given))
 
     def close(
         self, packed: Packed, kept: Indices, lengths: Array, pose: Array, states: Array, ratio: Array, work: Work
     ) -> int:
-        """Let the exits of *packed*, the lines numbered *kept*, give until all is in equilibrium; return a code."""
+        """Displace the exit points of *packed*, of the lines *kept*, until all is in equilibrium; return a code."""
         displaced = self.displaced[kept]
         given = (packed, lengths, pose, states, ratio[kept], self._compliance[kept], displaced, work)
         code = int(exit_mounts.close(*given))

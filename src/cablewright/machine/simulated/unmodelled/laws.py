@@ -49,7 +49,7 @@ class SheaveFriction(Description):
 
 
 class ExitMounts(Description):
-    """``compliance`` of the exits' mounts, m/N, and other ones of some lines ``by_line``."""
+    """``compliance`` of the exit points' mounts, m/N, and other ones of some lines ``by_line``."""
 
     compliance: Compliance = 0.0
     by_line: dict[str, Compliance] = Field(default_factory=dict)

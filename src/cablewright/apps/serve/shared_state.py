@@ -1,0 +1,69 @@
+"""What the routes and the open pages share: the way to the control and what came from it."""
+
+from __future__ import annotations
+
+import asyncio
+import itertools
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Final
+
+from cablewright.apps.serve.access import Access
+from cablewright.apps.serve.checks import Checks
+from cablewright.apps.serve.feed import Feed
+from cablewright.apps.serve.operators import Operators
+from cablewright.apps.serve.slicers.keys import Keys
+from cablewright.apps.serve.uploads import Uploads
+from cablewright.foundation.signals import OrderKind
+from cablewright.live.serve.link import ServerLink
+from cablewright.live.serve.messages import OrderMessage
+
+_ANSWER: Final = 2.0  # s to wait for the control's answer
+_PARALLEL: Final = 2  # uploads at a time
+_ALIKE: Final = 0.05  # s in which one stop stands for all
+
+
+@dataclass(eq=False, kw_only=True)
+class Served:
+    """A machine that is served. ``numbers``: of orders, each used once."""
+
+    access: Access
+    link: ServerLink
+    feed: Feed
+    operators: Operators
+    uploads: Uploads
+    checks: Checks
+    keys: Keys
+    camera: str = ""  # address of a picture that the page shows
+    sending: asyncio.Semaphore = field(default_factory=lambda: asyncio.Semaphore(_PARALLEL))
+    numbers: Iterator[int] = field(default_factory=lambda: itertools.count(round(1e3 * time.monotonic())))
+    _stopped: float = -1.0
+
+    def send_stop(self, by: str) -> bool:
+        """Send a stop by its own channel; whether the control can take it."""
+        now = time.monotonic()
+        self.feed.stops += 1
+        if now - self._stopped < _ALIKE:
+            return True
+        message = OrderMessage(by=by, number=next(self.numbers), at=now, kind=OrderKind.EMERGENCY)
+        sent = self.link.send(message, "stops")
+        self._stopped = now if sent else -1.0
+        return sent
+
+    async def calm(self, kind: OrderKind, by: str) -> str:
+        """Give one of the orders to come to rest, which need no lease; return why it was rejected, or an empty text."""
+        number = next(self.numbers)
+        self.feed.stops += 1
+        message = OrderMessage(by=by, number=number, at=time.monotonic(), kind=kind)
+        return await self.answer(number, by) if self.link.send(message, "stops") else "the control does not answer"
+
+    async def answer(self, number: int, by: str) -> str:
+        """Wait for what the control answers: why not, or an empty text."""
+        end = time.monotonic() + _ANSWER
+        while time.monotonic() < end:
+            found = self.feed.answer_of(number, by)
+            if found is not None:
+                return found
+            await asyncio.sleep(0.02)
+        return "the control has not answered yet"
