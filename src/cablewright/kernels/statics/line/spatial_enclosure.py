@@ -338,7 +338,7 @@ def _wound(turned):
 
 @jit(allocates=True)
 def _leave_aside(row, turned, force):
-    """As `leave`, of a swivel *turned* by an unknown angle, at which the moments of both spans about its axis balance."""
+    """As `leave`, of a swivel *turned* by an unknown angle, where the moments of both spans about its axis balance."""
     axis = fixed(row[AXIS_X], row[AXIS_X + 1], row[AXIS_X + 2])
     winch = fixed(row[ARRIVAL_X], row[ARRIVAL_X + 1], row[ARRIVAL_X + 2])
     first = _zero_of_swivel(row, axis)
