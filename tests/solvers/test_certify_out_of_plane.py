@@ -86,7 +86,7 @@ def test_the_exact_equilibrium_is_within_the_bound_in_hundreds_of_poses(kind: st
 
 
 @pytest.mark.parametrize("size", [1e-8, 1e-6, 1e-4])
-def test_a_pose_that_is_off_is_never_certified(size: float) -> None:
+def test_a_wrong_pose_is_never_certified(size: float) -> None:
     model, rng = Model(out_of_plane.body("both")), np.random.default_rng(8)
     held = cases.poses(model, 20, 8)
     moved = held.pose + size * rng.choice([-1.0, 1.0], held.pose.shape)

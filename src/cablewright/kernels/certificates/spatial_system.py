@@ -14,17 +14,40 @@ from cablewright.kernels.statics.platform_enclosure import component, enclose_ar
 
 
 @jit
-def centre_spatial(general, row, y, pose, work, centre):
-    """Write the middles of a line's unknowns to *centre* (k,). False if the line is in a vertical plane."""
+def enclose_spatial_line(general, row, y, length, pose, omega, i, at_solution, work):
+    """Enclose line *i*: its equations *at_solution*, or else the Jacobian's entries over the box. False if planar.
+
+    The middles of its unknowns are written with the equations, which come first.
+    """
     if general is None or row[GUIDE] == UPRIGHT:
         return False
-    enclose_arm(row, pose.shape[0], 0.0, work.rotation, work.arm)
-    _centre(row, y, pose, work, centre)
+    _enclose(row, y, length, pose, omega, i, at_solution, work)
     return True
 
 
 @jit(allocates=True)
-def _centre(row, y, pose, work, centre):
+def _enclose(row, y, length, pose, omega, i, at_solution, work):
+    start, end, first, n = work.offsets[i], work.offsets[i + 1], work.offsets[-1], pose.shape[0]
+    equations, wrench = np.zeros((OWN, 1 + SLOTS, 2)), np.zeros((6, 1 + SLOTS, 2))
+    centre, box, radius = work.centre[start:end], np.zeros(end - start), np.zeros(n)
+    if at_solution:
+        _write_centre(row, y, pose, work, centre)
+    else:
+        box[:], radius[:] = work.radius[start:end], work.radius[first:]
+    given = (pose, radius, omega, work.rotation, length)
+    enclose_spatial(row, centre, box, *given, work.arm, work.moved, equations, wrench)
+    if at_solution:
+        work.residual[start:end] = equations[: end - start, 0]
+        for j in range(n):
+            total = add(component(work.residual, first + j), of(wrench[j], 0))
+            work.residual[first + j, 0], work.residual[first + j, 1] = total
+    else:
+        _write_jacobian(equations, wrench, start, end, first, work.low, work.high)
+
+
+@jit(allocates=True)
+def _write_centre(row, y, pose, work, centre):
+    enclose_arm(row, pose.shape[0], 0.0, work.rotation, work.arm)
     away = np.zeros(3)
     for k in range(3):
         away[k] = pose[k] + component(work.arm, k)[0] - row[EXIT_X + k]
@@ -32,56 +55,17 @@ def _centre(row, y, pose, work, centre):
 
 
 @jit
-def spatial_residual(general, row, length, pose, i, work):
-    """Enclose the equations of line *i* at the solution. False if the line is in a vertical plane."""
-    if general is None or row[GUIDE] == UPRIGHT:
-        return False
-    _residual(row, length, pose, i, work)
-    return True
-
-
-@jit(allocates=True)
-def _residual(row, length, pose, i, work):
-    start, first, n = work.offsets[i], work.offsets[-1], pose.shape[0]
-    k = work.offsets[i + 1] - start
-    equations, wrench = np.zeros((OWN, 1 + SLOTS, 2)), np.zeros((6, 1 + SLOTS, 2))
-    centre, box, radius = work.centre[start : start + k], np.zeros(k), np.zeros(n)
-    enclose_spatial(row, centre, box, pose, radius, 0.0, work.rotation, length, work.arm, work.moved, equations, wrench)
-    for j in range(k):
-        work.residual[start + j] = equations[j, 0]
-    for j in range(n):
-        work.residual[first + j, 0], work.residual[first + j, 1] = add(
-            component(work.residual, first + j), of(wrench[j], 0)
-        )
-
-
-@jit
-def spatial_jacobian(general, row, length, pose, omega, i, work):
-    """Enclose the Jacobian's entries of line *i* over the box. False if the line is in a vertical plane."""
-    if general is None or row[GUIDE] == UPRIGHT:
-        return False
-    _jacobian(row, length, pose, omega, i, work)
-    return True
-
-
-@jit(allocates=True)
-def _jacobian(row, length, pose, omega, i, work):
-    start, first, n = work.offsets[i], work.offsets[-1], pose.shape[0]
-    k = work.offsets[i + 1] - start
-    equations, wrench = np.zeros((OWN, 1 + SLOTS, 2)), np.zeros((6, 1 + SLOTS, 2))
-    centre, box, radius = work.centre[start : start + k], work.radius[start : start + k], work.radius[first:]
-    enclose_spatial(
-        row, centre, box, pose, radius, omega, work.rotation, length, work.arm, work.moved, equations, wrench
-    )
-    low, high = work.low, work.high
-    for j in range(k):
-        for c in range(k):
+def _write_jacobian(equations, wrench, start, end, first, low, high):
+    """Write a line's own block and its rows by the pose; add its share of the platform's rows."""
+    n, count = low.shape[0] - first, end - start
+    for j in range(count):
+        for c in range(count):
             low[start + j, start + c], high[start + j, start + c] = of(equations[j], 1 + c)
         for c in range(n):
             low[start + j, first + c], high[start + j, first + c] = of(equations[j], 1 + OWN + c)
     for j in range(n):
-        for c in range(k):
+        for c in range(count):
             low[first + j, start + c], high[first + j, start + c] = of(wrench[j], 1 + c)
         for c in range(n):
-            at = (low[first + j, first + c], high[first + j, first + c])
-            low[first + j, first + c], high[first + j, first + c] = add(at, of(wrench[j], 1 + OWN + c))
+            total = add((low[first + j, first + c], high[first + j, first + c]), of(wrench[j], 1 + OWN + c))
+            low[first + j, first + c], high[first + j, first + c] = total

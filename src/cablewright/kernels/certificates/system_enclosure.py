@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.held_rows import hold_jacobian, hold_residual
 from cablewright.kernels.certificates.interval import ROUNDING, add, div, inflate, mul, neg, point, root, sqr, sub
-from cablewright.kernels.certificates.spatial_system import centre_spatial, spatial_jacobian, spatial_residual
+from cablewright.kernels.certificates.spatial_system import enclose_spatial_line
 from cablewright.kernels.layout import (
     EXIT_X,
     FREE,
@@ -148,19 +148,16 @@ def residual_of_all(packed, lengths, pose, states, work):
     first = work.offsets[m]
     work.radius[first:] = 0.0
     enclose_place(pose, work.rotation)
-    for i in range(m):
-        start, end = work.offsets[i], work.offsets[i + 1]
-        if not centre_spatial(packed.general, packed.lines[i], states[i], pose, work, work.centre[start:end]):
-            for k in range(end - start):
-                work.centre[start + k] = states[i, k]
     for k in range(n):
         work.residual[first + k, 0] = work.residual[first + k, 1] = packed.platform[WRENCH + k]
     enclose_weight(packed, 0.0, work.rotation, work.force, work.arm)
     add_balance(work.residual, first, n, work.arm, work.force)
     for i in range(m):
         row, start = packed.lines[i], work.offsets[i]
-        if spatial_residual(packed.general, row, lengths[i], pose, i, work):
+        if enclose_spatial_line(packed.general, row, states[i], lengths[i], pose, 0.0, i, True, work):
             continue
+        for k in range(start, work.offsets[i + 1]):
+            work.centre[k] = states[i, k - start]
         ex, ey, reach, z = place_line(row, pose, 0.0, n, work.radius[first:], work)
         end = start + int(row[UNKNOWNS])
         h, v = enclose_residual(row, states[i], reach, z, point(lengths[i]), work.residual[start:end])
@@ -190,7 +187,7 @@ def jacobian_of_all(packed, pose, states, work):
             add_entry(low, high, first + 3 + j, first + k, cross_component(work.moved, work.force, j))
     for i in range(m):
         row, start = packed.lines[i], work.offsets[i]
-        if spatial_jacobian(packed.general, row, 0.0, pose, omega, i, work):
+        if enclose_spatial_line(packed.general, row, states[i], 0.0, pose, omega, i, False, work):
             continue
         ex, ey, reach, _ = place_line(row, pose, omega, n, work.radius[first:], work)
         end = start + int(row[UNKNOWNS])

@@ -224,7 +224,7 @@ def _dead_length(row, covered, tension):
 
 @jit(allocates=True)
 def _given_way(row, force, tension, leaves, covered):
-    """Contact point and dead span's distance with what the mount gives, as `guides.give_way`."""
+    """Contact point and distance of the dead span with the deflection of the mount, as `guides.give_way`."""
     if row[MOUNT] + row[MOUNT + 1] + row[MOUNT + 2] == 0.0:
         return leaves, covered
     x, y, z = _towards_winch(row)
@@ -237,7 +237,7 @@ def _given_way(row, force, tension, leaves, covered):
 
 @jit(allocates=True)
 def _given(row, load, i):
-    """Coordinate *i* of what the mount gives under the *load* of one cable."""
+    """Coordinate *i* of the mount's deflection under the *load* of one cable."""
     out = constant(NONE)
     for j in range(3):
         out = plus(out, scaled(load[j], mul(point(row[PULLS]), point(compliance_of_mount(row, i, j)))))
