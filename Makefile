@@ -38,7 +38,7 @@ check: $(VENV)/.dev
 
 test: $(VENV)/.dev
 	$(BIN)/pytest -n 2 --dist worksteal -m "not slow and not clock"
-	$(BIN)/pytest -m "clock and not slow"
+	$(BIN)/pytest tests/apps -m "clock and not slow"
 
 slow: $(VENV)/.dev
 	$(BIN)/pytest -n 2 --dist worksteal -m "not clock"

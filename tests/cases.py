@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -39,9 +40,10 @@ LIBRARY = (
 """Robots of the library that have all that lines and platforms of it have but planes and mechanical advantage."""
 
 
-def robots() -> list[Robot]:
+@cache
+def robots() -> tuple[Robot, ...]:
     """Those, and relatives that they do not cover: wrap under, six lines, a dead span off its axis."""
-    return [*(load(name) for name in LIBRARY), under(), six_lines(), off_axis(), jointed_body()]
+    return (*map(load, LIBRARY), under(), six_lines(), off_axis(), jointed_body())
 
 
 def models(*laws: CableLaw) -> Iterator[Model]:

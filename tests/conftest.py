@@ -29,6 +29,17 @@ def pytest_collection() -> None:
     gc.disable()
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Hold test files to what `make test` relies on: no import of one solves anything, for each worker imports them all
+    and would compile the kernels; and tests by the clock that are not slow are in `tests/apps`.
+    """
+    kernels = sys.modules.get("cablewright.kernels")
+    assert kernels is None or kernels.prepared_count() == 0, "a test file calls a kernel when it is imported"
+    by_clock = [item for item in items if item.get_closest_marker("clock") and not item.get_closest_marker("slow")]
+    assert all(item.nodeid.startswith("tests/apps/") for item in by_clock), by_clock
+
+
 def pytest_collection_finish() -> None:
     """Leave the tests out of all later collections too."""
     gc.freeze()

@@ -66,6 +66,14 @@ def test_the_page_of_commands_is_as_written_by_its_tool() -> None:
     assert (ROOT / "docs" / "commands.md").read_text("utf-8") == tool["page"]()
 
 
+@pytest.mark.slow
+def test_the_page_of_makers_is_as_its_commands_print(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`python tools/refresh_docs.py docs/makers.md` writes it, with the files of `examples/makers`."""
+    monkeypatch.setenv("COLUMNS", "1000")
+    tool = runpy.run_path(str(ROOT / "tools" / "pages" / "makers.py"))
+    assert (ROOT / "docs" / "makers.md").read_text("utf-8") == tool["page"]()
+
+
 def test_texts_can_be_drawn_and_read(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     shutil.copytree(ROOT / "src" / "cablewright" / "apps" / "cli", tmp_path / "src" / "cablewright")
     tool = runpy.run_path(str(ROOT / "tools" / "writing" / "draw_texts.py"))

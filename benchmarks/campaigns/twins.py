@@ -11,10 +11,11 @@ build-up, counts without stretch and deflection, and good positions:
   that bends by 2 mm at the mean force.
 * suspended: a body on 4 lines over swivels with horizontal axes and angle sensors, calibrated from 27 poses without any
   measured position. Its free freedoms are solved by gravity, which is 0.5 deg off the surveyed frame. Zeros of the
-  angle sensors are 1 deg off, the centre of mass 5 mm, the noise of lengths is 3 mm. The oracle knows gravity, zeros and
-  the centre of mass. `suspended8` has 8 poses.
+  angle sensors are 1 deg off, those of tilts 0.5 deg and of load cells 2 N, the centre of mass 5 mm; the noise of
+  lengths is 3 mm, of cells 0.5 N, of angles 1 mrad. The oracle knows gravity, zeros and the centre of mass.
+  `suspended8` has 8 poses.
 
-`outside` are belts whose sheave of one line has a radius 2 mm from that in the file: an effect that is not in the family.
+`outside` are belts whose sheave of one line has a radius 2 mm from that in the file: an effect not in the family.
 Columns: held-out positions from lengths alone, rms; the error of the first pose, of which the lengths at home tell;
 errors of exit points over the printed sigma, rms; whether the truth is in the joint 95 % ellipsoid of all exit points.
 """
@@ -328,8 +329,8 @@ def main(count: int, seed: int, kinds: str) -> None:
         own, best, inside, ratio, start, of_oracle, good = np.array(rows, dtype=float).T
         print(
             f"{name}, {len(rows)} of {count} machines: held out over oracle, rms "
-            f"{np.sqrt(np.mean(own**2) / np.mean(best**2)):.2f}, median {np.median(own / best):.2f}; first pose, median "
-            f"{1e3 * np.median(start):.2f} mm; joint coverage of 95 % {100 * inside.mean():.1f} % (oracle "
+            f"{np.sqrt(np.mean(own**2) / np.mean(best**2)):.2f}, median {np.median(own / best):.2f}; first pose, "
+            f"median {1e3 * np.median(start):.2f} mm; joint coverage of 95 % {100 * inside.mean():.1f} % (oracle "
             f"{100 * of_oracle.mean():.1f} %); seen over printed, rms {np.sqrt(np.mean(ratio**2)):.2f}, median "
             f"{np.median(ratio):.2f}; good {100 * good.mean():.0f} %",
             flush=True,

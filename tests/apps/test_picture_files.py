@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import re
 import zlib
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -18,17 +19,25 @@ from cablewright.apps.cli.main import run
 from cablewright.apps.pictures.data import table_of
 
 ROBOT = cw.load("jung2020")
-TENSIONS = cw.compare_tensions(ROBOT, [0.2, 0.1, 0.9])
 WAY = cw.Trajectory.through([[0, 0, 3], [1, 1, 4]], speed=1.0, acceleration=1.0, period=0.1)
-DYNAMICS = cw.inverse_dynamics(cw.load("house-printer"), WAY)
 MAGIC = {".png": b"\x89PNG", ".svg": b"<?xml", ".pdf": b"%PDF"}
+
+
+@cache
+def tensions() -> cw.TensionComparison:
+    return cw.compare_tensions(ROBOT, [0.2, 0.1, 0.9])
+
+
+@cache
+def dynamics() -> cw.InverseDynamics:
+    return cw.inverse_dynamics(cw.load("house-printer"), WAY)
 
 
 @pytest.mark.parametrize("ending", style.FORMATS)
 def test_the_ending_decides_the_format_and_the_bytes_are_the_same_again(ending: str, tmp_path: Path) -> None:
     files = [tmp_path / f"{name}{ending}" for name in ("one", "other")]
     for file in files:
-        TENSIONS.plot(file)
+        tensions().plot(file)
     one, other = (file.read_bytes() for file in files)
     assert one.startswith(MAGIC[ending])
     assert one == other
@@ -36,7 +45,7 @@ def test_the_ending_decides_the_format_and_the_bytes_are_the_same_again(ending: 
 
 
 def test_fonts_are_embedded_in_a_pdf_as_truetype(tmp_path: Path) -> None:
-    TENSIONS.plot(tmp_path / "x.pdf")
+    tensions().plot(tmp_path / "x.pdf")
     content = (tmp_path / "x.pdf").read_bytes()
     parts = [content]
     for stream in re.findall(rb"stream\r?\n(.*?)\r?\nendstream", content, re.DOTALL):
@@ -47,7 +56,7 @@ def test_fonts_are_embedded_in_a_pdf_as_truetype(tmp_path: Path) -> None:
     text = b"".join(parts)
     assert b"/FontFile2" in text
     assert b"/Type3" not in text
-    TENSIONS.plot(tmp_path / "x.svg")
+    tensions().plot(tmp_path / "x.svg")
     assert "<text" not in (tmp_path / "x.svg").read_text("utf-8")
 
 
@@ -55,12 +64,12 @@ def test_fonts_are_embedded_in_a_pdf_as_truetype(tmp_path: Path) -> None:
     ("width", "inches"), [("one-column", 3.5), ("two-column", 7.16), ("90 mm", 3.543), (0.1, 3.937)]
 )
 def test_a_width_of_a_paper_has_texts_of_seven_points(width: str | float, inches: float) -> None:
-    drawn = DYNAMICS.plot(width=width)
+    drawn = dynamics().plot(width=width)
     assert drawn.get_figwidth() == pytest.approx(inches, abs=1e-3)
     assert drawn.axes[0].yaxis.label.get_fontsize() == pytest.approx(7.0)
     sizes = {text.get_fontsize() for text in drawn.findobj(Text) if text.get_text()}
     assert 5.5 < min(sizes) <= max(sizes) < 9.0
-    assert max(size for size in DYNAMICS.plot().get_size_inches()) > 9.0  # the page is that of the call alone
+    assert max(size for size in dynamics().plot().get_size_inches()) > 9.0  # the page is that of the call alone
 
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -107,29 +116,29 @@ def test_panels_side_by_side_are_one_below_the_other_in_one_column(name: str) ->
 def test_a_style_sheet_changes_what_it_says(tmp_path: Path) -> None:
     sheet = tmp_path / "mine.mplstyle"
     sheet.write_text("font.size: 8\naxes.prop_cycle: cycler('color', ['112233', '445566'])  # mine\n")
-    drawn = DYNAMICS.plot(width="one-column", style=sheet)
+    drawn = dynamics().plot(width="one-column", style=sheet)
     assert drawn.axes[0].get_lines()[0].get_color().strip("#") == "112233"
     assert drawn.axes[0].yaxis.label.get_fontsize() == pytest.approx(8.0)
-    drawn = DYNAMICS.plot(style={"axes.grid": False, "font.size": 12.0})
+    drawn = dynamics().plot(style={"axes.grid": False, "font.size": 12.0})
     assert drawn.axes[0].yaxis.label.get_fontsize() == pytest.approx(12.0)
     whole = tmp_path / "whole.mplstyle"
     whole.write_bytes(style.STYLE_SHEET.read_bytes())
-    DYNAMICS.plot(tmp_path / "a.png")
-    DYNAMICS.plot(tmp_path / "b.png", style=whole)
+    dynamics().plot(tmp_path / "a.png")
+    dynamics().plot(tmp_path / "b.png", style=whole)
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
 
 
 def test_the_data_beside_a_picture_are_what_it_shows(tmp_path: Path) -> None:
-    DYNAMICS.plot(tmp_path / "x.png")
+    dynamics().plot(tmp_path / "x.png")
     with (tmp_path / "x.png.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     known = [row for row in rows if (row["panel"], row["kind"], row["label"]) == ("1", "curve", "south-west")]
     assert [float(row["x"]) for row in known] == WAY.times.tolist()
-    assert [float(row["y"]) for row in known] == DYNAMICS.tensions[:, 0].tolist()
-    TENSIONS.plot(tmp_path / "bars.png")
+    assert [float(row["y"]) for row in known] == dynamics().tensions[:, 0].tolist()
+    tensions().plot(tmp_path / "bars.png")
     with (tmp_path / "bars.png.csv").open(newline="") as file:
         bars = [row for row in csv.DictReader(file) if row["kind"] == "bar"]
-    assert [float(row["y"]) for row in bars] == pytest.approx(TENSIONS.tensions.ravel())
+    assert [float(row["y"]) for row in bars] == pytest.approx(tensions().tensions.ravel())
 
 
 def test_data_of_maps_markers_and_pieces_in_space(tmp_path: Path) -> None:
@@ -166,7 +175,7 @@ def test_what_cannot_be_written_is_rejected_before_it_is_drawn(
     file: str, options: dict[str, object], text: str, error: type[Exception], tmp_path: Path
 ) -> None:
     with pytest.raises(error, match=text) as caught:
-        TENSIONS.plot(tmp_path / file, **options)
+        tensions().plot(tmp_path / file, **options)
     assert "\n" not in str(caught.value)
     assert not list(tmp_path.iterdir())
 
@@ -175,10 +184,10 @@ def test_a_wrong_line_of_a_style_sheet_is_named(tmp_path: Path) -> None:
     sheet = tmp_path / "wrong.mplstyle"
     sheet.write_text("axes.grid: True\naxes.grit: True\n")
     with pytest.raises(cw.InputError, match=r"line 2: unknown setting 'axes.grit'; did you mean 'axes.grid'"):
-        TENSIONS.plot(style=sheet)
+        tensions().plot(style=sheet)
     sheet.write_text("axes.grid: True\nfont.size: huge\n")
     with pytest.raises(cw.InputError, match=r"line 2: font.size: the value is not one"):
-        TENSIONS.plot(style=sheet)
+        tensions().plot(style=sheet)
 
 
 def test_a_batch_is_not_drawn_where_a_picture_is_of_one_pose() -> None:

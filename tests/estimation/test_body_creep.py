@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -34,8 +35,12 @@ from cablewright.solvers.inverse import solve_inverse
 ROBOT = load_robot("cogiro")
 HOME = np.array([0.3, -0.4, 1.0, 0.0, 0.0, 0.0])
 STILL = np.zeros(ROBOT.m, dtype=np.int64)
-MEAN = float(solve_inverse(Model(ROBOT), HOME).checked().tensions.mean())
 SURE = Deviations(creep=1e-9, hysteresis=1e-9, exit_compliance=1e-12)
+
+
+@cache
+def mean_tension() -> float:
+    return float(solve_inverse(Model(ROBOT), HOME).checked().tensions.mean())
 
 
 def creeping(law: Creep) -> Robot:
@@ -54,7 +59,7 @@ def stood(settings: BodySettings, seconds: float, period: float = 1.0) -> tuple[
 @pytest.mark.parametrize("seconds", [60.0, 900.0])
 def test_a_platform_that_stands_sinks_by_the_closed_form(seconds: float) -> None:
     """Loads are constant but for what little the sinking changes: strain is load times response, motion J dl."""
-    law = usual_creep(2e-4 / MEAN)
+    law = usual_creep(2e-4 / mean_tension())
     settings = told(creeping(law), cells=False, tilt=False)
     state, estimate = stood(settings, seconds)
     held = solve_inverse(settings.model, HOME).checked()
@@ -92,7 +97,7 @@ def machine_stands(robot: Robot, creep: float, seconds: float) -> tuple[Array, A
 
 
 def test_described_creep_of_the_plant_leaves_no_error() -> None:
-    law = usual_creep(1e-3 / MEAN)
+    law = usual_creep(1e-3 / mean_tension())
     true, known, unknown = machine_stands(creeping(law), 0.0, 900.0)
     still, without, _ = machine_stands(ROBOT, 0.0, 60.0)
     assert np.linalg.norm(true - unknown) > 5e-3
@@ -231,7 +236,7 @@ def test_the_covariance_is_honest_about_creep_that_nobody_describes(cells: bool)
         state = start(settings, HOME)
         response = usual_creep(1.0)
         for k in range(150):
-            plant.slipped = plant.home * factor * plant.truth[1] / MEAN * at(response, 4.0 * k)
+            plant.slipped = plant.home * factor * plant.truth[1] / mean_tension() * at(response, 4.0 * k)
             estimate = of_body.step(settings, state, plant.step(np.zeros(8), 4.0))
         error = estimate.position - plant.truth[0][:3]
         found.append(error @ np.linalg.solve(estimate.covariance[:3, :3], error))
@@ -253,7 +258,7 @@ def test_a_law_is_scaled() -> None:
 
 def test_what_crept_is_saved_with_a_print() -> None:
     owner = load_twin("cogiro").owner
-    robot = creeping(usual_creep(1e-3 / MEAN))
+    robot = creeping(usual_creep(1e-3 / mean_tension()))
     began = estimator("encoders", robot, owner, HOME)
     for k in range(300):
         began.step(SensorFrame(1.0 * k, (Encoders(1.0 * k, STILL),)))

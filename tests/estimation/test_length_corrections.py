@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -25,7 +26,7 @@ from cablewright.foundation.signals import Encoders, SensorFrame
 from cablewright.kernels import layout
 from cablewright.live.estimators import reckoning_of
 from cablewright.machine.simulated.settings import load_twin
-from cablewright.models.statics import Model
+from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot, load
 from cablewright.robot.cable import Creep
 from cablewright.solvers.forward import solve_forward
@@ -50,12 +51,20 @@ def printer(mounts: tuple[float, ...] = (FILE_MOUNT,) * 4) -> Robot:
 
 ROBOT = printer()
 MODEL = Model(ROBOT)
-COUNTED = [inverse(ROBOT, place).checked().lengths for place in PLACES]
-TENSIONS = [inverse(ROBOT, place).checked().tensions for place in PLACES]
-MEAN = float(np.mean(TENSIONS))
 EXACT = LengthPriors(1e-3, share=5e-4, creep=1e-3, mount=1e-5, drift=0.0, scatter=0.0)
 USUAL = replace(EXACT, scatter=LengthPriors(1e-3).scatter)
 DRAWS = 60
+
+
+@cache
+def at_places() -> Equilibrium:
+    """The robot of the file at the places."""
+    return inverse(ROBOT, PLACES).checked()
+
+
+@cache
+def mean_tension() -> float:
+    return float(np.mean(at_places().tensions))
 
 
 def visited(learnt: LearntLengths, true: np.ndarray, random: np.random.Generator | None = None) -> None:
@@ -65,7 +74,7 @@ def visited(learnt: LearntLengths, true: np.ndarray, random: np.random.Generator
     was counted.
     """
     plant, time = Model(printer(tuple((FILE_MOUNT + true[:, MOUNT]).tolist()))), 0.0
-    for place, counted, tensions in zip(PLACES, COUNTED, TENSIONS, strict=True):
+    for place, counted, tensions in zip(PLACES, at_places().lengths, at_places().tensions, strict=True):
         learnt.memory.advance(tensions, tensions, 300.0)
         time += 300.0
         crept = true[:, CREEP] * learnt.remembered
@@ -81,7 +90,7 @@ def measured(learnt: LearntLengths, counted: np.ndarray, place: np.ndarray, time
 
 
 def begun(priors: LengthPriors = EXACT) -> LearntLengths:
-    return LearntLengths.of(priors, MODEL, np.full(4, MEAN))
+    return LearntLengths.of(priors, MODEL, np.full(4, mean_tension()))
 
 
 @pytest.mark.parametrize("size", [1e-3, 1.0], ids=["linear", "nonlinear"])
@@ -103,7 +112,7 @@ def test_errors_are_as_large_as_their_covariance(size: float) -> None:
 def test_what_lines_are_off_by_is_found() -> None:
     """By places without noise: sums that move the platform are right to a tenth of what they were off by."""
     learnt = begun(replace(EXACT, place=1e-5))
-    true = np.column_stack([[4e-4, -3e-4, 2e-4, -5e-4], np.array([1.0, 0.2, 0.6, 0.4]) / MEAN * 1e-3,
+    true = np.column_stack([[4e-4, -3e-4, 2e-4, -5e-4], np.array([1.0, 0.2, 0.6, 0.4]) / mean_tension() * 1e-3,
                             [8e-6, -5e-6, 3e-6, 1e-5]])  # fmt: skip
     elsewhere, plant = np.array([1.0, 0.5, 1.2]), Model(printer(tuple((FILE_MOUNT + true[:, MOUNT]).tolist())))
     visited(learnt, true)
@@ -124,7 +133,7 @@ def test_places_are_one_weighted_least_squares(rounds: int) -> None:
     learnt = begun(priors)
     small = 1e-3 * np.random.default_rng(2).normal(0.0, learnt.known.sigmas)
     information, left = np.diag(1.0 / learnt.known.sigmas.ravel() ** 2), np.zeros(12)
-    for place, counted, tensions in rounds * list(zip(PLACES, COUNTED, TENSIONS, strict=True)):
+    for place, counted, tensions in rounds * list(zip(PLACES, at_places().lengths, at_places().tensions, strict=True)):
         learnt.memory.advance(tensions, tensions, 300.0)
         per_unknown, inverse_noise = weighted_rows(learnt, counted, place)
         told = place + per_unknown @ small.ravel()
@@ -161,7 +170,7 @@ def test_what_places_do_not_tell_keeps_its_prior() -> None:
     """One place tells three numbers of twelve: in the other nine directions nothing is known better than before."""
     learnt = begun()
     known = learnt.known.covariance.copy()
-    learnt.told(MODEL, measured(learnt, COUNTED[0], PLACES[0] + 0.01, 0.0))
+    learnt.told(MODEL, measured(learnt, at_places().lengths[0], PLACES[0] + 0.01, 0.0))
     scale = 1.0 / np.sqrt(np.diag(known))
     kept = np.linalg.eigvalsh(learnt.known.covariance * scale[:, None] * scale)
     np.testing.assert_allclose(kept[3:], 1.0, atol=1e-9)
@@ -180,11 +189,9 @@ def test_one_exact_place_without_gives_is_the_smallest_change() -> None:
     dead_reckoning.taught(settings, taught, told)
     there = dead_reckoning.step(settings, taught, SensorFrame(1.0, (Encoders(1.0, counts),)))
     np.testing.assert_allclose(there.position, told, atol=1e-7)
-    change = plain.start_lengths - COUNTED_PLAIN
-    np.testing.assert_allclose(there.lengths - COUNTED_PLAIN, change, atol=0.02 * np.abs(change).max())
-
-
-COUNTED_PLAIN = inverse(load("house-printer"), PLACES[0]).checked().lengths
+    counted_plain = inverse(load("house-printer"), PLACES[0]).checked().lengths
+    change = plain.start_lengths - counted_plain
+    np.testing.assert_allclose(there.lengths - counted_plain, change, atol=0.02 * np.abs(change).max())
 
 
 def test_a_mount_that_gives_is_so_much_length() -> None:
@@ -211,12 +218,12 @@ def test_cable_wound_is_as_uncertain_as_the_radius() -> None:
 def test_no_mount_gives_and_no_cable_creeps_less_than_nothing() -> None:
     """What is used is the nearest by the covariance: no other of which all give and creep is nearer."""
     robot = load("house-printer")
-    learnt = LearntLengths.of(EXACT, Model(robot), np.full(4, MEAN))
+    learnt = LearntLengths.of(EXACT, Model(robot), np.full(4, mean_tension()))
     random = np.random.default_rng(3)
     root = random.normal(0.0, 1.0, (12, 12)) * learnt.known.sigmas.ravel()
     learnt.known.covariance, learnt.known.values = root @ root.T, np.zeros((4, 3))
     learnt.known.values[:, MOUNT] = [-1e-5, 3e-6, -2e-6, 1e-5]
-    learnt.known.values[:, CREEP] = np.array([1e-3, 2e-4, -3e-4, 1e-3]) / MEAN
+    learnt.known.values[:, CREEP] = np.array([1e-3, 2e-4, -3e-4, 1e-3]) / mean_tension()
     inverted = np.linalg.inv(learnt.known.covariance)
 
     def far(values: np.ndarray) -> float:
@@ -235,10 +242,10 @@ def test_no_mount_gives_and_no_cable_creeps_less_than_nothing() -> None:
 
 def test_what_drifts_is_less_known() -> None:
     learnt = begun(replace(EXACT, drift=2e-4))
-    learnt.told(MODEL, measured(learnt, COUNTED[0], PLACES[0], 0.0))
+    learnt.told(MODEL, measured(learnt, at_places().lengths[0], PLACES[0], 0.0))
     again, later = deepcopy(learnt), learnt
-    again.told(MODEL, measured(again, COUNTED[0], PLACES[0], 0.0))
-    later.told(MODEL, measured(later, COUNTED[0], PLACES[0], 36000.0))
+    again.told(MODEL, measured(again, at_places().lengths[0], PLACES[0], 0.0))
+    later.told(MODEL, measured(later, at_places().lengths[0], PLACES[0], 36000.0))
     assert (later.known.sigmas[:, SHARE] > again.known.sigmas[:, SHARE]).all()
 
 

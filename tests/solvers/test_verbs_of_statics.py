@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import cache
 
 import numpy as np
 import pytest
@@ -10,12 +11,18 @@ import pytest
 import cablewright as cw
 
 ROBOT, POSE = cw.load("merlet2023"), [0.0, -1.0, 1.0]
-LENGTHS = cw.inverse(ROBOT, POSE).lengths
+
+
+@cache
+def lengths() -> np.ndarray:
+    return cw.inverse(ROBOT, POSE).lengths
+
+
 VERBS = {
-    "equilibria": lambda robot, **laws: cw.equilibria(robot, LENGTHS, starts=2, **laws),
+    "equilibria": lambda robot, **laws: cw.equilibria(robot, lengths(), starts=2, **laws),
     "solve_with_slack": lambda robot, **laws: cw.solve_with_slack(robot, POSE, {3: 0.1}, **laws),
     "slack_sets": lambda robot, **laws: cw.slack_sets(robot, POSE, **laws)[0],
-    "let_out": lambda robot, **laws: cw.let_out(robot, LENGTHS, 3, [0.0, 0.01], **laws)[1],
+    "let_out": lambda robot, **laws: cw.let_out(robot, lengths(), 3, [0.0, 0.01], **laws)[1],
     "tension_distribution": lambda robot, **laws: cw.tension_distribution(robot, POSE, **laws),
     "capacity": lambda robot, **laws: cw.capacity(robot, POSE, **laws),
     "wrench_closure": lambda robot, **laws: cw.wrench_closure(robot, POSE, **laws),

@@ -107,8 +107,7 @@ def test_a_wall_has_an_area(tmp_path: Path) -> None:
 
 
 def leaning(angle: float) -> Robot:
-    """The wall plotter on a board that leans back by an *angle*, rad, with so much gravity that its pen weighs the same
-    along the board."""
+    """The wall plotter on a board that leans back by an *angle*, rad, under gravity with 9.81 m/s^2 along the board."""
     s, c = math.sin(angle), math.cos(angle)
     table = load("wall-plotter").model_dump(by_alias=True)
     for line in table["lines"]:

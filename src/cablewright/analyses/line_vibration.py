@@ -117,7 +117,7 @@ def line_vibration(
 
     *frequency*: across the plane of the sag, or a CSV of a vibration: ``t`` and readings of an accelerometer or a load
     cell. *sigma*: its standard deviation, Hz; by default that of the record, or 0.5 %. *in_plane*: first frequency in
-    the plane of the sag, Hz, which tells EA where sag matters. *tension*: of a load cell, N, instead of that by statics.
+    the plane of the sag, Hz, which tells EA where sag matters. *tension*: by a load cell, N, instead of by statics.
 
     Raises `InputError` for an unknown line, a cable without weight, numbers out of range and records without a
     vibration near the expected one; `AnswerError` where no tensions hold the pose.
@@ -172,7 +172,7 @@ def line_vibration(
 
 
 def _factor(ratio: float, sag: float, sigma: float) -> tuple[float | None, float | None]:
-    """Return EA over the file's and its sigma, by the *ratio* of the frequencies known to *sigma*; None: not observable.
+    """Return EA over the file's and its sigma, by the *ratio* of frequencies known to *sigma*; None: not observable.
 
     Newton's steps in the logarithm of the parameter, which the ratio rises with.
     """

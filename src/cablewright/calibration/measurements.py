@@ -13,7 +13,7 @@ from typing import Any, Final
 import numpy as np
 
 from cablewright.calibration.plan import SIGMAS
-from cablewright.foundation.arrays import Array
+from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.csv_input import (
     Column,
     cells_of,
@@ -79,6 +79,16 @@ class Measured:
         silent: dict[str, Any] = {name: None for sensor, (name, _) in SENSORS.items() if f"{sensor}_offset" in unknowns}
         return replace(self, **silent)
 
+    def only(self, poses: Mask) -> Measured:
+        """Return the measurements at some *poses* (N,)."""
+        kept: dict[str, Any] = {
+            name: value[poses]
+            for name, value in vars(self).items()
+            if isinstance(value, np.ndarray) and value.ndim == 2
+        }
+        places = [self.places[at] for at in np.flatnonzero(poses).tolist()] if len(self.places) else ()
+        return replace(self, places=places, **kept)
+
     def lengths_alone(self) -> Measured:
         """Return the lengths, and the start values of the poses, without what other sensors measured."""
         return Measured(self.counted, self.guess, places=self.places, origin=self.origin, by_drum=self.by_drum)
@@ -98,9 +108,10 @@ def read_measured(path: str | Path, robot: Robot) -> Measured:
 
     Optional columns: ``x,y,z`` (and ``rx,ry,rz`` of a rigid platform), start values of the poses, or measured poses
     where ``sigma_x`` .. are given; ``f_1`` .., tensions; ``swivel_1`` .., azimuths of the free cables;
-    ``tilt_x,tilt_y``; ``yaw``; ``hz_1`` .., frequencies of the free cables, Hz. Their cells may be blank. A unit may follow a name, ``dl_1 (mm)``; without it numbers
-    are SI. Encoders may also give what the drum turned, ``turns``, ``deg``, ``rad``, or ``counts/4096``, counts of an
-    encoder that has 4096 a turn of the drum. The separator is tab, semicolon or comma. Comments begin with ``#``.
+    ``tilt_x,tilt_y``; ``yaw``; ``hz_1`` .., frequencies of the free cables, Hz. Their cells may be blank. A unit may
+    follow a name, ``dl_1 (mm)``; without it numbers are SI. Encoders may also give what the drum turned, ``turns``,
+    ``deg``, ``rad``, or ``counts/4096``, counts of an encoder that has 4096 a turn of the drum. The separator is tab,
+    semicolon or comma. Comments begin with ``#``.
 
     Raises `InputError` for a missing, unknown or repeated column, an incomplete group of columns, a row that is shorter
     or longer than the header, and a cell that is not a finite number.

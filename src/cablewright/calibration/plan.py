@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from itertools import combinations
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self, TypeVar
 
@@ -254,15 +256,14 @@ class CalibrationPlan(FileDescription):
 
     @model_validator(mode="after")
     def _each_number_is_given_once(self) -> Self:
-        for key, entries in (("known", self.known), ("bounds", self.bounds)):
-            for at, each in enumerate(entries):
-                for before, other in enumerate(entries[:at]):
-                    both = set(each.lines or other.lines or ()) & set(other.lines or each.lines or ())
-                    if each.name == other.name and (both or each.lines is other.lines is None):
-                        of = f" of {', '.join(sorted(both))}" if both else ""
-                        raise refusal(
-                            f"{key}[{at}].name", f"{each.name}{of} is in {key}[{before}] too: give it once, by lines"
-                        )
+        given: dict[str, Sequence[Known | Bound]] = {"known": self.known, "bounds": self.bounds}
+        for key, entries in given.items():
+            for (before, one), (at, two) in combinations(enumerate(entries), 2):
+                both = set(one.lines or two.lines or ()) & set(two.lines or one.lines or ())
+                if one.name == two.name and (both or one.lines is two.lines is None):
+                    of = f" of {', '.join(sorted(both))}" if both else ""
+                    why = f"{one.name}{of} is in {key}[{before}] too: give it once, by lines"
+                    raise refusal(f"{key}[{at}].name", why)
         return self
 
     @property

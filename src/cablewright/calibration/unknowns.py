@@ -172,19 +172,20 @@ def _grouped(robot: Robot, found: Iterator[Unknown], groups: Sequence[Sequence[s
                 raise InputError(f"groups: line {name!r} is in it twice")
             group_of[name] = group
     given = list(found)
-    for name in group_of if given and given[0].line is not None else ():
-        if not any(each.line == name for each in given):
-            raise InputError(f"groups: {given[0].name}: line {name!r} has none; leave it out of the group")
+    for member in group_of if given and given[0].line is not None else ():
+        if not any(each.line == member for each in given):
+            raise InputError(f"groups: {given[0].name}: line {member!r} has none; leave it out of the group")
     value_of = {each.line: nominal(robot, each) for each in given} if groups else {}
     for each in given:
         group = [one.line for one in given if one.line is not None and one.line in group_of.get(each.line, ())]
         if len(group) < 2:
             yield each
         elif group[0] == each.line:
-            hardware = _HARDWARE.get(each.name, lambda _: None)
-            parts = {hardware(line) for line in robot.lines if line.name in group}
+            parts = {
+                _HARDWARE[each.name](line) for line in robot.lines if each.name in _HARDWARE and line.name in group
+            }
             if len({value_of[name] for name in group}) > 1 or len(parts) > 1:
-                why = "not one number in the robot file" if len(parts) == 1 else "of different drums or cables"
+                why = "of different drums or cables" if len(parts) > 1 else "not one number in the robot file"
                 raise InputError(f"groups: {each.name} of {', '.join(map(str, group))}: {why}")
             yield replace(each, others=tuple(group[1:]))
 

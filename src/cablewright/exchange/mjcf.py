@@ -14,8 +14,8 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from cablewright.exchange.losses import keys_given, lost_keys
-from cablewright.exchange.mjcf_lines import Mounting, mounting, platform_end
-from cablewright.exchange.translation import ExportedFile, Notes
+from cablewright.exchange.mjcf_lines import Mounting, mounting, platform_end, xml_name
+from cablewright.exchange.translation import ExportedFile, Notes, xml_numbers
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import AnswerError, InputError, printable
 from cablewright.models.fidelity import CableLaw
@@ -94,11 +94,13 @@ def _platform(robot: Robot, pose: Array, ends: Sequence[Mounting]) -> str:
     tensor = [0.4 * 0.09 * platform.mass] * 3 + [0.0] * 3
     if platform.inertia is not None:
         tensor = [*platform.inertia, *platform.inertia_products]
-    at = f'pos="{_numbers(pose[:3])}" quat="{_numbers(_quaternion(pose))}"'
-    inertial = f'mass="{platform.mass!r}" pos="{_numbers(platform.centre_of_mass)}" fullinertia="{_numbers(tensor)}"'
+    at = f'pos="{xml_numbers(pose[:3])}" quat="{xml_numbers(_quaternion(pose))}"'
+    inertial = (
+        f'mass="{platform.mass!r}" pos="{xml_numbers(platform.centre_of_mass)}" fullinertia="{xml_numbers(tensor)}"'
+    )
     return (
         f'    <body name="platform" {at}>\n{_joints(robot, pose)}      <inertial {inertial}/>\n'
-        f'      <site name="nozzle" pos="{_numbers(platform.nozzle)}"/>\n'
+        f'      <site name="nozzle" pos="{xml_numbers(platform.nozzle)}"/>\n'
         f"{''.join(end.body for end in ends)}{''.join(map(_box, platform.boxes))}    </body>\n"
     )
 
@@ -117,7 +119,7 @@ def _joints(robot: Robot, pose: Array) -> str:
 
 
 def _joint(kind: str, axis: Array, value: float) -> str:
-    return f'      <joint type="{kind}" axis="{_numbers(axis)}" ref="{value!r}"/>\n'
+    return f'      <joint type="{kind}" axis="{xml_numbers(axis)}" ref="{value!r}"/>\n'
 
 
 def _quaternion(pose: Array) -> list[float]:
@@ -130,7 +132,7 @@ def _quaternion(pose: Array) -> list[float]:
 
 def _tendon(line: Line, length: float, begin: Mounting, end: Mounting) -> str:
     """Return the tendon with its max length: that of the line, without a constant that no span has."""
-    back = f"<site site={_name('exit', line)}/>"  # to and fro: an advantage goes with eyelets alone
+    back = f"<site site={xml_name('exit', line)}/>"  # to and fro: an advantage goes with eyelets alone
     spans = [begin.path, end.path, *(back if k % 2 else end.path for k in range(1, line.advantage))]
     longest = length - line.dead_length + begin.added + end.added
     return (
@@ -147,21 +149,13 @@ def _motor(line: Line) -> str:
 
 def _box(box: Box) -> str:
     low, high = np.array(box.lowest), np.array(box.highest)
-    sizes = f'pos="{_numbers(0.5 * (low + high))}" size="{_numbers(0.5 * (high - low))}"'
+    sizes = f'pos="{xml_numbers(0.5 * (low + high))}" size="{xml_numbers(0.5 * (high - low))}"'
     return f'      <geom type="box" {sizes} contype="0" conaffinity="0" mass="0"/>\n'
 
 
 def _beams(robot: Robot) -> str:
     return "".join(
-        f'    <geom type="capsule" fromto="{_numbers((*beam.start, *beam.end))}" size="{beam.radius!r}" '
+        f'    <geom type="capsule" fromto="{xml_numbers((*beam.start, *beam.end))}" size="{beam.radius!r}" '
         'contype="0" conaffinity="0" mass="0"/>\n'
         for beam in robot.scene.beams
     )
-
-
-def _name(what: str, line: Line) -> str:
-    return quoteattr(f"{what} {printable(line.name)}")
-
-
-def _numbers(values: Sequence[float] | Array) -> str:
-    return " ".join(repr(float(value)) for value in values)

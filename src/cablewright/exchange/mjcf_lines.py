@@ -15,6 +15,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
+from cablewright.exchange.translation import xml_numbers
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import printable
 from cablewright.models.rotation import placed
@@ -69,7 +70,7 @@ def platform_end(line: Line, pose: Array) -> Mounting:
     wheel = _wheel("end wheel", line, sheave.radius, (sheave.radius, 0.0, 0.0), (-1.0, 1.0))
     body = (
         _site("end", line, anchor, 6)
-        + f'      <body pos="{_numbers(line.platform_point)}" xyaxes="{_numbers((*x, *y))}">'
+        + f'      <body pos="{xml_numbers(line.platform_point)}" xyaxes="{xml_numbers((*x, *y))}">'
         + f"{_SWIVEL}{_LIGHT}{wheel}{_follower('end follower', line, reach, height)}</body>\n"
     )
     follow = _follow("end follower", "exit", line)
@@ -94,12 +95,12 @@ def _turning(
         wheel = _wheel("wheel", line, sheave.radius, (sheave.lever, 0.0, 0.0), (-1.0, 0.0))
         joint = f'<joint type="hinge" axis="0 -1 0" ref="{lever!r}" damping="0.1"/>'
         inner = f'{joint}<inertial {mass} diaginertia="0.001 0.001 0.001"/>{wheel}'
-        axes = _numbers((math.cos(lever), 0.0, math.sin(lever), 0.0, 1.0, 0.0))
+        axes = xml_numbers((math.cos(lever), 0.0, math.sin(lever), 0.0, 1.0, 0.0))
         parts = f'{_LIGHT}<body xyaxes="{axes}">{inner}</body>'
     else:
         parts = _LIGHT + _wheel("wheel", line, sheave.radius, (sheave.radius, 0.0, 0.0), (-1.0, side))
     parts += _follower("follower", line, reach, height)
-    body = f'    <body pos="{_numbers(A)}" xyaxes="{_numbers((*x, *y))}">{_SWIVEL}{parts}</body>\n'
+    body = f'    <body pos="{xml_numbers(A)}" xyaxes="{xml_numbers((*x, *y))}">{_SWIVEL}{parts}</body>\n'
     follow = _follow("follower", "end", line)
     return Mounting(begin + body, path + _over("wheel", line), follow, added)
 
@@ -124,22 +125,22 @@ def _follower(what: str, line: Line, reach: float, height: float) -> str:
     """Return two slides in the plane y = 0 of a wheel, with a site at their end, at x = *reach* and z = *height*, m."""
     inertial = '<inertial pos="0 0 0" mass="1e-4" diaginertia="1e-6 1e-6 1e-6"/>'
     slides = '<joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/>'
-    at = _numbers((reach, 0.0, height))
-    return f'<body gravcomp="1" pos="{at}">{slides}{inertial}<site name={_name(what, line)}/></body>'
+    at = xml_numbers((reach, 0.0, height))
+    return f'<body gravcomp="1" pos="{at}">{slides}{inertial}<site name={xml_name(what, line)}/></body>'
 
 
 def _follow(what: str, end: str, line: Line) -> str:
     firm = 'solref="0.002 1" solimp="0.9999 0.99999 0.001 0.5 2"'
-    return f"    <connect site1={_name(what, line)} site2={_name(end, line)} {firm}/>\n"
+    return f"    <connect site1={xml_name(what, line)} site2={xml_name(end, line)} {firm}/>\n"
 
 
 def _wheel(what: str, line: Line, radius: float, centre: Sequence[float], side: tuple[float, float]) -> str:
     """Return a wheel in the plane y = 0, and a site to that *side* (x, z) of it, on which the cable passes."""
     beside = (centre[0] + 1.5 * side[0] * radius, 0.0, 1.5 * side[1] * radius)
     return (
-        f'<geom name={_name(what, line)} type="cylinder" pos="{_numbers(centre)}" zaxis="0 1 0" '
+        f'<geom name={xml_name(what, line)} type="cylinder" pos="{xml_numbers(centre)}" zaxis="0 1 0" '
         f'size="{radius!r} {0.1 * radius!r}" contype="0" conaffinity="0" mass="0"/>'
-        f'<site name={_name(f"{what} side", line)} pos="{_numbers(beside)}"/>'
+        f'<site name={xml_name(f"{what} side", line)} pos="{xml_numbers(beside)}"/>'
     )
 
 
@@ -160,20 +161,17 @@ def _towards(axis: Sequence[float], away: Array) -> tuple[Array, Array, float, f
 
 
 def _site(what: str, line: Line, at: Sequence[float] | Array, indent: int = 4) -> str:
-    return f'{" " * indent}<site name={_name(what, line)} pos="{_numbers(at)}"/>\n'
+    return f'{" " * indent}<site name={xml_name(what, line)} pos="{xml_numbers(at)}"/>\n'
 
 
 def _via(what: str, line: Line) -> str:
-    return f"<site site={_name(what, line)}/>"
+    return f"<site site={xml_name(what, line)}/>"
 
 
 def _over(what: str, line: Line) -> str:
-    return f"<geom geom={_name(what, line)} sidesite={_name(f'{what} side', line)}/>"
+    return f"<geom geom={xml_name(what, line)} sidesite={xml_name(f'{what} side', line)}/>"
 
 
-def _name(what: str, line: Line) -> str:
+def xml_name(what: str, line: Line) -> str:
+    """Return the name that *what* of a line has, in quotes."""
     return quoteattr(f"{what} {printable(line.name)}")
-
-
-def _numbers(values: Sequence[float] | Array) -> str:
-    return " ".join(repr(float(value)) for value in values)

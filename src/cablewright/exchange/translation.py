@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from cablewright.foundation.arrays import Array
 from cablewright.robot import Robot
 
 
@@ -63,3 +64,8 @@ class Notes:
     def all(self) -> tuple[str, ...]:
         """The sentences."""
         return tuple(self._sentences)
+
+
+def xml_numbers(values: Sequence[float] | Array) -> str:
+    """Return *values* as an attribute of XML lists them: to the last digit, with spaces between."""
+    return " ".join(repr(float(value)) for value in values)

@@ -12,7 +12,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from cablewright.exchange.losses import keys_given, lost_keys
-from cablewright.exchange.translation import ExportedFile, Notes
+from cablewright.exchange.translation import ExportedFile, Notes, xml_numbers
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import printable
 from cablewright.models.rotation import placed
@@ -67,7 +67,7 @@ def _platform(robot: Robot) -> str:
     inertia = " ".join(f'{name}="{value!r}"' for name, value in zip(names, tensor, strict=True))
     shapes = [
         f"{_origin(0.5 * (np.array(box.lowest) + np.array(box.highest)))}"
-        f'<geometry><box size="{_numbers(np.array(box.highest) - np.array(box.lowest))}"/></geometry>'
+        f'<geometry><box size="{xml_numbers(np.array(box.highest) - np.array(box.lowest))}"/></geometry>'
         for box in platform.boxes
     ]
     return (
@@ -86,7 +86,7 @@ def _nozzle(robot: Robot) -> str:
 def _joint(robot: Robot, pose: Array) -> str:
     """Return the joint of the platform at a pose; that in a plane slides across its axis and turns about it."""
     plane = robot.platform.plane
-    kind, axis = ("floating", "") if plane is None else ("planar", f'<axis xyz="{_numbers(plane.across)}"/>')
+    kind, axis = ("floating", "") if plane is None else ("planar", f'<axis xyz="{xml_numbers(plane.across)}"/>')
     return (
         f'  <joint name="platform" type="{kind}"><parent link="frame"/><child link="platform"/>'
         f"{_origin(pose[:3], _roll_pitch_yaw(pose))}{axis}</joint>\n"
@@ -107,8 +107,4 @@ def _visual(shape: str) -> str:
 
 
 def _origin(at: Sequence[float] | Array, turns: Sequence[float] = (0.0, 0.0, 0.0)) -> str:
-    return f'<origin xyz="{_numbers(at)}" rpy="{_numbers(turns)}"/>'
-
-
-def _numbers(values: Sequence[float] | Array) -> str:
-    return " ".join(repr(float(value)) for value in values)
+    return f'<origin xyz="{xml_numbers(at)}" rpy="{xml_numbers(turns)}"/>'

@@ -239,6 +239,7 @@ _ROWS: Final = (
     (_C.SIMULATION, _REJECTED, "weightless no-gravity no-diameter no-drum-radius", _IN_FILE),
     (_C.MACHINE_FILE, _REJECTED, "weightless no-diameter no-drum-radius no-gravity", _IN_FILE),
     (_C.PRINT, _REJECTED, "free-position few-shared-winches", "Use check, or inverse at poses"),
+    (_C.CONTROL, _REJECTED, "free-position few-shared-winches", "Use check, or inverse at poses"),
     (_C.ESTIMATION, _REJECTED, "free-position", "Use forward with the measured lengths"),
     (_C.ROOM_ESTIMATION, _REJECTED, "body", "Use the estimator encoders"),
     (_C.ROOM_ESTIMATION, _REJECTED, "weightless no-drum-radius", _IN_FILE),

@@ -55,7 +55,7 @@ def sag_stiffening(parameter: float) -> tuple[float, float]:
     """
     if parameter <= _FLATTEST:
         return 1.0, 0.0
-    x = brentq(lambda x: math.sin(x) - (x - 4.0 * x**3 / parameter) * math.cos(x), 0.5 * math.pi, 1.5 * math.pi)
+    x: float = brentq(lambda x: math.sin(x) - (x - 4.0 * x**3 / parameter) * math.cos(x), 0.5 * math.pi, 1.5 * math.pi)
     steep = (x - 4.0 * x**3 / parameter) ** 2
     share = 4.0 * x * x / parameter
     return 2.0 * x / math.pi, share / (steep + 3.0 * share)
@@ -70,4 +70,4 @@ def observable_below(weight: float, level: float, stiffness: float, sigma: float
     if weight * level <= 0.0 or sag_stiffening(_DEEPEST)[1] < needed:
         return 0.0
     found = brentq(lambda at: sag_stiffening(math.exp(at))[1] - needed, math.log(1e-6 * needed), math.log(_DEEPEST))
-    return float((weight * level) ** 2 * stiffness / math.exp(found)) ** (1.0 / 3.0)
+    return math.cbrt((weight * level) ** 2 * stiffness / math.exp(found))

@@ -52,7 +52,7 @@ class Fit(Pictured):
             "m^3",
             "Volume that the nozzle reaches.",
             "reach.volume",
-            only=lambda of: of.robot.platform.plane is None,
+            only=lambda of: not of.reach.is_flat,
         ),
         Figure(
             "reach_volume",
@@ -60,7 +60,7 @@ class Fit(Pictured):
             "In a plane: area that the nozzle reaches.",
             "reach.volume",
             name="reach area",
-            only=lambda of: of.robot.platform.plane is not None,
+            only=lambda of: of.reach.is_flat,
         ),
         Figure("not_checked", "", "What is not counted.", sentences=True, detail=True),
     )
@@ -120,7 +120,7 @@ def fit(
         raise AnswerError(f"robot {robot.name!r} holds its nozzle nowhere in its frame within its limits")
     points = _points(job or part) @ found.directions.T
     on_wall = len(found.axes[1]) == 1
-    angles = np.zeros(1) if on_wall or robot.platform.plane else np.arange(turns) * math.pi / turns
+    angles = np.zeros(1) if found.is_flat else np.arange(turns) * math.pi / turns
     floor = float(found.axes[2][0])
     place = _Placing(found, on_wall, lift, floor if floor > points[:, 2].min() + lift and not on_wall else None)
     best = (0.0, 0.0, np.zeros(3))

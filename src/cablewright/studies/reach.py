@@ -62,6 +62,11 @@ class Reach:
         return np.asarray(inside & cells[tuple(index)])
 
     @property
+    def is_flat(self) -> bool:
+        """Whether the nozzle moves in a plane."""
+        return any(len(axis) == 1 for axis in self.axes)
+
+    @property
     def volume(self) -> float:
         """Volume of the cells, m^3; in a plane their area, m^2."""
         size = float(np.prod([axis[1] - axis[0] for axis in self.axes if len(axis) > 1]))
@@ -78,7 +83,7 @@ def reach(robot: Robot, *, max_error: float | None = None, nodes: int = NODES, p
     """Return where the unrotated platform can bring the nozzle: within the tension limits, with all physics, at rest.
 
     *max_error*: m, that the expected error of the nozzle may have, by first order of the file's uncertainty; None: any.
-    Raises `InputError` where the frame's box is off the robot's plane.
+    Raises `InputError` where the frame's box misses the robot's plane.
     """
     axes, directions = _grid(robot, nodes)
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3) @ directions

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -41,52 +42,54 @@ def house(**options: object) -> MachineTwin:
     return twin_of(ROBOT, HOUSE, machine, chosen)
 
 
-TRACK = house().path.track
+@cache
+def path() -> Track:
+    return house().path.track
 
 
 def stops(visits: PlaceVisits, begin: float, end: float, speed: float, now: float = 0.0) -> list[float]:
     """The distances, m, at which a platform stops on its way along the house's path, at a *speed*, m/s."""
     found, distance = [], begin
     while distance <= end:
-        layer = int(TRACK.layer[TRACK.piece(distance)])
+        layer = int(path().layer[path().piece(distance)])
         target = Target(np.zeros(3), np.zeros(3), distance, layer, speed, True, False, False)
-        while visits.is_due(TRACK, target, now):
+        while visits.is_due(path(), target, now):
             visits.stopped()
             found.append(distance)
         distance, now = distance + speed, now + 1.0
     return found
 
 
-def layer(number: int, track: Track = TRACK) -> tuple[float, float]:
+def layer(number: int, track: Track) -> tuple[float, float]:
     """Where a layer begins along the path, and how long it is, m."""
     at, begins = track.visits.number.tolist().index(number), np.append(track.visits.begin, track.length)
     return float(begins[at]), float(begins[at + 1] - begins[at])
 
 
 def test_places_by_layers_divide_each_layer() -> None:
-    begin, length = layer(2)
+    begin, length = layer(2, path())
     wanted = begin + length * np.arange(4) / 4
-    found = stops(PlaceVisits(layers=1, stops=4), 0.0, TRACK.length, 0.1)
+    found = stops(PlaceVisits(layers=1, stops=4), 0.0, path().length, 0.1)
     np.testing.assert_allclose(found, wanted, atol=0.11)
     resumed = PlaceVisits(layers=1, stops=4)
-    np.testing.assert_allclose(stops(resumed, begin + 0.3 * length, TRACK.length, 0.1), wanted[2:], atol=0.11)
+    np.testing.assert_allclose(stops(resumed, begin + 0.3 * length, path().length, 0.1), wanted[2:], atol=0.11)
 
 
 def test_places_by_time_begin_at_once_and_divide_a_layer_s_length() -> None:
-    _, length = layer(1)
-    found = stops(PlaceVisits(every=2000.0, stops=4), 0.0, TRACK.length, 0.1)
+    _, length = layer(1, path())
+    found = stops(PlaceVisits(every=2000.0, stops=4), 0.0, path().length, 0.1)
     gaps = np.diff(found)
     np.testing.assert_allclose(gaps[:3], length / 4, atol=0.11)
     assert found[0] <= 0.11
     assert found[4] == pytest.approx(200.0, abs=0.11)  # 2000 s on
-    late = stops(PlaceVisits(every=2000.0, stops=4), 100.0, TRACK.length, 0.1, now=1000.0)
+    late = stops(PlaceVisits(every=2000.0, stops=4), 100.0, path().length, 0.1, now=1000.0)
     assert late[0] == pytest.approx(200.0, abs=0.11)  # resumed: with the next visit
 
 
 def test_one_place_by_layers_is_at_their_beginning() -> None:
-    begin, _ = layer(2)
-    np.testing.assert_allclose(stops(PlaceVisits(layers=1), 0.0, TRACK.length, 0.1), [begin], atol=0.11)
-    assert stops(PlaceVisits(), 0.0, TRACK.length, 1.0) == []
+    begin, _ = layer(2, path())
+    np.testing.assert_allclose(stops(PlaceVisits(layers=1), 0.0, path().length, 0.1), [begin], atol=0.11)
+    assert stops(PlaceVisits(), 0.0, path().length, 1.0) == []
 
 
 def printed(**options: object) -> tuple[float, DeadReckoning, list[int]]:

@@ -41,6 +41,10 @@ def serve_command(
             "--camera", metavar="URL", help="Address of a camera's picture, MJPEG or still, that the page shows."
         ),
     ] = "",
+    news: Annotated[
+        Path | None,
+        typer.Option("--news", metavar="FILE", help="Webhooks and MQTT broker that get news of the machine."),
+    ] = None,
     at: Annotated[
         str | None,
         typer.Option(
@@ -73,7 +77,7 @@ def serve_command(
     from cablewright.machine.simulated.machine_file import built_machine
     from cablewright.models.support import Capability, require
 
-    address = Address(host, port, tuple(name or ()), certificate, key, camera)
+    address = Address(host, port, tuple(name or ()), certificate, key, camera, news)
     require_libraries()
     described = cw.load(robot)
     require(described, Capability.SERVE)

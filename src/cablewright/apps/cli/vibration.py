@@ -49,7 +49,7 @@ def vibration_command(
 ) -> int:
     """Ends of the line count as at rest, and its bending stiffness is left out.
 
-    Compare the tension with that expected for maintenance. Sag alone tells the modulus: below the tension that is named.
+    Compare the tension with the expected one for maintenance. Sag alone tells the modulus, below a named tension.
     """
     machine = cw.load(robot)
     pose = pose_of(at, machine)

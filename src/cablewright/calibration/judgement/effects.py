@@ -78,15 +78,11 @@ def effects_of(problem: CalibrationProblem, found: PoseFit, already: Collection[
 
     *already*: names of those that counts are corrected by; their numbers are how far off these corrections are.
     """
-    rows = problem.derivatives(found.theta, found.poses, found.weights)
     left = _candidates(problem, found)
-    if not rows.whole.all() or not left:
+    data = _data(problem, found, left)
+    if data is None or not left:
         return ()
-    columns = np.stack([each.column for each in left], axis=2)
-    off, reduced, _ = projected(replace(rows, by_unknown=np.concatenate([rows.by_unknown, columns], axis=2)))
     k = len(found.theta)
-    others = np.concatenate([rows.others_by_unknown, np.zeros((len(rows.others), len(left)))], axis=1)
-    data = _Data(off, reduced, others, rows.others)
     chosen = [at for at, each in enumerate(left) if each.name in already]
     made: dict[int, Effect] = {}
     while True:
@@ -112,6 +108,17 @@ def effects_of(problem: CalibrationProblem, found: PoseFit, already: Collection[
         one = made.get(at) or Effect(*left[at][:3], 0.0, 0.0, 0.0, 0.0, True)
         made[at] = replace(one, value=float(values[place]), sigma=float(sigmas[place]), chosen=True)
     return tuple(made[at] for at in (*chosen, *(at for at in made if at not in chosen)))
+
+
+def _data(problem: CalibrationProblem, found: PoseFit, more: Sequence[_Candidate]) -> _Data | None:
+    """Return the rows at a fit with those of *more* effects after the unknowns; None where a pose has no value."""
+    rows = problem.derivatives(found.theta, found.poses, found.weights)
+    if not rows.whole.all():
+        return None
+    columns = [each.column[..., None] for each in more]
+    off, reduced, _ = projected(replace(rows, by_unknown=np.concatenate([rows.by_unknown, *columns], axis=2)))
+    others = np.concatenate([rows.others_by_unknown, np.zeros((len(rows.others), len(more)))], axis=1)
+    return _Data(off, reduced, others, rows.others)
 
 
 def _size(problem: CalibrationProblem, squares: Array) -> float:

@@ -5,8 +5,10 @@ the shift by that error adds to the covariance. Each kind of number has an even 
 average over all subsets of kinds, weighted by their evidence (Bayesian model averaging): a kind that the data deny adds
 next to nothing, one that they show or cannot tell adds its part. So it is with effects that cross-validation weighed:
 the number of one that was chosen is as wrong as the data leave it, and one that was not is believed as wide as one pose
-tells it (the unit information prior of Kass and Wasserman 1995), so that what the choice itself may miss is in sigma. The covariance by the scatter of poses and of surveyed
-points (a sandwich, clustered, HC3) replaces a smaller one where it exceeds what noise explains.
+tells it (the unit information prior of Kass and Wasserman 1995), so that what the choice itself may miss is in sigma.
+
+The covariance by the scatter of poses and of surveyed points (a sandwich, clustered, HC3) replaces a smaller one where
+it exceeds what noise explains.
 """
 
 from __future__ import annotations

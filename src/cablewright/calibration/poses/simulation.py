@@ -156,10 +156,8 @@ def _frequencies(held: Equilibrium) -> Array:
     weightless = next((line.name for line in robot.lines if not line.cable.linear_density), None)
     if weightless is not None:
         raise InputError(f"frequency noise: line {weightless!r} has no cable.linear_density")
-    densities = np.array([line.cable.linear_density for line in robot.lines])
-    return string_frequency(
-        held.tensions, free_spans(robot, held.pose), np.broadcast_to(densities, held.tensions.shape)
-    )
+    densities = np.array([[line.cable.linear_density for line in robot.lines]])
+    return string_frequency(held.tensions, free_spans(robot, held.pose), densities)
 
 
 def random_poses(

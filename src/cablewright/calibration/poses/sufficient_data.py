@@ -134,9 +134,9 @@ def _check_repeats(measured: Measured) -> None:
 
     Counts of home alone, all zero, may come again.
     """
-    placed = None if measured.pose_sigma is None else np.where(np.isnan(measured.pose_sigma), np.nan, measured.guess)
     others = [values for name, _ in SENSORS.values() if (values := getattr(measured, name)) is not None]
-    others += [] if placed is None else [placed]
+    if measured.pose_sigma is not None and measured.guess is not None:
+        others.append(np.where(np.isnan(measured.pose_sigma), np.nan, measured.guess))
     table = np.column_stack([measured.counted, *(np.nan_to_num(each) for each in others)])
     first = dict[bytes, int]()
     for pose, row in enumerate(table + 0.0):

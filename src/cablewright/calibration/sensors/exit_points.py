@@ -110,7 +110,7 @@ def linear_rows(
             same = [one == axis for one in axes]
             own[same] -= own[same].mean(axis=0)
         if each.tilted:
-            own -= own @ _tilts(robot, unknowns, f"priors[{at}]")
+            own -= own @ _tilts(robot, unknowns)
         prior.append(own)
         given.append(own @ start if each.value is None else np.full(len(own), each.value / each.deviation))
     rows, measured = np.concatenate([*surveyed, *level, *prior]), 3 * len(plan.points) + 2 * len(level)
@@ -118,10 +118,8 @@ def linear_rows(
     return rows, np.concatenate([values, before, *given]), np.arange(len(rows)) >= measured
 
 
-def _tilts(robot: Robot, unknowns: Sequence[Unknown], where: str) -> Array:
+def _tilts(robot: Robot, unknowns: Sequence[Unknown]) -> Array:
     """Return the projection (k, k) of changes of the unknowns on tilts of all exit points as one body."""
-    if sum(each.name == "exit_point" for each in unknowns) < 3 * robot.m:
-        raise InputError(f"{where}: tilted is of the exit points of all lines, and each must be an unknown of its own")
     points = np.array([line.exit_point for line in robot.lines])
     turns = [np.cross(axis, points - points.mean(axis=0)).ravel() for axis in np.eye(3)[:2]]
     span = np.linalg.qr(by_exits(robot, unknowns, turns).T)[0]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
 
@@ -15,10 +16,16 @@ from cablewright.models.vibration import string_tension
 from cablewright.robot import Robot
 from cablewright.solvers.taut import taut_at
 
+AT_START: Final = 0.05
+"""Standard deviation of a tension, as a share, where its span is that at the start value of a pose."""
 
-def with_vibrations(robot: Robot, measured: Measured, plan: CalibrationPlan, poses: Array | None) -> Measured:
+
+def with_vibrations(
+    robot: Robot, measured: Measured, plan: CalibrationPlan, poses: Array | None, share: float = 0.0
+) -> Measured:
     """Return the data with tensions by their frequencies, if any, over the free spans at *poses* (N, n), m and rad.
 
+    *share*: standard deviation of these tensions, as a share, by that of the spans.
     Raises `InputError` for a cable without weight, without poses, and for a cell of both a frequency and a tension.
     """
     frequencies = measured.frequencies
@@ -35,15 +42,14 @@ def with_vibrations(robot: Robot, measured: Measured, plan: CalibrationPlan, pos
     both = np.argwhere(shaken & np.isfinite(given) & np.isnan(own))
     if len(both):
         row, line = (int(at) for at in both[0])
-        raise InputError(
-            f"{measured.origin}, {measured.place(row)}: hz_{line + 1} and f_{line + 1}: give one of them, the other blank"
-        )
+        where = f"{measured.origin}, {measured.place(row)}: hz_{line + 1}"
+        raise InputError(f"{where} and f_{line + 1}: give one of them, the other blank")
     if (frequencies[shaken] <= 0.0).any():
         row, line = (int(at) for at in np.argwhere(shaken & (np.nan_to_num(frequencies) <= 0.0))[0])
         raise InputError(f"{measured.origin}, {measured.place(row)}: hz_{line + 1}: must be over 0 Hz")
     densities = np.array([line.cable.linear_density for line in robot.lines])
     found = string_tension(frequencies, free_spans(robot, poses), densities)
-    sigma = np.where(shaken, 2.0 * found * plan.sigma.frequency / frequencies, np.nan)
+    sigma = found * np.hypot(2.0 * plan.sigma.frequency / frequencies, share)
     return replace(measured, tensions=np.where(shaken, found, given), tension_sigma=sigma)
 
 
