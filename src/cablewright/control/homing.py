@@ -28,9 +28,9 @@ from cablewright.foundation.signals import Estimate, SensorFrame
 from cablewright.models.plane import within
 from cablewright.models.rotation import placed
 from cablewright.models.statics import Model
-from cablewright.models.support import Capability, Coverage, require, support
+from cablewright.models.support import Capability, require
 from cablewright.robot.plane import OFF_PLANE
-from cablewright.solvers.continuation import Tracker, TrackerSettings
+from cablewright.solvers.continuation import Tracker
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.hanging_path import hung
 from cablewright.solvers.inverse import solve_inverse
@@ -255,22 +255,15 @@ class Homing:
         return f"{apart} or " + (f"{math.degrees(found.turn):.0f} deg" if found.turn < math.pi else "any turn")
 
     def _certified(self, lengths: Array, counts: NDArray[np.int64], place: Array) -> str:
-        """Accept lengths whose equilibrium, proved to be the only one there, is at that place; or return why not.
-
-        Of robots that no proof covers a note says so; so does one of described creep.
-        """
+        """Accept lengths whose equilibrium, proved to be the only one there, is at that place; or return why not."""
         own = self.settings
-        proof = support(own.model.robot, Capability.TRACKER)
-        unproved = proof.verdict is Coverage.REJECTED
-        if unproved:
-            self.notes.append(f"not proved to be the only equilibrium there: {proof.because}")
         if any(line.cable.creep is not None for line in own.model.robot.lines):
             self.notes.append("not counted: creep of cables, because the load history is unknown")
         if (retraction := own.model.robot.retraction) is not None:
             self.notes.append(f"not measured: the length of the platform, {retraction.length:g} m by the robot file")
         try:
             near = None if own.model.n == 3 else solve_forward(own.model, lengths, guess=place).checked()
-            tracker = Tracker(own.model, lengths, TrackerSettings(certify=not unproved), begin=near)
+            tracker = Tracker(own.model, lengths, begin=near)
             status = tracker.step(lengths)
         except AnswerError as error:
             return f"the lengths have no equilibrium: {error}"

@@ -33,7 +33,6 @@ class Coverage(StrEnum):
     """Degree of support of a feature by a capability, from the best to the worst."""
 
     WORKS = "works"
-    UNCERTIFIED = "not certified"
     NOT_CHECKED = "not checked"
     LOST = "lost"
     REJECTED = "rejected"
@@ -202,8 +201,6 @@ _ONE_DRUM: Final = "Lines on one drum have tensions that follow their stretch, n
 _C, _LOST, _REJECTED = Capability, Coverage.LOST, Coverage.REJECTED
 
 _ROWS: Final = (
-    (_C.CERTIFY, Coverage.UNCERTIFIED, SPATIAL, "The answer holds without a proof"),
-    (_C.TRACKER, _REJECTED, SPATIAL, "Track with TrackerSettings(certify=False)"),
     (_C.POSE_BOX, _REJECTED, f"{SPATIAL} plane advantage cables",
      "Use linearise, whose pose errors are of first order"),
     (_C.EXHAUSTIVE, _REJECTED,

@@ -29,8 +29,6 @@ REASONS = {
     STRAIGHT_DOWN: "not certified: a line hangs straight down, where it has no plane; the proof is by lines in planes",
     kernel.NO_INVERSE: "not certified: the Jacobian is singular",
     enclosure.SLACK: "not certified: a massless line hangs slack and has no shape",
-    enclosure.OUT_OF_PLANE: "not certified: a line has a counterweight or is in no vertical plane; "
-    "proofs are of others",
     kernel.IMPRECISE: "not certified: exactly one equilibrium is near, but not within the tolerance",
 }
 

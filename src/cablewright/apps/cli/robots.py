@@ -197,7 +197,7 @@ class RobotSupport(Result):
         Figure("robot", "", "Name of the robot."),
         Figure("capabilities", "", "Each capability.", parts=(
             Figure("capability", "", "What is done with the robot."),
-            Figure("verdict", "", "works, not certified, not checked, lost or rejected."),
+            Figure("verdict", "", "works, not checked, lost or rejected."),
             Figure("because", "", "What of the robot decides it."),
             Figure("instead", "", "Alternative, or the omitted effect."),
         )),

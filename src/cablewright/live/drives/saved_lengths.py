@@ -26,7 +26,6 @@ from cablewright.live.estimators import DeadReckoning, homed, homed_settings
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.winch_counts import CountsFile, Remembering
 from cablewright.models.rotation import rotations
-from cablewright.models.support import Capability, Coverage, support
 from cablewright.robot import Robot
 from cablewright.solvers.hanging_path import hung
 from cablewright.solvers.inverse import solve_inverse
@@ -233,7 +232,7 @@ class KeptEstimator:
 def warm(keeper: LengthKeeper, pose: Array) -> None:
     """Compile or load the kernels of estimation and homing, before a machine waits for them. Raises `AnswerError`."""
     from cablewright.control.length_check import check_lengths
-    from cablewright.solvers.continuation import Tracker, TrackerSettings
+    from cablewright.solvers.continuation import Tracker
 
     reckoning = keeper.reckoning
     held = solve_inverse(reckoning.model, hung(reckoning.model, pose[None]))[0].checked()
@@ -243,8 +242,7 @@ def warm(keeper: LengthKeeper, pose: Array) -> None:
         readings = (Encoders(now, counts), Tensions("motor_torques", now, held.tensions))
         begun.step(SensorFrame(now, readings))
     check_lengths(reckoning.model, lengths, np.full(len(lengths), 100.0), held.pose)
-    certifies = support(reckoning.model.robot, Capability.TRACKER).verdict is Coverage.WORKS
     try:
-        Tracker(reckoning.model, lengths, TrackerSettings(certify=certifies), begin=held).step(lengths)
+        Tracker(reckoning.model, lengths, begin=held).step(lengths)
     except AnswerError:
         return  # reported on request

@@ -21,7 +21,6 @@ from cablewright.kernels.statics.platform import between
 from cablewright.machine.simulated.motion.settling import settle
 from cablewright.machine.simulated.rig import Rig
 from cablewright.models.packed_views import LineStates
-from cablewright.models.support import Capability, Coverage, support
 from cablewright.solvers.continuation import TrackerSettings
 
 MAX_SUBSTEPS: Final = 1000
@@ -110,9 +109,7 @@ class QuasiStaticPlant:
         self._pose = rig.pose
         self._whole = np.arange(rig.robot.m)
         self._fit()
-        tolerance = (
-            _TOLERANCE if rig.robot.n == 6 and support(rig.robot, Capability.TRACKER).verdict is Coverage.WORKS else 0.0
-        )
+        tolerance = _TOLERANCE if rig.robot.n == 6 else 0.0
         self._bounds = (TrackerSettings().jump, TrackerSettings().fold, tolerance)
 
     def _fit(self) -> None:

@@ -94,11 +94,11 @@ def give_way(row, fx, fy, fz, tension, out, at):
     dead = size / row[SPANS]
     for i in range(3):
         for j in range(3):
-            soft = grow * _compliance(row, i, j)
+            soft = grow * compliance_of_mount(row, i, j)
             out[at + GIVEN_WAY + i] += soft * (f[j] + dead * towards[j])
             along = 0.0  # compliance times the part of the force's change that is along the force, over its size
             for k in range(3):
-                along += _compliance(row, i, k) * (-f[k] if held else dead * towards[k])
+                along += compliance_of_mount(row, i, k) * (-f[k] if held else dead * towards[k])
             slope = soft + grow * along * f[j] / (size * size)
             out[at + BY_FORCE + 3 * i + j] += slope
             out[at + SPAN_BY_FORCE + j] -= towards[i] * slope
@@ -108,7 +108,7 @@ def give_way(row, fx, fy, fz, tension, out, at):
 
 
 @jit
-def _compliance(row, i, j):
+def compliance_of_mount(row, i, j):
     """Entry *i*, *j* of the compliance of the exit's mount, m/N."""
     return row[MOUNT + i] if i == j else row[MOUNT + 2 + i + j]
 
