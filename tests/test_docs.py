@@ -42,9 +42,8 @@ def test_files_that_a_page_names_by_their_path_exist(page: Path) -> None:
 
 
 def test_recipes_speak_of_names_that_exist() -> None:
-    code = "\n".join(file.read_text("utf-8") for file in SOURCE.rglob("*.py"))
-    for name in set(re.findall(r"`(_?[A-Za-z][A-Za-z_]*)`", EXTENDING)) - {"mypy"}:
-        assert re.search(rf"\b{re.escape(name)}\b", code), name
+    words = {word for file in SOURCE.rglob("*.py") for word in re.findall(r"\w+", file.read_text("utf-8"))}
+    assert set(re.findall(r"`(_?[A-Za-z][A-Za-z_]*)`", EXTENDING)) <= words | {"mypy"}
 
 
 def test_the_reference_uses_and_lists_every_public_name() -> None:

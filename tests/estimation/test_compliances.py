@@ -18,7 +18,7 @@ from cablewright.models.statics import Model
 from cablewright.robot import load
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.taut import taut_at
-from hanging import differences, shown
+from observer_runs import differences, shown
 from twins import SETTINGS
 
 ROBOT = load("merlet2023")

@@ -15,7 +15,7 @@ from cablewright.estimation.kalman.state import FilterSettings, FilterState, inj
 from cablewright.foundation.arrays import Array
 from cablewright.live.estimator_settings import started_settings
 from cablewright.robot import load
-from hanging import differences, forces_at, shown
+from observer_runs import differences, forces_at, shown
 from twins import SETTINGS
 
 KNOWN = started_settings(load("merlet2023"), SETTINGS).filter

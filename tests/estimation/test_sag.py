@@ -18,7 +18,7 @@ from cablewright.robot import load
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.slack import solve_with_slack
 from cablewright.solvers.taut import taut_at
-from hanging import differences, forces_at, unsure_at
+from observer_runs import differences, forces_at, unsure_at
 from twins import SETTINGS
 
 ROBOT = load("merlet2023")

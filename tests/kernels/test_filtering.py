@@ -1,4 +1,4 @@
-"""Kernels of the filter against whole matrices, and against grids of forces that are computed all at once."""
+"""Kernels of the filter against whole matrices, and against grids of forces computed by NumPy."""
 
 from __future__ import annotations
 

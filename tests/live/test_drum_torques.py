@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import driven
 import numpy as np
 import pytest
 
+import shared_winch_robots
 from cablewright.estimation.body import filter as of_body
 from cablewright.estimation.body import measurement
 from cablewright.estimation.body.correction import _go_to
@@ -28,14 +28,14 @@ UNREAD = frozen(np.full(6, np.nan))
 
 def known() -> tuple[Robot, BodySettings, BodyState]:
     """Three pairs of lines, each on one drum, with motors alone; at home."""
-    robot = driven.pairs()
+    robot = shared_winch_robots.pairs()
     owner = built_machine(robot)[0].with_owner(load_cells=None, inertial=None, motor_torques=MOTORS).owner
     settings = body_settings(robot, owner, sensors=True)
     return robot, settings, start(settings, resting_pose(robot, np.array([0.1, 0.05, 0.9])))
 
 
 def read(settings: BodySettings, state: BodyState, torques: Array, steps: int) -> None:
-    """Stand for so many steps of 10 ms."""
+    """Read them at rest, in *steps* of 10 ms."""
     begin = max(state.latest.time, 0.0)
     for k in range(1, steps + 1):
         now = begin + 0.01 * k
@@ -63,7 +63,7 @@ def test_torques_of_drums_show_what_the_platform_weighs() -> None:
     assert not state.judged.danger
 
 
-def test_each_number_moves_what_a_drum_feels_as_its_gradient_says() -> None:
+def test_each_number_moves_the_pull_on_a_drum_as_its_gradient_says() -> None:
     robot, settings, state = known()
     read(settings, state, np.zeros(3), 1)
     read(settings, state, torques_of(robot, state, state.tensions), 5)

@@ -125,7 +125,7 @@ def test_old_foreign_and_late_holds_turn_nothing(found: Bench, desk: Desk) -> No
     [((9.0, 0.01), "number of a winch"), ((0.5, 0.01), "number of a winch"), ((1.0,), "number of a winch"),
      ((1.0, 9.0), "is allowed by hand"), ((1.0, 0.0), "is allowed by hand")],
 )  # fmt: skip
-def test_what_is_no_winch_or_too_fast_is_refused(desk: Desk, given: tuple[float, ...], why: str) -> None:
+def test_what_is_no_winch_or_too_fast_is_rejected(desk: Desk, given: tuple[float, ...], why: str) -> None:
     number = desk.send(OrderKind.TAKE_UP, **{WINCH: given})
     desk.step(3)
     assert why in desk.refusal(number)
@@ -142,7 +142,7 @@ def test_a_stop_ends_it_and_slack_is_taken_up_after_it(found: Bench, desk: Desk)
     desk.step(60)
     assert desk.state is PrintState.IDLE
     before = found.rig.plant.truth.lengths.copy()
-    number = desk.send(OrderKind.TAKE_UP)  # no line is slack, so that this is done at once
+    number = desk.send(OrderKind.TAKE_UP)  # no line is slack, so that this ends immediately
     for _ in range(4):
         desk.hold()
         desk.step(5)

@@ -35,7 +35,7 @@ EXACT = Tolerances(anchor=0.0, sheave_radius=0.0, modulus=0.0)
 
 
 def moves(robot: Robot) -> np.ndarray:
-    """A short way (3,), m, that the platform may go: in its plane, and as long as two lines on one drum are alike."""
+    """A short way (3,), m, that the platform may go: in its plane, and with two lines on one drum equally long."""
     plane, way = robot.platform.plane, np.array([0.003, -0.002, 0.0025])
     if robot.n == 3 and robot.sharing:
         way[0] = 0.0

@@ -31,7 +31,7 @@ from cablewright.robot import Eyelet, Robot, load
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.taut import taut_at
-from hanging import forces_at
+from observer_runs import forces_at
 
 BODIES = ("guides", "platform sheaves", "both", "platform pulleys", "mixed", "wheels", "several")
 POINTS = ("guides", "tilted", "aside", "pulleys", "several")

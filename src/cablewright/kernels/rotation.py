@@ -82,7 +82,7 @@ def _quaternion(x, y, z):
 
 @jit
 def yawed(yaw, x, y):
-    """Return the rotation vector of what is tilted by (x, y), rad, and then turned by *yaw*, rad, by quaternions."""
+    """Return the rotation vector of a tilt by (x, y), rad, and then a turn by *yaw*, rad, by quaternions."""
     tilt = hypot(x, y)
     c, d = cos(0.5 * tilt), (0.5 if tilt < 1e-9 else sin(0.5 * tilt) / tilt)
     a, b = cos(0.5 * yaw), sin(0.5 * yaw)

@@ -46,7 +46,7 @@ def deposit(
     """Return the material of extruding moves, in pieces of about `PIECE_LENGTH` or shorter.
 
     A piece exists from the sample at its end on, not while it is being printed. *room*: for the pieces. *up*:
-    unit vector from what is laid to the nozzle, world.
+    unit vector from a strand to the nozzle, world.
     """
     laid = np.flatnonzero(samples.extruding)
     move, begins = samples.move[laid], samples.distance[laid - 1]

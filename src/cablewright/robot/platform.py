@@ -93,8 +93,9 @@ class _PlatformWithLoads(Description):
 
     @property
     def lays_along(self) -> Vec3:
-        """The unit vector from what is laid to the nozzle, world: up, or out of a board, on which it lies."""
-        return self.plane.across if self.plane is not None and self.may_lift else (0.0, 0.0, 1.0)
+        """The unit vector from a strand to the nozzle, world: up, or out of a board, on which it lies."""
+        board = self.plane if self.may_lift else None
+        return (0.0, 0.0, 1.0) if board is None else board.across
 
     @property
     def may_lift(self) -> bool:

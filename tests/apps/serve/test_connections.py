@@ -38,7 +38,7 @@ def peer(number: int) -> tuple[str, int]:
     return "127.0.0.1", number
 
 
-def test_the_oldest_stranger_gives_way_and_no_holder_does() -> None:
+def test_the_oldest_stranger_is_closed_and_no_holder_is() -> None:
     async def enter() -> None:
         made, wires = Connections(), [Wire() for _ in range(MAX_OPEN + 1)]
         for number, wire in enumerate(wires[:MAX_OPEN]):
@@ -124,7 +124,7 @@ def test_a_stop_gets_through_the_requests_of_the_token_itself(server: Served) ->
 
 
 @pytest.mark.clock
-def test_a_stranger_is_refused_without_the_rest_of_what_it_sends(server: Served) -> None:
+def test_a_stranger_is_rejected_without_reading_the_rest(server: Served) -> None:
     with socket.create_connection(("127.0.0.1", server.port)) as slow:
         head = f"POST /api/files/local HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\nX-Api-Key: wrong\r\n"
         slow.sendall(f"{head}Content-Type: multipart/form-data\r\nContent-Length: {1 << 30}\r\n\r\n".encode())

@@ -42,7 +42,7 @@ def jobs(server: Served) -> list[dict[str, Any]]:
     return list(json.loads(server.ask("GET", "/jobs")[1]))
 
 
-def test_two_slicers_at_once_are_both_taken(server: Served) -> None:
+def test_two_slicers_that_send_together_are_both_taken(server: Served) -> None:
     keys = [make_key(server, name=f"slicer {k}") for k in range(2)]
     answers: list[int] = []
 
@@ -90,7 +90,7 @@ def test_an_upload_while_it_prints_is_kept_and_waits(server: Served) -> None:
         page.until(lambda _state: page.sitting["job"] is None)
 
 
-def test_a_job_for_another_machine_is_refused_by_name(server: Served) -> None:
+def test_a_job_for_another_machine_is_rejected_by_name(server: Served) -> None:
     number = kept(server, RING.replace('name = "ring"', 'name = "ring"\nrobot = "merlet2023"'))
     found = check_job(server.folder, number)
     assert found.answer == "failed"
@@ -116,10 +116,10 @@ def test_a_browser_whose_clock_is_an_hour_off_operates_and_shows_the_time_of_the
         enable(page)
         page.run("document.getElementById('stop').click()")
         page.until("operate.orders.control.state === 'fault'", 10.0)
-        told, now = page.run("[operate.orders.control.events.at(-1)[1], Date.now() / 1e3]")
-        assert now - told == pytest.approx(3600.0, abs=30.0)
+        stamp, now = page.run("[operate.orders.control.events.at(-1)[1], Date.now() / 1e3]")
+        assert now - stamp == pytest.approx(3600.0, abs=30.0)
         shown = page.run("document.querySelector('#events time').textContent")
-        assert shown == page.run(f"new Date({told} * 1e3).toLocaleTimeString()")
+        assert shown == page.run(f"new Date({stamp} * 1e3).toLocaleTimeString()")
 
 
 @needs_chromium

@@ -1,4 +1,4 @@
-"""News for other programs: what is told and when, signed; a receiver that is slow, wrong or away holds up nothing."""
+"""News for other programs, their signature and their topics; a receiver that is slow or away delays nothing."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def state(name: str, layer: int = 0, **more: Any) -> dict[str, Any]:
     return {"sitting": 2, "state": name, "reason": "", "layer": layer, "utc": 1.0, "fresh": False, "events": []} | more
 
 
-def told(*states: dict[str, Any]) -> list[tuple[str, Any]]:
+def reported(*states: dict[str, Any]) -> list[tuple[str, Any]]:
     watching = Watching()
     return [(each["what"], each["state"]) for one in states for each in watching.look(one, SITTING)]
 
@@ -45,9 +45,9 @@ def test_layers_pauses_and_faults_are_told_once() -> None:
         state("printing", 2), state("printing", 4), state("fault", 4), state("fault", 4), state("off"),
     ]  # fmt: skip
     layer = ("layer", "printing")
-    assert told(*states) == [layer, layer, ("pause", "paused"), layer, ("fault", "fault")]
-    assert told(state("fault", fresh=True)) == []
-    assert told({"sitting": 0, "state": "closed"}) == []
+    assert reported(*states) == [layer, layer, ("pause", "paused"), layer, ("fault", "fault")]
+    assert reported(state("fault", fresh=True)) == []
+    assert reported({"sitting": 0, "state": "closed"}) == []
 
 
 def test_the_end_of_a_run_is_told_though_its_last_state_was_not_seen() -> None:
@@ -88,7 +88,7 @@ def test_a_file_names_who_gets_what(tmp_path: Path) -> None:
         ('[mqtt]\nhost = "x"\npassword = "none.key"\n', "tls"),
     ],
 )
-def test_secrets_in_addresses_and_wrong_keys_are_refused_by_name(tmp_path: Path, text: str, why: str) -> None:
+def test_secrets_in_addresses_and_wrong_keys_are_rejected_by_name(tmp_path: Path, text: str, why: str) -> None:
     (tmp_path / "news.toml").write_text("schema = 1\n" + text)
     with pytest.raises(InputError, match=why):
         load_news(tmp_path / "news.toml")
@@ -96,7 +96,7 @@ def test_secrets_in_addresses_and_wrong_keys_are_refused_by_name(tmp_path: Path,
 
 @contextmanager
 def hooked(status: int = 204, wait: float = 0.0) -> Iterator[tuple[str, queue.Queue[tuple[Any, bytes]]]]:
-    """Address of a receiver of webhooks that answers so, and what it has got."""
+    """Address of a receiver of webhooks that answers so, and its requests."""
     got: queue.Queue[tuple[Any, bytes]] = queue.Queue()
 
     class Handler(BaseHTTPRequestHandler):
@@ -144,7 +144,7 @@ def test_a_webhook_that_fails_or_leads_elsewhere_gets_the_next_news_too(
     assert [each.message.partition(": ")[2] for each in caplog.records] == [f"it answers {status}"]  # once
 
 
-def test_a_webhook_that_hangs_holds_up_nobody(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_webhook_that_hangs_delays_no_one(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(senders, "TIME", 0.3)
     with socket.create_server(("127.0.0.1", 0)) as silent:
         hook = Webhook(WebhookSettings(address=f"http://127.0.0.1:{silent.getsockname()[1]}/"))
@@ -195,11 +195,11 @@ def test_a_broker_gets_news_by_their_topic() -> None:
 
 
 @needs_mqtt
-def test_a_broker_that_is_away_holds_up_nobody() -> None:
+def test_a_broker_that_is_away_delays_no_one() -> None:
     from cablewright.apps.serve.notices.senders import Mqtt
 
-    with socket.create_server(("127.0.0.1", 0)) as nobody:
-        port = nobody.getsockname()[1]
+    with socket.create_server(("127.0.0.1", 0)) as away:
+        port = away.getsockname()[1]
     made, began = Mqtt(MqttSettings(host="127.0.0.1", port=port)), time.monotonic()
     taken = [made.put(NEWS) for _ in range(WAITING + 20)]
     assert time.monotonic() - began < 1.0

@@ -16,7 +16,7 @@ from cablewright.studies.checks.check import check
 
 
 def led_up(robot: Robot) -> Robot:
-    """A robot in a plane with its exits on the other side of it, so that its lines pull it off."""
+    """A robot in a plane with its exit points on the other side of it, so that its lines pull it off."""
     out, lines = np.array(robot.platform.plane.across), []
     for line in robot.lines:
         along = np.subtract(line.exit_point, line.platform_point)

@@ -47,8 +47,12 @@ def homed(folder: Path, **changes: object) -> Bench:
 def test_a_ring_is_printed_by_orders_and_its_log_is_that_of_a_real_machine(tmp_path: Path) -> None:
     found = homed(tmp_path)
     typist = Typist({state: list(words) for state, words in WORDS.items()})
+    before = found.rig.plant.truth.powder
     answer = printed(found, tmp_path, typist)
     assert answer.finished, typist.said
+    assert any("no valve opens: nothing is laid" in line for line in typist.said)
+    assert found.rig.plant.truth.powder == before
+    assert not found.rig.valve_open
     assert any("refused: start: has no effect while the state is off" in line for line in typist.said)
     assert any(line.startswith("no order 'dance'") for line in typist.said)
     assert all(drive.brake_closed for drive in found.rig.drives)
@@ -63,23 +67,16 @@ def test_a_ring_is_printed_by_orders_and_its_log_is_that_of_a_real_machine(tmp_p
 
 
 def test_a_print_pours_where_the_file_names_a_valve_and_says_where_it_cannot(tmp_path: Path) -> None:
-    valve = {"line": "north-east", "bit": 17, "closes_alone": False}
-    poured = []
-    for k, named in enumerate((None, valve)):
-        folder = tmp_path / str(k)
-        folder.mkdir()
-        found = homed(folder, valve=named)
-        typist = Typist({state: list(words) for state, words in WORDS.items()})
-        before = found.rig.plant.truth.powder
-        assert printed(found, folder, typist).finished, typist.said
-        poured.append(before - found.rig.plant.truth.powder)
-        assert not found.rig.valve_open
-        says = ("no valve opens: nothing is laid", "closes_alone = false: its drive leaves it open in a fault")[k]
-        assert any(says in line for line in typist.said)
+    found = homed(tmp_path, valve={"line": "north-east", "bit": 17, "closes_alone": False})
+    typist = Typist({state: list(words) for state, words in WORDS.items()})
+    before = found.rig.plant.truth.powder
+    assert printed(found, tmp_path, typist).finished, typist.said
+    assert not found.rig.valve_open
+    assert any("closes_alone = false: its drive leaves it open in a fault" in line for line in typist.said)
     duration = 2.0 * np.pi * RING.helix.radius / RING.motion.print_speed
-    flow = found.twin.owner.point_drum.flow
-    assert poured[0] == 0.0
-    assert poured[1] == pytest.approx(flow * duration, rel=0.05)  # on while it prints, with ramps laid to half
+    laid = found.twin.owner.point_drum.flow * duration
+    poured = before - found.rig.plant.truth.powder
+    assert poured == pytest.approx(laid, rel=0.05)  # on while it prints, with ramps laid to half
 
 
 def test_a_page_tells_the_same_of_the_valve(tmp_path: Path) -> None:

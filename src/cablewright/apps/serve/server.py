@@ -31,7 +31,7 @@ from cablewright.live.serve.link import ServerLink
 
 _NICE = 5
 _MAX_MESSAGE = 4096  # bytes of a socket's message
-_MAX_FILES = 8192  # with connections whose TLS is not agreed on yet, which nobody counts
+_MAX_FILES = 8192  # with connections whose TLS is not negotiated yet, which are not counted
 _AGREEING = 5.0  # s for TLS
 
 

@@ -215,7 +215,7 @@ class Uploads:
         """Return number and subject of the job of a run that can go on. Raises `InputError`."""
         folder, job = self.run_folder(name), self.job_of_run(name)
         if not _can_resume(folder, _values(folder / RUN)):
-            raise InputError(f"run {name}: is finished, or was cut off before its first checkpoint: print it anew")
+            raise InputError(f"run {name}: is finished, or was cut off before its first checkpoint: print it again")
         self.job(job)
         return job, str((read_manifest(folder) or {})["inputs"].get("subject"))
 

@@ -199,7 +199,8 @@ class _Part:
 
     def __get__(self, owner: Any, kind: type) -> Array:
         mean: Mean = owner.mean
-        return mean.x[getattr(mean.layout, self._name)][: self._last].reshape(self._shape)
+        part: slice = getattr(mean.layout, self._name)
+        return mean.x[part][: self._last].reshape(self._shape)
 
     def __set__(self, owner: Any, value: ArrayLike) -> None:
         self.__get__(owner, type(owner))[...] = value

@@ -204,12 +204,12 @@ def weigh_forces(laws, may_be, unsure, known, now, measured, sigmas, mean, noise
 
 @jit(allocates=True)
 def _judge(laws, may_be, unsure, known, now, measured, sigmas, share, h, off, noise):
-    """Write forces *h* (m,), N, at a *share* of their range, what is *off* (m + j,) by them, and the *noise*.
+    """Write forces *h* (m,), N, at a *share* of their range, innovations *off* (m + j,) by them, and the *noise*.
 
-    Returns the normalised square of what is off, and twice its negative logarithm of likelihood.
+    Returns the normalised square of the innovations, and twice its negative logarithm of likelihood.
     """
     m, d, q = now.shape[0], known.shape[0], unsure.shape[2]
-    slopes, S, solved, told = np.empty(d), np.empty((d, d)), np.empty((d, 1)), 0.0
+    slopes, S, solved, by_zeros = np.empty(d), np.empty((d, d)), np.empty((d, 1)), 0.0
     moved = np.empty((d, q))
     for i in range(m):
         h[i] = may_be[0, i] + share * may_be[1, i]
@@ -230,8 +230,8 @@ def _judge(laws, may_be, unsure, known, now, measured, sigmas, share, h, off, no
         S[a, 0] = own + (sigmas[REPEATS] * SHAPE_ERROR * difference) ** 2
         for c in range(q):
             moved[a, c] = slopes[a] * (unsure[0, i, c] + share * unsure[1, i, c])
-        if sigmas[BY_ZERO] > 0.0:  # what was learnt step by step may not leave what the owner was told
-            told += (off[a] + measured[a - m, 3]) ** 2 / (sigmas[BY_ZERO] ** 2 + own)
+        if sigmas[BY_ZERO] > 0.0:  # zeros do not wander off step by step from those of the owner
+            by_zeros += (off[a] + measured[a - m, 3]) ** 2 / (sigmas[BY_ZERO] ** 2 + own)
     for a in range(d):
         solved[a, 0] = off[a]
         for b in range(d):
@@ -247,4 +247,4 @@ def _judge(laws, may_be, unsure, known, now, measured, sigmas, share, h, off, no
     for a in range(d):
         size += off[a] * solved[a, 0]
         cost += log(abs(S[a, a]))
-    return size, size + cost + told
+    return size, size + cost + by_zeros

@@ -8,7 +8,7 @@ from cablewright.kernels import jit
 from cablewright.kernels.layout import SPANS, TENSION_MAX, WEIGHT
 from cablewright.kernels.statics.taut import SOFTNESS, STRETCH, soften
 
-# Rows of what is known of m lines: difference of the angle from a taut line's, rad, smoothed, NaN: never measured;
+# Rows of numbers of m lines: difference of the angle from a taut line's, rad, smoothed, NaN: never measured;
 # excess, m, NaN: not known; time of the last accepted reading, s; angle of the last one, rad; identical ones in a row,
 # ones beyond the gate in a row; scatter of single readings, rad^2, and the smoothing times in it; variance, rad^2.
 DIFFERENCE, EXCESS, LAST_TIME, LAST_ANGLE, REPEATS, OUTLIERS, SCATTER, SCATTER_TIMES, VARIANCE = (

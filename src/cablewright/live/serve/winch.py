@@ -20,7 +20,7 @@ HELD: Final = "held"
 
 @dataclass(eq=False)
 class WinchByHand:
-    """A `Procedure`. ``take_up``: what it does without a chosen winch. ``jog_of``: makes the jog of a winch, m/s."""
+    """A `Procedure`. ``take_up``: the procedure without a chosen winch. ``jog_of``: makes the jog of a winch, m/s."""
 
     take_up: Procedure
     jog_of: Callable[[int, float], WinchJog]

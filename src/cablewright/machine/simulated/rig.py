@@ -257,8 +257,11 @@ class Rig:
         of_lines = self.lengths, self._shown[:, machine_step.TENSION], self.lengths - self._shown[:, machine_step.TAUT]
         told = np.concatenate([motion[:12], *of_lines, self.winches.leaving_radii])
         told.flags.writeable = False
-        by_line = told[12:].reshape(4, -1)
-        truth = Truth(time, told[:3], told[3:6], told[6:9], told[9:12], *by_line, self.powder, self.retraction.length)
+        (place, velocity, turned, rate), of_each = told[:12].reshape(4, 3), told[12:].reshape(4, -1)
+        lengths, tensions, excess, radii = of_each
+        truth = Truth(
+            time, place, velocity, turned, rate, lengths, tensions, excess, radii, self.powder, self.retraction.length
+        )
         shown = self._shown[:, machine_step.SHOWN].copy()
         counts = self.winches.counts
         swivels = np.where(self._upright, self._shown[:, machine_step.HEADING], np.nan)

@@ -1,4 +1,4 @@
-"""What has happened between two states of a machine that others want to know."""
+"""Layers, pauses, faults and ends between two states of a machine."""
 
 from __future__ import annotations
 

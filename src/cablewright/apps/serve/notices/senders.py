@@ -130,6 +130,6 @@ _SENT, _NOT_CONNECTED = 0, 4  # of MQTT: a message that is not sent yet waits in
 
 
 def receivers_of(settings: NewsSettings) -> list[tuple[Receiver, frozenset[str]]]:
-    """The receivers, each with what it wants to know. Raises `InputError` for a secret that cannot be read."""
+    """The receivers, each with the happenings that it wants. Raises `InputError` for a secret that cannot be read."""
     found: list[tuple[Receiver, frozenset[str]]] = [(Webhook(each), frozenset(each.what)) for each in settings.webhook]
     return found + ([(Mqtt(settings.mqtt), frozenset(settings.mqtt.what))] if settings.mqtt is not None else [])

@@ -17,7 +17,7 @@ _MAX_SECRET: Final = 4096  # bytes
 
 
 class Happening(StrEnum):
-    """What is told."""
+    """What is reported."""
 
     LAYER = "layer"
     PAUSE = "pause"
@@ -31,7 +31,7 @@ _Text = Annotated[str, Field(min_length=1, max_length=200)]
 
 
 class WebhookSettings(Description):
-    """A program that takes news by HTTP POST. ``secret``: file with what signs them."""
+    """A program that takes news by HTTP POST. ``secret``: file of the secret that signs them."""
 
     address: _Text
     secret: Path | None = None
@@ -39,7 +39,7 @@ class WebhookSettings(Description):
 
     @model_validator(mode="after")
     def _has_no_secret(self) -> Self:
-        """Refuse an address that is none, or that has more than a place in it: addresses stay in logs."""
+        """Reject an address that is none, or that has more than a host and a path: addresses stay in logs."""
         try:
             parts = urlsplit(self.address)
             known = parts.scheme in ("http", "https") and bool(parts.hostname) and (parts.port or 1) > 0
@@ -55,7 +55,7 @@ class WebhookSettings(Description):
 
 
 class MqttSettings(Description):
-    """A broker of MQTT. ``topic``: before what is told. ``password``: file with that of the ``user``."""
+    """A broker of MQTT. ``topic``: the levels before the kind of news. ``password``: file with that of the ``user``."""
 
     host: _Text
     port: Annotated[int, Field(ge=1, le=65535)] = 1883

@@ -36,23 +36,23 @@ export class First {
       path.setAttribute("class", k ? "moves" : "there");
       picture.append(path);
     }
-    const made = { name, check: make("span", { className: "tag" }), told: make("p"), act: make("button", { type: "button", hidden: true }), back: make("button", { type: "button", hidden: true }) };
+    const made = { name, check: make("span", { className: "tag" }), shown: make("p"), act: make("button", { type: "button", hidden: true }), back: make("button", { type: "button", hidden: true }) };
     made.field = name === "measure" ? make("input", { autocomplete: "off", placeholder: "0.3, -0.5, 1.0" }) : null;
     made.field?.setAttribute("aria-label", t("first.measure.field"));
     made.act.addEventListener("click", ({ detail }) => { if (detail < 2) made.does?.(); });
     made.back.addEventListener("click", ({ detail }) => { if (detail < 2) made.undoes?.(); });
-    made.row = make("li", {}, picture, make("div", {}, make("strong", { textContent: t(`first.${name}`) }), " ", made.check, make("p", { className: "soft", textContent: t(`first.${name}.text`) }), made.told, make("div", { className: "row" }, made.field, made.act, made.back)));
+    made.row = make("li", {}, picture, make("div", {}, make("strong", { textContent: t(`first.${name}`) }), " ", made.check, make("p", { className: "soft", textContent: t(`first.${name}.text`) }), made.shown, make("div", { className: "row" }, made.field, made.act, made.back)));
     return made;
   }
 
   show(control) {
     if (!at("first-run").open || !this.sitting || !control?.platform) return;
     for (const step of this.steps) {
-      const { done, told = "", act, back } = this[step.name](control, step);
+      const { done, shown = "", act, back } = this[step.name](control, step);
       put(step.check, t(done ? "first.done" : "first.open"));
       step.check.className = `tag ${done ? "yes" : ""}`;
-      put(step.told, told);
-      step.told.hidden = !told;
+      put(step.shown, shown);
+      step.shown.hidden = !shown;
       for (const [button, way, what] of [[step.act, act, "does"], [step.back, back, "undoes"]]) {
         button.hidden = !way;
         step[what] = way?.[1];
@@ -71,7 +71,7 @@ export class First {
   machine() {
     const { robot, machine, lines, frame: [low, high] } = this.sitting, done = localStorage.getItem("known") === machine;
     const known = (name) => () => localStorage.setItem("known", name);
-    return { done, act: done ? null : [t("first.machine.yes"), known(machine)], back: done ? [t("first.machine.no"), known("")] : null, told: t("first.machine.told", { robot, n: lines.length, size: high.map((v, k) => fixed(v - low[k], 2)).join(" \u00d7 ") }) };
+    return { done, act: done ? null : [t("first.machine.yes"), known(machine)], back: done ? [t("first.machine.no"), known("")] : null, shown: t("first.machine.shown", { robot, n: lines.length, size: high.map((v, k) => fixed(v - low[k], 2)).join(" \u00d7 ") }) };
   }
 
   enable({ state }) {
@@ -84,14 +84,14 @@ export class First {
     const held = tensions.length > 0 && tensions.every((each, i) => typeof each === "number" && each >= limits[i][0] && each <= limits[i][1]);
     const known = tensions.filter((each) => typeof each === "number");
     return {
-      done: held && !lines.slack.some(Boolean), told: known.length ? t("first.tension.told", { low: force(Math.min(...known)), high: force(Math.max(...known)), n: lines.slack.filter(Boolean).length }) : "",
+      done: held && !lines.slack.some(Boolean), shown: known.length ? t("first.tension.shown", { low: force(Math.min(...known)), high: force(Math.max(...known)), n: lines.slack.filter(Boolean).length }) : "",
       act: this.orders.has("take up") ? this.order("take up") : null, back: this.order("release"),
     };
   }
 
   home({ known, platform }) {
     const there = this.orders.has("home");
-    return { done: known, told: known && platform.valid ? t("first.home.told", { place: this.jog.here.map((v) => fixed(v, 3)).join(", ") }) : there ? "" : t("first.home.none"), act: there ? this.order("home") : null, back: there ? this.order("release") : null };
+    return { done: known, shown: known && platform.valid ? t("first.home.shown", { place: this.jog.here.map((v) => fixed(v, 3)).join(", ") }) : there ? "" : t("first.home.none"), act: there ? this.order("home") : null, back: there ? this.order("release") : null };
   }
 
   measure(control, step) {
@@ -99,17 +99,17 @@ export class First {
       const place = step.field.value.trim().split(/[,;\s]+/).map(Number), { here } = this.jog;
       this.measured = here && place.length === 3 && place.every(Number.isFinite) ? Math.hypot(...here.map((v, k) => v - place[k])) : NaN;
     };
-    const told = measured === undefined ? "" : Number.isNaN(measured) ? t("first.measure.three") : t(measured <= NEAR ? "first.measure.near" : "first.measure.far", { mm: fixed(1e3 * measured, 1) });
-    return { done: measured <= NEAR, told, act: [t("first.measure.compare"), compare, control.known ? "" : t("why.hand")], back: measured === undefined ? null : [t("first.measure.again"), () => { this.measured = undefined; step.field.value = ""; }] };
+    const shown = measured === undefined ? "" : Number.isNaN(measured) ? t("first.measure.three") : t(measured <= NEAR ? "first.measure.near" : "first.measure.far", { mm: fixed(1e3 * measured, 1) });
+    return { done: measured <= NEAR, shown, act: [t("first.measure.compare"), compare, control.known ? "" : t("why.hand")], back: measured === undefined ? null : [t("first.measure.again"), () => { this.measured = undefined; step.field.value = ""; }] };
   }
 
   square() {
     const job = this.jobs.jobs.find(({ name }) => name === SQUARE), run = this.runs.runs.find(({ name, status }) => PRINTED.test(name) && status === "finished");
     const away = () => this.jobs.tried(() => this.link.ask(`/jobs/${job.id}`, { method: "DELETE" }));
-    if (run) return { done: true, told: t("first.square.done", { run: run.name }) };
+    if (run) return { done: true, shown: t("first.square.done", { run: run.name }) };
     if (!job) return { done: false, act: this.mine(t("first.square.make"), () => this.jobs.tried(() => this.link.ask("/jobs/first", { method: "POST" }))) };
-    const told = job.busy || !job.check ? t("next.checking", { name: SQUARE }) : job.check.answer === "yes" ? t("job.yes") : job.check.why;
+    const shown = job.busy || !job.check ? t("next.checking", { name: SQUARE }) : job.check.answer === "yes" ? t("job.yes") : job.check.why;
     const print = this.jobs.printable(job) ? this.mine(t("act.print", { name: SQUARE }), () => this.jobs.printing.ask(job)) : null;
-    return { done: false, told, act: print, back: job.busy || this.sitting.job?.id === job.id ? null : this.mine(t("job.remove"), away) };
+    return { done: false, shown, act: print, back: job.busy || this.sitting.job?.id === job.id ? null : this.mine(t("job.remove"), away) };
   }
 }

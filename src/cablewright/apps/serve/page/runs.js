@@ -41,11 +41,11 @@ export class Runs {
       sum.wound += wound ?? 0;
       sum.hours += hours ?? 0;
     }
-    const told = Object.entries(sums).map(([name, { wound, hours }]) => t("runs.line", { name, m: fixed(wound, 0), h: fixed(hours, 1) }));
-    put(at("wear"), told.length ? t("runs.wear", { lines: told.join("; ") }) : "");
+    const lines = Object.entries(sums).map(([name, { wound, hours }]) => t("runs.line", { name, m: fixed(wound, 0), h: fixed(hours, 1) }));
+    put(at("wear"), lines.length ? t("runs.wear", { lines: lines.join("; ") }) : "");
   }
 
-  get cut() { // the newest run, where it was cut off and nobody has said no to it
+  get cut() { // the newest run, where it was cut off and no person has left it
     const [newest] = this.runs;
     return newest?.cut_off && newest.can_resume && !this.sitting?.job && newest.name !== localStorage.getItem("aside") ? newest : null;
   }

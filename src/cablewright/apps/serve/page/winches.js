@@ -61,6 +61,6 @@ export class Winches {
     clearInterval(this.timer);
     this.timer = null;
     this.held.classList.remove("held");
-    this.lease(0); // it slows down at once; without it, when the last lease ends
+    this.lease(0); // it slows down immediately; without it, when the last lease ends
   }
 }

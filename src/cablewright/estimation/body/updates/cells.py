@@ -78,10 +78,10 @@ class Cells(Update):
         return np.concatenate([reading.tensions, torques[winches.shared] / drums.arms])
 
     def shown(self, there: HeldBody) -> Array:
-        return _felt(there.tensions, self._drums(there.drums))
+        return _with_drums(there.tensions, self._drums(there.drums))
 
     def _drums(self, drums: DrumPulls | None) -> DrumPulls | None:
-        """Return the drums that are felt: by motors."""
+        """Return the drums that are measured: by motors."""
         return drums if self.source == _AT_THE_WINCH else None
 
     def _hosts(self, state: BodyState) -> Indices:
@@ -110,10 +110,10 @@ class Cells(Update):
     ) -> UpdatePart:
         """As `Update`; of the cells that are used."""
         layout, own, drums = state.layout, self._hosts(state), self._drums(state.wound.drums)
-        pulls, by_wrench = _felt(state.tensions, drums), _felt(slopes.tensions_by_wrench, drums)
+        pulls, by_wrench = _with_drums(state.tensions, drums), _with_drums(slopes.tensions_by_wrench, drums)
         used = np.pad(state.judged.cells_used, (0, len(own) - layout.m), constant_values=True)
         cells, rows = np.flatnonzero(used & np.isfinite(read).any(axis=0)), np.arange(len(own))
-        gradients = _felt(slopes.tensions @ state.belief.gradients, drums)
+        gradients = _with_drums(slopes.tensions @ state.belief.gradients, drums)
         gradients[rows, layout.gain.start + own] = pulls
         gradients[rows, layout.zero.start + own] = 1.0
         gradients[rows, layout.friction.start + own] = -pulls * state.wound.sliding[own]
@@ -121,13 +121,13 @@ class Cells(Update):
         each = self.deviation**2 * OF_MEDIAN / len(read) + settings.deviations.model**2
         force = by_wrench[cells] * (settings.model.robot.platform.mass * acceleration)
         force[:, 3:] *= _ARM
-        beam = settings.beam_deviation * _felt(_by_beam(settings, state, slopes), drums)[cells]
+        beam = settings.beam_deviation * _with_drums(_by_beam(settings, state, slopes), drums)[cells]
         noise = each * np.eye(len(cells)) + force @ force.T + np.outer(beam, beam) * OF_MEDIAN / len(read)
         return UpdatePart(middle(read[:, cells]), gradients[cells], noise, cells)
 
 
-def _felt(tensions: Array, drums: DrumPulls | None) -> Array:
-    """Return *tensions* (m, ...), followed by what *drums* feel of them, (m + d, ...)."""
+def _with_drums(tensions: Array, drums: DrumPulls | None) -> Array:
+    """Return *tensions* (m, ...), followed by the pulls on *drums*, (m + d, ...)."""
     return tensions if drums is None else np.concatenate([tensions, drums.per_tension @ tensions])
 
 
