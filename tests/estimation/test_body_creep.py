@@ -12,7 +12,7 @@ from tests.bodies import BodyPlant, told
 
 from cablewright.estimation.body import filter as of_body
 from cablewright.estimation.body.creep import ASSUMED, LoadPath
-from cablewright.estimation.body.measurement import pose_covariance, slopes_of
+from cablewright.estimation.body.measurement import pose_covariance, slopes_of, strangeness
 from cablewright.estimation.body.settings import BodySettings, Deviations
 from cablewright.estimation.body.state import BodyState, set_load, start
 from cablewright.estimation.body.unknowns import load
@@ -270,3 +270,29 @@ def test_what_crept_is_saved_with_a_print() -> None:
         one, other = began.step(frame), resumed.step(frame)
     assert other.position == pytest.approx(one.position, abs=2e-5)
     assert other.covariance == pytest.approx(one.covariance, rel=0.02, abs=1e-9)
+
+
+def test_laws_that_are_stranger_than_stated_widen_the_pose() -> None:
+    """Creep at four of its standard deviations on all lines: the size of its law is wrong, not only its number."""
+    state = start(told(ROBOT, cells=False, tilt=False), HOME)
+    belief, layout = state.belief, state.layout
+    slopes = slopes_of(state)
+    assert slopes is not None
+    assert strangeness(belief, layout) == pytest.approx(np.ones(3))
+    belief.gradients = np.random.default_rng(1).normal(size=belief.gradients.shape)
+    plain = pose_covariance(state, slopes)
+    own = slice(layout.creep.start - layout.laws.start, layout.creep.stop - layout.laws.start)
+    sizes, ways = np.linalg.eigh(belief.untold[own, own])
+    belief.unknowns[layout.creep] = 4.0 * np.sqrt(layout.m * sizes[-1]) * ways[:, -1]
+    belief.covariance[layout.creep, layout.creep] = 0.0
+    assert strangeness(belief, layout) == pytest.approx([16.0, 1.0, 1.0])
+    known = pose_covariance(state, slopes)
+    belief.unknowns[layout.creep] = 0.0
+    certain = pose_covariance(state, slopes)
+    assert (np.diag(known) > np.diag(certain)).all()
+    assert (np.diag(certain) < np.diag(plain)).all()
+    by_creep = slopes.pose @ belief.gradients[:, layout.creep] @ belief.untold[own, own]
+    wider = 0.09 * 15.0 * by_creep @ (slopes.pose @ belief.gradients[:, layout.creep]).T
+    loop = slopes.pose @ belief.gradients[:, layout.hysteresis]
+    wider += 15.0 * loop @ belief.covariance[layout.hysteresis, layout.hysteresis] @ loop.T
+    np.testing.assert_allclose(known - certain, wider, rtol=1e-9, atol=1e-15)

@@ -234,7 +234,7 @@ _ROWS: Final = (
     (_C.ELASTIC_CALIBRATION, _REJECTED, "counterweight shared-winch", "Calibrate the robot with a winch on each line"),
     (_C.ELASTIC_CALIBRATION, _REJECTED, "pulley winch-aside platform-sheave platform-pulley",
      "Survey these points and write them into the robot file"),
-    (_C.ELASTIC_CALIBRATION, _REJECTED, "guides advantage cables few-lines-in-plane",
+    (_C.ELASTIC_CALIBRATION, _REJECTED, "guides few-lines-in-plane",
      "Calibrate with cable = rigid"),
     (_C.SIMULATION, _REJECTED, "weightless no-gravity no-diameter no-drum-radius", _IN_FILE),
     (_C.MACHINE_FILE, _REJECTED, "weightless no-diameter no-drum-radius no-gravity", _IN_FILE),
