@@ -31,8 +31,10 @@ def pytest_collection() -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Hold test files to what `make test` relies on: no import of one solves anything, for each worker imports them all
-    and would compile the kernels; and tests by the clock that are not slow are in `tests/apps`.
+    """Refuse test files that would slow `make test` down, or that it would not find.
+
+    Each worker imports all of them: one that calls a kernel then has it compiled by each. Tests by the clock are looked
+    for in `tests/apps` alone.
     """
     kernels = sys.modules.get("cablewright.kernels")
     assert kernels is None or kernels.prepared_count() == 0, "a test file calls a kernel when it is imported"
