@@ -31,7 +31,7 @@ def pytest_collection() -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Refuse test files that would slow `make test` down, or that it would not find.
+    """Reject test files that would slow `make test` down, or that it would not find.
 
     Each worker imports all of them: one that calls a kernel then has it compiled by each. Tests by the clock are looked
     for in `tests/apps` alone.
