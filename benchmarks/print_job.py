@@ -1,11 +1,22 @@
-"""A layer of the paper's print under control, beside what the paper tells; and what a step of control takes."""
+"""A layer of the paper's print under control, beside what the paper tells; and what a step of control takes.
+
+`python -m benchmarks.print_job REVISION [ROUNDS]` prints how much faster than real time `cablewright print` runs,
+beside the code of an earlier revision: both in turns, each in processes of its own.
+"""
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from benchmarks.timing import Row
 from cablewright.foundation.signals import Command, SensorFrame
@@ -66,43 +77,60 @@ def speed_rows(steps: int) -> Iterator[Row]:
     ring = Helix(radius=0.5, layers=1, layer_height=0.012, first_height=0.6)
     job = Job(name="ring", helix=ring, motion=Motion(print_speed=0.05, travel_speed=0.05, acceleration=0.05))
     first, house = PrintOptions(layers=1), load_job(JOB.with_name("house.toml"))
-    for name, twin, aim in (
-        ("merlet2023, filter", twin_of(load("merlet2023"), FULL, None, first), 50.0),
-        ("cogiro, all sensors", twin_of(load("cogiro"), job, still, PrintOptions()), 30.0),
-        ("house-printer, encoders", twin_of(load("house-printer"), house, None, first), 65.0),
+    for name, twin, aim, most in (
+        ("merlet2023, filter", twin_of(load("merlet2023"), FULL, None, first), 50.0, 60.0),
+        ("cogiro, all sensors", twin_of(load("cogiro"), job, still, PrintOptions()), 30.0, 100.0),
+        ("house-printer, encoders", twin_of(load("house-printer"), house, None, first), 65.0, 60.0),
     ):
-        whole, alone = loop_speed(twin, steps)
-        text = f"print, {name}: the whole loop, by processor time"
-        yield Row(text, whole, "x real", f">= {aim:g}", whole >= aim, "the machine alone", whole / alone)
+        spent, text = loop_times(twin, steps), f"print, {name}:"
+        speed = spent.steps * spent.period / spent.whole
+        told = f"{text} the whole loop, by processor time"
+        yield Row(told, speed, "x real", f">= {aim:g}", speed >= aim, "the machine alone", spent.machine / spent.whole)
+        mean, p99 = 1e6 * float(spent.control.mean()), 1e6 * float(np.percentile(spent.control, 99.0))
+        yield Row(f"{text} guard, estimate and control", mean, "us", f"<= {most:g}", mean <= most)
+        yield Row(f"{text} the same, 99 of 100 steps", p99, "us", "<= 200", p99 <= 200.0)
 
 
-def loop_speed(twin: MachineTwin, steps: int) -> tuple[float, float]:
-    """Times real time of *steps* of a print after some that are not counted, and of its simulated machine alone."""
+class Spent(NamedTuple):
+    """Processor time, s, of some steps of a print."""
+
+    steps: int
+    period: float  # s, of the machine
+    whole: float  # of all, with the log, also in its thread
+    machine: float  # of the simulated machine
+    control: NDArray[np.float64]  # (steps,) of guard, estimation and control
+
+
+def loop_times(twin: MachineTwin, steps: int) -> Spent:
+    """Return what *steps* of a print take, after some that are not counted."""
     machine, printer = begin_print(twin, plan_print(twin))
-    attendant, alone, inner = attendant_of(machine, printer, twin.choices), 0.0, machine.step
+    attendant, inner, alone = attendant_of(machine, printer, twin.choices), machine.step, 0.0
 
     def step(command: Command) -> SensorFrame:
         nonlocal alone
-        begin = time.process_time()
+        begin = time.thread_time()
         frame = inner(command)
-        alone += time.process_time() - begin
+        alone += time.thread_time() - begin
         return frame
 
     machine.step = step  # type: ignore[method-assign]
     head = LogHead(started(twin.robot, twin.path), machine.settings, machine.period, simulation=machine.simulation)
+    control, first = np.empty(steps + _FIRST), (0.0, 0.0)
     with tempfile.TemporaryDirectory() as name:
         log_path, checkpoint = Path(name) / "log.mcap", Path(name) / "checkpoint.bin"
         with write_log(log_path, head, threaded=True) as log, SnapshotWriter(checkpoint) as writer:
             recorder = FolderRecorder(log, writer, Timing(machine.period))
             machine.open()
-            for number in range(steps + _FIRST):
+            for number in range(len(control)):
                 if number == _FIRST:
-                    begin, alone = time.process_time(), 0.0
-                made = printer.step(attendant.orders(printer, printer.time))
+                    first = time.process_time(), alone
+                orders, begin, before = attendant.orders(printer, printer.time), time.thread_time(), alone
+                made = printer.step(orders)
+                control[number] = time.thread_time() - begin - (alone - before)
                 recorder.add(printer, made, last=False)
-            whole = time.process_time() - begin
+            whole = time.process_time() - first[0]
             machine.close()
-    return steps * machine.period / whole, steps * machine.period / alone
+    return Spent(steps, machine.period, whole, alone - first[1], control[_FIRST:])
 
 
 def body_rows(radius: float) -> Iterator[Row]:
@@ -129,3 +157,55 @@ def layer(job: Job, choices: PrintOptions) -> tuple[PrintRecord, Timing]:
         run = run_print(twin, folder, {}, {})
         found, _ = finish(folder, twin.path.track, twin.path.print_speed, run.machine.rig.ground.field)
     return found, run.timing
+
+
+PRINTS = {"merlet2023": ("filter", 1.0, 0.03), "house-printer": ("encoders", 0.5, 0.1)}
+"""Robots whose rings are printed beside an earlier revision: estimator, m over the floor, m/s."""
+SHORT, LONG = 0.1, 0.7  # m, radii of two rings: what both prints have in common does not count
+
+
+def beside(revision: str, rounds: int) -> None:
+    """Print how much faster than real time prints of rings run, then and now; the best of some rounds."""
+    here = Path(__file__).parents[1]
+    with tempfile.TemporaryDirectory() as folder:
+        there = Path(folder) / "then"
+        subprocess.run(["git", "worktree", "add", "-q", "--detach", there, revision], cwd=here, check=True)
+        try:
+            for robot in PRINTS:
+                best = {there: 0.0, here: 0.0}
+                for _ in range(rounds):
+                    for source in best:
+                        best[source] = max(best[source], _speed(source, robot, Path(folder)))
+                then, now = best.values()
+                print(f"{robot}: {then:.1f} x real time then, {now:.1f} now: {now / then:.2f}", flush=True)
+        finally:
+            subprocess.run(["git", "worktree", "remove", "--force", there], cwd=here, check=True)
+
+
+def _speed(source: Path, robot: str, folder: Path) -> float:
+    """Times real time of a print by the code in *source*, by the clock, without what is done once."""
+    spent = [_print(source, robot, radius, folder) for radius in (SHORT, SHORT, LONG)][1:]  # the first one compiles
+    return 2.0 * np.pi * (LONG - SHORT) / PRINTS[robot][2] / (spent[1] - spent[0])
+
+
+def _print(source: Path, robot: str, radius: float, folder: Path) -> float:
+    """Seconds that the print of a ring takes."""
+    (estimator, height, speed), job = PRINTS[robot], folder / "ring.toml"
+    job.write_text(
+        f'schema = 1\nname = "ring"\n[helix]\nradius = {radius}\nlayers = 1\nlayer_height = 1e-3\n'
+        f"first_height = {height}\n[motion]\nprint_speed = {speed}\ntravel_speed = {speed}\nacceleration = 0.05\n"
+    )
+    with tempfile.TemporaryDirectory() as out:
+        command = [sys.executable, "-m", "cablewright", "print", robot, job, "--estimator", estimator]
+        begin = time.perf_counter()
+        subprocess.run(
+            [*command, "--out", Path(out) / "run"],
+            env=os.environ | {"PYTHONPATH": str(source / "src")},
+            capture_output=True,
+            check=True,
+        )
+        return time.perf_counter() - begin
+
+
+if __name__ == "__main__":
+    beside(sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else 3)

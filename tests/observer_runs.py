@@ -1,4 +1,4 @@
-"""Runs of a simulated machine with an observer beside it, for tests of several ranks."""
+"""Runs of a simulated machine with an observer beside it, and laws of hanging lines, for tests of several ranks."""
 
 from __future__ import annotations
 
@@ -8,7 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from cablewright.estimation.kalman.sag import Balanced, Sag
+from cablewright.estimation.slackness import SlacknessState
+from cablewright.foundation.arrays import Array
 from cablewright.foundation.signals import Estimate, SensorFrame, Truth
+from cablewright.kernels.filtering import hanging, line_angles
 from cablewright.live.drive import DriveSettings, Pilot, random_loop
 from cablewright.live.estimator_settings import OBSERVERS
 from cablewright.machine.simulated.settings import FaultPlan, TwinSettings
@@ -60,3 +64,30 @@ def errors(found: list[Estimate], recording: list[tuple[SensorFrame, Truth]], si
         for estimate, (frame, truth) in zip(found, recording, strict=True)
         if frame.time > since
     ])  # fmt: skip
+
+
+_ROWS = {"differences": line_angles.DIFFERENCE, "excess": line_angles.EXCESS, "variances": line_angles.VARIANCE}
+
+
+def forces_at(may_be: Balanced, shares: Array) -> Array:
+    """Forces (k, m), N, by *shares* (k,) of their range."""
+    return np.asarray(may_be.forces[0] + shares[:, None] * may_be.forces[1])
+
+
+def unsure_at(may_be: Balanced, shares: Array) -> Array:
+    """How forces change with the q numbers, (k, m, q), N, by *shares* (k,)."""
+    return np.asarray(may_be.unsure[0] + shares[:, None, None] * may_be.unsure[1])
+
+
+def differences(sag: Sag, forces: Array) -> Array:
+    """Angles near the platform less those of straight lines (..., m), rad, by horizontal *forces* (..., m), N."""
+    steep = sag.laws[hanging.SLOPE] + sag.laws[hanging.RISING] / forces
+    return np.asarray(np.arctan(steep) - sag.laws[hanging.ANGLE])
+
+
+def shown(state: SlacknessState, **values: Array) -> SlacknessState:
+    """*state* with other *values* (m,)."""
+    rows = state.rows.copy()
+    for name, each in values.items():
+        rows[_ROWS[name]] = each
+    return SlacknessState(rows, state.time)

@@ -92,10 +92,14 @@ def test_a_script_of_the_documentation_prints_what_the_page_says(
 
 
 def sessions() -> list[object]:
-    """Sessions of the pages; the quick start, which prints, is slow: `tests/apps/test_new.py` prints another part."""
-    slow = pytest.mark.slow
-    found = [block.values[0] for block in blocks(CONSOLE)]
-    return [pytest.param(each, marks=slow if "$ cablewright print workshop" in each else ()) for each in found]
+    """Sessions of the pages, of a tutorial as one; the quick start is slow: `tests/apps/test_new.py` prints a part."""
+    found = []
+    for page in sorted((ROOT / "docs").rglob("*.md")):
+        texts = CONSOLE.findall(page.read_text(encoding="utf-8"))
+        for number, text in enumerate(["".join(texts)] if page.parent.name == "tutorials" else texts, 1):
+            slow = [pytest.mark.slow] if "$ cablewright print workshop" in text else []
+            found.append(pytest.param(text, id=f"{page.stem}-{number}", marks=slow))
+    return found
 
 
 @pytest.mark.parametrize("session", sessions())

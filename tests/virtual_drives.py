@@ -141,6 +141,7 @@ def bench(
 RING_BEGIN = {
     "merlet2023": (0.7, -0.5, 1.0),
     "house-printer": (0.7, -0.5, 1.0),
+    "cogiro": (0.1, 0.05, 0.8),
     "ipanema": (0.1, 0.05, 0.9),
     "maslow4": (0.1, 0.8 * 0.258819 / 0.965926, 0.8),
     "grab-four-lines": (1.2, 0.1, -0.2),

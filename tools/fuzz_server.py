@@ -35,7 +35,8 @@ PATHS: Final = (
     "/printer/objects/query?print_stats&toolhead=position", "/printer/print/start?filename=x.gcode", "/printer/restart",
     "/printer/print/resume", "/printer/print/pause", "/printer/print/cancel", "/printer/gcode/script?script=G28",
     "/api/version?apikey=x", "/access/api_key", "/machine/reboot", "/keys", "/keys/00000000", "/reach",
-    "/runs/RUN/notes", "/jobs/ID/picture", "/jobs/../../etc/passwd/report", "/jobs/%2e%2e%2f%2e%2e/report", "/runs",
+    "/runs/RUN/notes", "/runs/RUN/resume", "/jobs/first", "/jobs/ID/picture",
+    "/jobs/../../etc/passwd/report", "/jobs/%2e%2e%2f%2e%2e/report", "/runs",
     "/runs/RUN/report", "/runs/../x/report",
     "/scene", "/close", "/live", "/foxglove/x", "/nothing", "//etc/passwd", "/\x00", "/" + "a" * 3000, "/jobs/\u2028/x",
 )  # fmt: skip
@@ -73,8 +74,13 @@ def _message(dice: random.Random, number: int) -> str | bytes:
     """A message of a page, mostly almost right."""
     kind = dice.choice(("order", "jog", "beat", "release", "order", "jog", None, 5))
     made: dict[str, Any] = {"t": kind, "id": number, "seq": number, "beat": dice.choice((0, number, 2**40))}
-    made |= {"kind": dice.choice(KINDS), "arguments": dice.choice(({}, {"velocity": [0.1, 0, 0]}, _value(dice)))}
+    made |= {
+        "kind": dice.choice(KINDS),
+        "arguments": dice.choice(({}, {"velocity": [0.1, 0, 0]}, {"winch": [0, 0.1], "held": [1]}, _value(dice))),
+    }
     made["velocity"] = dice.choice(([0.1, 0.0, 0.0], [1e9, 0, 0], [float("nan")] * 3, "fast", _value(dice)))
+    if dice.random() < 0.2:
+        made["winch"] = dice.choice(([0, 0.1], [-1, 1], [1e9], "first", _value(dice)))
     if dice.random() < 0.3:
         made[dice.choice(tuple(made))] = _value(dice)
     text = json.dumps(made)

@@ -250,7 +250,7 @@ def main() -> None:
         print(f"| {' | '.join(row)} |", flush=True)
     found = [name for name in ("cablewright", "scipy", "moorpy", "daqp", "mujoco") if installed(name)]
     print("\n" + ", ".join(f"{name} {version(name)}" for name in found))
-    print("MoorDyn is not compared: it reads files of its own, which are not written here.", file=sys.stderr)
+    print("MoorDyn is not compared: in air it does not come to rest, see docs/problems.md", file=sys.stderr)
 
 
 if __name__ == "__main__":

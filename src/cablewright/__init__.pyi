@@ -8,6 +8,8 @@ from cablewright.analyses.interference import Interference as Interference
 from cablewright.analyses.interference import InterferenceSettings as InterferenceSettings
 from cablewright.analyses.jacobian import jacobian as jacobian
 from cablewright.analyses.jacobian import structure_matrix as structure_matrix
+from cablewright.analyses.line_vibration import LineVibration as LineVibration
+from cablewright.analyses.line_vibration import line_vibration as line_vibration
 from cablewright.analyses.modes import FREEDOMS as FREEDOMS
 from cablewright.analyses.modes import Modes as Modes
 from cablewright.analyses.modes import modes as modes

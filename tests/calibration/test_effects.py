@@ -11,7 +11,7 @@ from benchmarks.campaigns.twins import errors, spools
 from cablewright.calibration.calibrate import calibrate
 from cablewright.calibration.judgement.result import Calibration
 from cablewright.calibration.measurements import Measured
-from cablewright.calibration.plan import CalibrationPlan
+from cablewright.calibration.plan import CalibrationPlan, Known
 from cablewright.calibration.poses.simulation import SensorNoise, measure, random_poses
 from cablewright.models.drum import WinchDrum
 from cablewright.robot import Robot, load
@@ -119,3 +119,21 @@ def test_an_effect_without_a_solution_is_not_in_the_model(monkeypatch: pytest.Mo
     assert not any(each.chosen for each in found.effects)
     assert "hysteresis" in {each.name for each in found.effects}
     assert any("hysteresis: left out" in each for each in found.notes)
+
+
+def test_a_number_that_the_plan_knows_is_no_effect() -> None:
+    _, measured = made_with("none", 5)
+    known = (Known(name="build_up", deviation=0.0), Known(name="stretch", deviation=0.1))
+    found = calibrate(WANG, measured, CalibrationPlan(known=known), rough=0.05, outliers=False, models="auto")
+    assert not {each.name for each in found.effects} & {"build_up", "stretch"}
+
+
+def test_the_number_of_a_chosen_effect_is_in_the_covariance() -> None:
+    robot, measured = made_with("hysteresis", 1)
+    found = calibrate(robot, measured, rough=0.05, outliers=False, models="auto")
+    without = replace(found, effects=())
+    assert (found.sigma[:12] >= 0.999 * without.sigma[:12]).all()
+    considered = {each.name: each for each in found.doubt.considered}
+    assert considered["hysteresis"].probability == 1.0
+    assert 0.0 < considered["deflection"].probability < 1.0
+    assert abs(considered["hysteresis"].value) < 3.0 * considered["hysteresis"].sigma

@@ -102,6 +102,13 @@ def test_steps_of_a_second_are_stable_too() -> None:
     assert angle == pytest.approx(-0.1, abs=1e-3)
 
 
+def test_angles_that_are_overtaken_or_ahead_of_the_clock_do_not_count() -> None:
+    state = YawState()
+    for now, stamp, angle in ((1.0, 1.0, 0.2), (1.1, 0.9, 0.5), (1.2, 7.0, 0.6), (1.3, 1.3, 0.3)):
+        step(SETTINGS, state, SensorFrame(now, (YawAngle(stamp, angle),)), math.nan, DT)
+        assert state.angle == (0.3 if now == 1.3 else 0.2)
+
+
 @pytest.mark.parametrize("encoder", [True, False])
 def test_an_encoder_shows_a_drive_that_was_held_up_where_it_is(encoder: bool) -> None:
     """For a while the drive does not follow: by its commands it would be at the end of its travel."""

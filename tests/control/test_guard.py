@@ -28,6 +28,7 @@ from cablewright.foundation.signals import (
     SensorFrame,
     Tensions,
     WinchMode,
+    YawAngle,
     frozen,
 )
 
@@ -185,6 +186,17 @@ def test_silence_of_a_source_that_must_speak_is_heard() -> None:
     for _ in range(52):
         found = watched.sees(encoders=False)
     assert found == StopCause("no reading of the encoders for over 0.5 s")
+
+
+@pytest.mark.parametrize("then", [None, math.nan])
+def test_a_silent_encoder_of_the_yaw_is_heard_as_any_other(then: float | None) -> None:
+    watched = Watched(GuardSettings(np.full(3, 300.0), timeouts={"yaw_encoder": 0.1}))
+    for _ in range(30):
+        assert watched.sees(YawAngle(watched.now + DT, 0.1)) is None
+    stale = YawAngle(watched.now, 0.1)
+    for _ in range(11):
+        found = watched.sees(stale if then is None else YawAngle(watched.now + DT, then))
+    assert found == StopCause("no reading of the yaw encoder for over 0.1 s")
 
 
 def test_a_load_cell_that_dies_is_silence_and_one_that_never_was_is_not() -> None:

@@ -99,6 +99,22 @@ def test_without_slack_it_keeps_the_models_tensions() -> None:
     np.testing.assert_allclose(found.tensions, held.tensions, rtol=0.02)
 
 
+def test_a_tension_that_is_not_known_is_no_tension_that_is_right() -> None:
+    """What is known of the error of the tensions is of this step: a path begins by it."""
+    held = solve_inverse(MODEL, PLACE).checked()
+    given, still = settings(law="model", manage_slack=False), target(PLACE, np.zeros(3))
+    state, known = velocity.start(given), believed(held.lengths, PLACE)
+    for unread in (0, 1, 4):
+        velocity.step(given, state, known, still, DT, held.tensions)
+        assert state.tension_error < 0.01 * held.tensions.min()
+        pulls = np.where(np.arange(4) < unread, np.nan, held.tensions)
+        assert np.isfinite(velocity.step(given, state, known, still, DT, pulls)).all()
+        assert (state.tension_error < np.inf) == (unread == 0)
+    velocity.step(given, state, known, still, DT, held.tensions)
+    velocity.step(given, state, believed(np.full(4, np.nan), PLACE), still, DT, held.tensions)
+    assert state.tension_error == np.inf
+
+
 def test_all_winches_slow_down_alike_where_one_is_too_slow() -> None:
     lengths = solve_inverse(MODEL, PLACE).checked().lengths
     fast, slow = settings(law="paper"), VelocitySettings(MODEL, 0.1, "paper")

@@ -29,7 +29,7 @@ def taught(later: FilterState) -> FilterState:
 def test_a_bounce_leaves_no_tilt(later: FilterState) -> None:
     """Rates one way come with large accelerations: those that were left out would stay in the tilt."""
     state, omega, size, fading = taught(later), 2.0 * np.pi * 4.5, 5e-3, 2.0
-    begin, bias = state.attitude.tilt.copy(), state.built.accelerometer_bias
+    begin, bias = state.attitude.tilt.copy(), state.built.accelerometer_bias.copy()
     off = []
     for step in range(1, 301):
         t = 0.01 * step

@@ -11,12 +11,14 @@ import pytest
 from cablewright.estimation.kalman import line_update
 from cablewright.estimation.kalman.state import FilterState
 from cablewright.foundation.arrays import Array
+from cablewright.kernels.filtering import hanging
 from cablewright.live.estimator_settings import started_settings, with_drum_mass
 from cablewright.models.packed_views import LineStates
 from cablewright.models.statics import Model
 from cablewright.robot import load
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.taut import taut_at
+from observer_runs import differences, shown
 from twins import SETTINGS
 
 ROBOT = load("merlet2023")
@@ -32,7 +34,7 @@ def test_a_compliance_moves_b_as_differences_of_its_motion(later: FilterState) -
     assert taut is not None
     assert sag is not None
     lines, h = KNOWN.machine.model.lines, sag.forces(line_update.excess(state))
-    stretching = sag.stretching * np.cos(taut.angles)
+    stretching = sag.laws[hanging.STRETCHING] * np.cos(taut.angles)
     sagging = (lines.weight * np.cos(taut.angles)) ** 2 * taut.free**3 / (12.0 * h**3)
 
     def moved(shares: Array) -> Array:
@@ -87,9 +89,8 @@ def test_a_line_that_gives_twice_as_much_is_found_by_equilibria(later: FilterSta
         line_update.update_jacobian(settings, state, at_once=True)
         assert state.hung.sag is not None
         forces = np.exp(own.log_tension) * np.cos(own.free_angle)
-        state.slackness = state.slackness._replace(
-            differences=state.hung.sag.differences(forces), excess=np.zeros(4), variances=np.full(4, 1e-8)
-        )
+        angles = differences(state.hung.sag, forces)
+        state.slackness = shown(state.slackness, differences=angles, excess=np.zeros(4), variances=np.full(4, 1e-8))
         assert taut.lengths == pytest.approx(state.taut.lengths if state.taut else np.nan, rel=1e-12)
         state.lines.last_angle_time = -np.inf
         line_update.update(settings, state)

@@ -15,6 +15,7 @@ from cablewright.estimation.kalman.state import FilterSettings, FilterState, inj
 from cablewright.foundation.arrays import Array
 from cablewright.live.estimator_settings import started_settings
 from cablewright.robot import load
+from observer_runs import differences, forces_at, shown
 from twins import SETTINGS
 
 KNOWN = started_settings(load("merlet2023"), SETTINGS).filter
@@ -27,12 +28,12 @@ def slackest(settings: FilterSettings, state: FilterState) -> tuple[int, Callabl
     sag, weight = state.hung.sag, state.motion.mass * settings.machine.tilt.gravity
     may_be = balanced(settings.machine.slackness, state.taut, weight, 0.2 * weight)
     assert may_be is not None
-    line, shares = int(np.argmin(may_be.first)), np.geomspace(1e-3, 0.2, 400)
-    by_share = sag.excess(may_be.forces(shares))[:, line]
+    line, shares = int(np.argmin(may_be.forces[0])), np.geomspace(1e-3, 0.2, 400)
+    by_share = sag.excess(forces_at(may_be, shares))[:, line]
 
     def hanging(excess: float) -> Array:
         share = np.interp(excess, by_share[::-1], shares[::-1])
-        return np.asarray(sag.differences(may_be.forces(np.array([share])))[0])
+        return np.asarray(differences(sag, forces_at(may_be, np.array([share])))[0])
 
     return line, hanging
 
@@ -71,9 +72,9 @@ def test_a_line_that_gets_slack_uncounted_is_followed_by_its_angle(later: Filter
     m, (line, hanging) = len(state.lines.lengths), slackest(settings, state)
     begin = max(float(line_update.excess(state)[line]), 1e-3)
     for k in range(80):
-        differences, seen = hanging(begin + 5e-4 * k), state.slackness
+        angles, seen = hanging(begin + 5e-4 * k), state.slackness
         variances, excess = np.full(m, np.radians(0.1) ** 2), np.where(np.isnan(seen.excess), 0.0, seen.excess)
-        state.slackness = seen._replace(differences=differences, variances=variances, excess=excess)
+        state.slackness = shown(seen, differences=angles, variances=variances, excess=excess)
         line_update.predict(settings, state, np.zeros(m), 0.2)
         state.time += 0.2
         line_update.update(settings, state)
@@ -85,13 +86,13 @@ def test_the_zero_of_a_slack_line_stays_within_what_was_told(later: FilterState)
     """A line that the state takes for taut hangs loose by 20 mm: its length is wrong, and not its accelerometer."""
     settings, state = dataclasses.replace(KNOWN, layers=None, zero_sigma=np.radians(0.5)), copy.deepcopy(later)
     lay, m, (line, hanging) = state.layout, len(state.lines.lengths), slackest(settings, state)
-    differences = hanging(0.02)
+    angles = hanging(0.02)
     state.lines.lengths[line] -= line_update.excess(state)[line]
     for states, sigma in ((lay.lengths, 7e-3), (lay.zeros, settings.zero_sigma)):
         state.P[states], state.P[:, states] = 0.0, 0.0
         state.P[states, states] = sigma**2 * np.eye(m)
     variances, seen = np.full(m, np.radians(0.1) ** 2), state.slackness
-    state.slackness = seen._replace(differences=differences, variances=variances, excess=np.zeros(m))
+    state.slackness = shown(seen, differences=angles, variances=variances, excess=np.zeros(m))
     for _ in range(60):
         line_update.predict(settings, state, np.zeros(m), 1.0)
         state.time += 1.0

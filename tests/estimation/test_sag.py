@@ -8,8 +8,9 @@ import math
 import numpy as np
 import pytest
 
-from cablewright.estimation.kalman.sag import Sag, balanced, each_alone, share_at
+from cablewright.estimation.kalman.sag import Sag, balanced, each_alone
 from cablewright.estimation.slackness import catenary_excess
+from cablewright.kernels.filtering.hanging import share_at
 from cablewright.live.estimator_settings import started_settings, with_drum_mass
 from cablewright.models.packed_views import LineStates
 from cablewright.models.statics import Model
@@ -17,6 +18,7 @@ from cablewright.robot import load
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.slack import solve_with_slack
 from cablewright.solvers.taut import taut_at
+from observer_runs import differences, forces_at, unsure_at
 from twins import SETTINGS
 
 ROBOT = load("merlet2023")
@@ -40,9 +42,9 @@ def test_the_forces_of_an_equilibrium_are_among_those_that_balance(
     forces = np.exp(lines.log_tension) * np.cos(lines.free_angle)
     sag, may_be = Sag.at(SENSORS, taut, np.ones(MODEL.m)), balanced(SENSORS, taut, WEIGHT, 0.2 * WEIGHT)
     assert may_be is not None
-    share = (forces - may_be.first)[loosest] / may_be.change[loosest]
+    share = ((forces - may_be.forces[0]) / may_be.forces[1])[loosest]
     assert 0.0 <= share <= 1.0
-    assert may_be.forces(np.array([share]))[0] == pytest.approx(forces, rel=0.02, abs=0.5)
+    assert forces_at(may_be, np.array([share]))[0] == pytest.approx(forces, rel=0.02, abs=0.5)
     by_length = found.lengths - taut.lengths
     assert sag.excess(forces) == pytest.approx(by_length, rel=0.06, abs=3e-4)
     assert sag.excess(sag.forces(by_length)) == pytest.approx(by_length, rel=1e-2, abs=2e-4)
@@ -53,10 +55,10 @@ def test_forces_of_any_share_balance_the_weight() -> None:
     taut = taut_at(MODEL, where)
     may_be = balanced(SENSORS, taut, WEIGHT, 0.2 * WEIGHT)
     assert may_be is not None
-    shares = share_at(np.linspace(0.0, 1.0, 33))
+    shares = np.array([share_at(place) for place in np.linspace(0.0, 1.0, 33).tolist()])
     assert (np.diff(shares) > 0.0).all()
     assert (shares + shares[::-1]) == pytest.approx(1.0)
-    for forces in may_be.forces(shares):
+    for forces in forces_at(may_be, shares):
         assert (forces > 0.0).all()
         pull = -taut.toward.T @ (forces / np.hypot(taut.toward[:, 0], taut.toward[:, 1]))
         half = 0.5 * float((MODEL.lines.weight * taut.free).sum())
@@ -71,10 +73,10 @@ def test_forces_of_a_share_change_with_the_weight_as_is_said(place: tuple[float,
     may_be, heavier = (balanced(SENSORS, taut, WEIGHT + more, 10.0) for more in (0.0, 1.0))
     assert may_be is not None
     assert heavier is not None
-    unsure = may_be.unsure(shares)
-    assert heavier.forces(shares) - may_be.forces(shares) == pytest.approx(unsure[:, :, 0] / 10.0, abs=1e-6)
+    unsure = unsure_at(may_be, shares)
+    assert forces_at(heavier, shares) - forces_at(may_be, shares) == pytest.approx(unsure[:, :, 0] / 10.0, abs=1e-6)
     for end in (0, -1):
-        assert abs(unsure[end, np.argmin(may_be.forces(shares)[end]), 0]) < 1e-9
+        assert abs(unsure[end, np.argmin(forces_at(may_be, shares)[end]), 0]) < 1e-9
     assert np.abs(unsure).max() > 1.0
 
 
@@ -88,7 +90,7 @@ def test_a_slack_line_hangs_at_the_angle_of_its_catenary() -> None:
     sag = Sag.at(SENSORS, taut, np.ones(MODEL.m))
     for excess in (0.005, 0.02, 0.06):
         force = sag.forces(np.full(MODEL.m, excess))
-        angles = sag.differences(force)
+        angles = differences(sag, force)
         for line in range(MODEL.m):
             exact = catenary_excess(SENSORS, taut, line, float(angles[line]))
             assert exact == pytest.approx(excess, rel=0.1)
@@ -111,7 +113,9 @@ def test_three_lines_have_one_balance_and_five_none() -> None:
         held = solve_inverse(model, where).checked()
         states = LineStates(held.states)
         assert may_be is not None
-        assert may_be.first == pytest.approx(np.exp(states.log_tension) * np.cos(states.free_angle), rel=0.02, abs=0.5)
-        assert not may_be.change.any()
+        assert may_be.forces[0] == pytest.approx(
+            np.exp(states.log_tension) * np.cos(states.free_angle), rel=0.02, abs=0.5
+        )
+        assert not may_be.forces[1].any()
     alone = each_alone(np.array([3.0, 200.0]))
-    assert alone.forces(np.array([0.0, 1.0])).tolist() == [[3.0, 200.0]] * 2
+    assert forces_at(alone, np.array([0.0, 1.0])).tolist() == [[3.0, 200.0]] * 2

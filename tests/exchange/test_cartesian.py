@@ -21,6 +21,8 @@ from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.machine.drums import drums_of
 from cablewright.printing.job import Job, load_job
 from cablewright.robot import Robot, load
+from cablewright.robot.new_robot import Outline
+from cablewright.studies.new_robot import new_robot
 from exchange.test_hangprinter_config import Config, wound
 from exchange.vase import vase
 
@@ -31,6 +33,24 @@ MICRO = 16
 def job(tmp_path_factory: pytest.TempPathFactory) -> Job:
     path = tmp_path_factory.mktemp("vase") / "vase.gcode"
     path.write_text(vase(4, 40))
+    return load_job(path)
+
+
+@pytest.fixture(scope="module", params=["hangprinter-v4", "over-middle"])
+def built(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Robot:
+    """The Hangprinter of the library, and what `new` makes with lines over the middle."""
+    if request.param != "over-middle":
+        return load(request.param)
+    folder = tmp_path_factory.mktemp("starter") / "own"
+    new_robot(Outline(name="own", layout="over-middle"), folder)
+    return load(folder / "robot.toml")
+
+
+@pytest.fixture(scope="module", params=[(3, 24), pytest.param((260, 280), marks=pytest.mark.slow)], ids=["few", "3-MB"])
+def whole(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Job:
+    """A vase of three layers, and one of 3 MB, as its slicer writes it."""
+    path = tmp_path_factory.mktemp("whole") / "vase.gcode"
+    path.write_text(vase(*request.param))
     return load_job(path)
 
 
@@ -91,11 +111,17 @@ def test_a_larger_part_is_told_in_strand(tmp_path: Path) -> None:
     assert "\nM82\nG92 E0\n" in made.files["job.g"]
 
 
-@pytest.mark.parametrize("version", ["3.5", "3.7"])
-def test_line_lengths_in_the_firmware(version: str, job: Job) -> None:
+@pytest.mark.parametrize("version", ["3.5", "3.7", "klipper"])
+def test_line_lengths_in_the_firmware(version: str, built: Robot, whole: Job) -> None:
     """In float32 each line is as long as the straight distance to 0.1 mm, over the whole job."""
-    robot = load("hangprinter-v4")
-    made = firmware("reprapfirmware", robot, job, version=version)
+    if version == "klipper":
+        made, _ = plain_gcode("klipper", built, whole)
+        at, (anchors, turns) = moves(made.files["job.gcode"]), klipper_anchors(made.files["printer.cfg"])
+        apart = np.linalg.norm(at[:, None] - anchors, axis=2)
+        paid = np.round((apart - apart[0]) / turns * 200 * MICRO) / (200 * MICRO) * turns
+        assert np.abs(paid - (apart - apart[0])).max() < 0.1
+        return
+    made = firmware("reprapfirmware", built, whole, version=version)
     config, at = Config(made.files["config.g"]), moves(made.files["job.g"])
     if version == "3.7":
         assert config.words["M666Q"] == [0.0]
@@ -105,9 +131,16 @@ def test_line_lengths_in_the_firmware(version: str, job: Job) -> None:
         steps = config.steps(at)
     assert np.isfinite(steps).all()
     turned = np.round(steps) / (200 * MICRO) * 2.0 * np.pi
-    paid = turned * [1e3 * (line.winch.drum_radius or 0.0) for line in robot.lines] / config.words["M666U"]
+    paid = turned * [1e3 * (line.winch.drum_radius or 0.0) for line in built.lines] / config.words["M666U"]
     distance = np.linalg.norm(at[:, None] - config.anchors, axis=2) - np.linalg.norm(config.anchors, axis=1)
     assert np.abs(paid - distance).max() < 0.1
+
+
+def klipper_anchors(text: str) -> tuple[np.ndarray, np.ndarray]:
+    """Anchors (m, 3), mm, and by how much a turn of each winch moves the nozzle along its line, mm."""
+    sections = re.findall(r"anchor_x: (\S+)\nanchor_y: (\S+)\nanchor_z: (\S+)\nrotation_distance: (\S+)", text)
+    numbers = np.array(sections, float)
+    return numbers[:, :3], numbers[:, 3]
 
 
 def straight_steps(config: Config, at: np.ndarray, radii: np.ndarray) -> np.ndarray:
@@ -121,10 +154,12 @@ def straight_steps(config: Config, at: np.ndarray, radii: np.ndarray) -> np.ndar
 
 
 @pytest.mark.parametrize(("dialect", "version"), [("rrf", "3.5"), ("rrf", "3.7"), ("klipper", None)])
-def test_the_nozzle_is_on_the_path_by_the_firmware_alone(dialect: str, version: str | None, job: Job) -> None:
+def test_the_nozzle_is_on_the_path_by_the_firmware_alone(
+    dialect: str, version: str | None, built: Robot, whole: Job
+) -> None:
     """From the files: whole steps of the motors, the lengths that they pay out, and where those hold the nozzle."""
-    robot = load("hangprinter-v4")
-    made, found = plain_gcode(dialect, robot, job, version=version)  # type: ignore[arg-type]
+    robot = built
+    made, found = plain_gcode(dialect, robot, whole, version=version)  # type: ignore[arg-type]
     text = made.files["job.g" if dialect == "rrf" else "job.gcode"]
     at = moves(text)
     if dialect == "rrf":
@@ -134,15 +169,12 @@ def test_the_nozzle_is_on_the_path_by_the_firmware_alone(dialect: str, version: 
         turned = np.round(steps - steps[0]) / (200 * MICRO) * 2.0 * np.pi
         assert "M666 W" not in made.files["config.g"]
     else:
-        sections = re.findall(
-            r"anchor_x: (\S+)\nanchor_y: (\S+)\nanchor_z: (\S+)\nrotation_distance: (\S+)", made.files["printer.cfg"]
-        )
-        numbers = np.array(sections, float)
-        apart = np.linalg.norm(at[:, None] - numbers[:, :3], axis=2) / numbers[:, 3]
+        anchors, turns = klipper_anchors(made.files["printer.cfg"])
+        apart = np.linalg.norm(at[:, None] - anchors, axis=2) / turns
         turned = np.round((apart - apart[0]) * 200 * MICRO) / (200 * MICRO) * 2.0 * np.pi
     first = cw.inverse(robot, at[0] / 1e3, preferred=found.first, cable="catenary")
     radius = np.array([line.winch.drum_radius for line in robot.lines], float)
-    wanted = firmware("reprapfirmware", robot, job).path.samples.positions
+    wanted = firmware("reprapfirmware", robot, whole).path.samples.positions
     held = cw.forward(robot, first.lengths + radius * turned, guess=wanted)
     off = np.linalg.norm(held.pose - wanted, axis=1)
     assert len(at) == len(wanted)

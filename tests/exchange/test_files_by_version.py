@@ -157,6 +157,107 @@ M101 A0 T242.5 B-242.5
 M101 A1 T464 B-464
 M101 A2 T170 B90
 """
+RRF_35 = """; Kinematics
+G21 ; mm
+M669 K6 N4 A0.00:-1620.00:-106.00 B1460.50:815.20:-112.60 C-1450.00:830.10:-110.40 D0.00:0.00:2350.00 P1000.0 ; anchors
+M666 A0 Q0.128 R66.5:66.5:66.5:66.5 U2:2:2:4 O1:1:1:1 L20:20:20:20 H255:255:255:255 J25:25:25:25
+M666 W0.0 S22000.0 I8:8:8:8 X120:120:120:120 T10:10:10:10
+"""
+RRF_THREE = "m669 k6 n3 a0:-900:1500 b800:500:1500 c-800:500:1450.5\r\nm666 q0.01 r30:30:31 u1:1:1 o1:1:1\r\n"
+RRF_FIVE = f"""M669 K6 N5 {ANCHORS} D1200:-900:-100 I10:-20:2400
+M666 F1 B0 P2 Q0.02 R64:65:66:67:68 U2:2:2:2:4 O1:1:1:1:2
+M666 W1.75 S30000 I0:0:0:0:40 X60:60:60:60:240
+"""
+RRF_2019_SHORT = f"M669 K6 {ANCHORS} D2000 P800\nM669 R54.5:54.5:54.5:54.5\n"
+KLIPPER_FOUR = """[mcu]
+serial = /dev/ttyACM0
+[printer]
+kinematics = winch
+max_velocity = 250
+max_accel = 900
+[stepper_a]
+step_pin = PA1 ; a comment
+microsteps = 32
+gear_ratio = 255:20
+rotation_distance = 408.407
+anchor_x = 0
+anchor_y = -2000.5
+anchor_z = -120
+[stepper_b]
+rotation_distance = 408.407
+anchor_x = 2000
+anchor_y = 1000
+anchor_z = -120
+[stepper_c]
+rotation_distance = 408.407
+anchor_x = -2000
+anchor_y = 1000
+anchor_z = -120
+[stepper_d]
+rotation_distance = 204.204
+anchor_x = 0
+anchor_y = 0
+anchor_z = 2900
+"""
+FORK_FULL = KLIPPER_FOUR.replace(
+    "max_accel = 900",
+    """max_accel = 900
+winch_mechanical_advantage = 2, 2, 2, 4
+winch_mover_weight = 1.9
+winch_min_force = 6, 6, 6, 8
+winch_max_force = 100, 100, 100, 120
+winch_spring_constant = 21000
+winch_buildup_factor = 0.038
+winch_guy_wire_lengths = 50, 0, 0, 150""",
+)
+MASLOW_WALL = MASLOW_OLD.replace("false", "true").replace("tlX: 0\n", "tlX: 10\nMaslow_tlZ: 100\n")
+MASLOW_WIDE = """kinematics:
+  MaslowKinematics:
+    tlX: -30.5
+    tlY: 2060.5
+    tlZ: 100.0
+    trX: 3500
+    trY: 2070
+    trZ: 56.0
+    brX: 3510.25
+    brY: 0.0
+    brZ: 78.0
+    spoilboardThickness: 5
+    workThickness: 12.5
+axes:
+  a:
+    max_rate_mm_per_min: 3000
+  d:
+    max_rate_mm_per_min: 1500
+"""
+WALL_SMALL = """kinematics:
+  WallPlotter:
+    left_axis: 0
+    left_anchor_x: -100.000
+    left_anchor_y: 100.000
+    right_axis: 1
+    right_anchor_x: 100.000
+    right_anchor_y: 100.000
+    segment_length: 5.000
+axes:
+  x:
+    steps_per_mm: 80
+    max_rate_mm_per_min: 3000
+"""
+M665_SHORT = "M665 L-500.5 R500.5 T400 B-600\n"
+MAKELANGELO_LARGE = "M101 A0 T500 B-500\nM101 A1 T800 B-300.5\n"
+GROUND_SLED = """[Maslow Settings]
+motorspacingx = 2900
+bedwidth = 2438.4
+bedheight = 1220
+motoroffsety = 600
+[Advanced Settings]
+kinematicstype = Quadrilateral
+chainlength = 3000
+sledweight = 109.0
+distperrot = 63.5
+"""
+REPORT_LONG = "$1=1219.20\n$2=2978.40\n$3=463.00\n$7=2\n$10=3360.00\n$13=63.50\n"
 
 
 def read(folder: Path, name: str, text: str) -> ImportedRobot:
@@ -276,6 +377,101 @@ STYLES: dict[str, tuple[str, str, str, dict[Callable[[cw.Robot], object], object
         "limits.gcode", MAKELANGELO, "Makelangelo's own firmware",
         {exits: [(-0.2425, 0.0, 0.464), (0.2425, 0.0, 0.464)], lambda r: r.scene.frame_min[2]: -0.464},
         ("M101 A2 T170 B90: the pen", "D5: a robot file has no such thing"),
+    ),
+    "rrf 3.5, of a configuration tool": (
+        "config.g", RRF_35, "3.5 or newer",
+        {exits: [(0.0, -1.62, -0.106), (1.4605, 0.8152, -0.1126), (-1.45, 0.8301, -0.1104), (0.0, 0.0, 2.35)],
+         limits: [(4.0, 60.0)] * 3 + [(2.0, 30.0)], growth: [0.128] * 4,
+         lambda r: {line.cable.stiffness for line in r.lines}: {22000.0}},
+        ("M669 P: the radius", "M666 A: which places", "M666 T: a robot file has no such key"),
+    ),
+    "rrf, three anchors in small letters": (
+        "config.g", RRF_THREE, "3.5 or newer",
+        {exits: [(0.0, -0.9, 1.5), (0.8, 0.5, 1.5), (-0.8, 0.5, 1.4505)], radii: [0.03, 0.03, 0.031],
+         spans: [1, 1, 1], growth: [0.01] * 3},
+        (),
+    ),
+    "rrf 3.7, five anchors": (
+        "config.g", RRF_FIVE, "3.7 or newer",
+        {lambda r: r.lines[4].exit_point: (0.01, -0.02, 2.4), limits: [(0.0, 30.0)] * 4 + [(10.0, 60.0)],
+         lambda r: r.platform.mass: 1.75, lambda r: [line.cables for line in r.lines]: [1, 1, 1, 1, 2],
+         growth: [0.02] * 5},
+        ("M666 B: of the compensation",),
+    ),
+    "rrf 2019, radii alone": (
+        "config.g", RRF_2019_SHORT, "as of 2019",
+        {radii: [0.0545] * 4, spans: [1] * 4, lambda r: [line.cables for line in r.lines]: [2, 2, 2, 3],
+         growth: [0.007] * 4},
+        ("M669 P: the radius",),
+    ),
+    "klipper, with = and a gear": (
+        "printer.cfg", KLIPPER_FOUR, "since 2018",
+        {radii: [pytest.approx(0.065, abs=1e-7)] * 3 + [pytest.approx(0.0325, abs=1e-7)],
+         lambda r: r.lines[0].exit_point: (0.0, -2.0005, -0.12)},
+        ("stepper.gear_ratio: a machine file has it", "mcu.serial", "printer.max_accel: a job has it"),
+    ),
+    "klipper's fork, complete": (
+        "printer.cfg", FORK_FULL, "the fork for Hangprinters",
+        {radii: [pytest.approx(0.13, abs=1e-6)] * 4, spans: [2, 2, 2, 4],
+         limits: [(3.0, 50.0)] * 3 + [(2.0, 30.0)], lambda r: r.platform.mass: 1.9, growth: [0.038] * 4,
+         lambda r: [line.dead_length for line in r.lines]: [0.05, 0.0, 0.0, 0.15]},
+        (),
+    ),
+    "maslow of 2024, on a wall": (
+        "maslow.yaml", MASLOW_WALL, "before 2025",
+        {lambda r: r.lines[0].exit_point: pytest.approx(
+            (0.01, 2.0 * math.sin(math.radians(15)) - 0.1 * math.cos(math.radians(15)),
+             2.0 * math.cos(math.radians(15)) + 0.1 * math.sin(math.radians(15)))),
+         lambda r: r.platform.plane.directions[1]: pytest.approx(
+             (0.0, math.sin(math.radians(15)), math.cos(math.radians(15))))},
+        (),
+    ),
+    "maslow of 2025, wide": (
+        "maslow.yaml", MASLOW_WIDE, "since 2025",
+        {lambda r: r.lines[0].exit_point: pytest.approx((-0.0305, 2.0605, 0.1175)),
+         lambda r: r.lines[2].exit_point: pytest.approx((0.0, 0.0, 0.0175)),
+         lambda r: [line.winch.max_speed for line in r.lines]: [pytest.approx(0.05), None, None, pytest.approx(0.025)],
+         # the line from 0, 0 to 3500, 2070 meets that from 3510.25, 0 to -30.5, 2060.5 mm
+         lambda r: r.platform.plane.gcode_zero: pytest.approx((1.7409303, 1.0296359, 0.0), abs=1e-6)},
+        (),
+    ),
+    "fluidnc, of its page": (
+        "wall.yaml", WALL_SMALL, "FluidNC's WallPlotter",
+        {exits: [(-0.1, 0.0, 0.1), (0.1, 0.0, 0.1)], lambda r: r.platform.plane.gcode_zero: (0.0, 0.0, 0.0),
+         lambda r: r.uncertainty.zeroed_at: (0.0, 0.0, 0.0), lambda r: r.lines[0].winch.max_speed: pytest.approx(0.05),
+         lambda r: r.scene.frame_min[2]: pytest.approx(-0.1)},
+        ("axes: steps_per_mm and drivers",),
+    ),
+    "marlin's M665 alone": (
+        "settings.gcode", M665_SHORT, "M665",
+        {exits: [(-0.5005, 0.0, 0.4), (0.5005, 0.0, 0.4)], lambda r: r.scene.frame_min[2]: -0.6,
+         lambda r: r.lines[0].winch.max_speed: None},
+        (),
+    ),
+    "makelangelo, large": (
+        "limits.gcode", MAKELANGELO_LARGE, "Makelangelo's own firmware",
+        {exits: [(-0.5, 0.0, 0.8), (0.5, 0.0, 0.8)], lambda r: r.scene.frame_min[2]: -0.3005}, (),
+    ),
+    "maslow classic, a sled on two points": (
+        "groundcontrol.ini", GROUND_SLED, "GroundControl's settings",
+        {lambda r: r.lines[1].exit_point[0]: 1.45,
+         lambda r: math.hypot(*r.lines[0].exit_point[1:]): pytest.approx(0.61 + 0.6),
+         lambda r: r.platform.mass: pytest.approx(109.0 / 9.81), lambda r: r.lines[0].winch.capacity: 3.0},
+        ("Quadrilateral",),
+    ),
+    "maslow classic's $$ without words": (
+        "settings.txt", REPORT_LONG, "the firmware's $$",
+        {lambda r: r.lines[1].exit_point[0]: 1.4892, lambda r: r.lines[1].winch.capacity: 3.36,
+         lambda r: math.hypot(*r.lines[0].exit_point[1:]): pytest.approx(0.6096 + 0.463)},
+        (),
+    ),
+    "rrf 3.6, an override": (
+        "config.g", RRF_36 + "M669 P1800\nM666 R70:70:70:70:71\n", "3.5 or newer",
+        {radii: [0.07, 0.07, 0.07, 0.07, 0.071], growth: [0.03] * 5}, ("M669 P: the radius",),
+    ),
+    "fluidnc, anchors of two heights": (
+        "wall.yaml", WALL_SMALL.replace("right_anchor_y: 100", "right_anchor_y: 120"), "FluidNC's WallPlotter",
+        {exits: [(-0.1, 0.0, 0.1), (0.1, 0.0, 0.12)], lambda r: r.scene.frame_min[2]: pytest.approx(-0.1)}, (),
     ),
 }  # fmt: skip
 

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from cablewright.apps.cli.main import run
 from cablewright.exchange.formats import read_robot
 from cablewright.exchange.walls.settings_output import WALLS
 from cablewright.foundation.errors import InputError
-from cablewright.robot import Robot, load, loads
+from cablewright.robot import Line, Robot, load, loads
 
 WALL = """
 kinematics:
@@ -145,12 +147,27 @@ def test_anchors_that_are_no_corners_are_rejected(tmp_path: Path) -> None:
         ("wallplotter", "hangprinter-v4", "no point in a platform.plane"),
         ("maslow", "wall-plotter", "2 lines on 2 winches; a Maslow 4 has 4"),
         ("polargraph", "maslow4", "4 lines on 4 winches"),
-        ("maslow-classic", "wall-plotter", "origin in the middle of the sheet"),
     ],
 )
 def test_robots_of_another_kind(target: str, robot: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         WALLS[target](load(robot))
+
+
+def test_a_zero_aside_of_the_sheets_middle_is_no_classic_maslow() -> None:
+    table = load("wall-plotter").model_dump(by_alias=True)
+    table["platform"]["plane"]["gcode_zero"] = (0.1, 0.0, 0.8)
+    with pytest.raises(InputError, match="origin in the middle of the sheet"):
+        WALLS["maslow-classic"](Robot.model_validate(table))
+
+
+def test_own_gcode_of_the_library_is_where_its_firmware_has_it() -> None:
+    """Of FluidNC half the distance of the anchors below them; of a Maslow where the diagonals of its anchors meet."""
+    text = WALLS["wallplotter"](load("wall-plotter")).text
+    assert dict(re.findall(r"(\w+_anchor_\w): (\S+)", text)) == {
+        "left_anchor_x": "-700", "left_anchor_y": "700", "right_anchor_x": "700", "right_anchor_y": "700"
+    }  # fmt: skip
+    assert not any("gcode_zero" in each for each in WALLS["maslow"](load("maslow4")).lost)
 
 
 def test_two_heights_are_no_polargraph(tmp_path: Path) -> None:
@@ -164,4 +181,10 @@ def test_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert run(["import", "maslow.yaml", "--out", "back.toml"]) == 0
     ours, back = load("maslow4"), loads(Path("back.toml").read_text())
     for line in back.lines:
-        assert min(math.dist(line.exit_point, each.exit_point) for each in ours.lines) < 1e-6  # of the file's normal
+        assert min(abs(_belt(ours, each) - _belt(back, line)) for each in ours.lines) < 1e-6  # of the file's normal
+
+
+def _belt(robot: Robot, line: Line) -> float:
+    """How long a belt is from its anchor to the sled 0.9 m up the board, m."""
+    at = np.add(0.9 * np.array(robot.platform.plane.directions[1]), line.platform_point)
+    return math.dist(line.exit_point, at)

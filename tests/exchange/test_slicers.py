@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import math
+import os
+import re
 import shutil
 import subprocess
 from itertools import pairwise
@@ -131,14 +133,19 @@ def solid(outline_mm: list[tuple[float, float]], height: float) -> str:
     ) + "endsolid s\n"  # fmt: skip
 
 
+def stl(folder: Path, spiral: bool) -> None:
+    """Write the part to slice, 6 mm high: a block, or a cylinder for a spiral vase."""
+    ring = [(30.0 * math.cos(a), 30.0 * math.sin(a)) for a in np.linspace(0.0, 2 * math.pi, 49)[:-1]]
+    (folder / "part.stl").write_text(solid(ring if spiral else [(0, 0), (60, 0), (60, 40), (0, 40)], 6.0))
+
+
 @pytest.mark.skipif(shutil.which("prusa-slicer") is None, reason="needs PrusaSlicer (Debian: prusa-slicer)")
 @pytest.mark.parametrize("spiral", [False, True])
 def test_prusa_slices_with_the_profile(spiral: bool, hangprinter: Robot, tmp_path: Path) -> None:
     """A block with labels, and a spiral vase: on the bed, with the profile's strands, and then for the firmware."""
     made = slicer_files("prusa", hangprinter, BEAD)
     (tmp_path / "prusa.ini").write_text(made.files["prusa.ini"])
-    ring = [(30.0 * math.cos(a), 30.0 * math.sin(a)) for a in np.linspace(0.0, 2 * math.pi, 49)[:-1]]
-    (tmp_path / "part.stl").write_text(solid(ring if spiral else [(0, 0), (60, 0), (60, 40), (0, 40)], 6.0))
+    stl(tmp_path, spiral)
     command = ["prusa-slicer", "--load", "prusa.ini", "-g", "part.stl", "-o", "part.gcode", "--center", "0,0"]
     command += ["--spiral-vase", "--perimeters", "1", "--top-solid-layers", "0", "--fill-density", "0"] * spiral
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=300)
@@ -155,4 +162,39 @@ def test_prusa_slices_with_the_profile(spiral: bool, hangprinter: Robot, tmp_pat
     assert np.abs(laid[:, :2]).max() < 0.09  # with a skirt
     found = cw.check(hangprinter, job, skip=("interference", "expected-error"))
     assert found.verdict
+    firmware("reprapfirmware", hangprinter, job)
+
+
+DEFINITIONS = next(
+    (folder for folder in map(Path, [*os.environ.get("CURA_ENGINE_SEARCH_PATH", "").split(":"),
+                                     "/usr/share/cura/resources/definitions"])
+     if (folder / "fdmprinter.def.json").is_file()), None,
+)  # fmt: skip
+
+
+@pytest.mark.skipif(
+    shutil.which("CuraEngine") is None or DEFINITIONS is None, reason="needs CuraEngine and fdmprinter (Debian: cura)"
+)
+@pytest.mark.parametrize("spiral", [False, True])
+def test_cura_slices_with_the_profile(spiral: bool, hangprinter: Robot, tmp_path: Path) -> None:
+    """As PrusaSlicer does, by the engine alone: a block, and a spiral vase around zero."""
+    (tmp_path / "cura.def.json").write_text(slicer_files("cura", hangprinter, BEAD).files["cura.def.json"])
+    stl(tmp_path, spiral)
+    command = ["CuraEngine", "slice", "-j", "cura.def.json", "-o", "part.gcode"]
+    command += ["-s", "magic_spiralize=true", "-s", "adhesion_type=none"] if spiral else []
+    done = subprocess.run(
+        [*command, "-e0", "-s", "material_diameter=1.75", "-l", "part.stl"], cwd=tmp_path, capture_output=True,
+        text=True, check=False, timeout=300, env=os.environ | {"CURA_ENGINE_SEARCH_PATH": f"{tmp_path}:{DEFINITIONS}"},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    job = load_job(tmp_path / "part.gcode")
+    toolpath = job.toolpath()
+    assert toolpath.layer_count == pytest.approx(10, abs=1)
+    laid = toolpath.end[toolpath.extruding]
+    assert np.abs(laid[:, :2]).max() < 0.09  # with a skirt
+    assert np.ptp(laid[:, 2]) == pytest.approx(5.4e-3, abs=1e-3)
+    text = (tmp_path / "part.gcode").read_text()
+    fed = sum(map(float, re.findall(r"(?m)^G1 (?:F\S+ )?X\S+ Y\S+(?: Z\S+)? E(\S+)", text)))
+    length = 1e3 * np.linalg.norm(laid - toolpath.start[toolpath.extruding], axis=1).sum()
+    assert fed * math.pi * 1.75**2 / 4.0 / (0.6 * length) == pytest.approx(1.2, rel=0.1)  # the strands' width, mm
     firmware("reprapfirmware", hangprinter, job)

@@ -26,7 +26,11 @@ PLANTED = (  # a contract, the file that breaks it, and what that imports
     ("Only kernels import numba", "solvers/limits.py", "numba"),
     ("Descriptions of robots import no numerics", "robot/scene.py", "numpy"),
     ("Estimation, control and limits see nothing", "control/guard.py", FLAWS),
-    ("The filter and the paper's chain", "estimation/merlet2023/drum_radius.py", "cablewright.estimation.kalman.filter"),
+    (
+        "The filter and the paper's chain",
+        "estimation/merlet2023/drum_radius.py",
+        "cablewright.estimation.kalman.filter",
+    ),
     ("Readers of logs, and reports", "apps/report/page.py", FLAWS),
 )
 

@@ -68,11 +68,12 @@ def stepped(printer: Printer, steps: int, kind: OrderKind | None = None, **argum
     return found
 
 
-def test_a_print_on_drives_is_that_of_the_plant_itself_to_the_encoders_resolution() -> None:
-    on = made(begin=RING_BEGIN[ROBOT])
+@pytest.mark.parametrize("name", [ROBOT, pytest.param("cogiro", marks=pytest.mark.slow)])
+def test_a_print_on_drives_is_that_of_the_plant_itself_to_the_encoders_resolution(name: str) -> None:
+    on = bench(name, begin=RING_BEGIN[name], tension=60.0)
     there = true_poses(JOB, on.machine, on.rig.plant, on)
     wired = on.twin.with_simulation(wire=Link())  # encoders at once, as on the bus
-    plant = SimulatedMachine(on.robot, wired, RING_BEGIN[ROBOT], seed=0)
+    plant = SimulatedMachine(on.robot, wired, RING_BEGIN[name], seed=0)
     here = true_poses(JOB, plant, plant, on)
     winch, radius = on.twin.owner.winch, on.robot.lines[0].winch.drum_radius
     assert radius is not None

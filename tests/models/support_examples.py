@@ -32,6 +32,7 @@ from cablewright.live.estimators import estimator
 from cablewright.live.prints.limits import planned
 from cablewright.machine.drives.scale import scales_of
 from cablewright.machine.drives.settings import WinchDriveSettings
+from cablewright.machine.settings import MachineSettings
 from cablewright.machine.simulated.machine_file import machine_file
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.models.job_poses import along, sampled
@@ -254,11 +255,15 @@ def twin(robot: Robot) -> TwinSettings:
     return load_twin(file)
 
 
-def _drives(robot: Robot) -> bool:
-    nodes = {name: {"id": k + 1, "direction": 1} for k, name in enumerate(robot.winch_names)}
+def on_drives(robot: Robot) -> MachineSettings:
+    """Its machine on virtual drives, every second of which turns the other way."""
+    nodes = {name: {"id": k + 1, "direction": (1, -1)[k % 2]} for k, name in enumerate(robot.winch_names)}
     table = {"interface": "loopback", "channel": "43113", "nodes": nodes, "rated_torque": 5.0, "tension": 30.0}
-    owner = twin(robot).with_owner(kind="canopen", drives=WinchDriveSettings.model_validate(table)).owner
-    return len(scales_of(robot, owner)) == robot.winches
+    return twin(robot).with_owner(kind="canopen", drives=WinchDriveSettings.model_validate(table)).owner
+
+
+def _drives(robot: Robot) -> bool:
+    return len(scales_of(robot, on_drives(robot))) == robot.winches
 
 
 def _homed(robot: Robot) -> bool:

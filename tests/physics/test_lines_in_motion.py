@@ -31,6 +31,7 @@ from cablewright.robot import Eyelet, Robot, load
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.taut import taut_at
+from observer_runs import forces_at
 
 BODIES = ("guides", "platform sheaves", "both", "platform pulleys", "mixed", "wheels", "several")
 POINTS = ("guides", "tilted", "aside", "pulleys", "several")
@@ -200,8 +201,8 @@ def test_estimators_and_checks_know_how_lines_hang_and_pull(kind: str) -> None:
     weight = model.robot.platform.mass * model.robot.scene.gravity
     may_be = balanced(SlacknessSettings(model), taut, weight, 0.1 * weight)
     assert may_be is not None
-    share = ((forces - may_be.first) / may_be.change)[0]
-    assert may_be.forces(np.array([share]))[0] == pytest.approx(forces, rel=0.02, abs=1.0)
+    share = ((forces - may_be.forces[0]) / may_be.forces[1])[0]
+    assert forces_at(may_be, np.array([share]))[0] == pytest.approx(forces, rel=0.02, abs=1.0)
     assert np.linalg.norm(balance(model, found.pose, found.tensions, 0.1).off) < 0.02 * weight
     judged = check_lengths(model, found.lengths, found.tensions, found.pose + 0.05)
     assert judged is not None

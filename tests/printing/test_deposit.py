@@ -53,6 +53,20 @@ def test_a_strand_hangs_below_the_way(laid) -> None:
     np.testing.assert_allclose(found.half[~level, 1:], 0.03)
 
 
+@pytest.mark.parametrize("lean", [0.0, 15.0, 40.0])
+def test_a_strand_on_a_board_lies_between_the_board_and_the_way(tmp_path, lean: float) -> None:
+    out = np.array([0.0, -np.cos(np.radians(lean)), np.sin(np.radians(lean))])
+    up = np.cross(out, [1.0, 0.0, 0.0])
+    rows = [f"G1 X{1e3 * x:.6f} Y{1e3 * u * up[1]:.6f} Z{1e3 * u * up[2]:.6f} E9" for x, u in ((1, 0), (1, 1), (0, 0))]
+    (tmp_path / "part.gcode").write_text("\n".join(["G21 G90 M83", ";LAYER:0", *rows]))
+    samples = sample(parse(tmp_path / "part.gcode"), step=0.05)
+    found = deposit(samples, BEAD, up=tuple(out))
+    np.testing.assert_allclose(found.across @ out, 0.0, atol=1e-9)
+    np.testing.assert_allclose(np.cross(found.along, found.across) @ out, 1.0, atol=1e-9)
+    np.testing.assert_allclose(found.centre @ out, -0.5 * BEAD.height, atol=1e-9)
+    np.testing.assert_allclose(found.half[:, 1:], np.tile([0.5 * BEAD.width, 0.5 * BEAD.height], (len(found), 1)))
+
+
 def test_pieces_come_in_order_and_belong_to_their_layer(laid) -> None:
     samples, found = laid
     assert (np.diff(found.sample) > 0).all()

@@ -12,6 +12,7 @@ import pytest
 import cablewright as cw
 from cablewright.apps.cli.main import run
 from cablewright.foundation.errors import InputError
+from cablewright.models.job_poses import on_plane
 from cablewright.printing.job import load_job
 from cablewright.robot import Robot, load
 from cablewright.studies.fit import fit
@@ -100,8 +101,63 @@ def test_a_wall_has_an_area(tmp_path: Path) -> None:
     platform = robot.platform.model_copy(update={"plane": cw.Plane(normal=(0.0, 1.0, 0.0), one_sided=False)})
     found = reach(robot.model_copy(update={"platform": platform}), nodes=9)
     assert found.holds.shape[1] == 1
-    with pytest.raises(InputError, match="the plane is tilted"):
-        reach(load("maslow4"))
+    away = platform.model_copy(update={"plane": cw.Plane(normal=(0.0, 1.0, 0.0), distance=9.0)})
+    with pytest.raises(InputError, match=r"the box misses the plane y = 9 m"):
+        reach(robot.model_copy(update={"platform": away}), nodes=9)
+
+
+def leaning(angle: float) -> Robot:
+    """The wall plotter on a board that leans back by an *angle*, rad, under gravity with 9.81 m/s^2 along the board."""
+    s, c = math.sin(angle), math.cos(angle)
+    table = load("wall-plotter").model_dump(by_alias=True)
+    for line in table["lines"]:
+        x, _, z = line["exit_point"]
+        line["exit_point"] = (x, z * s, z * c)
+        line["cable"]["linear_density"] = 1e-7
+    low, high = table["scene"]["frame_min"], table["scene"]["frame_max"]
+    table["scene"] |= {"frame_min": (low[0], low[2] * s - 0.1, low[2] * c), "gravity": 9.81 / c,
+                       "frame_max": (high[0], high[2] * s + 0.1, high[2] * c)}  # fmt: skip
+    table["platform"]["plane"] = {"normal": (0.0, -c, s), "one_sided": True, "gcode_zero": (0.0, 0.8 * s, 0.8 * c)}
+    return Robot.model_validate(table)
+
+
+def test_a_board_that_leans_has_the_reach_of_one_that_stands(tmp_path: Path) -> None:
+    robot = leaning(0.3)
+    found, stands = reach(robot), reach(leaning(0.0))
+    assert found.holds.shape == stands.holds.shape
+    assert found.volume == pytest.approx(stands.volume, rel=1e-9)
+    assert found.directions[2] == pytest.approx([0.0, math.sin(0.3), math.cos(0.3)])
+    (tmp_path / "square.gcode").write_text("G21\nG90\nG0 X-100 Y-100 F3000\nG1 X100\nG1 Y100\nG1 X-100\nG1 Y-100\n")
+    text = 'schema = 1\nname = "square"\ngcode = "square.gcode"\nmaterial = "every G1"\n'
+    (tmp_path / "job.toml").write_text(text)
+    placed = fit(robot, load_job(tmp_path / "job.toml"))
+    assert placed.fits
+    assert placed.scale == pytest.approx(fit(leaning(0.0), load_job(tmp_path / "job.toml")).scale, rel=0.01)
+    assert placed.size == pytest.approx([0.2, 0.0, 0.2], abs=1e-9)
+    plane = robot.platform.plane
+    assert plane is not None
+    assert max(abs(plane.height(at)) for at in placed.placed) < 1e-9
+    assert cw.inverse(robot, placed.placed).ok.all()
+    (tmp_path / "job.toml").write_text(f"{text}origin = {[float(each) for each in placed.origin]}\n")
+    job = on_plane(robot, load_job(tmp_path / "job.toml"))
+    laid = job.samples(job.toolpath()).positions[1:]
+    assert np.abs(laid[:, 0]).max() == pytest.approx(np.abs(placed.placed[:, 0]).max(), abs=1e-2)
+    assert laid[:, 2].max() == pytest.approx(placed.placed[:, 2].max(), abs=1e-2)
+
+
+def test_the_origin_has_the_height_that_the_job_gives(hangprinter: Robot, tmp_path: Path) -> None:
+    bar(tmp_path, 100.0)
+    (tmp_path / "job.toml").write_text('schema = 1\nname = "bar"\ngcode = "bar.gcode"\norigin = [0, 0, "0.3 m"]\n')
+    found = fit(hangprinter, load_job(tmp_path / "job.toml"), turns=1)
+    assert found.origin[2] == pytest.approx(0.3)
+    assert found.placed[:, 2] == pytest.approx(0.302)
+
+
+def test_the_picture_of_a_board_that_leans(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "bar.gcode").write_text("G21\nG90\nM83\n;LAYER:0\nG0 X-300 Y-50 F3000\nG1 X300 Y50 E9\n")
+    assert run(["fit", "maslow4", str(tmp_path / "bar.gcode"), "--plot", str(tmp_path / "f.png"), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["scale"] > 1.0
+    assert (tmp_path / "f.png").stat().st_size > 20_000
 
 
 def test_an_stl_stands_on_the_bed(hangprinter: Robot, tmp_path: Path) -> None:

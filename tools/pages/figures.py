@@ -15,10 +15,10 @@ from cablewright.foundation.results import Figure
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "figures.md"
 HEAD = """# Figures
 
-What `--json` of each command prints and its report shows, in the order in which it is printed. Values are SI, angles
-are radians; what people read is in the unit of the last column, where it says one. `a.b` is the key `b` of the object
-`a`, of each object in the list `a`, or of each object by name in `a`. What is not known is `null`. Each JSON object
-has `schema`, the version of its keys: 2. A command that writes files adds their names, under the name of the option.
+The figures of `--json` and of the report of each command, in printed order. Values are SI, angles are radians; tables
+and reports use the unit of the last column, if there is one. `a.b` is the key `b` of the object
+`a`, of each object in the list `a`, or of each object by name in `a`. Unknown values are `null`. Each JSON object
+has `schema`, the version of its keys: 3. A command that writes files adds their names, under the name of the option.
 
 This page is written by `tools/pages/figures.py` from the declarations in the code.
 """

@@ -137,7 +137,7 @@ def _row(name: str, robot: Robot) -> str:
     wide = "" if cable.diameter is None else f"{1e3 * cable.diameter:.3g} mm, "
     stiffness = f"{1e-6 * cable.stiffness:.3g} MN" if cable.stiffness >= 1e6 else f"{1e-3 * cable.stiffness:.3g} kN"
     return (
-        f"| [`{name}`](#{name}) | {robot.m} | {robot.freedoms} | {size} | {robot.platform.mass:g} kg | "
+        f"| [`{name}`](#{name}) | {robot.m} | {robot.freedoms} | {size} | {float(f'{robot.platform.mass:.3g}'):g} kg | "
         f"{wide}EA {stiffness} | {given} | {assumed} | {shows} |\n"
     )
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from cablewright.models.support import FEATURES, SUPPORT, Capability
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "support.md"
-HEAD = """# What works with what
+HEAD = """# Support by feature
 
 `cablewright robots NAME --support` answers for one robot, of the library or a file: it prints the verdict of each
 capability, which part of the robot decides it, and what to use instead. `--json` prints the same as JSON.
@@ -33,7 +33,7 @@ rejected besides: the message names them.
 def page() -> str:
     """The whole page."""
     words = {feature.name: feature.words for feature in FEATURES}
-    text = HEAD + "| capability | verdict | features | instead, or what is left out |\n| --- | --- | --- | --- |\n"
+    text = HEAD + "| capability | verdict | features | alternative, or omission |\n| --- | --- | --- | --- |\n"
     for (capability, cell), group in groupby(SUPPORT.items(), lambda item: (item[0][0], item[1])):
         named = ", ".join(words[name] for (_, name), _ in group)
         text += f"| {capability} | {cell.verdict} | {named} | {cell.instead} |\n"

@@ -22,6 +22,7 @@ BROUGHT: Final = {
     "ethercat": "pysoem",
     "fem": "meshio, skfem",
     "frames": "pandas, xarray",
+    "mqtt": "paho.mqtt",
     "notebooks": "jupyterlab, nbclient",
     "ros": "rosbags",
     "web": "starlette, uvicorn, websockets",

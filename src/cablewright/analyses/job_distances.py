@@ -26,6 +26,7 @@ from cablewright.models.statics import Equilibrium
 from cablewright.printing.beads import Beads
 from cablewright.printing.deposit import deposit
 from cablewright.printing.path import Samples
+from cablewright.robot import Robot
 
 PART = KINDS.index("part")
 
@@ -57,15 +58,20 @@ class JobDistances:
     @classmethod
     def of(
         cls,
+        robot: Robot,
         beads: Beads,
         samples: Samples,
         mesh: TriangleMesh | None = None,
         settings: InterferenceSettings = DEFAULT,
         room: Room = MEMORY,
     ) -> Self:
-        """Return it before the first block; the part is the *mesh*, or else the *beads* laid. *room*: for all."""
+        """Return it before the first block; the part is the *mesh*, or else the *beads* that *robot* lays.
+
+        *room*: for all.
+        """
         if mesh is None:
-            part, now = of_beads(deposit(samples, beads, room), room), np.arange(len(samples), dtype=np.float64)
+            laid = deposit(samples, beads, room, robot.platform.lays_along)
+            part, now = of_beads(laid, room), np.arange(len(samples), dtype=np.float64)
         else:
             part, now = of_mesh(mesh), _grown(samples)
         margins = room.empty((len(samples), 4))

@@ -103,7 +103,7 @@ def led(
     A travel move is safe where at all its places the platform is held, and no line is nearer than *clearance*, m, to
     another, the frame, the platform's boxes or what is laid by then; at 0 none touches. What is safe stays as it is.
     """
-    grown = JobDistances.of(beads, samples, room=room)
+    grown = JobDistances.of(model.robot, beads, samples, room=room)
     search = _Search(model, job, grown, clearance)
     ways: list[tuple[int, int, Array]] = []
     found: list[LedTravel] = []

@@ -6,7 +6,7 @@ Self-calibration from encoders alone: Wang, Caro 2021. Plain least squares first
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Final, Literal
@@ -22,11 +22,13 @@ from cablewright.calibration.judgement.verdict import NEED, judged, status_of
 from cablewright.calibration.measurements import Measured, read_measured
 from cablewright.calibration.plan import CalibrationPlan, plan_of
 from cablewright.calibration.poses.elastic import ElasticProblem, problem_of
-from cablewright.calibration.poses.fit import PoseFit, framed, to_file_frame
+from cablewright.calibration.poses.fit import PoseFit, fitted_poses, framed, to_file_frame
 from cablewright.calibration.poses.observability import Information, information
 from cablewright.calibration.poses.problem import SURVEY, CalibrationProblem
 from cablewright.calibration.poses.starts import best_fit, elastic_fit, first_start, near_poses
 from cablewright.calibration.poses.sufficient_data import check, check_lengths
+from cablewright.calibration.sensors.vibrations import AT_START, with_vibrations
+from cablewright.foundation.arrays import Mask
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.progress import Progress, silent
 from cablewright.models.fidelity import CableLaw, SheaveLaw
@@ -40,6 +42,10 @@ MAX_ROUGH: Final = 100.0  # m
 _CONTRADICTS: Final = 3.0  # max ratio of the rms with a datum to that without
 _SETTLED: Final = 0.02  # relative change of an effect's number that ends them
 _ROUNDS: Final = 6  # of looking for effects that the model lacks
+_BY_FORCE: Final = ("stretch", "sag", "deflection")  # effects that grow as the tensions of a pose
+_FAR: Final = 2.0  # times the median stretch, from which on a pose is left out where effects are looked for first ...
+_CALM: Final = 2.0 / 3.0  # ... if so large a share of the poses is left
+_AT_POSES: Final = 3  # rounds of correcting counts at poses by corrected counts
 _FEW: Final = 10  # redundant measurements, which give sigma to a quarter
 
 
@@ -86,9 +92,13 @@ def calibrate(
     plan, robot = plan_of(plan), model.robot
     measured = data if isinstance(data, Measured) else read_measured(data, robot)
     check_lengths(robot, measured)
+    measured = with_vibrations(robot, measured, plan, measured.guess, AT_START)
     measured = near_poses(model, measured, plan, seed, rough, progress)
-    given = rough, outliers, seed, progress
+    given: tuple[float, bool, int, Progress] = rough, outliers, seed, progress
     found = _fitted(model, measured, plan, *given)
+    if measured.frequencies is not None and found.status == "ok":  # their spans are better known now
+        measured = with_vibrations(found.robot, measured, plan, found.poses)
+        found = _fitted(model, measured, plan, *given)
     if models == "auto" and found.status == "ok":
         found = _with_effects(found, *given)
     verdict, reasons = judged(found, need, rough)
@@ -98,21 +108,34 @@ def calibrate(
 def _with_effects(found: Calibration, rough: float, outliers: bool, seed: int, progress: Progress) -> Calibration:
     """Return the calibration with the effects that the data ask for.
 
-    Each effect is tested again after each fit, since a fit changes the weights.
+    Each effect is tested again after each fit, since a fit changes the weights. Where some poses stretch lines far more
+    than others, effects are fitted without these poses first: the stretch there is far from linear in the pose, so that
+    a fit without effects would be far from the solution.
     """
     measured, plan, model = found.problem.measured, found.problem.plan, found.problem.model
-    chosen, tested, notes = dict[str, Effect](), dict[str, Effect](), list[str]()
+    given: tuple[float, bool, int, Progress] = rough, outliers, seed, progress
+    calm, chosen = _calm(found), dict[str, Effect]()
+    first = effects_of(found.problem, found.fit) if calm is not None else ()
+    if calm is not None and any(each.chosen and each.name in _BY_FORCE for each in first):
+        part = _fitted(model, measured.only(calm), plan, *given)
+        part = _with_effects(part, *given) if part.status == "ok" else part
+        chosen = {each.name: each for each in part.effects if each.chosen}
+        if chosen:
+            data, wider = _applied_by(part, found, chosen.values())
+            again = _fitted(model, data, wider, *given)
+            found, chosen = (again, chosen) if again.status == "ok" else (found, {})
+    tested, notes = dict[str, Effect](), list[str]()
     for _ in range(_ROUNDS):
         known = dict(chosen)
         for each in effects_of(found.problem, found.fit, known):
             tested[each.name] = each
             if each.chosen:
-                first = chosen.get(each.name, replace(each, value=0.0))
-                chosen[each.name] = replace(first, value=first.value + each.value, sigma=each.sigma)
+                before = chosen.get(each.name, replace(each, value=0.0))
+                chosen[each.name] = replace(before, value=before.value + each.value, sigma=each.sigma)
         if not chosen:
             break
-        given = applied(found.problem, found.fit, chosen.values(), measured, plan)
-        again = _fitted(model, *given, rough, outliers, seed, progress)
+        data, wider = applied(found.problem, found.fit, chosen.values(), measured, plan)
+        again = _fitted(model, data, wider, *given)
         if again.status != "ok":
             more = ", ".join(name for name in chosen if name not in known)
             notes.append(f"{more or 'the last numbers of effects'}: left out, because the fit has no solution with it")
@@ -130,6 +153,29 @@ def _with_effects(found: Calibration, rough: float, outliers: bool, seed: int, p
     if corrected := ", ".join(name for name in chosen if name in WORDS):
         notes.append(f"counts are corrected by {corrected}; --check does not correct later ones")
     return replace(found, effects=tuple(effects), notes=(*found.notes, *notes))
+
+
+def _calm(found: Calibration) -> Mask | None:
+    """Return the poses (N,) that stretch lines by at most twice the median; None if all do, or too few."""
+    problem, plan = found.problem, found.problem.plan
+    stretch = None if problem.elastic else stretch_of(problem, found.fit.theta, found.fit.poses)
+    if stretch is None or plan.planes or plan.ranges:
+        return None
+    most = stretch.max(axis=1)
+    calm = np.asarray(most <= _FAR * np.median(most))
+    return None if calm.all() or calm.mean() < _CALM else calm
+
+
+def _applied_by(part: Calibration, found: Calibration, effects: Collection[Effect]) -> tuple[Measured, CalibrationPlan]:
+    """Return all data, those of *found*, and the plan with *effects*, at poses by the numbers of a *part* of them."""
+    measured, plan, poses = found.problem.measured, found.problem.plan, found.fit.poses
+    problem, given = part.problem.of(part.problem.model, measured, part.problem.plan), (measured, plan)
+    for _ in range(_AT_POSES):
+        fit = replace(part.fit, poses=poses, weights=problem.weights)
+        given = applied(problem, fit, effects, measured, plan)
+        problem = part.problem.of(part.problem.model, given[0], part.problem.plan)
+        poses = fitted_poses(problem, part.fit.theta, poses)
+    return given
 
 
 def _fitted(
@@ -223,6 +269,8 @@ def _notes(
         yield f"no sigma.encoder is given: {problem.encoder_sigma * 1e3:g} mm is assumed"
     if (given is not None or problem.elastic) and math.isfinite(chi) and not 0.5 < chi < 2.0 and alone.redundancy > 5:
         yield f"residuals are {chi:.3g} times what the given sigmas predict"
+    if robot.m < robot.freedoms and not problem.elastic:
+        yield "lines hold fewer freedoms than the platform has: with --cable elastic gravity determines the others"
     plan, measured = problem.plan, problem.measured
     tests_height = measured.positioned or plan.points or plan.planes or plan.ranges or plan.level is not None
     if problem.named("exit_point").any() and not tests_height:

@@ -13,7 +13,7 @@ from typing import Any, Final
 import numpy as np
 
 from cablewright.calibration.plan import SIGMAS
-from cablewright.foundation.arrays import Array
+from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.csv_input import (
     Column,
     cells_of,
@@ -37,12 +37,15 @@ SENSORS: Final = {"tension": ("tensions", "f_1"), "swivel": ("swivel", "swivel_1
 MAX_BYTES: Final = 32 << 20
 MAX_POSES: Final = 5_000
 _MAX_SIZE: Final = 1e9  # SI
+_OF_LINES: Final = ("dl", "f", "swivel", "hz")
 _POSE: Final = ("x", "y", "z", "rx", "ry", "rz")
 _OF_DRUM: Final = re.compile(
     r"(?P<name>(?i:dl)_[0-9]+) *[(\[](?P<unit>turns|rad|deg|counts(?:/(?P<counts>[1-9][0-9]{0,8}))?)[)\]]"
 )
 _COUNTS: Final = "counts/4096"  # one such unit, in messages
-_MAY_BE_BLANK: Final = ("guess", "pose_sigma", *(name for name, _ in SENSORS.values()))
+_FREQUENCY: Final = Dimension("frequency", {"Hz": Decimal(1)})
+_CELLS: Final = (*SENSORS.values(), ("frequencies", "hz_1"))
+_MAY_BE_BLANK: Final = ("guess", "pose_sigma", *(name for name, _ in _CELLS))
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +67,8 @@ class Measured:
     origin: str = "the data"  # the name in messages
     near: Array | None = None  # (N, n) m and rad
     by_drum: Sequence[bool] = field(default=())  # (m,) lines with the counts of a drum that has a build-up
+    frequencies: Array | None = None  # (N, m) Hz: of the free cables' first lateral vibration
+    tension_sigma: Array | None = None  # (N, m) N: of tensions by frequencies; NaN: by a load cell
 
     def has(self, sensor: str) -> bool:
         """Whether there are measurements by one of `SENSORS`."""
@@ -73,6 +78,16 @@ class Measured:
         """Return the same without sensors whose zero is among the *unknowns*: they tell nothing until it is found."""
         silent: dict[str, Any] = {name: None for sensor, (name, _) in SENSORS.items() if f"{sensor}_offset" in unknowns}
         return replace(self, **silent)
+
+    def only(self, poses: Mask) -> Measured:
+        """Return the measurements at some *poses* (N,)."""
+        kept: dict[str, Any] = {
+            name: value[poses]
+            for name, value in vars(self).items()
+            if isinstance(value, np.ndarray) and value.ndim == 2
+        }
+        places = [self.places[at] for at in np.flatnonzero(poses).tolist()] if len(self.places) else ()
+        return replace(self, places=places, **kept)
 
     def lengths_alone(self) -> Measured:
         """Return the lengths, and the start values of the poses, without what other sensors measured."""
@@ -93,9 +108,10 @@ def read_measured(path: str | Path, robot: Robot) -> Measured:
 
     Optional columns: ``x,y,z`` (and ``rx,ry,rz`` of a rigid platform), start values of the poses, or measured poses
     where ``sigma_x`` .. are given; ``f_1`` .., tensions; ``swivel_1`` .., azimuths of the free cables;
-    ``tilt_x,tilt_y``; ``yaw``. Their cells may be blank. A unit may follow a name, ``dl_1 (mm)``; without it numbers
-    are SI. Encoders may also give what the drum turned, ``turns``, ``deg``, ``rad``, or ``counts/4096``, counts of an
-    encoder that has 4096 a turn of the drum. The separator is tab, semicolon or comma. Comments begin with ``#``.
+    ``tilt_x,tilt_y``; ``yaw``; ``hz_1`` .., frequencies of the free cables, Hz. Their cells may be blank. A unit may
+    follow a name, ``dl_1 (mm)``; without it numbers are SI. Encoders may also give what the drum turned, ``turns``,
+    ``deg``, ``rad``, or ``counts/4096``, counts of an encoder that has 4096 a turn of the drum. The separator is tab,
+    semicolon or comma. Comments begin with ``#``.
 
     Raises `InputError` for a missing, unknown or repeated column, an incomplete group of columns, a row that is shorter
     or longer than the header, and a cell that is not a finite number.
@@ -142,7 +158,7 @@ def _check_blanks(fields: dict[str, Array], where: str, lines: Sequence[int]) ->
     And for a sensor whose cells are all blank.
     """
     blank = {name: np.isnan(values) for name, values in fields.items()}
-    for name, column in SENSORS.values():
+    for name, column in _CELLS:
         if name in blank and blank[name].all():
             raise InputError(f"{where} {lines[0]}: {column} and all others of it are blank; leave the columns out")
     if "guess" not in blank:
@@ -165,7 +181,7 @@ def _check_blanks(fields: dict[str, Array], where: str, lines: Sequence[int]) ->
 def _groups(robot: Robot) -> dict[str, tuple[str, ...]]:
     """Return the names of the columns of each field of `Measured`."""
     pose = _POSE[: robot.n]
-    length, tension, swivel = (tuple(f"{name}_{i + 1}" for i in range(robot.m)) for name in ("dl", "f", "swivel"))
+    length, tension, swivel, frequency = (tuple(f"{name}_{i + 1}" for i in range(robot.m)) for name in _OF_LINES)
     return {
         "counted": length,
         "guess": pose,
@@ -174,6 +190,7 @@ def _groups(robot: Robot) -> dict[str, tuple[str, ...]]:
         "swivel": swivel,
         "tilt": ("tilt_x", "tilt_y"),
         "yaw": ("yaw",),
+        "frequencies": frequency,
     }
 
 
@@ -181,8 +198,8 @@ def _dimension(name: str, robot: Robot, cells: Sequence[str], place: str) -> Dim
     """Return the dimension of a column; that of encoders has units of the drum's turn too, if the header uses one."""
     if name.startswith("dl_"):
         return _of_drum(name, robot, cells, place)
-    if name.startswith("f_"):
-        return FORCE
+    if name.startswith(("f_", "hz_")):
+        return FORCE if name.startswith("f_") else _FREQUENCY
     angle = name.startswith(("swivel_", "tilt_", "yaw")) or name.removeprefix("sigma_") in _POSE[3:]
     return ANGLE if angle else LENGTH
 
@@ -220,7 +237,7 @@ def _columns(header: str, place: str, robot: Robot) -> dict[str, Column]:
     for position, cell in enumerate(cells):
         if position not in positions:
             head, _, digits = cell[:60].casefold().rpartition("_")
-            of_line = head in ("dl", "f", "swivel") and digits.isdecimal()
+            of_line = head in _OF_LINES and digits.isdecimal()
             hint = (
                 f"{robot.name!r} has {robot.m} lines" if of_line else suggestion(cell[:60].casefold(), known, limit=20)
             )

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from itertools import combinations
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self, TypeVar
 
@@ -40,7 +42,8 @@ _Poses = Annotated[tuple[Annotated[int, Strict(), Field(ge=1)], ...], Field(min_
 class Sigmas(Description):
     """Standard deviations of the sensors. Without ``encoder``, that of the encoders is estimated from the residuals.
 
-    ``friction``: of what the cable passes between exit point and load cell, as a share of the tension.
+    ``friction``: of what the cable passes between exit point and load cell, as a share of the tension. ``frequency``:
+    of the first lateral vibration of a free cable, Hz.
     """
 
     encoder: _Sigma[Length] | None = None
@@ -49,13 +52,15 @@ class Sigmas(Description):
     swivel: _Sigma[Angle] = 1e-3
     tilt: _Sigma[Angle] = 1e-3
     yaw: _Sigma[Angle] = 1e-2
+    frequency: _Sigma[_Axis] = 0.05
 
 
 class Prior(Description):
     """Prior knowledge of an unknown: the file's value, or ``value``, with a standard deviation, in its SI unit.
 
     ``name`` may be of a coordinate: ``exit_point.z``. ``alike``: the lines differ from the file by the same number,
-    which is unknown, to that deviation.
+    which is unknown, to that deviation. ``tilted``: exit points are those of the file to that deviation, but for
+    a tilt of all together, as by a survey in a frame that is not level.
     """
 
     name: str
@@ -63,11 +68,14 @@ class Prior(Description):
     value: Annotated[float, Strict(), Field(allow_inf_nan=False)] | None = None
     deviation: _Sigma[_Axis]
     alike: bool = False
+    tilted: bool = False
 
     @model_validator(mode="after")
     def _is_known(self) -> Self:
         if self.name not in (*NAMES, *COORDINATES):
             raise refusal("name", f"unknown number; {suggestion(self.name, (*NAMES, *COORDINATES))}")
+        if self.tilted and (self.name != "exit_point" or self.alike or self.lines is not None):
+            raise refusal("tilted", "is of the exit_point of all lines: give it alone")
         if self.alike and self.value is not None:
             raise refusal("alike", "is of numbers whose value is not known: leave out this or value")
         if self.value is not None and self.name not in (*BOUNDED, *COORDINATES):
@@ -244,6 +252,18 @@ class CalibrationPlan(FileDescription):
         for at, each in enumerate(self.known):
             if each.name in self.unknowns:
                 raise refusal(f"known[{at}].name", f"{each.name} is among the unknowns: give a prior instead")
+        return self
+
+    @model_validator(mode="after")
+    def _each_number_is_given_once(self) -> Self:
+        given: dict[str, Sequence[Known | Bound]] = {"known": self.known, "bounds": self.bounds}
+        for key, entries in given.items():
+            for (before, one), (at, two) in combinations(enumerate(entries), 2):
+                both = set(one.lines or two.lines or ()) & set(two.lines or one.lines or ())
+                if one.name == two.name and (both or one.lines is two.lines is None):
+                    of = f" of {', '.join(sorted(both))}" if both else ""
+                    why = f"{one.name}{of} is in {key}[{before}] too: give it once, by lines"
+                    raise refusal(f"{key}[{at}].name", why)
         return self
 
     @property

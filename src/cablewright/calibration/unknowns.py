@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Final
@@ -30,6 +30,7 @@ _COLUMNS: Final = {
     "build_up": straight_line.BUILD_UP,
     "exit_compliance": straight_line.COMPLIANCE,
     "modulus": -1,  # stiff lines have none
+    "centre_of_mass": -1,  # equilibria depend on it, lengths of straight lines do not
     "tension_offset": straight_line.TENSION_OFFSET,
     "tension_scale": straight_line.TENSION_SCALE,
     "swivel_offset": straight_line.SWIVEL_OFFSET,
@@ -42,11 +43,17 @@ NAMES: Final = tuple(_COLUMNS)
 COORDINATES: Final = tuple(kind.name for name in NAMES for kind in KINDS_OF[name] if kind.axis is not None)
 """Those of them that have an axis: ``exit_point.z``."""
 
-BOUNDED: Final = tuple(name for name in NAMES if not name.endswith("_point"))
+BOUNDED: Final = tuple(name for name in NAMES if name != "centre_of_mass" and not name.endswith("_point"))
 """Those that are no coordinates of points: a plan may give their range, that of tilts for both axes."""
 
 DEFAULT: Final = ("exit_point", "length_offset")
 """The default unknowns, those of Wang and Caro 2021."""
+
+_HARDWARE: Final[dict[str, Callable[[Line], object]]] = {
+    "build_up": lambda line: (line.winch.drum_radius, line.cable.diameter),
+    "modulus": lambda line: line.cable,
+}
+"""Parts that must be equal where lines have one such number."""
 
 _SIZES: Final = {"exit_compliance": straight_line.PER_NEWTON}
 _DIGITS: Final = 12  # decimal places, m, of numbers in a robot file
@@ -95,7 +102,8 @@ class Unknown(Parameter):
     @property
     def column(self) -> int:
         """Its column among the numbers of a line, or -1."""
-        return _COLUMNS[self.name] + (self.axis or 0)
+        first = _COLUMNS[self.name]
+        return first if first < 0 else first + (self.axis or 0)
 
 
 def unknowns_of(
@@ -122,6 +130,8 @@ def unknowns_of(
             raise UnknownName("unknown", name, NAMES)
         if name == "modulus" and not elastic:
             raise InputError("unknowns: modulus: rigid lines do not stretch; use elastic or catenary ones")
+        if name == "centre_of_mass" and not elastic:
+            raise InputError("unknowns: centre_of_mass: only equilibria depend on it; use elastic or catenary lines")
         if names.count(name) > 1:
             raise InputError(f"unknowns: {name!r} is given more than once")
         found += _grouped(robot, _unknowns(robot, name, name in shared), [lines for of, lines in groups if of == name])
@@ -162,16 +172,21 @@ def _grouped(robot: Robot, found: Iterator[Unknown], groups: Sequence[Sequence[s
                 raise InputError(f"groups: line {name!r} is in it twice")
             group_of[name] = group
     given = list(found)
+    for member in group_of if given and given[0].line is not None else ():
+        if not any(each.line == member for each in given):
+            raise InputError(f"groups: {given[0].name}: line {member!r} has none; leave it out of the group")
     value_of = {each.line: nominal(robot, each) for each in given} if groups else {}
     for each in given:
         group = [one.line for one in given if one.line is not None and one.line in group_of.get(each.line, ())]
         if len(group) < 2:
             yield each
         elif group[0] == each.line:
-            if len({value_of[name] for name in group}) > 1:
-                raise InputError(
-                    f"groups: {each.name} of {', '.join(map(str, group))}: not one number in the robot file"
-                )
+            parts = {
+                _HARDWARE[each.name](line) for line in robot.lines if each.name in _HARDWARE and line.name in group
+            }
+            if len({value_of[name] for name in group}) > 1 or len(parts) > 1:
+                why = "of different drums or cables" if len(parts) > 1 else "not one number in the robot file"
+                raise InputError(f"groups: {each.name} of {', '.join(map(str, group))}: {why}")
             yield replace(each, others=tuple(group[1:]))
 
 

@@ -12,9 +12,10 @@ on by the gyro. Hence two laws, for the error e of the yaw and its rate w:
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
+from cablewright.foundation.reading_times import ReadingTimes
 from cablewright.foundation.signals import Inertial, SensorFrame, YawAngle
 from cablewright.models.rotation import wrap_angle
 
@@ -52,7 +53,7 @@ class YawState:
     integral: float = 0.0  # rad
     rate: float = 0.0  # rad/s, smoothed
     gyro_time: float = -math.inf  # s, of the frame with the last reading
-    angle_time: float = -math.inf  # s, of the encoder's last reading
+    times: ReadingTimes = field(default_factory=ReadingTimes)  # of the encoder
     last: tuple[float, bool] = (-math.inf, False)  # s, of the last step, and whether it had a fresh gyro
 
 
@@ -64,8 +65,8 @@ def step(settings: YawSettings, state: YawState, frame: SensorFrame, yaw: float,
             state.rate += min(1.0, dt / _SMOOTHING) * (float(reading.rate[2]) - state.rate)
             state.gyro_time = now
     for angle in frame.of(YawAngle):
-        if math.isfinite(angle.angle) and angle.time > state.angle_time:
-            state.angle, state.angle_time = angle.angle, angle.time
+        if math.isfinite(angle.angle) and state.times.is_new(angle.source, angle.time, now):
+            state.angle = angle.angle
     if not abs(error) <= GIVE_UP:
         state.last = -math.inf, False
         return 0.0

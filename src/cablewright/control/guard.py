@@ -29,6 +29,7 @@ from cablewright.foundation.signals import (
     SensorFrame,
     Tensions,
     WinchMode,
+    YawAngle,
     miscounted,
 )
 
@@ -167,7 +168,7 @@ def judge(
         state.turned = state.turned + command.winch_speeds * max(frame.time - then, 0.0)
         state.ordered = frame.time, command
     for reading in frame.readings:
-        if isinstance(reading, Tensions | Encoders | Drives | Inputs):
+        if isinstance(reading, Tensions | Encoders | Drives | Inputs | YawAngle):
             _read(settings, state, reading.source, reading, frame.time)
     if any(notice.condition in _STANDING for notice in frame.notices):
         state.uncounted.clear()
@@ -203,6 +204,8 @@ def _read(settings: GuardSettings, state: GuardState, source: str, reading: Read
         state.causes[source] = _drives(settings, state, reading)
     elif isinstance(reading, Inputs):
         state.causes[source] = _inputs(reading) + _brakes(settings, state, reading, now)
+    elif isinstance(reading, YawAngle):
+        whole = math.isfinite(reading.angle)
     if whole:
         state.whole_times[source] = stamp
 
@@ -289,7 +292,7 @@ def _stuck(settings: GuardSettings, state: GuardState, now: float, counts: list[
     if settings.max_uncounted is None or settings.counts_per_radian is None or state.ordered is None:
         return []
     late = _LATE * settings.timeouts.get("encoders", 0.5)
-    found, modes, turned = [], state.ordered[1].modes, np.broadcast_to(state.turned, len(counts)).tolist()
+    found, modes, turned = [], state.ordered[1].modes, state.turned.tolist() * (len(counts) // len(state.turned))
     for i, (count, most) in enumerate(zip(counts, settings.max_uncounted.tolist(), strict=True)):
         last = state.uncounted.get(i)
         given = not modes or modes[i] is WinchMode.VELOCITY

@@ -197,19 +197,21 @@ class TimedPath:
         Cubic Hermite interpolation between two points: exact for constant acceleration or speed.
         """
         i, left, reached = self._between(path_time)
-        begin, end = float(self.track.distance[i]), float(self.track.distance[i + 1])
+        speed, distance = self.speed.data, self.track.distance.data  # whose items are Python's own floats
+        begin, end = distance[i], distance[i + 1]
         if path_time <= left:
             return begin
         whole = reached - left
         u = min((path_time - left) / whole, 1.0)
-        a, b, rise = float(self.speed[i]) * whole, float(self.speed[i + 1]) * whole, end - begin
+        a, b, rise = speed[i] * whole, speed[i + 1] * whole, end - begin
         along = u * (a + u * (3.0 * rise - 2.0 * a - b + u * (a + b - 2.0 * rise)))
         return begin + min(max(along, 0.0), rise)
 
     def _between(self, path_time: float) -> tuple[int, float, float]:
         """Return the point before *path_time*, s, when the law leaves it, and when it reaches the next one, s."""
-        i = min(max(bisect_right(self.arrival, path_time) - 1, 0), len(self.arrival) - 2)
-        return i, float(self.start[i]), float(self.arrival[i + 1])
+        start, arrival = self.start.data, self.arrival.data
+        i = min(max(bisect_right(arrival, path_time) - 1, 0), len(arrival) - 2)
+        return i, start[i], arrival[i + 1]
 
 
 @dataclass(eq=False)

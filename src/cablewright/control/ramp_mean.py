@@ -65,7 +65,9 @@ class RampMean:
         *period*: of the slowest mode, s, where the mean begins.
         """
         then = self._mean(now, asked, period, dt)
-        self.rates = np.stack([np.broadcast_to(self.rates[1], then.shape), (then - now) / dt])
+        rates = np.empty((2, len(then)))
+        rates[0], rates[1] = self.rates[1], (then - now) / dt
+        self.rates = rates
         return then
 
     def _mean(self, now: Array, asked: Array, period: Callable[[], float], dt: float) -> Array:

@@ -103,6 +103,11 @@ class VelocitySettings:
         return packed
 
     @cached_property
+    def leads(self) -> bool:
+        """Whether lengths lead the platform where it accelerates."""
+        return compensates(self.model.robot)
+
+    @cached_property
     def hosts(self) -> Indices:
         """The lines (w,) that the winches are named for."""
         return np.array(self.model.robot.hosts)
@@ -125,6 +130,8 @@ class VelocityState:
     """Changed in place by `step`."""
 
     planned_excess: Array  # (m,) m, of each line on purpose
+    held: Array  # (m, 6) states of the lines with which a point was held at rest last ...
+    is_held: bool = False  # ... if it was
     slack_line: Indices = field(default_factory=lambda: np.array([-1]))  # (1,) index; -1: none chosen yet
     swing: SwingState = field(default_factory=SwingState)
     stretch: StretchState = field(default_factory=StretchState)
@@ -134,7 +141,7 @@ class VelocityState:
 
 def start(settings: VelocitySettings) -> VelocityState:
     """Return the state before the first step."""
-    return VelocityState(np.zeros(settings.model.m))
+    return VelocityState(np.zeros(settings.model.m), np.zeros((settings.model.m, 6)))
 
 
 def step(
@@ -154,6 +161,7 @@ def step(
     that retracts. *calms*: whether swings in which lines stretch may be damped now. If one exceeds the limit, all are
     scaled, so that the platform stays on its path. Zeros for an unknown position or a line without a tangent there.
     """
+    state.tension_error = math.inf  # unless it is found here
     if settings.model.n == 6:
         rates = _rates_of_body(settings, state, estimate, target, dt, tensions, beam, calms=calms)
         return np.zeros(len(settings.hosts)) if rates is None else _within(settings, rates, estimate)
@@ -164,7 +172,7 @@ def step(
         velocity=np.array(target.velocity),
         accelerations=np.array(target.accelerations, order="C"),
     )
-    held = _held_point(settings, target, dt)
+    held = _held_point(settings, state, target, dt)
     swing, rates = _STILL, np.empty(settings.model.m)
     if settings.swing is not None:
         swing = follow(settings.swing, state.swing, estimate.rotation, dt)
@@ -199,14 +207,16 @@ class _HeldPoint(NamedTuple):
     solved: Equilibrium | None
 
 
-def _held_point(settings: VelocitySettings, target: Target, dt: float) -> _HeldPoint:
+def _held_point(settings: VelocitySettings, state: VelocityState, target: Target, dt: float) -> _HeldPoint:
     """Return how lengths hold a point on its path, where they can; its own mass alone is accelerated."""
     model = settings.model
-    pushed = target.accelerations if compensates(model.robot) else np.zeros((2, 3))
+    pushed = target.accelerations if settings.leads else np.zeros((2, 3))
     if settings.plain is not None:
         lengths, tensions = np.empty((kernel.HELD, model.m)), np.empty(model.m)
-        mass = model.robot.platform.mass
-        kernel.hold(settings.plain, mass, target.position, target.velocity, pushed, dt, lengths, tensions)
+        state.is_held = kernel.hold(
+            settings.plain, model.robot.platform.mass, target.position, target.velocity, pushed, dt,
+            state.held, state.is_held, lengths, tensions,
+        )  # fmt: skip
         return _HeldPoint(lengths, tensions, None)
     held = solve_inverse(model, target.position)
     lengths = np.vstack([held.lengths, np.zeros((kernel.HELD - 1, model.m))])
@@ -240,12 +250,13 @@ def _rates_of_body(
     here = np.concatenate([target.position, target.rotation])
     there = moved(here, dt * np.concatenate([target.velocity, target.rate]))
     retraction = None if beam is None else np.array([beam.length, beam.length + dt * beam.speed])
-    pushed = target.accelerations if compensates(settings.model.robot) else None
+    pushed = target.accelerations if settings.leads else None
     held = held_at(settings.model, np.stack([here, there]), retraction, pushed)
     if held is None or not np.isfinite(estimate.lengths).all():
         return None
     state.chosen = held.tensions[0]
-    state.tension_error = math.inf if tensions is None else float(np.abs(tensions - held.tensions[0]).max())
+    if tensions is not None and np.isfinite(tensions).all():
+        state.tension_error = float(np.abs(tensions - held.tensions[0]).max())
     now, then = held.lengths[:, settings.hosts]
     error = _length_errors(settings, estimate, held, retraction, tensions)
     if not np.isfinite(error).all():

@@ -12,23 +12,19 @@ from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import LineAngles
+from cablewright.kernels.filtering import line_angles as kernel
 from cablewright.kernels.layout import Code
 from cablewright.models.packed_views import LineNumbers, LineStates, blank_states
 from cablewright.models.statics import Model
 from cablewright.solvers.one_line import hang
-from cablewright.solvers.taut import Taut, stretches
+from cablewright.solvers.taut import Taut
 
-_MIN_SLOPE: Final = 1e-6  # difference of slopes below which a line counts as straight
-_MAX_REPEATS: Final = 10  # identical readings in a row: a sensor with noise gives none
-_MAX_OUTLIERS: Final = 5  # readings in a row beyond the gate before they are accepted
 _FIRST_SIGMA: Final = math.radians(5.0)  # of one reading of a line that vibrates
-_SCATTER_TIMES: Final = 5.0  # smoothing times over which the scatter of readings is averaged ...
-_FIRST_TIMES: Final = 0.01  # ... and for how many the first one counts, where readings are farther apart than one
+_FIRST_TIMES: Final = 0.01  # smoothing times for which the first reading counts in the scatter, where they are longer
 _MAX_ITERATIONS: Final = 6
 _TOLERANCE: Final = 1e-6  # rad, of the angle that an excess has to give
 
@@ -62,66 +58,59 @@ class SlacknessSettings:
                 raise InputError(f"{name} = {getattr(self, name):g}: a finite number over 0 is expected")
 
 
-class StraightLines(NamedTuple):
-    """What a parabola's excess needs of straight lines, computed once for one place; (m,) arrays."""
-
-    taut: Taut
-    slopes: Array  # of their tangents
-    cosines: Array
-    rising: Array  # N: horizontal force times the slope that it gives up from mid-span to the sensor
-    weighing: Array  # N: horizontal force times the square root of 24 excess / chord
-    stretching: Array  # m/N
-
-    @classmethod
-    def at(cls, settings: SlacknessSettings, taut: Taut) -> StraightLines:
-        """Return that of lines that are *taut*."""
-        lines, c = settings.model.lines, np.cos(taut.angles)
-        rising = lines.weight * (0.5 * taut.free - settings.from_platform)
-        return cls(taut, np.tan(taut.angles), c, rising, lines.weight * taut.free * c * c, stretches(lines, taut))
-
-    def excess(self, settings: SlacknessSettings, differences: Array) -> Array:
-        """Return the excess (m,), m, as `parabolic_excess`."""
-        taut = self.taut
-        slopes = np.maximum(np.tan(np.minimum(taut.angles + differences, 1.5)) - self.slopes, _MIN_SLOPE)
-        h = self.rising / slopes
-        sag = settings.model.lines.spans * (self.weighing / h) ** 2 * taut.free / 24.0
-        return np.asarray(sag - self.stretching * np.minimum(h / self.cosines, settings.model.lines.tension_max))
-
-
 class SlacknessState(NamedTuple):
-    """Smoothed angle and excess of each line; (m,) arrays."""
+    """Smoothed angle and excess of each line."""
 
-    differences: Array  # rad: gamma_measured - gamma_taut, smoothed; NaN: never measured
-    excess: Array  # m: over the taut length, by the angle; NaN where not known
-    last_times: Array  # s: of each line's last accepted reading
-    last_angles: Array  # rad: of the last reading
-    repeats: NDArray[np.int64]  # identical readings in a row
-    outliers: NDArray[np.int64]  # readings in a row beyond the gate
-    scatter: Array  # rad^2, of single readings about the smoothed differences
-    scatter_times: float | Array  # smoothing times of readings in that, all or (m,)
-    variances: Array  # rad^2, of the smoothed differences
+    rows: Array  # (KNOWN, m), see `kernels.filtering.line_angles`
     time: float
-    straight: StraightLines | None = None  # where the last reading was
+
+    @property
+    def differences(self) -> Array:
+        """Smoothed angles less those of taut lines, (m,) rad; NaN: never measured."""
+        return np.asarray(self.rows[kernel.DIFFERENCE])
+
+    @property
+    def excess(self) -> Array:
+        """Excess over the taut length, (m,) m, by the angle; NaN where not known."""
+        return np.asarray(self.rows[kernel.EXCESS])
+
+    @property
+    def scatter(self) -> Array:
+        """Variance of single readings about the smoothed differences, (m,) rad^2."""
+        return np.asarray(self.rows[kernel.SCATTER])
+
+    @property
+    def variances(self) -> Array:
+        """Variance of the smoothed differences, (m,) rad^2."""
+        return np.asarray(self.rows[kernel.VARIANCE])
 
     @property
     def stuck(self) -> Mask:
         """Lines whose sensor repeats the same reading, (m,)."""
-        return np.asarray(self.repeats >= _MAX_REPEATS)
+        return np.asarray(self.rows[kernel.REPEATS] >= kernel.MAX_REPEATS)
 
 
 def start(settings: SlacknessSettings) -> SlacknessState:
     """Return the state before the first reading."""
-    m = settings.model.m
-    nothing = np.full(m, np.nan)
-    zeros = np.zeros(m, dtype=np.int64)
-    unsure = np.full(m, _FIRST_SIGMA**2)
-    never, counts = np.full(m, -np.inf), np.full(m, _FIRST_TIMES)
-    return SlacknessState(nothing, nothing, never, nothing, zeros, zeros, unsure, counts, unsure, -math.inf)
+    rows = np.zeros((kernel.KNOWN, settings.model.m))
+    rows[[kernel.DIFFERENCE, kernel.EXCESS, kernel.LAST_ANGLE]] = np.nan
+    rows[kernel.LAST_TIME], rows[kernel.SCATTER_TIMES] = -np.inf, _FIRST_TIMES
+    rows[[kernel.SCATTER, kernel.VARIANCE]] = _FIRST_SIGMA**2
+    return SlacknessState(rows, -math.inf)
 
 
 def restarted(state: SlacknessState) -> SlacknessState:
     """Return *state* after a reset of the clock, whose earlier times no longer count."""
-    return state._replace(time=-math.inf, last_times=np.full_like(state.last_times, -np.inf))
+    rows = state.rows.copy()
+    rows[kernel.LAST_TIME] = -np.inf
+    return SlacknessState(rows, -math.inf)
+
+
+def unknown(state: SlacknessState) -> SlacknessState:
+    """Return *state* after so long without a reading that no excess is known."""
+    rows = state.rows.copy()
+    rows[kernel.EXCESS] = np.nan
+    return SlacknessState(rows, state.time)
 
 
 def step(settings: SlacknessSettings, state: SlacknessState, reading: LineAngles, taut: Taut) -> SlacknessState:
@@ -129,85 +118,20 @@ def step(settings: SlacknessSettings, state: SlacknessState, reading: LineAngles
     dt = reading.time - state.time
     if not dt > 0.0:
         return state
-    straight = state.straight
-    if straight is None or straight.taut is not taut:
-        straight = StraightLines.at(settings, taut)
-    angles = reading.angles
-    difference = angles - taut.angles
-    usual = _usual(settings, state, reading, difference, straight)
-    if usual is not None:
-        return usual
-    known = np.isfinite(angles)
-    repeats = np.where(known, np.where(angles == state.last_angles, state.repeats + 1, 0), state.repeats)
-    usable = known & (repeats < _MAX_REPEATS)
-    stale = np.isnan(state.differences) | (reading.time - state.last_times > settings.timeout)
-    gated = usable & ~stale & ~(np.abs(difference - state.differences) <= settings.gate)
-    outliers = np.where(gated, state.outliers + 1, np.where(usable, 0, state.outliers))
-    accepted = usable & (~gated | (outliers >= _MAX_OUTLIERS))
-    restart = stale | (outliers >= _MAX_OUTLIERS)
-    gain = np.where(restart, 1.0, -math.expm1(-dt / settings.smoothing_time))
-    base = np.where(restart, difference, state.differences)
-    off = np.where(accepted, difference - base, 0.0)
-    smoothed = np.where(accepted, base + gain * off, state.differences)
-    new = np.where(accepted & ~restart, gain, 0.0)
-    seen = _scatter_times(settings, state, dt, new)
-    scatter = state.scatter + new / seen * (off**2 - state.scatter)
-    mixed = (1.0 - gain) ** 2 * state.variances + gain**2 * scatter  # of independent readings
-    variances = np.where(accepted, mixed, state.variances)
-    times = np.where(accepted, reading.time, state.last_times)
-    excess = np.where(reading.time - times > settings.timeout, np.nan, straight.excess(settings, smoothed))
-    outliers, last = np.where(accepted, 0, outliers), np.where(known, angles, state.last_angles)
-    return SlacknessState(
-        smoothed, excess, times, last, repeats, outliers, scatter, seen, variances, reading.time, straight
-    )
-
-
-def _scatter_times(settings: SlacknessSettings, state: SlacknessState, dt: float, new: float | Array) -> float | Array:
-    """Smoothing times, all or (m,), over which the scatter is averaged, with *new* ones *dt*, s, after the last.
-
-    Readings that are closer than a smoothing time do not tell it soon: a line that vibrates hardly moves meanwhile.
-    """
-    if dt <= settings.smoothing_time:
-        return _SCATTER_TIMES
-    return np.asarray(np.minimum(state.scatter_times + new, _SCATTER_TIMES))
-
-
-def _usual(
-    settings: SlacknessSettings, state: SlacknessState, reading: LineAngles, difference: Array, straight: StraightLines
-) -> SlacknessState | None:
-    """Return the state after a reading that is as most are: of every line, new and near the smoothed one; else None.
-
-    *difference* (m,), rad, of the reading from the straight lines. The same numbers as in `step`, to the bit, in a
-    third of its time.
-    """
-    off = difference - state.differences
-    gate = settings.gate
-    if not all(abs(each) <= gate for each in off.tolist()):  # NaN is not
-        return None
-    if reading.time - min(state.last_times.tolist()) > settings.timeout:
-        return None
-    if any(map(float.__eq__, reading.angles.tolist(), state.last_angles.tolist())):
-        return None
-    gain = -math.expm1(-(reading.time - state.time) / settings.smoothing_time)
-    keep = 1.0 - gain
-    smoothed = state.differences + gain * off
-    seen = _scatter_times(settings, state, reading.time - state.time, gain)
-    scatter = state.scatter + gain / seen * (off * off - state.scatter)
-    variances = keep * keep * state.variances + gain * gain * scatter
-    times, none = np.full(len(off), reading.time), np.zeros(len(off), dtype=np.int64)
-    return SlacknessState(
-        smoothed, straight.excess(settings, smoothed), times, reading.angles, none, none, scatter, seen, variances,
-        reading.time, straight,
+    rows = state.rows.copy()
+    kernel.step(
+        rows, reading.angles.copy(), settings.model.packed.lines, taut.angles, taut.free, taut.lengths, taut.toward,
+        settings.from_platform, reading.time, dt, settings.smoothing_time, settings.gate, settings.timeout,
     )  # fmt: skip
+    return SlacknessState(rows, reading.time)
 
 
 def parabolic_excess(settings: SlacknessSettings, taut: Taut, differences: Array) -> Array:
-    """Excess (m,), m, of lines that hang as parabolas, by their angles' *differences* (m,), rad, from *taut*.
-
-    With horizontal force h the slope grows by w / h per metre, which from mid-span to the sensor gives the difference
-    of slopes. The span is w^2 x^2 c cos^2 / 24 h^2 longer than its chord c, less the elastic stretch.
-    """
-    return StraightLines.at(settings, taut).excess(settings, differences)
+    """Excess (m,), m, of lines that hang as parabolas, by their angles' *differences* (m,), rad, from *taut*."""
+    lines, found = settings.model.packed.lines, np.empty(len(differences))
+    straight = taut.angles, taut.free, taut.lengths, taut.toward
+    kernel.parabolic_excess(lines, *straight, settings.from_platform, differences, found)
+    return found
 
 
 def catenary_excess(settings: SlacknessSettings, taut: Taut, line: int, difference: float) -> float:

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import Inertial
+from cablewright.kernels.rotation import yawed
 
 
 @dataclass(frozen=True)
@@ -99,13 +100,6 @@ def _smoothed(old: tuple[float, float], new: tuple[float, float], gain: float) -
 
 
 def rotation_vector(yaw: float, x: float, y: float) -> tuple[float, float, float]:
-    """Rotation vector (rad) of a drum that is tilted by (x, y) and then turned by *yaw*, by quaternions."""
-    tilt = math.hypot(x, y)
-    c, s = math.cos(0.5 * tilt), (0.5 if tilt < 1e-9 else math.sin(0.5 * tilt) / tilt)
-    a, b, d = math.cos(0.5 * yaw), math.sin(0.5 * yaw), s
-    w, i, j, k = a * c, d * (a * x - b * y), d * (a * y + b * x), b * c
-    if w < 0.0:
-        w, i, j, k = -w, -i, -j, -k
-    size = math.sqrt(i * i + j * j + k * k)
-    scale = 2.0 if size < 1e-12 else 2.0 * math.atan2(size, w) / size
-    return scale * i, scale * j, scale * k
+    """Rotation vector (rad) of a drum that is tilted by (x, y) and then turned by *yaw*."""
+    i, j, k = yawed(float(yaw), float(x), float(y))
+    return i, j, k

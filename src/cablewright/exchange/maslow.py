@@ -82,6 +82,11 @@ def read_maslow(path: Path, cable: str | None = None) -> ImportedRobot:
     feet = [(x, *(_tidy(y * along[k]) for k in (1, 2))) for x, y, _ in anchors.values()]  # in the plane of the board
     assumed.add(f"platform.mass: {SLED:g} kg, the sled with its router")
     assumed.add("platform: a point; belts are straight from the anchors to it, without the arms of the sled")
+    if any(z for _, _, z in anchors.values()):
+        assumed.add(
+            "lines.exit_point: in front of the board by Z, as lengths do not show which way a belt leads; the belts of "
+            "a Maslow lead down from its sled, and press it onto the board as much as they lift it here"
+        )
     x, y = middle(anchors)
     zero = (x, *(_tidy(y * along[k]) for k in (1, 2)))
     assumed.add(

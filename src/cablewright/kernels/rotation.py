@@ -1,6 +1,6 @@
 """Rotations as rotation vectors, rad. Increments are about world axes: R becomes exp(d) R."""
 
-from math import atan2, cos, sin, sqrt
+from math import atan2, cos, hypot, sin, sqrt
 
 from cablewright.kernels import jit
 
@@ -78,3 +78,17 @@ def _quaternion(x, y, z):
     angle = sqrt(x * x + y * y + z * z)
     factor = sin(0.5 * angle) / angle if angle > 1e-8 else 0.5 - angle * angle / 48.0
     return cos(0.5 * angle), factor * x, factor * y, factor * z
+
+
+@jit
+def yawed(yaw, x, y):
+    """Return the rotation vector of a tilt by (x, y), rad, and then a turn by *yaw*, rad, by quaternions."""
+    tilt = hypot(x, y)
+    c, d = cos(0.5 * tilt), (0.5 if tilt < 1e-9 else sin(0.5 * tilt) / tilt)
+    a, b = cos(0.5 * yaw), sin(0.5 * yaw)
+    w, i, j, k = a * c, d * (a * x - b * y), d * (a * y + b * x), b * c
+    if w < 0.0:
+        w, i, j, k = -w, -i, -j, -k
+    size = sqrt(i * i + j * j + k * k)
+    scale = 2.0 if size < 1e-12 else 2.0 * atan2(size, w) / size
+    return scale * i, scale * j, scale * k

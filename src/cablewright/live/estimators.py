@@ -64,7 +64,7 @@ class Measuring(Protocol):
 
     @property
     def measured(self) -> Array | None:
-        """Tensions (m,), N, as measured, smoothed; NaN: not read; None: nothing measures them."""
+        """Tensions (m,), N, as measured, smoothed; NaN: not known; None: nothing measures them."""
 
 
 def best_estimator(settings: MachineSettings) -> str:
@@ -222,9 +222,9 @@ class DeadReckoning(_SteppedEstimator):
 
     @property
     def measured(self) -> Array | None:
-        """As `Measuring`."""
-        found: Array | None = self._state.measured
-        return found
+        """As `Measuring`; of lines that are not read by the lengths."""
+        measured: Array | None = self._state.measured
+        return None if measured is None else np.where(np.isnan(measured), self._state.tracker.tensions, measured)
 
     def place_measured(self, place: Array, by_tensions: bool = False) -> None:
         """Take the standing platform for at *place* (3,), m: learn from it, or begin again.

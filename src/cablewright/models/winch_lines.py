@@ -48,6 +48,11 @@ class WinchLines:
         """Which lines have a winch for themselves, (m,): the torque of its motor is theirs."""
         return np.array([host >= 0 and np.count_nonzero(self.host == host) == 1 for host in self.host])
 
+    @property
+    def shared(self) -> Indices:
+        """The places (d,) of the winches with several lines: their torque is of all of these."""
+        return np.flatnonzero(~self.alone[self.hosts])
+
     @cached_property
     def senses(self) -> Array:
         """Return which lines each drum winds, (w, m): 1 or -1 of a line on it, see ``sense``, 0 of all others."""

@@ -16,7 +16,8 @@ from cablewright.printing.path import Samples
 PIECE_LENGTH: Final = 0.25
 """Approximate maximum length (m) of a piece of strand."""
 
-_UPRIGHT: Final = 1e-9  # horizontal share of a piece's length below which it is vertical
+_UPRIGHT: Final = 1e-9  # share of a piece's length across the direction of laying, below which it is along it
+_UP: Final = (0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,12 +25,12 @@ class Deposit:
     """B boxes in the order of printing, m, machine coordinates. Read-only arrays.
 
     Each is longer than the nozzle's path by half a bead's width at both ends, because strands have round ends, and
-    reaches from the path down by the bead's height.
+    reaches from the path down by the bead's height; on a board, towards the board.
     """
 
     centre: Array  # (B, 3)
     along: Array  # (B, 3) unit vectors
-    across: Array  # (B, 3) unit vectors, level
+    across: Array  # (B, 3) unit vectors, level or in the board
     half: Array  # (B, 3) half the sides: along, across, and perpendicular to both
     sample: NDArray[np.int64]  # (B,) the sample from which on it exists
     layer: NDArray[np.int32]  # (B,)
@@ -39,10 +40,13 @@ class Deposit:
         return len(self.sample)
 
 
-def deposit(samples: Samples, beads: Bead | Beads, room: Room = MEMORY) -> Deposit:
+def deposit(
+    samples: Samples, beads: Bead | Beads, room: Room = MEMORY, up: tuple[float, float, float] = _UP
+) -> Deposit:
     """Return the material of extruding moves, in pieces of about `PIECE_LENGTH` or shorter.
 
-    A piece exists from the sample at its end on, not while it is being printed. *room*: for the pieces.
+    A piece exists from the sample at its end on, not while it is being printed. *room*: for the pieces. *up*:
+    unit vector from a strand to the nozzle, world.
     """
     laid = np.flatnonzero(samples.extruding)
     move, begins = samples.move[laid], samples.distance[laid - 1]
@@ -60,7 +64,7 @@ def deposit(samples: Samples, beads: Bead | Beads, room: Room = MEMORY) -> Depos
     )  # fmt: skip
     for at in blocks(count):
         sizes = beads.sizes(samples.move[ends[at]])
-        boxes = _boxes(samples.positions[before[at]], samples.positions[ends[at]], *sizes)
+        boxes = _boxes(samples.positions[before[at]], samples.positions[ends[at]], *sizes, np.array(up))
         for column, values in zip(columns, (*boxes, ends[at], samples.layer[ends[at]]), strict=True):
             column[at] = values
         let_go((samples, columns))
@@ -69,19 +73,19 @@ def deposit(samples: Samples, beads: Bead | Beads, room: Room = MEMORY) -> Depos
     return Deposit(*columns)
 
 
-def _boxes(start: Array, end: Array, wide: Array, high: Array) -> tuple[Array, Array, Array, Array]:
+def _boxes(start: Array, end: Array, wide: Array, high: Array, up: Array) -> tuple[Array, Array, Array, Array]:
     """Centre, directions along and across, and half sides (b, 3) of straight pieces from *start* to *end* (b, 3).
 
-    *wide*, *high*: of their strands (b,), m.
+    *wide*, *high*: of their strands (b,), m; *up* (3,): from them to the nozzle.
     """
     way = end - start
     length = np.linalg.norm(way, axis=1)
     along = way / length[:, None]
-    level = np.hypot(along[:, 0], along[:, 1])
+    across = np.cross(up, along)
+    level = np.linalg.norm(across, axis=1)
     upright = level < _UPRIGHT
-    safe = np.where(upright, 1.0, level)
-    across = np.stack([-along[:, 1] / safe, along[:, 0] / safe, np.zeros_like(level)], axis=1)
-    across[upright] = (1.0, 0.0, 0.0)
+    across /= np.where(upright, 1.0, level)[:, None]
+    across[upright] = np.linalg.svd(up[None])[2][1]  # any direction across it
     height = np.where(upright, wide, high)  # the box of a vertical piece is square
     drop = np.where(upright, 0.0, 0.5 * high)
     centre = 0.5 * (start + end) - drop[:, None] * np.cross(along, across)

@@ -88,13 +88,14 @@ class Track:
 
     def piece(self, distance: float) -> int:
         """Return the piece at *distance*, m: of two the one that begins there, beyond the ends the first or last."""
-        return min(max(bisect_right(self.distance, distance) - 1, 0), len(self.layer) - 1)
+        return min(max(bisect_right(self.distance.data, distance) - 1, 0), len(self.layer) - 1)
 
     def at(self, distance: float) -> PathPoint:
         """Return the point at *distance*, m, clamped at both ends of the path."""
         i = self.piece(distance)
         start, end = self.positions[i], self.positions[i + 1]
-        begin, whole = float(self.distance[i]), float(self.distance[i + 1] - self.distance[i])
+        begin, after = self.distance[i : i + 2].tolist()
+        whole = after - begin
         tangent = (end - start) / whole
         return PathPoint(start + tangent * min(max(distance - begin, 0.0), whole), tangent)
 
@@ -179,7 +180,7 @@ class Track:
     def _window(self, around: float, within: float) -> tuple[int, int]:
         """Return the first piece within *within* of *around*, and one beyond the last."""
         first = self.piece(around - within)
-        return first, max(first + 1, min(bisect_left(self.distance, around + within), len(self.layer)))
+        return first, max(first + 1, min(bisect_left(self.distance.data, around + within), len(self.layer)))
 
     def _reached(self, i: int, along: float) -> float:
         """Return the distance along the path of the point *along* m, in plan view, into piece *i*."""

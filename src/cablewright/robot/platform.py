@@ -92,6 +92,12 @@ class _PlatformWithLoads(Description):
         return {self.plane.axis: self.plane.distance * self.plane.across[self.plane.axis]}
 
     @property
+    def lays_along(self) -> Vec3:
+        """The unit vector from a strand to the nozzle, world: up, or out of a board, on which it lies."""
+        board = self.plane if self.may_lift else None
+        return (0.0, 0.0, 1.0) if board is None else board.across
+
+    @property
     def may_lift(self) -> bool:
         """Whether it has a plane that only pushes, off which lines may lift it."""
         return self.plane is not None and not self.plane.pulls

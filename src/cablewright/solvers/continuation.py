@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError, Status
+from cablewright.foundation.units import LARGEST
 from cablewright.kernels import continuation
 from cablewright.kernels.certificates.krawczyk import CERTIFIED, certify
 from cablewright.kernels.certificates.system_enclosure import certificate_pool, unfold
@@ -83,13 +84,15 @@ class Tracker:
 
         Raises `InputError` for lengths of the wrong count, not finite or not positive.
         """
-        rows, single = as_rows(lengths, self.model.m, "lengths", "m")
-        if not single or not (rows > 0.0).all():
-            raise InputError(f"lengths: {self.model.m} numbers over zero are expected, in m; got {rows.tolist()}")
-        pose, states = self.pose.copy(), self.states.copy()
-        code, margin = self._follow(rows[0], pose, states)
+        if not (isinstance(lengths, np.ndarray) and lengths.shape == self._lengths.shape and _are_sound(lengths)):
+            rows, single = as_rows(lengths, self.model.m, "lengths", "m")
+            if not single or not (rows > 0.0).all():
+                raise InputError(f"lengths: {self.model.m} numbers over zero are expected, in m; got {rows.tolist()}")
+            lengths = rows[0]
+        given, pose, states = np.array(lengths, dtype=np.float64), self.pose.copy(), self.states.copy()
+        code, margin = self._follow(given, pose, states)
         if code == Code.OK:
-            self.pose, self.states, self.margin, self._lengths = pose, states, margin, rows[0]
+            self.pose, self.states, self.margin, self._lengths = pose, states, margin, given
             return Status.OK
         return Status.of(code)
 
@@ -146,3 +149,8 @@ class Tracker:
             if certify(self._packed, lengths, pose, states, tolerance, pool) != CERTIFIED:
                 return int(Code.UNCERTIFIED)
         return int(code)
+
+
+def _are_sound(lengths: Array) -> bool:
+    """Whether *lengths* (m,) are numbers over 0 that are not too large: most are, in a loop of control."""
+    return lengths.dtype == np.float64 and all(0.0 < each <= LARGEST for each in lengths.tolist())

@@ -47,13 +47,27 @@ class Fit(Pictured):
         ),
         Figure("size", "m", "Sides of the part at its own scale."),
         Figure("limit", "", "What limits a larger part."),
-        Figure("reach_volume", "m^3", "Volume that the nozzle reaches; in a plane m^2.", "reach.volume"),
+        Figure(
+            "reach_volume",
+            "m^3",
+            "Volume that the nozzle reaches.",
+            "reach.volume",
+            only=lambda of: not of.reach.is_flat,
+        ),
+        Figure(
+            "reach_volume",
+            "m^2",
+            "In a plane: area that the nozzle reaches.",
+            "reach.volume",
+            name="reach area",
+            only=lambda of: of.reach.is_flat,
+        ),
         Figure("not_checked", "", "What is not counted.", sentences=True, detail=True),
     )
     HEADLINES: ClassVar = ("fits", "scale", "limit")
 
     robot: Robot
-    points: Array  # (k, 3) m, at its own scale
+    points: Array  # (k, 3) m, at its own scale, from its zero along the directions of ``reach``
     reach: Reach
     scale: float
     rotation: float
@@ -76,7 +90,8 @@ class Fit(Pictured):
     @property
     def placed(self) -> Array:
         """The points (k, 3), m, where they are at the largest scale, or at their own if that is less."""
-        return _turned(self.points, self.rotation) * min(self.scale, 1.0) + self.origin
+        at_scale = _turned(self.points, self.rotation) * min(self.scale, 1.0)
+        return np.asarray(at_scale @ self.reach.directions + self.origin)
 
     @property
     def refusal(self) -> str:
@@ -98,14 +113,16 @@ def fit(
     """
     if turns < 1:
         raise InputError(f"turns = {turns}: must be at least 1")
-    points = _points(on_plane(robot, part) if isinstance(part, Job) else part)
+    job = on_plane(robot, part) if isinstance(part, Job) else None
+    lift = job.origin[2] if job else 0.0
     found = reach(robot, max_error=max_error, progress=progress)
     if not found.cells.any():
         raise AnswerError(f"robot {robot.name!r} holds its nozzle nowhere in its frame within its limits")
-    on_wall = any(len(axis) == 1 for axis in found.axes[:2])
-    angles = np.zeros(1) if on_wall or robot.platform.plane else np.arange(turns) * math.pi / turns
+    points = _points(job or part) @ found.directions.T
+    on_wall = len(found.axes[1]) == 1
+    angles = np.zeros(1) if found.is_flat else np.arange(turns) * math.pi / turns
     floor = float(found.axes[2][0])
-    place = _Placing(found, on_wall, floor if floor > points[:, 2].min() and not on_wall else None)
+    place = _Placing(found, on_wall, lift, floor if floor > points[:, 2].min() + lift and not on_wall else None)
     best = (0.0, 0.0, np.zeros(3))
     for number, angle in enumerate(angles):
         progress("placing", number, len(angles))
@@ -116,22 +133,22 @@ def fit(
     scale, angle, centre = best
     model = Model.full(robot)
     turned = _turned(points, angle)
-    while scale > 0.0 and not held_at(model, place.at(turned, scale, centre)).ok.all():
+    while scale > 0.0 and not held_at(model, place.at(turned, scale, centre) @ found.directions).ok.all():
         scale = scale * _SHRUNK if scale > _CLOSER else 0.0
-    origin = centre - place.middle(turned) * (min(scale, 1.0) if scale else 1.0)
-    limit = _limit(robot, model, lambda larger: place.at(turned, max(scale, 0.01) * larger, centre))
+    origin = (centre - place.middle(turned) * (min(scale, 1.0) if scale else 1.0)) @ found.directions
+    limit = _limit(robot, model, lambda larger: place.at(turned, max(scale, 0.01) * larger, centre) @ found.directions)
     return Fit(robot, points, found, scale, angle, origin, limit)
 
 
 def _points(part: Job | str | Path) -> Array:
-    """Return points (k, 3), m, of a part: of its surface, or of its laid material. Raises `InputError`."""
+    """Return points (k, 3), m, from a part's zero: of its surface, or of its laid material. Raises `InputError`."""
     if isinstance(part, Job):
         toolpath = part.toolpath()
         laid = toolpath.extruding
         start, end = toolpath.start[laid], toolpath.end[laid]
         shares = np.linspace(0.0, 1.0, 2 + POINTS // max(len(start), 1))[:, None, None]
         places = (start + shares * (end - start)).reshape(-1, 3)
-        points = places * part.scale + np.array([0.0, 0.0, part.origin[2]])
+        points = places * part.scale
     else:
         if Path(part).suffix.lower() != ".stl":
             raise InputError(f"{part}: must be a job's TOML or G-code, or an STL file in mm")
@@ -151,11 +168,13 @@ def _turned(points: Array, angle: float) -> Array:
 class _Placing:
     """Places of a part in a reach: at the height of its file, or with its foot on a ``floor`` above that, m.
 
-    ``on_wall``: in an upright plane, where it is at any height.
+    ``on_wall``: in a plane that is not level, where it is at any height. ``lift``: m, of the file's zero over the
+    world's. Points are along the directions of the reach.
     """
 
     reach: Reach
     on_wall: bool
+    lift: float
     floor: float | None
 
     def middle(self, turned: Array) -> Array:
@@ -163,7 +182,7 @@ class _Placing:
         low, high = turned.min(axis=0), turned.max(axis=0)
         middle = 0.5 * (low + high)
         if not self.on_wall:
-            middle[2] = 0.0 if self.floor is None else low[2]
+            middle[2] = -self.lift if self.floor is None else low[2]
         return np.asarray(middle)
 
     def at(self, turned: Array, scale: float, centre: Array) -> Array:

@@ -219,7 +219,7 @@ def _over_job(
     samples, _ = sampled(model.robot, job, toolpath, room)
     require_for_samples(len(samples), bytes_each(model.robot, room.folder), "the distances")
     poses, retraction = along(model.robot, job, samples, room)
-    found = JobDistances.of(beads, samples, mesh, settings, room)
+    found = JobDistances.of(model.robot, beads, samples, mesh, settings, room)
     for first in range(0, len(poses), BLOCK):
         report("distances of lines", first, len(poses))
         block = slice(first, first + BLOCK)

@@ -134,6 +134,8 @@ def job(page: Page, server: Served, name: str, text: str, answer: str, why: str 
 def test_nothing_overlaps_or_is_cut(chromium: Browser, server: Served, width: int, dark: bool) -> None:
     with opened(chromium, server, width, dark=dark, mine=False) as page:
         page.until("operate.view.view")
+        page.run("document.getElementById('first-run').open = true")
+        page.until("document.querySelector('#first button:not([hidden])')")
         assert page.run("document.documentElement.scrollWidth") <= width
         assert page.run(OVERLAPS) == []
         assert page.run(CLIPPED) == []
@@ -149,7 +151,8 @@ def test_every_text_is_in_the_table_and_every_text_is_used() -> None:
     pages = "".join(each.read_text() for each in PAGE.iterdir() if each.name != "texts.js")
     named = set(re.findall(r'data-t(?:-label|-hint)?="([^"]+)"', pages)) | set(re.findall(r'\bt\("([^"]+)"', pages))
     assert named <= table
-    begins = set(re.findall(r"`([a-z]+)\.\$\{", pages))  # of keys that are made up
+    begins = set(re.findall(r"`([a-z]+)\.\$\{|worded\(\"([a-z]+)\"", pages))  # of keys that are made up
+    begins = {each for pair in begins for each in pair}
     whole = set(re.findall(r'"([a-z][\w. ]+)"', pages))
     unused = {key for key in table - named - whole if key.split(".")[0] not in begins}
     assert unused == set()

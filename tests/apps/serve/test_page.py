@@ -21,7 +21,7 @@ pytestmark = [
     pytest.mark.skipif(executable() is None, reason="no chromium is installed: see README.md"),
 ]
 
-LOOKS = [(1280, False), (1280, True), (390, False), (390, True)]
+LOOKS = [(1280, False), (1280, True), (390, False), (390, True), (2560, False), (2560, True)]
 HOLD = """(() => {
   const b = document.querySelectorAll('#jog button')[%d], r = b.getBoundingClientRect();
   b.scrollIntoView({ block: 'center', behavior: 'instant' });
@@ -84,6 +84,8 @@ def press(page: Page, x: float, y: float, kind: str) -> None:
 def test_it_fits_is_named_and_can_be_read(chromium: Browser, server: Served, width: int, dark: bool) -> None:
     with opened(chromium, server, width, dark, view=True) as page:
         page.until(f"{STATE} !== 'connecting'")
+        page.run("document.querySelectorAll('details').forEach((each) => { each.open = true; })")
+        page.until("document.querySelector('#first button:not([hidden])')")
         assert page.run("document.documentElement.scrollWidth") <= width
         assert page.run(UNNAMED) == []
         page.until("!document.body.classList.contains('stale')")

@@ -92,5 +92,6 @@ def test_the_encoder_of_its_drive_shows_how_far_the_drive_has_turned_the_drum() 
     assert 40 < len(shown) <= 51
     assert shown[-1] == pytest.approx(machine.rig.yaw.angle, abs=5e-3)
     assert 0.15 < shown[-1] < 0.21  # 0.2 rad/s for a second
+    assert plan_print(twin(settings)).guard.timeouts["yaw_encoder"] == 0.5
     with pytest.raises(ValidationError, match=r"needs drum\.yaw_drive"):
         type(TWIN.owner).model_validate(TWIN.owner.model_dump() | {"yaw_encoder": sheet.model_dump()})

@@ -28,6 +28,10 @@ FURTHER: Final[dict[str, tuple[str, str]]] = {
     ),
     "retraction": ("retraction jung2020 --plot law.png", "retraction jung2020 --from 0.8 --to 1.4 --steps 7"),
     "modes": ("modes jung2020 --boundary --plot modes.png", "modes merlet2023 --at 0,0,1 --log swing.mcap"),
+    "vibration": (
+        "vibration merlet2023 --at 0,0,1 --line north-west --record shaken.csv",
+        "vibration house-printer --at 1,2,1.5 --line north-west --frequency 4 --in-plane 4.2 --sigma 0.01",
+    ),
     "trade": (
         "trade jung2020 --vary exit-distance=0.2:0.4:3 --plot trade.png",
         "trade jung2020 --vary width-x=1,1.2 --vary mass=20,40 --workers 4",

@@ -57,6 +57,7 @@ COMMANDS = {
             "Simulate the measurements of a calibration.",
         ),
         "modulus": ("calibration.tensile.modulus_command", "Compute Young's modulus of a cable from a tensile test."),
+        "vibration": ("vibration.vibration_command", "Compute the tension of a line from its natural frequency."),
         "creep": ("calibration.tensile.creep_command", "Compute creep of a cable from a test under load."),
         "walls": (
             "calibration.room.walls_command",

@@ -37,15 +37,13 @@ def serve_command(
     key: Annotated[Path | None, typer.Option("--key", metavar="PEM", help="Private key of the certificate.")] = None,
     camera: Annotated[
         str,
-        typer.Option(
-            "--camera", metavar="URL", help="Address of a camera's picture, MJPEG or still, that the page shows."
-        ),
+        typer.Option("--camera", metavar="URL", help="Address of a camera's picture, MJPEG or still, for the page."),
     ] = "",
+    news: Annotated[
+        Path | None, typer.Option("--news", metavar="FILE", help="Webhooks and MQTT broker that get news.")
+    ] = None,
     at: Annotated[
-        str | None,
-        typer.Option(
-            "--at", metavar="X,Y,Z[,..]", help="Start position of the platform of a simulated machine, m [and rad]."
-        ),
+        str | None, typer.Option("--at", metavar="X,Y,Z[,..]", help="Start pose of a simulated machine, m [and rad].")
     ] = None,
     seed: Seed = 0,
     tried: Annotated[
@@ -59,8 +57,7 @@ def serve_command(
     """No performance level is claimed: the builder adds a hard-wired emergency stop, which no browser replaces.
 
     The command prints the address of the page once, with a token. Everyone with the address can stop the machine; one
-    page at a time operates it. A machine file with drives moves a real machine; others are simulated at the pace of the
-    clock.
+    page at a time operates it. A machine file with drives moves a real machine; others are simulated in real time.
 
     Needs the extra web (pip install 'cablewright[web]'), and Linux or macOS. Ctrl-C stops the machine and quits.
     """
@@ -73,7 +70,7 @@ def serve_command(
     from cablewright.machine.simulated.machine_file import built_machine
     from cablewright.models.support import Capability, require
 
-    address = Address(host, port, tuple(name or ()), certificate, key, camera)
+    address = Address(host, port, tuple(name or ()), certificate, key, camera, news)
     require_libraries()
     described = cw.load(robot)
     require(described, Capability.SERVE)

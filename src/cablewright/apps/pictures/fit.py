@@ -34,28 +34,30 @@ def fit_picture(found: Fit) -> Figure:
 def _from_above(axes: Any, found: Fit) -> None:
     """Draw where the nozzle reaches at all heights of the part, or of a plane the reach itself, and the part."""
     x, y, z = found.reach.axes
+    turn = found.reach.directions.T
     across = (0, 1) if len(y) > 1 else (0, 2)
+    names = ("x", "xyz"[across[1]]) if (turn == np.eye(3)).all() else ("to the right", "up the plane")
     if len(y) > 1:
         free = found.reach.up_to(float(found.placed[:, 2].min()), float(found.placed[:, 2].max()))
         side, words = y, "at all heights of the part"
     else:
         free, side, words = found.reach.cells[:, 0, :], z, "in the plane"
     axes.pcolormesh(x, side, np.where(free, 1.0, np.nan).T, cmap=ListedColormap([style.BLUE]), alpha=0.25, zorder=1)
-    axes.plot(*found.placed[:, list(across)].T, ".", markersize=2, color=style.RED)
+    axes.plot(*(found.placed @ turn)[:, list(across)].T, ".", markersize=2, color=style.RED)
     for line in found.robot.lines:
-        axes.plot(*np.array(line.exit_point)[list(across)], "s", color=style.INK, markersize=4)
+        axes.plot(*(np.array(line.exit_point) @ turn)[list(across)], "s", color=style.INK, markersize=4)
     axes.set_aspect("equal")
     axes.margins(0.04)
-    axes.set(xlabel="x in m", ylabel=f"{'xyz'[across[1]]} in m", title=f"reach {words}")
+    axes.set(xlabel=f"{names[0]} in m", ylabel=f"{names[1]} in m", title=f"reach {words}")
 
 
 def _surface(found: Fit) -> Array:
-    """Return the faces (F, 4, 3), m, between cells that hold and cells that do not."""
-    if found.reach.holds.shape[1] == 1 or found.reach.holds.shape[2] == 1:
-        return np.zeros((0, 4, 3))
+    """Return the faces (F, 4, 3), m, between cells that hold and cells that do not; of a plane its cells."""
     cells = np.pad(found.reach.cells, 1).astype(np.int8)
+    flat = [k for k, axis in enumerate(found.reach.axes) if len(axis) == 1]
+    ends = [np.resize(axis, max(len(axis), 2)) for axis in found.reach.axes]
     faces = []
-    for k in range(3):
+    for k in flat or range(3):
         a, b = (j for j in range(3) if j != k)
         for index in np.argwhere(np.diff(cells, axis=k) != 0):
             corner = index - 1
@@ -65,6 +67,6 @@ def _surface(found: Fit) -> Array:
                 at = corner.copy()
                 at[a] += da
                 at[b] += db
-                square.append([found.reach.axes[j][at[j]] for j in range(3)])
+                square.append([ends[j][at[j]] for j in range(3)])
             faces.append(square)
-    return np.array(faces).reshape(-1, 4, 3)
+    return np.array(faces).reshape(-1, 4, 3) @ found.reach.directions

@@ -53,7 +53,8 @@ def _body(found: Calibration, title: str, data: str, pictures: Pictures) -> Iter
     if found.status == "ok":
         yield section("What the data leave open", *_open(found))
         yield section("The robot, and where it was measured", view(_scene(found, title)))
-        yield section("Values", along_table(found, "unknown"))
+        sigmas = [f"{words[0].upper()}{words[1:]}." for words in (found.three_sigmas, found.sigma_advice) if words]
+        yield section("Values", along_table(found, "unknown"), list_of(sigmas))
         yield section("Residuals of the lengths", *_residuals(found, pictures))
         yield section("How well exit points are known", *_exits(pictures))
         yield section("What one more measurement would bring", *_suggestions(found))

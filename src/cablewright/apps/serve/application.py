@@ -24,6 +24,8 @@ from cablewright.apps.serve.assets import ASSETS, asset
 from cablewright.apps.serve.live import Live
 from cablewright.apps.serve.middleware import Guard
 from cablewright.apps.serve.move_check import reach
+from cablewright.apps.serve.notices.news import Watching
+from cablewright.apps.serve.notices.senders import receivers_of
 from cablewright.apps.serve.operators import Client
 from cablewright.apps.serve.shared_state import Served
 from cablewright.apps.serve.slicers.moonraker import Moonraker
@@ -35,6 +37,7 @@ from cablewright.foundation.errors import EnvironmentFault, InputError
 from cablewright.foundation.units import LARGEST
 from cablewright.live.serve.jobs import GCODE
 from cablewright.live.serve.messages import LoadMessage
+from cablewright.printing.first_part import first_part
 
 _ENTER: Final = 1024  # bytes of the message with a token
 _SMALL: Final = 4096  # bytes of any other
@@ -58,6 +61,7 @@ class Page(Served):
             Route("/scene", self.scene),
             Route("/stop", self.stop, methods=["GET", "POST"]),
             Route("/jobs", self.jobs, methods=["GET", "POST"]),
+            Route("/jobs/first", self.first, methods=["POST"]),
             Route("/jobs/{job}/{part}", self.put, methods=["PUT"]),
             Route("/jobs/{job}/check", self.check, methods=["POST"]),
             Route("/jobs/{job}/load", self.load, methods=["POST"]),
@@ -68,6 +72,7 @@ class Page(Served):
             Route("/reach", self.reach, methods=["POST"]),
             Route("/runs", self.runs),
             Route("/runs/{run}/notes", self.notes, methods=["PUT"]),
+            Route("/runs/{run}/resume", self.resume, methods=["POST"]),
             Route("/runs/{run}/report", self.run_report),
             Route("/keys", self.api_keys, methods=["GET", "POST"]),
             Route("/keys/{key}", self.remove_key, methods=["DELETE"]),
@@ -76,11 +81,13 @@ class Page(Served):
             WebSocketRoute("/live", self.live),
             WebSocketRoute("/foxglove/{token}", self.foxglove),
         ]
-        return Guard(Starlette(routes=routes, lifespan=self._tasks), self.access, self.keys, self.camera)
+        app = Starlette(routes=routes, lifespan=self._tasks)
+        return Guard(app, self.access, self.keys, self.connections, self.camera)
 
     @asynccontextmanager
     async def _tasks(self, _app: Starlette) -> AsyncIterator[None]:
-        tasks = [asyncio.create_task(each) for each in (self.feed.run(), self.checks.run(), self._report())]
+        work = (self.feed.run(), self.checks.run(), self._report(), self._tell_others())
+        tasks = [asyncio.create_task(each) for each in work]
         for each in tasks:
             each.add_done_callback(_end_with)
         try:
@@ -97,6 +104,16 @@ class Page(Served):
             for name in await asyncio.to_thread(self.uploads.unreported):
                 if name != present:
                     self.checks.ask("report", name)
+
+    async def _tell_others(self) -> None:
+        """Tell the receivers of news what has happened; nothing waits for them."""
+        receivers, watching, version = receivers_of(self.news), Watching(), 0
+        while receivers:
+            version = await self.feed.next(version)
+            for news in watching.look(self.feed.state, self.feed.sitting):
+                for receiver, wanted in receivers:
+                    if news["what"] in wanted:
+                        receiver.put(news)
 
     async def index(self, _request: Request) -> Response:
         """The page."""
@@ -147,6 +164,25 @@ class Page(Served):
     def _new_job(self, name: object) -> dict[str, Any]:
         return {"id": self.uploads.new_job(name)}
 
+    async def first(self, request: Request) -> Response:
+        """Make the job of a first part for this machine, and ask for its check."""
+        if self._operator(request) is None:
+            return _not_operating()
+
+        async def make() -> dict[str, Any]:
+            if self.feed.head is None:
+                raise InputError("the machine is being opened")
+            robot = self.feed.head.robot
+            texts = first_part(robot.name, robot.scene.frame_min, robot.scene.frame_max)
+            number = await asyncio.to_thread(self.uploads.new_job, "first square")
+            for part, text in zip(("settings", "gcode"), texts, strict=True):
+                await asyncio.to_thread(self.uploads.put_whole, number, part, text.encode())
+            if why := self.checks.ask("check", number):
+                raise InputError(why)
+            return {"id": number}
+
+        return await _tried(make)
+
     async def put(self, request: Request) -> Response:
         """Take a file of a job."""
         if self._operator(request) is None:
@@ -183,18 +219,34 @@ class Page(Served):
         if client is None:
             return _not_operating()
         given, job = await _json(request), request.path_params.get("job")
-        number, confirmed = next(self.numbers), str(given.get("confirmed", ""))[:64]
 
         async def load() -> dict[str, Any]:
             if job is not None:
                 self.uploads.job(job)
-            about = {"by": client.title, "number": number, "at": time.monotonic(), "lease": self.operators.lease}
-            message = LoadMessage(**about, load=job, confirmed=confirmed)
-            if not self.link.send(message):
-                raise EnvironmentFault("the control does not answer")
-            if why := await self.answer(number, client.title):
-                raise InputError(why)
-            return {"loaded": job}
+            return await self._load(client, load=job, confirmed=str(given.get("confirmed", ""))[:64])
+
+        return await _tried(load)
+
+    async def _load(self, client: Client, **what: Any) -> dict[str, Any]:
+        """Ask the control to load *what*. Raises `InputError`, `EnvironmentFault`."""
+        number = next(self.numbers)
+        about = {"by": client.title, "number": number, "at": time.monotonic(), "lease": self.operators.lease}
+        if not self.link.send(LoadMessage(**about, **what)):
+            raise EnvironmentFault("the control does not answer")
+        if why := await self.answer(number, client.title):
+            raise InputError(why)
+        return {"loaded": what["load"]}
+
+    async def resume(self, request: Request) -> Response:
+        """Take up a run that was cut off."""
+        client = self._operator(request)
+        if client is None:
+            return _not_operating()
+        run = request.path_params["run"]
+
+        async def load() -> dict[str, Any]:
+            job, subject = await asyncio.to_thread(self.uploads.resumed, run)
+            return await self._load(client, load=job, run=run, confirmed=subject)
 
         return await _tried(load)
 

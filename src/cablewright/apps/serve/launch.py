@@ -23,6 +23,7 @@ from typing import Any, Final
 from urllib.parse import urlsplit
 
 from cablewright.apps.serve.access import Access, new_token
+from cablewright.apps.serve.notices.settings import load_news
 from cablewright.apps.serve.slicers.keys import Keys
 from cablewright.apps.serve.worker import write_station
 from cablewright.foundation.errors import EnvironmentFault, InputError
@@ -46,6 +47,7 @@ class Address:
     """Where the page is served. ``names``: by which other computers call this one.
 
     ``certificate`` and ``certificate_key``: files for TLS. ``camera``: of a picture of the machine, MJPEG or still.
+    ``news``: file that names who is told of layers, pauses, faults and ends.
     """
 
     host: str = "127.0.0.1"
@@ -54,6 +56,7 @@ class Address:
     certificate: Path | None = None
     certificate_key: Path | None = None
     camera: str = ""
+    news: Path | None = None
 
     def __post_init__(self) -> None:
         """Raise `InputError` for an address at which the page must not be."""
@@ -78,6 +81,8 @@ class Address:
         self._require_certificate()
         if self.camera:
             self._require_camera()
+        if self.news is not None and load_news(self.news).mqtt is not None and not importlib.util.find_spec("paho"):
+            raise EnvironmentFault("serve: paho-mqtt is not installed: pip install 'cablewright[mqtt]'")
 
     def _require_camera(self) -> None:
         """Reject an address that says more than where a picture is: it is sent to all who watch."""
@@ -187,6 +192,7 @@ class Server:
             "port": self.port,
             "folder": str(self.folder.absolute()),
             "camera": self.address.camera,
+            "news": None if self.address.news is None else str(self.address.news.absolute()),
             "certificate": None if self.address.certificate is None else str(self.address.certificate),
             "certificate_key": None if self.address.certificate_key is None else str(self.address.certificate_key),
         }

@@ -17,6 +17,7 @@ from cablewright.apps.serve.shared_state import Served
 from cablewright.control.orders import CALMING
 from cablewright.foundation.signals import ORDER_LIFE, OrderKind
 from cablewright.live.serve.messages import OrderMessage
+from cablewright.live.serve.winch import HELD, WINCH
 
 ALL_MAY: Final = (OrderKind.EMERGENCY,)
 """Orders that need no lease."""
@@ -110,7 +111,7 @@ class Live:
             self._tell({"t": "jog", "refusal": "you do not operate the machine"})
         elif late := self._late(given, OLD_STATE):
             self._tell({"t": "jog", "refusal": late})
-        elif not self._sent(client, OrderKind.JOG, {"velocity": given.get("velocity")}, next(self.page.numbers)):
+        elif not self._sent(client, *_jog_of(given), next(self.page.numbers)):
             self._tell({"t": "jog", "refusal": "it is no velocity, or the control does not answer"})
 
     def _late(self, given: dict[str, Any], most: float = ORDER_LIFE) -> str:
@@ -172,6 +173,13 @@ class Live:
         task = asyncio.create_task(work)
         self._waiting.add(task)
         task.add_done_callback(self._waiting.discard)
+
+
+def _jog_of(given: dict[str, Any]) -> tuple[OrderKind, dict[str, Any]]:
+    """The order of a lease: of the platform, or of one winch that turns already."""
+    if "winch" in given:
+        return OrderKind.TAKE_UP, {WINCH: given["winch"], HELD: (1.0,)}
+    return OrderKind.JOG, {"velocity": given.get("velocity")}
 
 
 def _is_whole(value: object) -> TypeGuard[int]:

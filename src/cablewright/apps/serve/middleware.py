@@ -7,6 +7,7 @@ from typing import Any, Final
 from urllib.parse import parse_qs
 
 from cablewright.apps.serve.access import HEADERS, REPORT_POLICY, Access, is_safe, policy_with
+from cablewright.apps.serve.connections import Connections, Holder
 from cablewright.apps.serve.slicers.answers import is_slicers, refusal
 from cablewright.apps.serve.slicers.keys import Key, Keys
 
@@ -14,9 +15,12 @@ from cablewright.apps.serve.slicers.keys import Key, Keys
 class Guard:
     """ASGI: nothing passes that `Access` does not let in, and every answer has the headers of `HEADERS`."""
 
-    def __init__(self, app: Any, access: Access, keys: Keys, camera: str = "") -> None:
+    def __init__(
+        self, app: Any, access: Access, keys: Keys, connections: Connections | None = None, camera: str = ""
+    ) -> None:
         """Before *app*. *keys*: of slicers. *camera*: address of a picture that the page may show."""
         self.app, self.access, self.keys = app, access, keys
+        self.connections = connections or Connections()
         self.policy = policy_with(camera)
 
     async def __call__(self, scope: Any, receive: Any, send: Any) -> None:
@@ -56,7 +60,10 @@ class Guard:
         if is_slicers(path):
             return self._refusal_of_slicer(scope, origin)
         if path.startswith("/foxglove/"):
-            return (403, "that origin may not read here\n", False) if origin == "foreign" else None
+            if origin == "foreign":
+                return 403, "that origin may not read here\n", False
+            reads = access.is_view_token(path.removeprefix("/foxglove/"))
+            return _CROWDED if reads and not self.connections.admits(scope["client"], Holder.KEY) else None
         is_socket = scope["type"] == "websocket"
         if origin not in (None, "own"):
             return 403, "requests from other origins are rejected\n", False
@@ -67,8 +74,11 @@ class Guard:
             return 401, "a token is needed: the one that `cablewright serve` showed when it started\n", path == "/"
         if session != "bearer" and origin is None and (is_socket or not is_safe(scope["method"])):
             return 403, "a request that changes something names its origin\n", False
-        if path != "/stop" and not access.allows(session):
-            return 429, "too many requests\n", False
+        if path not in STOPS:
+            if not self.connections.admits(scope["client"], Holder.TOKEN):
+                return _CROWDED
+            if not access.allows(session):
+                return 429, "too many requests\n", False
         scope["session"] = session
         return None
 
@@ -84,8 +94,11 @@ class Guard:
                 return 429, "too many wrong keys; wait a second", False
             why = "an API key is needed, in the header X-Api-Key: make one on the page of the machine, under Slicers"
             return 401, why, False
-        if not self.access.allows(f"key {key.number}"):
-            return 429, "too many requests", False
+        if scope["path"] not in STOPS:
+            if not self.connections.admits(scope["client"], Holder.KEY):
+                return _CROWDED
+            if not self.access.allows(f"key {key.number}"):
+                return 429, "too many requests", False
         scope["key"] = key
         return None
 
@@ -102,6 +115,10 @@ class Guard:
         return None
 
 
+STOPS: Final = ("/stop", "/printer/emergency_stop")
+"""Addresses without a limit of rate or of connections."""
+
+_CROWDED: Final = (503, "too many connections are open; a stop still gets through\n", False)
 _SECRETS: Final = frozenset({"apikey", "api_key", "token", "access_token", "key"})  # of addresses
 
 PUBLIC: Final = frozenset({"/static/enter.js", "/static/operate.css", "/static/icon.svg"})

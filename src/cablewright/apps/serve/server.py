@@ -5,8 +5,10 @@ Its configuration is a line of JSON on the standard input, and it ends when that
 
 from __future__ import annotations
 
+import asyncio
 import json
 import os
+import resource
 import signal
 import socket
 import sys
@@ -19,7 +21,9 @@ import uvicorn
 from cablewright.apps.serve.access import Access
 from cablewright.apps.serve.application import Page
 from cablewright.apps.serve.checks import Checks
+from cablewright.apps.serve.connections import protocol_with
 from cablewright.apps.serve.feed import Feed
+from cablewright.apps.serve.notices.settings import NewsSettings, load_news
 from cablewright.apps.serve.operators import Operators
 from cablewright.apps.serve.slicers.keys import Keys
 from cablewright.apps.serve.uploads import Uploads
@@ -27,7 +31,17 @@ from cablewright.live.serve.link import ServerLink
 
 _NICE = 5
 _MAX_MESSAGE = 4096  # bytes of a socket's message
-_MAX_OPEN = 256  # connections
+_MAX_FILES = 8192  # with connections whose TLS is not negotiated yet, which are not counted
+_AGREEING = 5.0  # s for TLS
+
+
+class _Loop(asyncio.SelectorEventLoop):
+    """A loop whose servers wait little for who opens a connection and says nothing."""
+
+    async def create_server(self, *given: Any, **options: Any) -> asyncio.Server:
+        """As asyncio, with a time for TLS."""
+        limit = {"ssl_handshake_timeout": _AGREEING} if options.get("ssl") else {}
+        return await super().create_server(*given, **options | limit)
 
 
 def page_of(given: dict[str, Any]) -> Page:
@@ -51,6 +65,7 @@ def page_of(given: dict[str, Any]) -> Page:
         checks=Checks(uploads),
         keys=Keys(folder),
         camera=given["camera"],
+        news=NewsSettings() if given["news"] is None else load_news(Path(given["news"])),
     )
 
 
@@ -66,8 +81,13 @@ def main() -> None:
         os._exit(0)
 
     threading.Thread(target=end_with_control, daemon=True).start()
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if soft < _MAX_FILES:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (min(hard, _MAX_FILES), hard))
+    page = page_of(given)
     config = uvicorn.Config(
-        page_of(given).application(),
+        page.application(),
+        http=protocol_with(page.connections),
         log_level="error",
         access_log=False,
         server_header=False,
@@ -79,12 +99,13 @@ def main() -> None:
         ws_ping_interval=5.0,
         ws_ping_timeout=10.0,
         ws_per_message_deflate=False,
-        limit_concurrency=_MAX_OPEN,
+        backlog=128,
         timeout_keep_alive=10,
         ssl_certfile=given["certificate"],
         ssl_keyfile=given["certificate_key"],
     )
-    uvicorn.Server(config).run(sockets=[socket.socket(fileno=given["listen"])])
+    with asyncio.Runner(loop_factory=_Loop) as runner:
+        runner.run(uvicorn.Server(config).serve(sockets=[socket.socket(fileno=given["listen"])]))
 
 
 if __name__ == "__main__":

@@ -11,7 +11,9 @@ from typing import Final
 
 from cablewright.apps.serve.access import Access
 from cablewright.apps.serve.checks import Checks
+from cablewright.apps.serve.connections import Connections
 from cablewright.apps.serve.feed import Feed
+from cablewright.apps.serve.notices.settings import NewsSettings
 from cablewright.apps.serve.operators import Operators
 from cablewright.apps.serve.slicers.keys import Keys
 from cablewright.apps.serve.uploads import Uploads
@@ -36,6 +38,8 @@ class Served:
     checks: Checks
     keys: Keys
     camera: str = ""  # address of a picture that the page shows
+    news: NewsSettings = field(default_factory=NewsSettings)  # who gets news
+    connections: Connections = field(default_factory=Connections)
     sending: asyncio.Semaphore = field(default_factory=lambda: asyncio.Semaphore(_PARALLEL))
     numbers: Iterator[int] = field(default_factory=lambda: itertools.count(round(1e3 * time.monotonic())))
     _stopped: float = -1.0

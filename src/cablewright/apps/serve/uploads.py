@@ -18,6 +18,7 @@ from cablewright.apps.serve.operators import person
 from cablewright.foundation.errors import InputError, printable
 from cablewright.foundation.file_output import write_whole
 from cablewright.foundation.toml_input import read_bytes
+from cablewright.live.prints.run import CHECKPOINT
 from cablewright.live.serve.control import JOBS, RUN, RUNS
 from cablewright.live.serve.jobs import ABOUT, GCODE, JOB, MAX_BYTES, folder_of, read_check
 from cablewright.running.store import read_manifest
@@ -45,7 +46,8 @@ MAX_NOTES: Final = 2000
 """Letters that are kept of what a person notes of a run."""
 
 METRICS: Final = "metrics.json"
-_RESULTS: Final = ("max_error_in_space", "max_path_error", "max_height_error", "material_mass", "duration")
+_RESULTS: Final = ("max_error_in_space", "max_path_error", "max_height_error", "duration")
+_WEAR: Final = ("name", "wound", "hours")  # of each line
 _MAX_REPORT: Final = 64 << 20  # bytes
 _SMALL: Final = 1 << 20  # bytes of a file of ours
 _RUN: Final = re.compile(r"\d{8}-\d{6}-[a-z0-9-]{1,60}")
@@ -160,7 +162,10 @@ class Uploads:
                 "status": about.get("status", "runs, or was cut off"),
                 "reason": about.get("reason", ""),
                 "late": {"up_to": about.get("late_up_to"), "counts": about.get("late")},
-                "has_report": (folder / PAGE).is_file(),
+                "laid": about.get("laid"),
+                "cut_off": not about,
+                "can_resume": _can_resume(folder, about),
+                "has_report": _time(folder / PAGE) > _time(folder / RUN),
                 "notes": _text(folder / NOTES),
                 **_before_and_after(folder),
                 "busy": busy.get(folder.name, ""),
@@ -181,7 +186,7 @@ class Uploads:
             for each in self.runs({})
             if each["late"]["counts"] is not None
             and not each["has_report"]
-            and not (self.folder / RUNS / each["name"] / FAILED).exists()
+            and _time(self.folder / RUNS / each["name"] / FAILED) <= _time(self.folder / RUNS / each["name"] / RUN)
         ]
 
     def run_folder(self, name: str) -> Path:
@@ -206,6 +211,14 @@ class Uploads:
             raise InputError(f"run {name}: its manifest is missing")
         return str(manifest["inputs"].get("job"))
 
+    def resumed(self, name: str) -> tuple[str, str]:
+        """Return number and subject of the job of a run that can go on. Raises `InputError`."""
+        folder, job = self.run_folder(name), self.job_of_run(name)
+        if not _can_resume(folder, _values(folder / RUN)):
+            raise InputError(f"run {name}: is finished, or was cut off before its first checkpoint: print it again")
+        self.job(job)
+        return job, str((read_manifest(folder) or {})["inputs"].get("subject"))
+
     def _size(self) -> int:
         return sum(_bytes(each) for each in (self.folder / JOBS).glob("*/*"))
 
@@ -215,10 +228,25 @@ def _before_and_after(folder: Path) -> dict[str, Any]:
     inputs = (read_manifest(folder) or {}).get("inputs")
     checked = inputs.get("check") if isinstance(inputs, dict) else None
     found = _values(folder / METRICS)
+    lines = found.get("lines")
     return {
         "check": checked if isinstance(checked, dict) else None,
         "result": {name: found[name] for name in _RESULTS if isinstance(found.get(name), int | float)},
+        "wear": [{key: line.get(key) for key in _WEAR} for line in lines] if isinstance(lines, list) else [],
     }
+
+
+def _can_resume(folder: Path, about: dict[str, Any]) -> bool:
+    """Whether a run, which ended as *about* says, if it did, has more of its path to print from a checkpoint."""
+    return about.get("status") != "finished" and (folder / CHECKPOINT).is_file()
+
+
+def _time(path: Path) -> float:
+    """When a file was written, s; 0 where there is none."""
+    try:
+        return path.stat().st_mtime
+    except OSError:
+        return 0.0
 
 
 def _bytes(path: Path) -> int:

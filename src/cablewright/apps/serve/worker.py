@@ -15,9 +15,9 @@ from shutil import rmtree
 from typing import Any, Final
 
 from cablewright.apps.serve.uploads import METRICS, REPORT, Uploads
-from cablewright.foundation.errors import CablewrightError
+from cablewright.foundation.errors import CablewrightError, InputError
 from cablewright.foundation.file_output import whole_folder, write_whole
-from cablewright.live.serve.jobs import JobCheck, load_served, subject_of, write_check
+from cablewright.live.serve.jobs import JobCheck, digest_of, load_served, subject_of, write_check
 
 STATION: Final = "station.json"
 """File in the served folder with the robot and what its owner knows of the machine."""
@@ -76,6 +76,8 @@ def check_job(folder: Path, number: str) -> JobCheck:
     subject = subject_of(own, robot)
     try:
         job = load_served(own, uploads.name(number))  # what is no job is rejected before the rest is imported
+        if job.robot not in (None, robot.name):
+            raise InputError(f"job {job.name!r}: robot = {job.robot!r}, but the robot is {robot.name!r}")
 
         from cablewright.apps.report import check as report
         from cablewright.apps.serve.live_scene import live_scene
@@ -97,6 +99,8 @@ def check_job(folder: Path, number: str) -> JobCheck:
             has_report=True,
             expected_error=error if isfinite(error) else None,
             duration=found.law.duration,
+            section=found.beads.typical.section,
+            robot=digest_of(robot),
         )
     except CablewrightError as error:
         answer = JobCheck(subject=subject, answer="failed", why=str(error))

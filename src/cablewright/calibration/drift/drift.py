@@ -35,6 +35,7 @@ from cablewright.calibration.poses.problem import CalibrationProblem, Derivative
 from cablewright.calibration.poses.starts import best_fit, equilibria_at, straight_plan, unmirrored
 from cablewright.calibration.poses.sufficient_data import check_lengths, surplus_per_pose
 from cablewright.calibration.sensors.load_cells import require_tensions
+from cablewright.calibration.unknowns import NAMES
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.foundation.results import Figure, Result
@@ -252,7 +253,7 @@ def _problem(model: Model, measured: Measured, known: CalibrationRecord) -> Cali
 
     And with what is believed of sensors that the calibration did not have.
     """
-    plan, considered = known.plan, [each for each in known.considered if each.name != STRETCH]
+    plan, considered = known.plan, [each for each in known.considered if each.name in NAMES]
     names = (*plan.unknowns, *(each.name.partition(".")[0] for each in considered), *_FREED)
     names += tuple(believed_of_sensors(measured, plan.sigma))
     shared = (*plan.shared, *(each.name for each in considered if each.line is None and KINDS[each.name].per_line))

@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from cablewright.calibration.judgement.model_doubt import loads_of, stretch_of, with_more
+from cablewright.calibration.judgement.model_doubt import Alternative, loads_of, stretch_of, with_more
 from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import CalibrationPlan
 from cablewright.calibration.poses.fit import PoseFit
@@ -33,6 +33,10 @@ WORDS: Final = {
     "hysteresis": ("hysteresis, by the direction of the last motion", "m"),
 }
 """Effects on lengths that are no unknowns: counts are corrected by them."""
+
+USUAL: Final = {"stretch": 1.0, "sag": 1.0, "deflection": 1e-5, "hysteresis": 1e-3, "build_up": 2e-3,
+                "sheave_radius": 3e-3, "length_scale": 1e-3, "exit_compliance": 1e-5, "modulus": 0.2}  # fmt: skip
+"""How large an effect of the family may be on a machine of which nothing is known, SI."""
 
 _SIGNED: Final = ("hysteresis", "length_scale", "sheave_radius", "modulus")  # the others have no meaning below 0
 _FOLDS: Final = 8
@@ -74,15 +78,11 @@ def effects_of(problem: CalibrationProblem, found: PoseFit, already: Collection[
 
     *already*: names of those that counts are corrected by; their numbers are how far off these corrections are.
     """
-    rows = problem.derivatives(found.theta, found.poses, found.weights)
     left = _candidates(problem, found)
-    if not rows.whole.all() or not left:
+    data = _data(problem, found, left)
+    if data is None or not left:
         return ()
-    columns = np.stack([each.column for each in left], axis=2)
-    off, reduced, _ = projected(replace(rows, by_unknown=np.concatenate([rows.by_unknown, columns], axis=2)))
     k = len(found.theta)
-    others = np.concatenate([rows.others_by_unknown, np.zeros((len(rows.others), len(left)))], axis=1)
-    data = _Data(off, reduced, others, rows.others)
     chosen = [at for at, each in enumerate(left) if each.name in already]
     made: dict[int, Effect] = {}
     while True:
@@ -108,6 +108,17 @@ def effects_of(problem: CalibrationProblem, found: PoseFit, already: Collection[
         one = made.get(at) or Effect(*left[at][:3], 0.0, 0.0, 0.0, 0.0, True)
         made[at] = replace(one, value=float(values[place]), sigma=float(sigmas[place]), chosen=True)
     return tuple(made[at] for at in (*chosen, *(at for at in made if at not in chosen)))
+
+
+def _data(problem: CalibrationProblem, found: PoseFit, more: Sequence[_Candidate]) -> _Data | None:
+    """Return the rows at a fit with those of *more* effects after the unknowns; None where a pose has no value."""
+    rows = problem.derivatives(found.theta, found.poses, found.weights)
+    if not rows.whole.all():
+        return None
+    columns = [each.column[..., None] for each in more]
+    off, reduced, _ = projected(replace(rows, by_unknown=np.concatenate([rows.by_unknown, *columns], axis=2)))
+    others = np.concatenate([rows.others_by_unknown, np.zeros((len(rows.others), len(more)))], axis=1)
+    return _Data(off, reduced, others, rows.others)
 
 
 def _size(problem: CalibrationProblem, squares: Array) -> float:
@@ -147,14 +158,16 @@ class _Data(NamedTuple):
 
 
 def _candidates(problem: CalibrationProblem, found: PoseFit) -> list[_Candidate]:
-    """Return the effects that this machine can have: those that it has no parts for, or that are unknown, are not."""
+    """Return the effects that this machine can have: not of absent parts, unknowns, known numbers."""
+    known = {each.name for each in problem.plan.known}
     made = [
         _Candidate(name, *WORDS[name], -problem.of_poses(found.weights) * _padded(problem, more))
         for name, more in corrections(problem, found).items()
+        if name not in known
     ]
     for name in UNKNOWNS:
         twin = {"length_scale": "drum_radius"}.get(name, name)
-        if {name, twin} & set(problem.plan.unknowns) or (name == "modulus") is not problem.elastic:
+        if {name, twin} & {*problem.plan.unknowns, *known} or (name == "modulus") is not problem.elastic:
             continue
         if name == "exit_compliance" and problem.known_tensions(found.theta, found.poses) is None:
             continue
@@ -167,6 +180,13 @@ def _candidates(problem: CalibrationProblem, found: PoseFit) -> list[_Candidate]
         unknown = wider.free_unknowns[at]
         made.append(_Candidate(name, unknown.label, unknown.unit, rows.by_unknown[..., at] / unknown.size))
     return [each for each in made if np.abs(each.column).max(initial=0.0) > 0.0]
+
+
+def alternatives(problem: CalibrationProblem, found: PoseFit, effects: Iterable[Effect]) -> list[Alternative]:
+    """Return what the *effects* that were weighed do to the rows at a fit that has the chosen ones."""
+    chosen = {each.name: each.chosen for each in effects}
+    named = (each for each in _candidates(problem, found) if each.name in chosen) if chosen else ()
+    return [Alternative(*each, USUAL[each.name], chosen[each.name]) for each in named]
 
 
 def corrections(problem: CalibrationProblem, found: PoseFit) -> dict[str, Array]:

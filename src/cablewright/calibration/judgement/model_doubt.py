@@ -3,8 +3,12 @@
 Known numbers are considered (Schmidt 1966): each is assumed to a standard deviation, the data estimate its error, and
 the shift by that error adds to the covariance. Each kind of number has an even chance to be exact, so the result is an
 average over all subsets of kinds, weighted by their evidence (Bayesian model averaging): a kind that the data deny adds
-next to nothing, one that they show or cannot tell adds its part. The covariance by the scatter of poses and of surveyed
-points (a sandwich, clustered, HC3) replaces a smaller one where it exceeds what noise explains.
+next to nothing, one that they show or cannot determine adds its part. So it is with effects that cross-validation
+weighed: the number of one that was chosen is as wrong as the data leave it, and one that was not is believed as wide
+as one pose shows it (the unit information prior of Kass and Wasserman 1995), so that the choice itself is in sigma.
+
+The covariance by the scatter of poses and of surveyed points (a sandwich, clustered, HC3) replaces a smaller one where
+it exceeds what noise explains.
 """
 
 from __future__ import annotations
@@ -39,6 +43,7 @@ MODULUS: Final = 0.2  # of the file's, where lines stretch
 CELL: Final = 0.01  # of a load cell's scale: the class of ordinary ones
 MOUNT: Final = 0.2  # of the compliance in the file, where mounts give
 _STRETCH_WORDS: Final = "stretch of all lines over that by the file"
+_WIDE: Final = 1e3  # sigmas of a number by the data: so wide a belief says nothing
 _LEAST: Final = 0.05  # of the information: min that is left without a pose
 _CHANCE: Final = 2.0  # standard deviations of a variance by scatter, up to which noise explains it
 
@@ -56,6 +61,22 @@ class Considered:
     shift: float  # m, what that does to a coordinate of an exit point, at most
     probability: float = 0.0  # that its kind is in error, by the data, from an even chance
     share: float = 0.0  # of the variance of the least known coordinate of an exit point
+    of_effect: bool = False  # that cross-validation weighed
+    fitted: bool = False  # and that is in the model
+
+
+class Alternative(NamedTuple):
+    """An effect that was weighed by cross-validation: its number may be wrong, or be missing.
+
+    ``usual``: how large it may be on a machine of which nothing is known, SI.
+    """
+
+    name: str
+    words: str
+    unit: str
+    column: Array  # (N, e) derivative of the weighted residuals
+    usual: float
+    fitted: bool  # its number is in the model
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,9 +98,16 @@ class ModelDoubt:
         return self.joint[:k, :k]
 
 
-def model_doubt(problem: CalibrationProblem, found: PoseFit, posterior: Information, scale: float) -> ModelDoubt:
+def model_doubt(
+    problem: CalibrationProblem,
+    found: PoseFit,
+    posterior: Information,
+    scale: float,
+    effects: Sequence[Alternative] = (),
+) -> ModelDoubt:
     """Return the covariance of the unknowns at a solution; *scale*: sigma of a row over that of its weight.
 
+    *effects*: those that cross-validation weighed, in the model or not.
     It is NaN where the fit ended at none, or a pose has no value there: there is nothing to linearise about.
     """
     noise, here = posterior.covariance * scale**2, problem.derivatives(found.theta, found.poses, found.weights)
@@ -88,7 +116,7 @@ def model_doubt(problem: CalibrationProblem, found: PoseFit, posterior: Informat
         return ModelDoubt(nothing, (), nothing, np.diag(nothing))
     if not (np.isfinite(found.cost) and 0.0 < scale < np.inf):
         return ModelDoubt(noise, (), np.zeros_like(noise), np.diag(noise))
-    rows, by_numbers, numbers = _considered(problem, found)
+    rows, by_numbers, numbers = _considered(problem, found, effects)
     k = len(found.theta)
     by_all = np.concatenate([rows.by_unknown[..., :k], by_numbers], axis=2)
     off, reduced, _ = projected(replace(rows, by_unknown=by_all))
@@ -100,9 +128,8 @@ def model_doubt(problem: CalibrationProblem, found: PoseFit, posterior: Informat
     joint[:k, :k] = noise
     largest, considered = np.diag(noise).copy(), tuple[Considered, ...]()
     if numbers:
-        left = (
-            np.concatenate([other + known @ motion, others @ motion]) / scale
-        )  # of the rows, once the unknowns follow
+        left = np.concatenate([other + known @ motion, others @ motion]) / scale  # of the rows, as unknowns follow
+        numbers = list(_as_wide_as_told(numbers, left, problem.poses))
         found_off = _found_off(left, -(other.T @ off.ravel()) / scale**2, numbers)
         shown = np.concatenate([motion, np.eye(len(numbers))])
         joint += shown @ found_off.averaged @ shown.T
@@ -114,11 +141,27 @@ def model_doubt(problem: CalibrationProblem, found: PoseFit, posterior: Informat
     unmeasured = np.delete(others, np.concatenate([at.ravel() for at in alone]), axis=0)
     scatter, explained = _by_scatter(clusters, unmeasured, posterior, scale)
     assumed = joint[:k, :k] - noise
-    larger = np.sqrt(
-        np.where(scatter > explained, np.maximum(scatter / np.maximum(np.diag(joint)[:k], 1e-300), 1.0), 1.0)
-    )
-    larger = np.append(larger, np.ones(len(numbers)))
-    return ModelDoubt(joint * np.outer(larger, larger), considered, assumed, np.maximum(largest, scatter))
+    variances = np.diag(joint)[:k].copy()
+    joint[range(k), range(k)] += np.where(scatter > explained, np.maximum(scatter - variances, 0.0), 0.0)
+    return ModelDoubt(joint, considered, assumed, np.maximum(largest, scatter))
+
+
+def _as_wide_as_told(numbers: Sequence[Considered], rows: Array, poses: int) -> Iterator[Considered]:
+    """Yield *numbers*, those of effects with the sigma that is believed of them, by their *rows* (g, q) of sigma 1.
+
+    Of those that are fitted: so wide that the data decide. Of others: as one of the *poses* shows them beside the
+    fitted ones, or what is usual.
+    """
+    fitted = np.array([each.fitted for each in numbers])
+    span = np.linalg.qr(rows[:, fitted])[0]
+    beside = np.linalg.norm(rows - span @ (span.T @ rows), axis=0)
+    for each, own, alone in zip(numbers, np.linalg.norm(rows, axis=0), beside, strict=True):
+        if each.fitted:
+            yield replace(each, sigma=_WIDE / max(float(own), 1e-300))
+        elif each.of_effect:
+            yield replace(each, sigma=min(each.sigma, math.sqrt(poses) / max(float(alone), 1e-300)))
+        else:
+            yield each
 
 
 def _spread(rows: Array, believed: Array) -> Array:
@@ -153,9 +196,10 @@ def _found_off(rows: Array, pull: Array, numbers: Sequence[Considered]) -> _Foun
     """
     kinds = [each.name.partition("_" if each.name.partition("_")[0] in SENSORS else ".")[0] for each in numbers]
     of = np.array([list(dict.fromkeys(kinds)).index(kind) for kind in kinds])
+    surely = {kind for kind, each in zip(kinds, numbers, strict=True) if each.fitted}
     believed = np.array([each.sigma for each in numbers])
     evidence, subsets, values, spreads = [], [], [], []
-    for chosen in product((True, False), repeat=int(of.max()) + 1):
+    for chosen in product(*((True,) if kind in surely else (True, False) for kind in dict.fromkeys(kinds))):
         subset = np.array(chosen)[of]
         spread = _spread(rows, believed * subset)
         scaled = rows * (believed * subset)
@@ -219,7 +263,9 @@ def _by_scatter(
     return found, expected + _CHANCE * np.sqrt(spread)
 
 
-def _considered(problem: CalibrationProblem, found: PoseFit) -> tuple[Derivatives, Array, list[Considered]]:
+def _considered(
+    problem: CalibrationProblem, found: PoseFit, effects: Sequence[Alternative]
+) -> tuple[Derivatives, Array, list[Considered]]:
     """Return the rows with more unknowns, their derivatives (N, e, q) by what is considered, and what that is."""
     robot, plan, names = problem.robot, problem.plan, []
     if "sheave_radius" not in plan.unknowns and any(not isinstance(line.sheave, Eyelet) for line in robot.lines):
@@ -246,12 +292,19 @@ def _considered(problem: CalibrationProblem, found: PoseFit) -> tuple[Derivative
         if sigma > 0.0:
             numbers.append(Considered(each.kind, each.line, each.label, each.unit, 0.0, sigma, 0.0))
             columns.append(rows.by_unknown[..., at] / each.size)
-    stretch = None if problem.elastic else stretch_of(problem, found.theta, found.poses)
+    fitted = {each.name for each in effects if each.fitted}
+    stretch = None if problem.elastic or STRETCH in fitted else stretch_of(problem, found.theta, found.poses)
     sigma = known_deviation(plan, STRETCH, None, math.hypot(ENTIRELY, share))
     if stretch is not None and sigma > 0.0:
         columns.append(np.zeros((problem.poses, problem.per_pose)))
         columns[-1][:, : robot.m] = problem.of_poses(found.weights)[:, : robot.m] * stretch
         numbers.append(Considered(STRETCH, None, _STRETCH_WORDS, "1", 0.0, sigma, 0.0))
+    already = {each.name.partition(".")[0] for each in numbers}
+    for effect in effects:
+        if effect.name not in already and known_deviation(plan, effect.name, None, effect.usual) > 0.0:
+            columns.append(effect.column)
+            named = effect.name, None, effect.words, effect.unit
+            numbers.append(Considered(*named, 0.0, effect.usual, 0.0, of_effect=True, fitted=effect.fitted))
     return rows, np.stack(columns, axis=2) if columns else np.zeros((problem.poses, problem.per_pose, 0)), numbers
 
 

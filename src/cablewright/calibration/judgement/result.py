@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Final
 
 import numpy as np
 
-from cablewright.calibration.judgement.effects import Effect
+from cablewright.calibration.judgement.effects import Effect, alternatives
 from cablewright.calibration.judgement.gross_errors import Rejected
 from cablewright.calibration.judgement.model_doubt import ModelDoubt, model_doubt
 from cablewright.calibration.judgement.suspects import CHANGE_PARTS, Explanation
@@ -83,7 +83,11 @@ FIGURES = (
            partial(_by_label, "noise_sigma"), along="unknown", detail=True),
     Figure("model_sigma", "SI", "Standard deviation if every number that is considered were as wrong as assumed.",
            partial(_by_label, "model_sigma"), along="unknown", detail=True),
-    Figure("sigma_advice", "", "Which standard deviation to use; its largest source.", detail=True),
+    Figure("three_sigmas", "", "The least known coordinate: its standard deviation by noise, that to use, and that if "
+           "every number that is considered were as wrong as assumed.", name="standard deviations",
+           only=lambda of: of.three_sigmas != ""),
+    Figure("sigma_advice", "", "Which standard deviation to use; its largest source.", name="advice",
+           only=lambda of: of.status == "ok"),
     Figure("considered", "", "Numbers of the robot file that count as known, with their possible errors.",
            lambda of: of.doubt.considered, detail=True, parts=(
         Figure("words", "", "The number."),
@@ -243,6 +247,20 @@ class Calibration(Pictured):
         return np.asarray(np.sqrt(np.diag(self._of_all(np.diag(self.doubt.largest))).clip(min=0.0)))
 
     @property
+    def three_sigmas(self) -> str:
+        """The three standard deviations of the least known coordinate of an exit point, else of another length."""
+        lengths = [at for at, each in enumerate(self.unknowns) if each.unit == "m" and np.isfinite(self.sigma[at])]
+        which = [at for at in lengths if self.unknowns[at].name == "exit_point"] or lengths
+        if self.status != "ok" or not which:
+            return ""
+        worst = max(which, key=lambda at: self.sigma[at])
+        noise, use, model = (1e3 * each[worst] for each in (self.noise_sigma, self.sigma, self.model_sigma))
+        return (
+            f"{self.unknowns[worst].label}: {noise:.3g} mm by noise, {use:.3g} mm to use, {model:.3g} mm if every "
+            "number that is considered were as wrong as assumed"
+        )
+
+    @property
     def sigma_advice(self) -> str:
         """Which standard deviation to use, and which number that counts as known makes most of it, in a sentence."""
         worst = max(self.doubt.considered, key=lambda each: each.share, default=None)
@@ -256,7 +274,8 @@ class Calibration(Pictured):
     @cached_property
     def doubt(self) -> ModelDoubt:
         """What numbers of the robot file that are not among the unknowns, and scatter of the poses, add to sigmas."""
-        return model_doubt(self.problem, self.fit, self.posterior, self.scale)
+        effects = alternatives(self.problem, self.fit, self.effects)
+        return model_doubt(self.problem, self.fit, self.posterior, self.scale, effects)
 
     def _of_all(self, covariance: Array) -> Array:
         """Return the covariance of all unknowns (k, k), SI, from that of the free ones."""

@@ -225,7 +225,7 @@ def _moved(found: Calibration, rough: float) -> Iterator[_Reason]:
     for prior in problem.plan.priors:
         for unknown, change, value in zip(found.unknowns, found.changes, found.values, strict=True):
             off = abs(change if prior.value is None else value - prior.value)
-            if prior.is_of(unknown) and not prior.alike and off > _PRIOR[0] * prior.deviation:
+            if prior.is_of(unknown) and not (prior.alike or prior.tilted) and off > _PRIOR[0] * prior.deviation:
                 times = off / prior.deviation
                 moved = f"{unknown.label} moves by {times:.3g} times the {prior.deviation:g} of its prior"
                 yield _Reason(f"{moved}, limit {_PRIOR[0]:g}", times > _PRIOR[1])

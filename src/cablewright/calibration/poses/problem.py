@@ -41,6 +41,7 @@ from cablewright.models.fidelity import CableLaw
 from cablewright.models.plane import within
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
+from cablewright.robot.parameters import nominal
 
 SURVEY: Final = "surveyed points and distances"
 """What people call the rows that belong to no pose."""
@@ -122,7 +123,7 @@ class CalibrationProblem(ABC):
             raise InputError("unknowns: must name at least one number")
         lines, target = numbers_of_lines(robot, measured.by_drum, cls.elastic), targets(robot, unknowns)
         put_known(robot, lines, plan)
-        start = np.array([each.entry.nominal or 0.0 for each in unknowns])
+        start = np.array([nominal(robot, each) if each.column < 0 else each.entry.nominal or 0.0 for each in unknowns])
         start[target[target >= 0]] = lines[target >= 0]
         if cls.elastic:  # equilibria count what gives
             lines[:, straight_line.GIVING], target[:, straight_line.GIVING] = 0.0, -1

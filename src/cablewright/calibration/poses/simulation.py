@@ -10,6 +10,7 @@ import numpy as np
 from cablewright.calibration.measurements import MAX_POSES, Measured
 from cablewright.calibration.poses.elastic import ElasticProblem, given_by_lines, problem_of
 from cablewright.calibration.poses.fit import yaw_between
+from cablewright.calibration.sensors.vibrations import free_spans
 from cablewright.calibration.unknowns import require_covered
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
@@ -17,7 +18,8 @@ from cablewright.foundation.results import Figure, Result
 from cablewright.models.fidelity import CableLaw
 from cablewright.models.plane import within
 from cablewright.models.rotation import matrices
-from cablewright.models.statics import Model
+from cablewright.models.statics import Equilibrium, Model
+from cablewright.models.vibration import string_frequency
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_rows
 from cablewright.solvers.inverse import solve_inverse
@@ -39,6 +41,7 @@ class SensorNoise:
     tilt: float | None = None  # rad
     pose: float | None = None  # m and rad
     yaw: float | None = None  # rad
+    frequency: float | None = None  # Hz, of the free cables' lateral vibration
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -118,7 +121,8 @@ def measure(
     }
     blank = Measured(np.zeros((len(poses), m)), poses, **angles)
     problem, states, held = problem_of(model, blank, hold=False), poses, None
-    if problem.elastic or problem.is_soft or sensors.tension is not None:
+    by_tension = (sensors.tension, sensors.frequency) != (None, None)
+    if problem.elastic or problem.is_soft or by_tension:
         held = solve_inverse(model, given_by_lines(robot, poses) if problem.elastic else poses).checked()
         problem = replace(problem, rows=problem.rows._replace(tensions=held.tensions))
     if isinstance(problem, ElasticProblem) and held is not None:
@@ -137,11 +141,23 @@ def measure(
         true = readings[:, at : at + columns[name]]
         angles[name] = true + rng.normal(0.0, getattr(sensors, name), true.shape)
         at += columns[name]
+    if sensors.frequency is not None and held is not None:
+        angles["frequencies"] = _frequencies(held) + rng.normal(0.0, sensors.frequency, lengths.shape)
     if sensors.pose is not None:
         guesses = poses + rng.normal(0.0, sensors.pose, poses.shape)
         sigma = np.full(poses.shape, max(sensors.pose, _EXACT))
     measured = Measured(counted, guesses, sigma, tensions, **angles)
     return SimulatedCalibration(measured, poses, lengths[0], noise)
+
+
+def _frequencies(held: Equilibrium) -> Array:
+    """Return the first frequency (N, m) of each free cable, Hz. Raises `InputError` for one without weight."""
+    robot = held.model.robot
+    weightless = next((line.name for line in robot.lines if not line.cable.linear_density), None)
+    if weightless is not None:
+        raise InputError(f"frequency noise: line {weightless!r} has no cable.linear_density")
+    densities = np.array([[line.cable.linear_density for line in robot.lines]])
+    return string_frequency(held.tensions, free_spans(robot, held.pose), densities)
 
 
 def random_poses(
@@ -158,9 +174,8 @@ def random_poses(
         poses[:, :3] = rng.uniform(low + inset, high - inset, (len(poses), 3))
         poses[:, 3:] = rng.uniform(-_TURN, _TURN, (len(poses), robot.n - 3))
         poses = _in_plane(robot, poses, inset)
-        if robot.m >= robot.freedoms or model.fidelity.cable is not CableLaw.RIGID:
-            held = solve_inverse(model, given_by_lines(robot, poses))
-            poses = held.pose[held.ok]
+        held = solve_inverse(model, given_by_lines(robot, poses))
+        poses = held.pose[held.ok]
         found += list(poses)
         if len(found) >= count:
             return np.array(found[:count])

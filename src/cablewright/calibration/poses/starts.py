@@ -43,7 +43,7 @@ from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
 
-_ELASTIC: Final = ("modulus", "exit_compliance")
+_ELASTIC: Final = ("modulus", "exit_compliance", "centre_of_mass")
 _OF_CELLS: Final = ("tension_offset", "tension_scale")
 _SAG: Final = 5e-3  # m: min sigma of lengths of straight lines
 _SAGGING: Final = 0.02  # of the platform's weight: min sigma of tensions along straight lines

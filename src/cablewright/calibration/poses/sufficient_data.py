@@ -129,6 +129,25 @@ def _check_known(problem: CalibrationProblem) -> None:
             )
 
 
+def _check_repeats(measured: Measured) -> None:
+    """Raise `InputError` for a row that repeats all measurements of another: a copy measures nothing new.
+
+    Counts of home alone, all zero, may come again.
+    """
+    others = [values for name, _ in SENSORS.values() if (values := getattr(measured, name)) is not None]
+    if measured.pose_sigma is not None and measured.guess is not None:
+        others.append(np.where(np.isnan(measured.pose_sigma), np.nan, measured.guess))
+    table = np.column_stack([measured.counted, *(np.nan_to_num(each) for each in others)])
+    first = dict[bytes, int]()
+    for pose, row in enumerate(table + 0.0):
+        before = first.setdefault(row.tobytes(), pose)
+        if before != pose and row.any():
+            raise InputError(
+                f"{measured.origin}, {measured.place(pose)}: repeats all measurements of {measured.place(before)}: a "
+                "copy measures nothing new; delete it"
+            )
+
+
 def check(problem: CalibrationProblem) -> None:
     """Raise `InputError` for too few poses, too few different ones, and for what only a sensor without data tells."""
     measured, count = problem.measured, problem.poses
@@ -143,6 +162,7 @@ def check(problem: CalibrationProblem) -> None:
         if np.isnan(getattr(measured, SENSORS[sensor][0])[:, lines_of(problem.robot, each)]).all():
             raise InputError(f"unknowns: {each.label}: {measured.origin} has no reading of it; give it a prior")
     _check_known(problem)
+    _check_repeats(measured)
     wound = line_with_counted_build_up(problem)
     of_drums = (each.name == "build_up" and each.value is not None for each in problem.plan.known)
     said = next((f"known[{at}]" for at, each in enumerate(of_drums) if each), "unknowns")

@@ -109,11 +109,21 @@ def linear_rows(
         for axis in set(axes) if each.alike else ():
             same = [one == axis for one in axes]
             own[same] -= own[same].mean(axis=0)
+        if each.tilted:
+            own -= own @ _tilts(robot, unknowns)
         prior.append(own)
         given.append(own @ start if each.value is None else np.full(len(own), each.value / each.deviation))
     rows, measured = np.concatenate([*surveyed, *level, *prior]), 3 * len(plan.points) + 2 * len(level)
     before = rows[len(values) : len(rows) - sum(map(len, given))] @ start
     return rows, np.concatenate([values, before, *given]), np.arange(len(rows)) >= measured
+
+
+def _tilts(robot: Robot, unknowns: Sequence[Unknown]) -> Array:
+    """Return the projection (k, k) of changes of the unknowns on tilts of all exit points as one body."""
+    points = np.array([line.exit_point for line in robot.lines])
+    turns = [np.cross(axis, points - points.mean(axis=0)).ravel() for axis in np.eye(3)[:2]]
+    span = np.linalg.qr(by_exits(robot, unknowns, turns).T)[0]
+    return np.asarray(span @ span.T)
 
 
 def _is_exit(unknowns: Sequence[Unknown], line: str, axis: int) -> Mask:

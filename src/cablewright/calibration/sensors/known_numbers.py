@@ -21,9 +21,9 @@ def put_known(robot: Robot, lines: Array, plan: CalibrationPlan) -> None:
 
 
 def known_deviation(plan: CalibrationPlan, name: str, line: str | None, otherwise: float) -> float:
-    """Return the standard deviation of a number by a plan, the last that is of it, or *otherwise*."""
-    given = [each.deviation for each in plan.known if each.is_of(name, line) and each.deviation is not None]
-    return given[-1] if given else otherwise
+    """Return the standard deviation of a number by a plan, of several lines the largest, or *otherwise*."""
+    given = (each.deviation for each in plan.known if each.is_of(name, line) and each.deviation is not None)
+    return max(given, default=otherwise)
 
 
 def uncertain(plan: CalibrationPlan) -> tuple[str, ...]:

@@ -38,13 +38,16 @@ def require_tensions(robot: Robot, measured: Measured) -> None:
 def tension_rows(robot: Robot, measured: Measured, sigma: Sigmas) -> Iterator[SensorRows]:
     """Yield the rows of the tensions of lines that stretch, one a line."""
     if measured.tensions is not None:
-        spread = _deviations(measured.tensions, sigma)
+        spread = _deviations(measured, sigma)
         yield SensorRows(calibration_residuals.TENSION, *present(measured.tensions, spread), np.arange(robot.m))
 
 
-def _deviations(tensions: Array, sigma: Sigmas) -> Array:
-    """Return the standard deviation (N, m) of *tensions*, N: of the load cell, and of the friction on the way to it."""
-    return np.asarray(np.hypot(sigma.tension, sigma.friction * np.nan_to_num(tensions)))
+def _deviations(measured: Measured, sigma: Sigmas) -> Array:
+    """Return the standard deviation (N, m) of tensions, N: of the load cell and the friction on the way, or its own."""
+    assert measured.tensions is not None
+    of_cell = np.hypot(sigma.tension, sigma.friction * np.nan_to_num(measured.tensions))
+    own = np.nan if measured.tension_sigma is None else measured.tension_sigma
+    return np.where(np.isnan(own), of_cell, own)
 
 
 def balance_rows(robot: Robot, measured: Measured, sigma: Sigmas) -> Iterator[SensorRows]:
@@ -59,7 +62,7 @@ def balance_rows(robot: Robot, measured: Measured, sigma: Sigmas) -> Iterator[Se
     poses, free = _start_poses(robot, measured), free_directions(robot)
     w = _wrenches(robot, poses)
     blank = np.isnan(measured.tensions)
-    spread = np.einsum("nm,nmi,nmj->nij", np.where(blank, 0.0, _deviations(measured.tensions, sigma) ** 2), w, w)
+    spread = np.einsum("nm,nmi,nmj->nij", np.where(blank, 0.0, _deviations(measured, sigma) ** 2), w, w)
     size = np.einsum("nii->ni", spread)[:, None] * np.eye(robot.freedoms)  # m and N: small is relative to the same row
     spread += 1e-6 * size + np.einsum("nm,nmi,nmj->nij", blank * _UNKNOWN**2, w, w)
     along = np.linalg.inv(np.linalg.cholesky(spread))

@@ -246,7 +246,7 @@ def _shown(
 ) -> Array:
     """What the sensors show (s,) at an equilibrium: *pose* (6,) and *tensions* (m,), perhaps without a line."""
     planes = taut_of(state.tracker.packed, pose).planes
-    there = HeldBody(pose, tensions, planes, broken_line)
+    there = HeldBody(pose, tensions, planes, broken_line, state.wound.drums)
     return np.concatenate([sensor.shown(there) for sensor in settings.sensors])
 
 

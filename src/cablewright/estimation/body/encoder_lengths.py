@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.state import BodyState
+from cablewright.estimation.body.updates.update import DrumPulls
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.signals import Encoders
 from cablewright.models.coil import Coil
@@ -76,6 +77,13 @@ def _unwind(settings: BodySettings, state: BodyState, counts: NDArray[np.int64])
     state.wound.sliding = np.clip(state.wound.sliding + (paid - state.wound.paid) / _SLIDES, -1.0, 1.0)
     state.wound.paid = paid
     state.wound.angles = angles
+
+
+def see_drums(settings: BodySettings, state: BodyState) -> None:
+    """Set how the tensions of several lines on one drum add up to its torque, at the radii of now."""
+    winches, arms = settings.winches, radii(settings, state) * [line.cables for line in settings.model.robot.lines]
+    senses, hosts = winches.senses[winches.shared], winches.hosts[winches.shared]
+    state.wound.drums = DrumPulls(hosts, arms[hosts], np.where(senses, senses * arms, 0.0) / arms[hosts, None])
 
 
 def radii(settings: BodySettings, state: BodyState) -> Array:

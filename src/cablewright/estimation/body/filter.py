@@ -103,6 +103,8 @@ def _smooth_velocity(settings: BodySettings, state: BodyState, before: Array, dt
 
 def _read_sensors(settings: BodySettings, state: BodyState, frame: SensorFrame) -> None:
     """Add the readings of all sensors but encoders to the window, less what is predicted of them."""
+    if not settings.winches.plain:
+        encoder_lengths.see_drums(settings, state)
     for sensor, expected in zip(settings.sensors, measurement.predicted(settings, state), strict=True):
         for reading in accepted(state.monitor, frame.of(sensor.READING), frame.time):
             whole = all(len(getattr(reading, name)) == state.layout.m for name in per_line(sensor.READING))

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.estimation.body.settings import BodySettings
-from cablewright.estimation.body.state import BodyState
-from cablewright.estimation.body.unknowns import length_gradients
+from cablewright.estimation.body.state import Belief, BodyState
+from cablewright.estimation.body.unknowns import BodyLayout, length_gradients
 from cablewright.estimation.body.updates.cells import Cells
 from cablewright.estimation.body.updates.update import HeldBody, Slopes, UpdatePart
 from cablewright.foundation.arrays import Array
@@ -71,7 +71,7 @@ def measurement_of(settings: BodySettings, state: BodyState, slopes: Slopes, acc
         read = state.window.readings.get(sensor)
         if read is not None:
             part = sensor.part(settings, state, slopes, np.array(read), acceleration)
-            cells = part.rows if isinstance(sensor, Cells) else cells
+            cells = part.rows[part.rows < state.layout.m] if isinstance(sensor, Cells) else cells
             parts.append(part._replace(rows=begin + part.rows))
         begin += len(expected)
     if not parts:
@@ -87,7 +87,7 @@ def measurement_of(settings: BodySettings, state: BodyState, slopes: Slopes, acc
 
 def predicted(settings: BodySettings, state: BodyState) -> list[Array]:
     """Return what each sensor would read at the present unknowns, (k,)."""
-    here = HeldBody(state.pose, state.tensions, state.taut.planes)
+    here = HeldBody(state.pose, state.tensions, state.taut.planes, drums=state.wound.drums)
     return [sensor.as_known(state, sensor.shown(here)) for sensor in settings.sensors]
 
 
@@ -108,8 +108,29 @@ def pose_covariance(state: BodyState, slopes: Slopes) -> Array:
     """Return the covariance (6, 6) of the pose: translation, m, and rotation in space, rad.
 
     Creep, softness and mounts follow no law exactly: of what measurements seem to tell of them a share is not believed.
+    Nor is their size, where it comes out larger than the settings state (`strangeness`).
     """
-    gradients, laws = slopes.pose @ state.belief.gradients, state.layout.laws
-    gradients[:, state.layout.load] = slopes.pose_by_wrench
-    told = gradients[:, laws] @ (state.belief.untold - state.belief.covariance[laws, laws]) @ gradients[:, laws].T
-    return np.asarray(gradients @ state.belief.covariance @ gradients.T + _NO_LAW**2 * told)
+    belief, layout, laws = state.belief, state.layout, state.layout.laws
+    gradients = slopes.pose @ belief.gradients
+    gradients[:, layout.load] = slopes.pose_by_wrench
+    strange = strangeness(belief, layout)
+    wider = np.repeat(np.sqrt(strange), layout.m)
+    told = gradients[:, laws] @ (belief.untold * np.outer(wider, wider) - belief.covariance[laws, laws])
+    found = gradients @ belief.covariance @ gradients.T + _NO_LAW**2 * told @ gradients[:, laws].T
+    strained = gradients[:, layout.hysteresis]  # by the same loads as what softens the cables
+    loop = strained @ belief.covariance[layout.hysteresis, layout.hysteresis] @ strained.T
+    return np.asarray(found + (strange.max() - 1.0) * loop)
+
+
+def strangeness(belief: Belief, layout: BodyLayout) -> Array:
+    """Return the factors (3,) on the variances of creep, softness and mounts that their estimates ask for, at least 1.
+
+    By one step of expectation and maximisation from the prior: the mean square of an unknown is that of its
+    estimate and of its error, in units of the prior's covariance (Dempster, Laird, Rubin 1977).
+    """
+    found, begin = np.ones(3), layout.laws.start
+    for at, part in enumerate((layout.creep, layout.softness, layout.mount)):
+        own = slice(part.start - begin, part.stop - begin)
+        square = np.outer(belief.unknowns[part], belief.unknowns[part]) + belief.covariance[part, part]
+        found[at] = max(1.0, float(np.trace(np.linalg.solve(belief.untold[own, own], square))) / layout.m)
+    return found

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from cablewright.estimation.body.creep import BodyCreep, LoadPath, creep_of
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.unknowns import BodyLayout, prior
-from cablewright.estimation.body.updates.update import Update
+from cablewright.estimation.body.updates.update import DrumPulls, Update
 from cablewright.estimation.drum_clock import ClockLead
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.foundation.arrays import Array, Mask
@@ -95,6 +95,7 @@ class Wound:
     sliding: Array  # (m,) how cables slide over their sheaves: 1 while they are paid out, -1 while they are wound
     last_counts: tuple[float, NDArray[np.int64]] | None = None  # s, and the counts of then
     pending: NDArray[np.int64] | None = None  # (m,) counts that jumped, not yet believed
+    drums: DrumPulls | None = None  # of drums with several lines; None: each line has a winch of its own
 
 
 @dataclass(eq=False)

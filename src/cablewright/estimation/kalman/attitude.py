@@ -19,7 +19,7 @@ from cablewright.estimation.kalman.state import (
 from cablewright.estimation.reading_checks import accept_imu
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.signals import Inertial
-from cablewright.kernels.covariance import add_multiples
+from cablewright.kernels.filtering import predict as kernel
 
 _READINGS: Final = 10  # of the accelerometer, for one update
 _INTERVAL: Final = 0.1  # s between updates
@@ -43,15 +43,10 @@ def predict(settings: FilterSettings, state: FilterState, reading: Inertial) -> 
     if not dt <= state.motion.max_gap:
         predict_without_imu(settings, state, reading.time - 0.5 * state.motion.max_gap)
         dt = reading.time - state.attitude.last_imu_time if state.attitude.last_imu_time > -np.inf else 0.0
-    wx, wy, wz = (reading.rate - state.built.gyro_bias).tolist()
-    x, y = state.attitude.tilt.tolist()
-    state.attitude.angular_rate = np.array([wx + wz * y, wy - wz * x, wz])
-    state.attitude.tilt = state.attitude.tilt + dt * state.attitude.angular_rate[:2]
-    state.attitude.yaw += dt * wz
-    state.attitude.gyro_yaw += dt * wz
-    state.attitude.last_imu_time = reading.time
-    _predict_covariance(state, dt, dt * wz)
-    diagonal(state.P)[state.layout.attitude] += settings.gyro_noise**2 * dt
+    rate, turned = reading.rate.copy(), state.attitude
+    kernel.turn(state.mean.x, state.P, state.mean.at, rate, dt, settings.gyro_noise, turned.angular_rate)
+    turned.gyro_yaw += dt * float(turned.angular_rate[2])
+    turned.last_imu_time = reading.time
     if dt > _MAX_INTERVAL:  # one rate does not tell how a swing ends
         _predict_upright(settings, state)
     state.turns.attitudes.add(reading.time, (state.attitude.gyro_yaw, *state.attitude.tilt.tolist()))
@@ -61,16 +56,6 @@ def predict(settings: FilterSettings, state: FilterState, reading: Inertial) -> 
         state.attitude.measured_tilts.append((fy / g, -fx / g))
     if len(state.attitude.measured_tilts) >= _READINGS:
         _update_by_gravity(settings, state)
-
-
-def _predict_covariance(state: FilterState, dt: float, turn: float) -> None:
-    """Predict the covariance over *dt*, s, in which the drum turned by *turn*, rad, about its axis.
-
-    Tilts are along axes that turn with it, and all three angles drift by the gyro's biases.
-    """
-    lay = state.layout
-    add_multiples(state.P, lay.tilt.start, lay.tilt.start, np.array([[0.0, turn], [-turn, 0.0]]))
-    add_multiples(state.P, lay.attitude.start, lay.gyro_bias.start, -dt * np.eye(3))
 
 
 def _update_by_gravity(settings: FilterSettings, state: FilterState) -> None:
@@ -146,4 +131,4 @@ def _predict_upright(settings: FilterSettings, state: FilterState) -> None:
     P[tilt] = 0.0
     P[:, tilt] = 0.0
     diagonal(P)[tilt] = settings.swing_sigma**2
-    state.attitude.tilt, state.attitude.angular_rate[:2] = np.zeros(2), 0.0
+    state.attitude.tilt[:] = state.attitude.angular_rate[:2] = 0.0

@@ -20,12 +20,14 @@ from cablewright.estimation.kalman.gauss_markov import fade_clock, fade_survey
 from cablewright.estimation.kalman.ground_map import GroundMap
 from cablewright.estimation.kalman.state import (
     AsBuilt,
+    DrumAttitude,
     DrumMotionState,
     FilterLayout,
     FilterSettings,
     FilterState,
     Judged,
     Lines,
+    Mean,
     diagonal,
     inflate_position,
 )
@@ -41,11 +43,12 @@ from cablewright.estimation.reading_checks import (
     report_line_sensors,
 )
 from cablewright.estimation.slackness import SlacknessState
-from cablewright.estimation.tilt import rotation_vector
 from cablewright.estimation.time_buffer import TimeBuffer
 from cablewright.foundation.arrays import Array
-from cablewright.foundation.signals import Distance, Encoders, Estimate, Inertial, SensorFrame, frozen
+from cablewright.foundation.signals import Distance, Encoders, Estimate, Inertial, SensorFrame
 from cablewright.kernels.covariance import add_multiples
+from cablewright.kernels.filtering import estimate as kernel
+from cablewright.kernels.filtering.estimate import AXES, OF_LINES
 from cablewright.models.packed_views import PlatformNumbers
 
 _POSITION_SIGMA: Final = 0.01  # m, of the first position
@@ -83,15 +86,18 @@ class FirstState(NamedTuple):
 def start(settings: FilterSettings, checks: ReadingChecks) -> FilterState:
     """Return the state before `begin`."""
     own = settings.machine
-    lay = FilterLayout.of(own.model.m, len(own.lidars), len(own.walls.room.walls))
+    mean = Mean.of(FilterLayout.of(own.model.m, len(own.lidars), len(own.walls.room.walls)))
     weight = float(PlatformNumbers(own.model.packed.platform).weight)
     return FilterState(
         checks=checks,
         slackness=slackness.start(own.slackness),
         turns=Turns(TimeBuffer(1, 1), TimeBuffer(3, 1)),
-        layout=lay,
-        P=np.zeros((lay.size, lay.size)),
-        motion=DrumMotionState(weight / own.model.robot.scene.gravity),
+        mean=mean,
+        P=np.zeros((len(mean.x), len(mean.x))),
+        motion=DrumMotionState(mean, weight / own.model.robot.scene.gravity),
+        attitude=DrumAttitude(mean),
+        lines=Lines(mean),
+        built=AsBuilt(mean),
     )
 
 
@@ -124,7 +130,7 @@ def _advance_clock(settings: FilterSettings, state: FilterState, now: float) -> 
     dt = advance(state, now, _restart)
     state.motion.max_gap = max(_MAX_GAP, 1.5 * dt)
     if now - state.slackness.time > settings.machine.slackness.timeout:
-        state.slackness = state.slackness._replace(excess=np.full_like(state.slackness.excess, np.nan))
+        state.slackness = slackness.unknown(state.slackness)
     if state.has_long_steps:  # the gyro, read once a step, does not measure the rotation
         yaw = state.layout.yaw
         state.P[yaw, yaw] += (settings.turn_rate_sigma * dt) ** 2
@@ -133,14 +139,16 @@ def _advance_clock(settings: FilterSettings, state: FilterState, now: float) -> 
 
 def begin(settings: FilterSettings, state: FilterState, first: FirstState) -> bool:
     """Take the state over from those who found the *first* one; return whether lines have tangents there."""
-    now, checks, m = first.time, state.checks, settings.machine.model.m
-    walls, lidars = settings.machine.walls.room.walls, len(settings.machine.lidars)
+    now, checks, m, mean = first.time, state.checks, settings.machine.model.m, state.mean
+    walls = settings.machine.walls.room.walls
+    begun = np.concatenate([first.position, first.velocity, [0.0, 0.0, first.yaw], first.lengths, first.radii])
+    mean.x[:] = 0.0
+    mean.x[: len(begun)] = begun
+    state.lines.compliances[:] = 1.0
     state.time, state.slackness = now, first.slackness
     state.turns = Turns(TimeBuffer(m + 4, HISTORY_LENGTH), TimeBuffer(3, HISTORY_LENGTH))
     state.motion = replace(
         state.motion,
-        position=first.position.copy(),
-        velocity=first.velocity.copy(),
         drum_angles=np.zeros(m),
         drum_rates=np.zeros(m),
         coasted=np.zeros(4),
@@ -151,8 +159,6 @@ def begin(settings: FilterSettings, state: FilterState, first: FirstState) -> bo
     )
     state.attitude = replace(
         state.attitude,
-        tilt=np.zeros(2),
-        yaw=first.yaw,
         angular_rate=np.zeros(3),
         gyro_yaw=0.0,
         measured_tilts=[],
@@ -161,22 +167,13 @@ def begin(settings: FilterSettings, state: FilterState, first: FirstState) -> bo
         shaken_since=-math.inf,
     )
     state.lines = Lines(
-        lengths=first.lengths.copy(),
-        radii=first.radii.copy(),
+        mean,
         layer_radii=np.zeros(0) if settings.layers is None else settings.layers.radii(first.lengths),
-        stretch_rates=np.zeros(m),
-        zeros=np.zeros(m),
-        compliances=np.ones(m),
         loosened=np.zeros(m),
         last_angle_time=state.lines.last_angle_time,
     )
     state.hung = replace(state.hung, by_compliance=np.zeros((3, m)))
-    state.built = AsBuilt(
-        range_bias=np.zeros(lidars + 1),
-        wall_errors=np.zeros((len(walls), 2)),
-        mount_errors=np.zeros((lidars, 3)),
-        ground_map=state.built.ground_map,
-    )
+    state.built = AsBuilt(mean, ground_map=state.built.ground_map)
     state.judged = Judged(state.judged.consistency, {}, now, dict.fromkeys({wall.kind for wall in walls}, now))
     state.built.ground_map.interrupt()
     line_update.update_jacobian(settings, state, at_once=True)
@@ -333,8 +330,8 @@ def _predict_coasting(settings: FilterSettings, state: FilterState, dt: float) -
     variances[lay.velocity] += (settings.velocity_noise * _DIRECTIONS) ** 2 * dt
     variances[lay.lengths] += _WINCH_DRIFT**2 * dt
     moved = dt * state.motion.velocity
-    state.motion.position = state.motion.position + moved
-    state.lines.lengths = state.lines.lengths + taut.toward @ moved
+    state.motion.position += moved
+    state.lines.lengths += taut.toward @ moved
     state.motion.coasted = state.motion.coasted + np.append(moved, dt)
     state.turns.motion.add(state.time, np.concatenate([state.motion.drum_angles, state.motion.coasted]))
 
@@ -385,62 +382,31 @@ def _is_moving(velocity: Array, variance: float) -> bool:
 
 def estimate(settings: FilterSettings, state: FilterState) -> Estimate:
     """Return the state, predicted to the current time, with its covariance."""
-    motion, lines, turned = state.motion, state.lines, state.attitude
-    if not motion.coasting:
-        motion.velocity = state.hung.jacobian @ (lines.radii * motion.drum_rates)
-    dt = min(max(state.time - motion.last_encoder_time, 0.0), motion.max_gap) if not motion.coasting else 0.0
-    position, paid_out = motion.position + dt * motion.velocity, dt * lines.radii * motion.drum_rates
-    late, (wx, wy, wz) = min(max(state.time - turned.last_imu_time, 0.0), motion.max_gap), turned.angular_rate.tolist()
-    covariance = _covariance(settings, state)
-    own, monitor = settings.machine, state.monitor
+    motion, own, monitor, m = state.motion, settings.machine, state.monitor, settings.machine.model.m
+    found, taut, hung = np.empty(OF_LINES + 3 * m + AXES**2), state.taut, state.hung
+    assert taut is not None  # `begin` has found it
+    late = np.array([state.time - motion.last_encoder_time, state.time - state.attitude.last_imu_time, motion.max_gap])
+    kernel.tell(
+        state.mean.x, state.P, state.mean.at, hung.jacobian, taut.lengths, taut.toward, hung.position,
+        motion.drum_rates, state.attitude.angular_rate, settings.shown, late, motion.coasting, found,
+    )  # fmt: skip
+    found.flags.writeable = False
+    position, excess = found[:3], found[OF_LINES + m : OF_LINES + 2 * m]
+    covariance = found[OF_LINES + 3 * m :].reshape(AXES, AXES)
     sure = float(covariance[0, 0] + covariance[1, 1] + covariance[2, 2]) <= settings.max_position_sigma**2
     current = state.time - state.judged.last_position_time <= own.position_timeout
-    x, y = turned.tilt.tolist()
-    excess = line_update.excess(state)
     return Estimate(
         state.time,
-        _sealed(position),
-        frozen(motion.velocity),
-        frozen(rotation_vector(turned.yaw + late * wz, x + late * wx, y + late * wy)),
-        _sealed(lines.lengths + paid_out),
-        _sealed(excess),
+        position,
+        found[3:6],
+        found[6:OF_LINES],
+        found[OF_LINES : OF_LINES + m],
+        excess,
         excess > own.slackness.threshold,
-        frozen(lines.radii),
+        found[OF_LINES + 2 * m : OF_LINES + 3 * m],
         covariance,
         monitor.faults,
         valid=sure and current and not monitor.is_active("encoders", "lost") and not _is_contradicted(settings, state),
         clearance=float(position[2]) + state.clearance_offset,
         consistency=state.judged.consistency.means,
     )
-
-
-def _sealed(fresh: Array) -> Array:
-    """Return a *fresh* array, of which nobody else has a reference, as read-only."""
-    fresh.flags.writeable = False
-    return fresh
-
-
-def _covariance(settings: FilterSettings, state: FilterState) -> Array:
-    """Covariance (9, 9) of position, velocity and rotation in space."""
-    lay = state.layout
-    size = lay.radii.stop  # of the states that these depend on, which come first
-    G = np.zeros((9, size))
-    G[:3, lay.position] = _EYE
-    if state.motion.coasting:
-        G[3:6, lay.velocity] = _EYE
-    else:
-        G[3:6, lay.radii] = state.hung.jacobian * (state.lines.radii * state.motion.drum_rates)
-    x = lay.attitude.start
-    G[6, x] = G[7, x + 1] = math.cos(state.attitude.yaw)
-    G[7, x] = sine = math.sin(state.attitude.yaw)
-    G[6, x + 1] = -sine
-    G[8, x + 2] = 1.0
-    covariance = G @ state.P[:size, :size] @ G.T
-    diagonal = covariance.reshape(-1)[::10]
-    diagonal[3:6] += settings.velocity_sigma**2
-    dt = state.time - state.attitude.last_imu_time
-    diagonal[6:] += settings.attitude_sigma**2
-    if dt > state.motion.max_gap:
-        diagonal[6:8] += settings.swing_sigma**2
-        diagonal[8] += settings.turn_rate_sigma**2 * dt * (1.0 + dt)
-    return _sealed(0.5 * (covariance + covariance.T))

@@ -6,11 +6,13 @@ each layer of a print, would move them farther and farther.
 
 from __future__ import annotations
 
-import math
 from typing import Final
 
-from cablewright.estimation.kalman.state import FilterState, diagonal
+import numpy as np
+
+from cablewright.estimation.kalman.state import FilterState
 from cablewright.foundation.arrays import Array
+from cablewright.kernels.filtering import predict as kernel
 
 _SURVEY_TIME: Final = 1000.0  # s over which what was learnt of surveyed numbers fades
 _INTERVAL: Final = 1.0  # s between two times at which it does
@@ -22,11 +24,8 @@ def fade(P: Array, states: slice, share: float, variances: float | Array) -> flo
 
     *variances*: theirs where nothing is known.
     """
-    keep = math.exp(-share)
-    P[states] *= keep
-    P[:, states] *= keep
-    diagonal(P)[states] += (1.0 - keep * keep) * variances
-    return keep
+    known = np.full(states.stop - states.start, 0.0) + variances
+    return float(kernel.fade(P, states.start, states.stop, float(share), known))
 
 
 def fade_clock(state: FilterState, dt: float) -> None:
@@ -44,6 +43,4 @@ def fade_survey(state: FilterState, dt: float) -> None:
         return
     keep = fade(state.P, state.layout.surveyed, state.built.unfaded / _SURVEY_TIME, state.built.survey_variances)
     state.built.unfaded = 0.0
-    state.built.wall_errors = keep * state.built.wall_errors
-    state.built.mount_errors = keep * state.built.mount_errors
-    state.built.vertical_mount_error = keep * state.built.vertical_mount_error
+    state.mean.x[state.layout.surveyed] *= keep

@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 
 from cablewright.estimation.kalman.coil_layers import CoilLayers
 from cablewright.estimation.kalman.gauss_markov import fade
-from cablewright.estimation.kalman.sag import Balanced, Sag, balanced, each_alone, share_at
+from cablewright.estimation.kalman.sag import Balanced, Sag, balanced, each_alone
 from cablewright.estimation.kalman.state import (
     FilterSettings,
     FilterState,
+    Hung,
     apply_update,
     diagonal,
     inflate_shaken,
@@ -27,16 +28,15 @@ from cablewright.estimation.kalman.state import (
 )
 from cablewright.foundation.arrays import Array
 from cablewright.kernels.covariance import add_multiples
-from cablewright.solvers.taut import stretches, taut_at
+from cablewright.kernels.filtering import hanging
+from cablewright.kernels.filtering import predict as predicting
+from cablewright.kernels.filtering.estimate import excess_of
+from cablewright.kernels.filtering.hanging import LAWS
+from cablewright.solvers.taut import Taut
 
 _JACOBIAN_INTERVAL: Final = 0.05  # s between computations of the Jacobian
 _ANGLE_INTERVAL: Final = 0.2  # s between updates by the angles, which are smoothed over as long
 _STRETCH_TIME: Final = 10.0  # s for which the error of a taut line's stretch is correlated
-_PLACES: Final = np.linspace(0.0, 1.0, 80)  # in the range of the unknown force
-_REFINEMENTS: Final = 4
-_ENOUGH: Final = 10  # likely forces
-_UNLIKELY: Final = 12.0  # twice the logarithm of a likelihood below the largest
-_SHAPE_ERROR: Final = 0.01  # of an angle near the platform
 _SHAKEN_TIME: Final = 2.0  # s after an acceleration that encoders do not show, without updates
 _MAX_SHAKEN: Final = 10.0  # s from the first that is rejected, in which updates are left out
 _CHI2_OF_LINES: Final = 31.8  # exceeded by one of 10 000
@@ -56,36 +56,34 @@ def update_jacobian(settings: FilterSettings, state: FilterState, *, at_once: bo
     _spread_compliances(state)
     if settings.layers is not None:
         _predict_layers(settings.layers, state)
-    model = settings.machine.model
-    taut = taut_at(model, state.motion.position)
-    if not np.isfinite(taut.toward).all():
+    model, (x, _, at) = settings.machine.model, state.mean
+    there, straight, planes, toward, per_motion = (
+        np.empty(shape) for shape in (3, (3, model.m), (model.m, 4), (model.m, 3), (model.m, 3))
+    )
+    laws, jacobian, by_compliance = np.empty((LAWS, model.m)), np.empty((3, model.m)), np.empty((3, model.m))
+    rising = hanging.hang(
+        model.packed, x, at, settings.hanging, settings.machine.slackness.from_platform, there, straight, planes,
+        toward, per_motion, laws, jacobian, by_compliance,
+    )  # fmt: skip
+    if math.isnan(rising[0]):
         state.monitor.report("encoders", "lost", "a line has no tangent at the estimated position")
         return
     state.monitor.clear("encoders", "lost")
-    state.taut, state.hung.position, state.hung.time = taut, state.motion.position.copy(), state.time
-    lines, c = model.lines, np.cos(taut.angles)
-    state.hung.sag = Sag.at(settings.machine.slackness, taut, state.lines.compliances)
-    h = state.hung.sag.forces(excess(state))
-    sag = lines.spans * (lines.weight * c) ** 2 * taut.free**3 / (12.0 * h**3)
-    stretching = state.lines.compliances * stretches(lines, taut)
-    stiffness = np.where(lines.counterweight > 0.0, 0.0, 1.0 / (stretching + sag + 1e-12))
-    weighted = taut.toward.T * stiffness  # (3, m)
-    state.hung.stiffness = weighted @ taut.toward
-    state.hung.jacobian = np.asarray(np.linalg.solve(state.hung.stiffness, weighted), dtype=np.float64)
-    state.hung.by_compliance = -state.hung.jacobian * (stiffness * stretching)
+    state.taut = Taut(*straight, toward, planes, per_motion)
+    state.hung = Hung(there, state.time, Sag(laws), jacobian, rising, by_compliance)
     if settings.hung is not None:
-        _hang_weights(state, lines.counterweight, c)
+        _hang_weights(state, model.lines.counterweight)
 
 
-def _hang_weights(state: FilterState, weights: Array, cosines: Array) -> None:
+def _hang_weights(state: FilterState, weights: Array) -> None:
     """Let lines with counterweights of *weights* (m,), N, have the excess that these give them, at B wherever it is."""
     lay, P = state.layout, state.P
     assert state.taut is not None  # as found just now
     assert state.hung.sag is not None
     hung = np.flatnonzero(weights)
     rows = lay.lengths.start + hung
-    given = state.taut.lengths + state.hung.sag.excess(np.maximum(weights, 1.0) * cosines)
-    state.lines.lengths = np.where(weights > 0.0, given, state.lines.lengths)
+    given = state.taut.lengths + state.hung.sag.excess(np.maximum(weights, 1.0) * np.cos(state.taut.angles))
+    state.lines.lengths[hung] = given[hung]
     P[rows] = state.taut.toward[hung] @ P[lay.position]
     P[:, rows] = P[rows].T
     P[np.ix_(rows, rows)] = state.taut.toward[hung] @ P[np.ix_(range(P.shape[0]), rows)][lay.position]
@@ -95,41 +93,24 @@ def _hang_weights(state: FilterState, weights: Array, cosines: Array) -> None:
 def excess(state: FilterState) -> Array:
     """Excess (m,), m, of each line over its taut length."""
     assert state.taut is not None  # `update_jacobian` has run
-    moved = state.motion.position - state.hung.position
-    return np.asarray(state.lines.lengths - state.taut.lengths - state.taut.toward @ moved)
+    found = np.empty(len(state.taut.lengths))
+    excess_of(state.mean.x, state.mean.at, state.taut.lengths, state.taut.toward, state.hung.position, found)
+    return found
 
 
 def predict(settings: FilterSettings, state: FilterState, rotation: Array, dt: float) -> None:
     """Predict lengths, B and the covariance by the *rotation* (m,), rad, of the winch drums in *dt*, s."""
-    lay, P, J = state.layout, state.P, state.hung.jacobian
-    paid_out = state.lines.radii * rotation
-    stretched = dt * state.lines.stretch_rates
-    if state.creep is not None:
-        stretched = stretched + dt * state.creep.rates * state.lines.lengths
-    state.lines.stretching += dt
-    unseen = J @ stretched
-    moved = J @ paid_out + unseen
-    state.motion.coasted[:3] += unseen
+    motion, hung, m = state.motion, state.hung, len(rotation)
     assert state.taut is not None  # `begin` has found it
-    if settings.hung is not None:
-        paid_out = paid_out + np.where(settings.hung, state.taut.toward @ moved, 0.0)  # their lines follow B
-    state.lines.lengths = state.lines.lengths + paid_out + stretched
-    state.lines.loosened = state.lines.loosened + paid_out + stretched - state.taut.toward @ moved
-    state.motion.position = state.motion.position + moved
-    if dt > 0.0 and any(rotation.tolist()):
-        gain = min(1.0, dt / settings.machine.slackness.smoothing_time)
-        state.motion.drum_rates = state.motion.drum_rates + gain * (rotation / dt - state.motion.drum_rates)
-    add_multiples(P, lay.position.start, lay.radii.start, J * paid_out)  # radii as shares
-    add_multiples(P, lay.lengths.start, lay.radii.start, np.diag(paid_out))
-    distance = math.sqrt(float(moved @ moved))
     unknown = np.count_nonzero(np.isnan(state.slackness.excess)) > 1  # which line is slack
-    travel_noise = _UNKNOWN_SLACK_NOISE if unknown else settings.travel_noise
-    variance = travel_noise**2 * distance + settings.drift_noise**2 * dt
-    variances = diagonal(P)
-    variances[lay.position] += variance
-    variances[lay.lengths] += variance
-    variances[lay.radii] += settings.radius_noise**2 * np.abs(rotation)
-    variances[lay.ground] += settings.ground_noise**2 * distance
+    noise = np.append(_UNKNOWN_SLACK_NOISE, settings.rolling[1:]) if unknown else settings.rolling
+    gain = min(1.0, dt / settings.machine.slackness.smoothing_time)
+    creep = np.zeros(m) if state.creep is None else state.creep.rates
+    state.lines.stretching += dt
+    predicting.roll(
+        state.mean.x, state.P, state.mean.at, hung.jacobian, state.taut.toward, settings.hanging, rotation, creep,
+        noise, dt, gain, state.lines.loosened, motion.coasted, motion.drum_rates,
+    )  # fmt: skip
 
 
 def _predict_layers(layers: CoilLayers, state: FilterState) -> None:
@@ -138,7 +119,7 @@ def _predict_layers(layers: CoilLayers, state: FilterState) -> None:
     change, state.lines.layer_radii = expected - state.lines.layer_radii, expected
     if change.any():
         diagonal(state.P)[state.layout.radii] += layers.doubt(change, state.lines.radii)
-        state.lines.radii = state.lines.radii + change
+        state.lines.radii += change
 
 
 def _spread_stretch(settings: FilterSettings, state: FilterState) -> None:
@@ -153,7 +134,7 @@ def _spread_stretch(settings: FilterSettings, state: FilterState) -> None:
     add_multiples(P, lay.position.start, lay.stretch.start, dt * J)
     add_multiples(P, lay.lengths.start, lay.stretch.start, dt * np.eye(len(state.lines.lengths)))
     keep = fade(P, lay.stretch, dt / settings.stretch_time, (settings.stretch_rate_sigma * state.lines.lengths) ** 2)
-    state.lines.stretch_rates = keep * state.lines.stretch_rates
+    state.lines.stretch_rates *= keep
 
 
 def _spread_compliances(state: FilterState) -> None:
@@ -185,10 +166,11 @@ def update(settings: FilterSettings, state: FilterState) -> None:
     H[:m, lay.position] = -state.taut.toward
     H[:m, lay.lengths] = np.eye(m)
     H[m + np.arange(len(lines)), lay.zeros.start + lines] = 1.0
-    H[:m, lay.compliances] = np.diag(sag.stretching * alone)
+    H[:m, lay.compliances] = np.diag(sag.laws[hanging.STRETCHING] * alone)
     known = H @ state.P @ H.T
-    angles = (state.slackness.differences - state.lines.zeros)[lines]
-    measured = _Angles(lines, angles, state.slackness.variances[lines], state.lines.zeros[lines])
+    zeros = state.lines.zeros[lines]
+    angles = state.slackness.differences[lines] - zeros
+    measured = np.column_stack([lines, angles, state.slackness.variances[lines], zeros])
     weight = state.motion.mass * settings.machine.tilt.gravity
     may_be = balanced(sensors, state.taut, weight, settings.mass_sigma * weight) or each_alone(alone)
     found = _mixture(settings, sag, may_be, known, now, measured)
@@ -226,15 +208,6 @@ def _doubt_zeros(settings: FilterSettings, state: FilterState, lines: NDArray[np
         state.lines.zeros[lines] *= np.clip((first - after) / learnt, 0.0, 1.0)
 
 
-class _Angles(NamedTuple):
-    """Smoothed angles of j lines near the platform less those of straight lines, and less their sensors' zeros."""
-
-    lines: NDArray[np.intp]
-    angles: Array  # (j,) rad
-    variances: Array  # (j,) rad^2
-    zeros: Array  # (j,) rad, that were taken off
-
-
 class _Mixture(NamedTuple):
     """Moments of the innovations that all forces together give, each weighted by its likelihood."""
 
@@ -246,52 +219,20 @@ class _Mixture(NamedTuple):
 
 
 def _mixture(
-    settings: FilterSettings, sag: Sag, may_be: Balanced, known: Array, now: Array, measured: _Angles
+    settings: FilterSettings, sag: Sag, may_be: Balanced, known: Array, now: Array, measured: Array
 ) -> _Mixture:
-    """Return the mixture for an excess *now* (m,), m, and *measured* angles.
+    """Return the mixture for an excess *now* (m,), m, and *measured* angles (j, 4), see `hanging.weigh_forces`.
 
-    *known*: their covariance by the state. The grid of forces is refined until several of them are about as likely.
+    *known*: their covariance by the state.
     """
-    places = _PLACES
-    for _ in range(_REFINEMENTS):
-        shares = share_at(places)
-        forces = may_be.forces(shares)
-        differences = sag.differences(forces)[:, measured.lines]
-        noise = _noise(settings, sag, forces, differences, may_be.unsure(shares), measured)
-        off = np.hstack([sag.excess(forces) - now, measured.angles - differences])  # (k, m + j)
-        S = known + noise
-        nis = np.einsum("ki,ki->k", off, np.linalg.solve(S, off[:, :, None])[:, :, 0])
-        cost = nis + np.linalg.slogdet(S)[1] - 2.0 * np.log(np.gradient(shares))
-        if settings.zero_sigma > 0.0:  # what was learnt step by step may not leave what the owner was told
-            told = settings.zero_sigma**2 + settings.line_angle_sigma**2 + measured.variances
-            cost += ((off[:, len(now) :] + measured.zeros) ** 2 / told).sum(axis=1)
-        likely = np.flatnonzero(cost <= cost.min() + _UNLIKELY)
-        if len(likely) >= _ENOUGH:
-            break
-        low, high = places[max(likely[0] - 1, 0)], places[min(likely[-1] + 1, len(places) - 1)]
-        places = np.linspace(low, high, len(places))
-    weights = np.exp(-0.5 * (cost - cost.min()))
-    weights /= weights.sum()
-    mean = weights @ off
-    spread = (weights * (off - mean).T) @ (off - mean)
-    return _Mixture(mean, np.tensordot(weights, noise, 1), spread, float(nis.min()), weights @ forces)
-
-
-def _noise(
-    settings: FilterSettings, sag: Sag, forces: Array, differences: Array, unsure: Array, measured: _Angles
-) -> Array:
-    """Covariances (k, m + j, m + j) of excesses, m, and of measured angles, rad.
-
-    *differences* (k, j), rad: of these by the forces. *unsure* (k, m, j), N: what is not sure in the forces (k, m), as
-    in `Balanced`.
-    """
-    stretch, slack = sag.stretching * forces, sag.sagging / forces**2
-    repeats = math.sqrt(_STRETCH_TIME / _ANGLE_INTERVAL)  # the error is the same in so many updates
-    by_length = (repeats * settings.stretch_sigma * stretch) ** 2 + settings.excess_sigma**2 + (0.03 * slack) ** 2
-    shape = repeats * _SHAPE_ERROR * differences  # no line is a parabola
-    own = settings.line_angle_sigma**2 + shape**2 + measured.variances
-    slopes = np.hstack([-sag.excess_slopes(forces), sag.difference_slopes(forces)[:, measured.lines]])  # (k, m + j)
-    moved = slopes[:, :, None] * np.concatenate([unsure, unsure[:, measured.lines]], axis=1)
-    noise = moved @ moved.transpose(0, 2, 1)
-    np.einsum("kii->ki", noise)[:] += np.hstack([by_length, own])
-    return np.asarray(noise)
+    m, d = len(now), len(known)
+    found = _Mixture(np.empty(d), np.empty((d, d)), np.empty((d, d)), 0.0, np.empty(m))
+    sigmas = np.array([
+        settings.stretch_sigma, settings.excess_sigma, settings.line_angle_sigma, settings.zero_sigma,
+        math.sqrt(_STRETCH_TIME / _ANGLE_INTERVAL),
+    ])  # fmt: skip
+    nis = hanging.weigh_forces(
+        sag.laws, may_be.forces, may_be.unsure, known, now, measured, sigmas,
+        found.innovation, found.noise, found.spread, found.forces,
+    )  # fmt: skip
+    return found._replace(nis=nis)

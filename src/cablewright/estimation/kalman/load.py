@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import Final
 
-import numpy as np
-
 from cablewright.estimation.kalman.line_update import update_jacobian
 from cablewright.estimation.kalman.state import FilterSettings, FilterState, diagonal
 
@@ -26,11 +24,11 @@ def weigh(settings: FilterSettings, state: FilterState, mass: float) -> None:
     if mass == before or state.taut is None:
         return
     parts = min(math.ceil(abs(mass - before) / (_SHARE * before)), _MOST_PARTS)
-    part, start = np.array([0.0, 0.0, (before - mass) * settings.machine.tilt.gravity / parts]), state.motion.position
+    part, start = (before - mass) * settings.machine.tilt.gravity / parts, state.motion.position.copy()
     for _ in range(parts):
-        moved = np.linalg.solve(state.hung.stiffness, part)
-        state.motion.position = state.motion.position + moved
-        state.lines.loosened = state.lines.loosened - state.taut.toward @ moved
+        moved = part * state.hung.rising
+        state.motion.position += moved
+        state.lines.loosened -= state.taut.toward @ moved
         if parts > 1:
             update_jacobian(settings, state, at_once=True)
     sunk = state.motion.position - start

@@ -14,80 +14,44 @@ import numpy as np
 
 from cablewright.estimation.slackness import SlacknessSettings
 from cablewright.foundation.arrays import Array
-from cablewright.solvers.taut import Taut, stretches
+from cablewright.kernels.filtering import hanging as kernel
+from cablewright.solvers.taut import Taut
 
-_FORCES: Final = np.geomspace(0.2, 2e4, 160)  # N: of the tables by which an excess gives the force
 _MIN_FORCE: Final = 0.5  # N, of a line that hangs as a parabola
 _FREEDOMS: Final = 3
-_LEAST_SHARE: Final = 1e-4  # of the range of the unknown force
 
 
 class Sag(NamedTuple):
-    """The laws of all lines at one position of B; (m,) arrays."""
+    """The laws of all lines at one position of B."""
 
-    sagging: Array  # N^2 m: a
-    stretching: Array  # m/N: c
-    rising: Array  # N: r, at the sensor
-    slopes: Array  # of the straight lines, seen from the sheave: negative downwards
-    angles: Array  # rad, of the straight lines
+    laws: Array  # (LAWS, m), see `kernels.filtering.hanging`
 
     @classmethod
     def at(cls, sensors: SlacknessSettings, taut: Taut, compliances: Array) -> Sag:
         """Return the laws of lines that are *taut* there, by *compliances* (m,) as shares of those described."""
-        lines, cosine = sensors.model.lines, np.cos(taut.angles)
-        return cls(
-            lines.spans * (lines.weight * taut.free * cosine**2) ** 2 * taut.free / 24.0,
-            compliances * stretches(lines, taut) / cosine,
-            lines.weight * (0.5 * taut.free - sensors.from_platform),
-            np.tan(taut.angles),
-            taut.angles,
-        )
+        laws, straight = np.empty((kernel.LAWS, len(compliances))), (taut.angles, taut.free, taut.lengths, taut.toward)
+        kernel.laws_of(sensors.model.packed.lines, *straight, compliances, sensors.from_platform, laws)
+        return cls(laws)
 
     def excess(self, forces: Array) -> Array:
         """Excess (..., m), m, by horizontal *forces* (..., m), N."""
-        return np.asarray(self.sagging / forces**2 - self.stretching * forces)
-
-    def excess_slopes(self, forces: Array) -> Array:
-        """Derivative of the excess by the force, m/N."""
-        return np.asarray(-2.0 * self.sagging / forces**3 - self.stretching)
-
-    def differences(self, forces: Array) -> Array:
-        """Angle near the platform less that of the straight line (..., m), rad."""
-        return np.asarray(np.arctan(self.slopes + self.rising / forces) - self.angles)
-
-    def difference_slopes(self, forces: Array) -> Array:
-        """Derivative of the difference by the force, rad/N."""
-        return np.asarray(-self.rising / (forces**2 * (1.0 + (self.slopes + self.rising / forces) ** 2)))
+        return np.asarray(self.laws[kernel.SAGGING] / forces**2 - self.laws[kernel.STRETCHING] * forces)
 
     def forces(self, excess: Array) -> Array:
         """Horizontal forces (m,), N, of lines with an *excess* (m,), m."""
-        table = self.excess(_FORCES[:, None])
-        found = [np.interp(-each, -column, _FORCES) for each, column in zip(excess, table.T, strict=True)]
-        return np.array(found)
+        found = np.empty(len(excess))
+        kernel.forces_of(self.laws, excess, found)
+        return found
 
 
 class Balanced(NamedTuple):
-    """Horizontal forces that may be: ``first + share * change``, a share from 0 to 1, and what is not sure in both."""
+    """Horizontal forces that may be: a first one plus a share, from 0 to 1, of its change; and what is unsure in both.
 
-    first: Array  # (m,) N
-    change: Array  # (m,) N
-    first_unsure: Array  # (m, j) N: how it changes with j numbers of standard deviation 1
-    change_unsure: Array  # (m, j) N
+    ``unsure``: how both change with q numbers of standard deviation 1.
+    """
 
-    def forces(self, shares: Array) -> Array:
-        """Forces (k, m), N, by *shares* (k,)."""
-        return np.asarray(self.first + shares[:, None] * self.change)
-
-    def unsure(self, shares: Array) -> Array:
-        """How forces change with the j numbers, (k, m, j), N, by *shares* (k,)."""
-        return np.asarray(self.first_unsure + shares[:, None, None] * self.change_unsure)
-
-
-def share_at(places: Array) -> Array:
-    """Shares (k,) by *places* (k,) from 0 to 1, dense at both ends, where a line is slack and its excess steep."""
-    near = np.minimum(places, 1.0 - places)
-    share = _LEAST_SHARE * (0.5 / _LEAST_SHARE) ** (2.0 * near)
-    return np.asarray(np.where(places <= 0.5, share, 1.0 - share))
+    forces: Array  # (2, m) N: the first, and the change
+    unsure: Array  # (2, m, q) N
 
 
 def balanced(sensors: SlacknessSettings, taut: Taut, weight: float, weight_sigma: float) -> Balanced | None:
@@ -108,7 +72,9 @@ def balanced(sensors: SlacknessSettings, taut: Taut, weight: float, weight_sigma
     some, unsure = inverse @ load, weight_sigma * inverse[:, 2:]
     if m <= _FREEDOMS:
         nothing = np.zeros_like(unsure)
-        return Balanced(some, np.zeros(m), unsure, nothing) if (some >= _MIN_FORCE).all() else None
+        return (
+            Balanced(np.stack([some, np.zeros(m)]), np.stack([unsure, nothing])) if (some >= _MIN_FORCE).all() else None
+        )
     along = np.linalg.svd(pulls)[2][-1]  # the forces that balance each other
     limits = (_MIN_FORCE - some) / along
     low, high = np.where(along > 0.0, limits, -np.inf), np.where(along < 0.0, limits, np.inf)
@@ -117,9 +83,11 @@ def balanced(sensors: SlacknessSettings, taut: Taut, weight: float, weight_sigma
         return None
     # at both ends the line that is slack there stays so, however heavy the drum is
     ends = [unsure - np.outer(along, unsure[line] / along[line]) for line in (least, most)]
-    return Balanced(some + low[least] * along, (high[most] - low[least]) * along, ends[0], ends[1] - ends[0])
+    forces = np.stack([some + low[least] * along, (high[most] - low[least]) * along])
+    return Balanced(forces, np.stack([ends[0], ends[1] - ends[0]]))
 
 
 def each_alone(forces: Array) -> Balanced:
     """Return *forces* (m,), N, of which nothing is sure: a line's angle then shows its own excess alone."""
-    return Balanced(forces, np.zeros(len(forces)), np.diag(forces), np.zeros((len(forces), len(forces))))
+    own = np.diag(forces)
+    return Balanced(np.stack([forces, np.zeros(len(forces))]), np.stack([own, np.zeros_like(own)]))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,11 +18,14 @@ from cablewright.estimation.known_machine import KnownMachine
 from cablewright.estimation.reading_checks import ClockedState
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import InputError
+from cablewright.kernels.filtering import update as kernel
 
 _LONG_GAP: Final = 0.15  # s, of a step and a half
 _SHAKEN_SIGMA: Final = 0.01  # m
 INCONSISTENT: Final = f"its readings are over {math.sqrt(LARGE):g} times as far from the estimate as expected"
 _NONE: Final = slice(0, 0)
+_NOTHING: Final = np.zeros(0, np.bool_)
+_NO_SPREAD: Final = np.zeros((0, 0))
 _States = slice | NDArray[np.intp]
 _CHI2: Final = {1: 15.1, 2: 18.4, 3: 21.1, 4: 23.5}  # by degrees of freedom, exceeded by one of 10 000
 
@@ -104,6 +107,21 @@ class FilterSettings:
         found = np.asarray(self.machine.model.lines.counterweight > 0.0)
         return found if found.any() else None
 
+    @cached_property
+    def hanging(self) -> Mask:
+        """As `hung`, all False where no line has a counterweight."""
+        return np.zeros(self.machine.model.m, np.bool_) if self.hung is None else self.hung
+
+    @cached_property
+    def rolling(self) -> Array:
+        """Noise of a prediction by encoders, as `predict.roll` wants it."""
+        return np.array([self.travel_noise, self.drift_noise, self.radius_noise, self.ground_noise])
+
+    @cached_property
+    def shown(self) -> Array:
+        """Standard deviations of an estimate besides the state's, as `estimate.tell` wants them."""
+        return np.array([self.velocity_sigma, self.attitude_sigma, self.swing_sigma, self.turn_rate_sigma])
+
 
 class FilterLayout(NamedTuple):
     """Slices of the error state; ``range_bias`` has one entry for each horizontal lidar, then the vertical one.
@@ -158,6 +176,49 @@ class FilterLayout(NamedTuple):
         return int(self.attitude.stop) - 1
 
 
+class Mean(NamedTuple):
+    """The state itself, packed as its error is: what kernels take."""
+
+    x: Array  # (size,)
+    layout: FilterLayout
+    at: NDArray[np.int64]  # first indices of the layout's parts, and its size
+
+    @classmethod
+    def of(cls, layout: FilterLayout) -> Mean:
+        """Return the mean before the first state is found."""
+        x = np.zeros(layout.size)
+        x[layout.position] = np.nan
+        return cls(x, layout, np.array([each.start if isinstance(each, slice) else each for each in layout]))
+
+
+class _Part:
+    """A part of the mean, as rows of so many *columns*: a view, which assignment fills."""
+
+    def __init__(self, name: str, columns: int = 0, last: int | None = None) -> None:
+        self._name, self._shape, self._last = name, (-1, columns) if columns else (-1,), last
+
+    def __get__(self, owner: Any, kind: type) -> Array:
+        mean: Mean = owner.mean
+        part: slice = getattr(mean.layout, self._name)
+        return mean.x[part][: self._last].reshape(self._shape)
+
+    def __set__(self, owner: Any, value: ArrayLike) -> None:
+        self.__get__(owner, type(owner))[...] = value
+
+
+class _Number:
+    """One number of the mean."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def __get__(self, owner: Any, kind: type) -> float:
+        return float(owner.mean.x[getattr(owner.mean.layout, self._name)])
+
+    def __set__(self, owner: Any, value: float) -> None:
+        owner.mean.x[getattr(owner.mean.layout, self._name)] = value
+
+
 class MotionSince(NamedTuple):
     """Motion from k times until now."""
 
@@ -170,9 +231,10 @@ class MotionSince(NamedTuple):
 class DrumMotionState:
     """Place and velocity of B, rotation of the drums, and when encoders were last relied on. Times are in s."""
 
+    position, velocity = _Part("position"), _Part("velocity")
+
+    mean: Mean
     mass: float  # kg of the drum, see `load.weigh`
-    position: Array = field(default_factory=lambda: np.full(3, np.nan))
-    velocity: Array = field(default_factory=lambda: np.zeros(3))
     drum_angles: Array = field(default_factory=lambda: np.zeros(0))  # (m,) rad, paid out
     drum_rates: Array = field(default_factory=lambda: np.zeros(0))  # (m,) rad/s, smoothed
     coasted: Array = field(default_factory=lambda: np.zeros(4))  # (4,): motion that no count shows, m; coasting, s
@@ -188,8 +250,9 @@ class DrumMotionState:
 class DrumAttitude:
     """Attitude of the drum, by gyro and accelerometer. Times are in s."""
 
-    tilt: Array = field(default_factory=lambda: np.zeros(2))
-    yaw: float = 0.0
+    tilt, yaw = _Part("attitude", last=2), _Number("yaw")
+
+    mean: Mean
     angular_rate: Array = field(default_factory=lambda: np.zeros(3))  # rad/s, of tilt and yaw
     gyro_yaw: float = 0.0  # rad: yaw by the gyro alone
     turn_yaw: float = 0.0  # rad, of `gyro_yaw` at the end of the extracted turn
@@ -204,15 +267,17 @@ class DrumAttitude:
 
 @dataclass(eq=False)
 class Lines:
-    """What is estimated of the m lines, and the times, s, of updates by their angles."""
+    """What is estimated of the m lines, and the times, s, of updates by their angles.
 
-    lengths: Array = field(default_factory=lambda: np.zeros(0))
-    radii: Array = field(default_factory=lambda: np.zeros(0))
+    ``stretch_rates``: m/s, of unstrained lengths; ``compliances``: of lines with mounts, over those described.
+    """
+
+    lengths, radii, stretch_rates = _Part("lengths"), _Part("radii"), _Part("stretch")
+    zeros, compliances = _Part("zeros"), _Part("compliances")
+
+    mean: Mean
     layer_radii: Array = field(default_factory=lambda: np.zeros(0))  # (m,) m, expected by the layers of the coils
     stretching: float = 0.0  # s since the covariance had what the rates of stretch did
-    stretch_rates: Array = field(default_factory=lambda: np.zeros(0))  # (m,) m/s, of unstrained lengths
-    zeros: Array = field(default_factory=lambda: np.zeros(0))  # (m,) rad
-    compliances: Array = field(default_factory=lambda: np.ones(0))  # (m,) of lines with mounts, over those described
     loosened: Array = field(default_factory=lambda: np.zeros(0))  # (m,) m of excess, since the covariance had it
     last_angle_time: float = -math.inf  # of the last update by line angles
     angles_refused_since: float = math.inf  # of the first in a row that was rejected; inf: the last was not
@@ -226,24 +291,26 @@ class Hung:
     time: float = -math.inf  # s
     sag: Sag | None = None
     jacobian: Array = field(default_factory=lambda: np.zeros((3, 0)))  # (3, m): motion of B per length
-    stiffness: Array = field(default_factory=lambda: np.eye(3))  # (3, 3) N/m, of all lines at B
+    rising: Array = field(default_factory=lambda: np.zeros(3))  # (3,) m/N: motion of B per force upwards
     by_compliance: Array = field(default_factory=lambda: np.zeros((3, 0)))  # (3, m): motion of B, per `Lines.loosened`
 
 
 @dataclass(eq=False)
 class AsBuilt:
-    """Errors of sensors and of what the owner was told, and the ground."""
+    """Errors of sensors and of what the owner was told, and the ground.
 
-    gyro_bias: Array = field(default_factory=lambda: np.zeros(3))
-    accelerometer_bias: Array = field(default_factory=lambda: np.zeros(2))
-    range_bias: Array = field(default_factory=lambda: np.zeros(0))
-    wall_errors: Array = field(default_factory=lambda: np.zeros((0, 2)))  # (w, 2) m, and rad
-    mount_errors: Array = field(default_factory=lambda: np.zeros((0, 3)))  # (l, 3) m, m and rad
-    vertical_mount_error: Array = field(default_factory=lambda: np.zeros(6))  # m and rad
-    clock_error: float = 0.0  # s
+    ``wall_errors``: (w, 2) m and rad; ``mount_errors``: (l, 3) m, m and rad; ``vertical_mount_error``: (6,) m and rad;
+    ``clock_error``: s; ``ground_height``: m, under the valve.
+    """
+
+    gyro_bias, accelerometer_bias = _Part("gyro_bias"), _Part("accelerometer_bias")
+    range_bias, ground_height, clock_error = _Part("range_bias"), _Number("ground"), _Number("clock")
+    wall_errors, mount_errors = _Part("walls", 2), _Part("mounts", 3)
+    vertical_mount_error = _Part("vertical_mount")
+
+    mean: Mean
     unfaded: float = 0.0  # s since what was learnt of surveyed numbers faded
     survey_variances: Array = field(default_factory=lambda: np.zeros(0))  # of `FilterLayout.surveyed`, at first
-    ground_height: float = 0.0  # m, under the valve
     ground_map: GroundMap = field(default_factory=GroundMap)
 
 
@@ -264,14 +331,19 @@ class FilterState(ClockedState):
     The motion of its ``turns`` is `DrumMotionState.drum_angles` and `DrumMotionState.coasted`.
     """
 
-    layout: FilterLayout
+    mean: Mean
     P: Array  # (size, size)
     motion: DrumMotionState
-    attitude: DrumAttitude = field(default_factory=DrumAttitude)
-    lines: Lines = field(default_factory=Lines)
+    attitude: DrumAttitude
+    lines: Lines
+    built: AsBuilt
     hung: Hung = field(default_factory=Hung)
-    built: AsBuilt = field(default_factory=AsBuilt)
     judged: Judged = field(default_factory=Judged)
+
+    @property
+    def layout(self) -> FilterLayout:
+        """What is where in state and covariance."""
+        return self.mean.layout
 
     @property
     def has_long_steps(self) -> bool:
@@ -303,21 +375,26 @@ def kalman_update(
     and that their covariance: the law of the state is their mixture, of which this keeps both moments. States that are
     *considered* (Schmidt 1966) count with their covariance and are not corrected.
     """
-    PH = P @ H.T
-    S = H @ PH + R
-    K = PH / S[0, 0] if len(H) == 1 else np.linalg.solve(S, PH.T).T
-    K[considered] = 0.0
-    updated = P - K @ PH.T
-    updated -= (updated @ H.T) @ K.T
-    updated += K @ (R if spread is None else R + spread) @ K.T
-    return K @ innovation, 0.5 * (updated + updated.T)
+    updated, correction = P.copy(), np.empty(len(P))
+    kernel.correct(
+        updated, H, innovation, R, _NO_SPREAD if spread is None else spread, _chosen(considered, len(P)), correction
+    )
+    return correction, updated
 
 
 def passes_gate(P: Array, H: Array, innovation: Array, R: Array) -> tuple[bool, float]:
     """Whether an *innovation* (k,) passes the chi-square gate, and its normalised square (NIS)."""
-    S = H @ P @ H.T + R
-    nis = float(innovation[0] ** 2 / S[0, 0] if len(H) == 1 else innovation @ np.linalg.solve(S, innovation))
+    nis = kernel.size_of(P, H, innovation, R)
     return nis <= _CHI2[len(innovation)], nis
+
+
+def _chosen(states: _States, size: int) -> Mask:
+    """Return which states, (size,), are among the given ones; empty: none is."""
+    if states is _NONE:
+        return _NOTHING
+    found = np.zeros(size, np.bool_)
+    found[states] = True
+    return found
 
 
 def update_state(state: FilterState, sensor: str, H: Array, innovation: Array, R: Array) -> None:
@@ -329,9 +406,10 @@ def update_state(state: FilterState, sensor: str, H: Array, innovation: Array, R
 def apply_update(
     state: FilterState, H: Array, innovation: Array, R: Array, spread: Array | None = None, considered: _States = _NONE
 ) -> None:
-    """Update the state and its covariance by one measurement, as `kalman_update`."""
-    correction, state.P = kalman_update(state.P, H, innovation, R, spread, considered)
-    inject_correction(state, correction)
+    """Update the state and its covariance, in place, by one measurement, as `kalman_update`."""
+    x, _, at = state.mean
+    spread = _NO_SPREAD if spread is None else spread
+    kernel.update(x, state.P, at, H, innovation, R, spread, _chosen(considered, len(x)))
 
 
 def moving_velocity(state: FilterState) -> Array:
@@ -357,24 +435,7 @@ def diagonal(P: Array) -> Array:
 
 def inject_correction(state: FilterState, correction: Array) -> None:
     """Add an error-state *correction* (size,) to the state."""
-    lay = state.layout
-    state.motion.position = state.motion.position + correction[lay.position]
-    state.motion.velocity = state.motion.velocity + correction[lay.velocity]
-    state.attitude.tilt = state.attitude.tilt + correction[lay.attitude][:2]
-    state.attitude.yaw += float(correction[lay.attitude][2])
-    state.lines.lengths = state.lines.lengths + correction[lay.lengths]
-    state.lines.radii = state.lines.radii * np.exp(np.clip(correction[lay.radii], -0.2, 0.2))
-    state.built.gyro_bias = state.built.gyro_bias + correction[lay.gyro_bias]
-    state.built.accelerometer_bias = state.built.accelerometer_bias + correction[lay.accelerometer_bias]
-    state.built.range_bias = state.built.range_bias + correction[lay.range_bias]
-    state.built.ground_height += float(correction[lay.ground])
-    state.lines.stretch_rates = state.lines.stretch_rates + correction[lay.stretch]
-    state.built.wall_errors = state.built.wall_errors + correction[lay.walls].reshape(-1, 2)
-    state.built.mount_errors = state.built.mount_errors + correction[lay.mounts].reshape(-1, 3)
-    state.built.vertical_mount_error = state.built.vertical_mount_error + correction[lay.vertical_mount]
-    state.lines.zeros = state.lines.zeros + correction[lay.zeros]
-    state.lines.compliances = state.lines.compliances * np.exp(np.clip(correction[lay.compliances], -0.5, 0.5))
-    state.built.clock_error += float(correction[lay.clock])
+    kernel.inject(state.mean.x, state.mean.at, correction)
 
 
 def inflate_shaken(state: FilterState, most: float = math.inf) -> None:

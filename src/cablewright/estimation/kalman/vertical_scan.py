@@ -63,7 +63,7 @@ def turn_of(
         motion.coasting_time[good],
         state.motion.last_encoder_time - scan.times[good] - motion.coasting_time[good],
         state.motion.position - motion.displacement[good],
-        state.motion.position,
+        state.motion.position.copy(),
     )
 
 

@@ -106,6 +106,12 @@ def _orca(profile: Profile) -> dict[str, str]:
     return {"orca-machine.json": _json(machine), "orca-process.json": _json(process)}
 
 
+_CURA_WIDTHS: Final = (
+    "line_width", "wall_line_width", "wall_line_width_0", "wall_line_width_x", "skin_line_width", "infill_line_width",
+    "skirt_brim_line_width", "support_line_width",
+)  # fmt: skip
+
+
 def _cura(profile: Profile) -> dict[str, str]:
     """Return a definition of Cura, a rectangle around zero; it inherits what every printer there has."""
     mm, (wide, deep) = profile.mm, profile.rectangle
@@ -115,13 +121,14 @@ def _cura(profile: Profile) -> dict[str, str]:
         "machine_gcode_flavor": "RepRap (RepRap)", "machine_heated_bed": False, "relative_extrusion": True,
         "machine_start_gcode": profile.begin, "machine_end_gcode": profile.end,
         "machine_nozzle_size": mm(max(profile.width, profile.height)), "layer_height": mm(profile.height),
-        "layer_height_0": mm(profile.height), "line_width": mm(profile.width), "speed_print": mm(profile.print_speed),
+        "layer_height_0": mm(profile.height), "speed_print": mm(profile.print_speed),
         "speed_travel": mm(profile.travel_speed), "machine_acceleration": mm(profile.acceleration),
     }  # fmt: skip
+    values |= dict.fromkeys(_CURA_WIDTHS, mm(profile.width))
     for axis in "xyz":
         values[f"machine_max_feedrate_{axis}"] = mm(profile.travel_speed)
         values[f"machine_max_acceleration_{axis}"] = mm(profile.acceleration)
-    definition = {
+    definition: dict[str, Any] = {
         "version": 2,
         "name": printable(profile.name),
         "inherits": "fdmprinter",
@@ -131,6 +138,8 @@ def _cura(profile: Profile) -> dict[str, str]:
         },
         "overrides": {key: {"default_value": value} for key, value in values.items()},
     }  # fmt: skip
+    for key in ("line_width", "speed_travel"):  # which Cura computes unless a definition has their value
+        definition["overrides"][key]["value"] = f"{values[key]:g}"
     return {"cura.def.json": _json(definition)}
 
 

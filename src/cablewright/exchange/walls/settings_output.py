@@ -124,11 +124,14 @@ def wall_plotter(robot: Robot) -> ExportedFile:
 
 
 def maslow(robot: Robot) -> ExportedFile:
-    """Return a Maslow 4's kinematics, of firmware since 2025, but for its motors. Raises `InputError`."""
+    """Return a Maslow 4's kinematics, of firmware since 2025, but for its motors. Raises `InputError`.
+
+    Its Z is how far a belt falls from the sled to its anchor, or rises: lengths are the same.
+    """
     board = _Board(robot, "a Maslow 4", 4, has_own_zero=True)
     (one, two), (three, four) = (sorted(board.exits[k : k + 2], key=lambda each: each[0][1]) for k in (0, 2))
     corners = dict(zip(CORNERS, (two, four, one, three), strict=True))
-    places = {corner: place for corner, (place, _) in corners.items()}
+    places = {corner: (x, y, abs(z)) for corner, ((x, y, z), _) in corners.items()}
     require_unmirrored(places, f"robot {robot.name!r}")
     board.note_zero(middle(places))
     vertical = abs(board.y[2]) > math.sqrt(0.5)

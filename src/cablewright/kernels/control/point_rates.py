@@ -32,23 +32,26 @@ class PointGains(NamedTuple):
 
 
 @jit(allocates=True)
-def hold(packed, mass, position, velocity, accelerations, dt, lengths, tensions):
+def hold(packed, mass, position, velocity, accelerations, dt, near, known, lengths, tensions):
     """Write the lengths (HELD, m), m, that hold a point of *mass*, kg, on its path, and tensions (m,), N, at rest.
 
     *packed* is a batch of one row. *accelerations* (2, 3), m/s^2: now and after *dt*, s. The rows of a point that is
-    not accelerated are 0. NaN where no tensions hold it.
+    not accelerated are 0. NaN where no tensions hold it. *near* (m, 6): states of the lines at rest, where *known*
+    those at a place nearby; they become those here. Returns whether these are known.
     """
     m = packed.lines.shape[1]
     own = Packed(packed.freedoms, packed.lines[0], packed.platform[0].copy(), packed.general)
     work, pose = inverse_workspace(own), position.copy()
     states = np.zeros((HELD, m, 6))
-    _solve(own, pose, states[REST], work, False)
+    states[REST] = near
+    held = _solve(own, pose, states[REST], work, known) == OK
+    near[:, :] = states[REST]
     lengths_of(own, states[REST], lengths[REST])
     for i in range(m):
         tensions[i] = exp(states[REST, i, TAU])
     lengths[PUSHED:] = 0.0
     if not accelerations.any():
-        return
+        return held
     code = NOT_CONVERGED
     for row in range(PUSHED, HELD):
         later = row in (PUSHED_THEN, THEN)
@@ -60,6 +63,7 @@ def hold(packed, mass, position, velocity, accelerations, dt, lengths, tensions)
             states[row] = states[row - 1]
         code = _solve(own, pose, states[row], work, code == OK)
         lengths_of(own, states[row], lengths[row])
+    return held
 
 
 @jit(allocates=True)
@@ -121,13 +125,13 @@ def balance(
 
     *hosts* (w,): lines with a winch. *toward*, *whole*: of `follow`. *excess* (m,), m, is estimated, and *tensions*
     (m,), N, or empty, are measured. *planned* (m,), m, and the slack *line* (1,) change. Returns the largest error of a
-    tension, N; NaN: none chosen.
+    tension, N; inf: one is not known, and counts as right; NaN: none chosen.
     """
     m = packed.lines.shape[0]
     for i in range(m):
         if not isfinite(held[REST, i]):
             return np.nan
-    softness, error = np.empty((m, SOFTNESS)), np.empty(m)
+    softness, error, most = np.empty((m, SOFTNESS)), np.empty(m), 0.0
     soften(packed.lines, whole, toward, softness)
     if gains.manages:
         _choose(gains, chosen, line)
@@ -139,16 +143,17 @@ def balance(
         draw(packed, target, found, planes, there, there.copy())
         for i in range(m):
             error[i] = held[REST, i] - found[i, WHOLE] + planned[i] - excess[i]
-            error[i] = error[i] if isfinite(excess[i]) else 0.0
     else:
         for i in range(m):
             error[i] = softness[i, STRETCH] * (tensions[i] - chosen[i])
-            error[i] = error[i] if isfinite(error[i]) else 0.0
+    for i in range(m):
+        if not isfinite(error[i]):
+            error[i], most = 0.0, np.inf
     own, moving, motion = error[hosts], np.empty(hosts.shape[0]), np.empty(free.shape[1])
     work = _gradients(toward, free)[hosts]
     work[:, -1] = own
     split(work, moving, motion)
-    gain, most = min(gains.internal_gain, 0.5 / dt), 0.0
+    gain = min(gains.internal_gain, 0.5 / dt)
     for j in range(hosts.shape[0]):
         off = own[j] - moving[j]
         most = max(most, abs(off / softness[hosts[j], STRETCH]))

@@ -177,7 +177,7 @@ def print_on_drives(
         PrintState.TENSIONING: taking_up(machine),
         PrintState.HOMING: machine.homing(path.start_pose),
     }
-    saved, epoch, begin = _taken_up(folder) if resume and not restart else (None, datetime.now(UTC), 0.0)
+    saved, epoch, begin = taken_up(folder) if resume and not restart else (None, datetime.now(UTC), 0.0)
     printer = machine.printer(path, law, procedures, saved, begin)
     if path.attitude is not None:
         check_clear(Model(robot), job, layers)
@@ -227,7 +227,7 @@ def _run(
             gc.unfreeze()
 
 
-def _taken_up(folder: Path) -> tuple[dict[str, Snapshot], datetime, float]:
+def taken_up(folder: Path) -> tuple[dict[str, Snapshot], datetime, float]:
     """The progress of the print in *folder*, the UTC of its time 0, and the time now, s, after all that is logged.
 
     Raises `InputError` where one of them is lost.

@@ -30,7 +30,8 @@ def check_clear(model: Model, job: Job, layers: int | None) -> None:
     samples = _first_layers(job.samples(toolpath), layers)
     poses, retraction = along(model.robot, job, samples)
     poses = nozzle_on_path(model, poses, samples.positions, retraction)
-    found = JobDistances.of(job.beads(toolpath), samples, settings=InterferenceSettings(spares_ends=True))
+    settings = InterferenceSettings(spares_ends=True)
+    found = JobDistances.of(model.robot, job.beads(toolpath), samples, settings=settings)
     for first in range(0, len(poses), _BLOCK):
         block = slice(first, first + _BLOCK)
         drawn = None if retraction is None else retraction[block]

@@ -32,6 +32,7 @@ from cablewright.machine.sensors.barrier import BARRIER
 from cablewright.machine.sensors.inertial import INERTIAL
 from cablewright.machine.sensors.line_angles import LINE_ANGLES
 from cablewright.machine.sensors.tensions import LOAD_CELLS, MOTOR_TORQUES
+from cablewright.machine.sensors.yaw_encoder import YAW_ENCODER
 from cablewright.machine.settings import MachineSettings
 from cablewright.models.inertia import compensates
 from cablewright.models.statics import Equilibrium, Model
@@ -258,10 +259,9 @@ def _guard(robot: Robot, settings: MachineSettings, path: TimedPath, period: flo
     low, high = _RAMP_TIMES
     radii = [robot.lines[i].winch.drum_radius for i in robot.hosts]
     timeouts = {"encoders": max(0.5, 2.5 * period)}
-    for sensor in (LOAD_CELLS, MOTOR_TORQUES):
-        cells = settings.sensor(sensor)
-        if cells is not None:
-            timeouts[sensor.source] = max(0.5, 2.5 / cells.rate, 2.5 * period)
+    for source in (LOAD_CELLS.source, MOTOR_TORQUES.source, YAW_ENCODER.source):
+        if source in settings.sheets:
+            timeouts[source] = max(0.5, 2.5 / settings.sheets[source].rate, 2.5 * period)
     return GuardSettings(
         _max_tensions(robot),
         body_limits.least_tensions(robot) if path.attitude is not None else None,

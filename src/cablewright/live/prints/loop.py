@@ -227,7 +227,7 @@ class Printer:
         )
         if estimate.valid:
             self.last_pose[:3] = estimate.position
-            self.radii[:] = np.where(np.isfinite(estimate.radii), estimate.radii, 0.0)
+            self.radii[:] = [each if math.isfinite(each) else 0.0 for each in estimate.radii.tolist()]
             self.last_pose[3:] = estimate.rotation[: len(self.last_pose) - 3]
         self._on_transition(state, verdict)
         self._begin_stop(state, verdict, command)
@@ -328,7 +328,7 @@ class Printer:
         """Whether lines with winches have about their tensions on the path: those that the control chooses."""
         own = self.plan.velocity
         chooses = own.model.m > own.model.freedoms and own.law == "model" and not own.manage_slack
-        if not (chooses or self.plan.path.attitude is not None) or self.estimator.tensions is None:
+        if not (chooses or self.plan.path.attitude is not None):
             return True
         waited, wanted = self.time - self.supervisor.state_start > _TENSIONING_TIME, self.velocity.chosen
         if waited or wanted is None:

@@ -24,15 +24,15 @@ from cablewright.live.prints.recorder import FolderRecorder, Timing
 from cablewright.live.prints.run import CHECKPOINT, alone_in, folder_log, make_folder
 from cablewright.live.prints.snapshot_writer import SnapshotWriter
 from cablewright.live.serve.events import Events
-from cablewright.live.serve.jobs import folder_of, load_served, read_check, subject_of
+from cablewright.live.serve.jobs import digest_of, folder_of, load_served, read_check, subject_of
 from cablewright.live.serve.link import ControlLink
 from cablewright.live.serve.messages import LoadMessage
 from cablewright.live.serve.operator import PageOperator
 from cablewright.live.serve.station import Sitting, Station
 from cablewright.live.serve.status import Telling, told_sitting, waiting_state
-from cablewright.machine.log.segments import FIRST_SEGMENT
+from cablewright.machine.log.segments import next_segment
 from cablewright.printing.job import Job
-from cablewright.running.store import MANIFEST, manifest_of
+from cablewright.running.store import MANIFEST, manifest_of, read_manifest
 from cablewright.running.user_key import signature
 
 JOBS: Final = "jobs"
@@ -98,10 +98,11 @@ class Control:
         told = "the job is being loaded" if wanted else "the machine is being opened"
         self.link.state.write(waiting_state(self.number, told, self._events, opening=True))
         job = self._job(load)
-        sitting = self.station.sitting(job)
+        again = None if load is None or load.run is None else self.folder / RUNS / load.run
+        sitting = self.station.sitting(job, again)
         if self.number == 1:
             self.ready()
-        run = self._run_name(sitting) if job is not None else None
+        run = None if job is None else self._run_name(sitting) if again is None else again.name
         with ExitStack() as stack:
             timing = Timing(sitting.printer.machine.period)
             kept = (
@@ -112,13 +113,16 @@ class Control:
                 return self.ends() or telling.gives_up(sitting.printer)
 
             operator = PageOperator(
-                self.link, self._events, job is not None, self._may_load, sitting.refill, ends, sitting.home_at
-            )
+                self.link, self._events, job is not None, self._may_load, sitting.refill, ends, sitting.home_at,
+                sitting.winches,
+            )  # fmt: skip
             telling = Telling(self.link, sitting, operator, self._events, kept, self.number)
-            self.link.sitting.write(told_sitting(self.number, sitting, wanted, run, self._rejected))
+            self.link.sitting.write(
+                told_sitting(self.number, sitting, wanted, run, self._rejected, resumed=again is not None)
+            )
             self._rejected = None
             if run is not None:
-                self._events.tell("run", f"run {run} begins")
+                self._events.tell("run", f"run {run} {'begins' if again is None else 'goes on'}")
             for note in sitting.notes:
                 self._events.tell("notice", note)
             self._refuse_all("the machine was closed")
@@ -137,9 +141,17 @@ class Control:
         if load is None or load.load is None:
             return None
         folder = folder_of(self.folder / JOBS, load.load)
-        if why := self._may_load(load, subject_of(folder, self.station.robot)):
+        subject = subject_of(folder, self.station.robot)
+        if why := self._may_load(load, subject):
             raise InputError(f"load: {why}")
+        if load.run is not None and self._inputs(load.run) != (load.load, subject):
+            raise InputError(f"load: the run {load.run} is of another job, or of a robot that has changed since")
         return load_served(folder, load.load)
+
+    def _inputs(self, run: str) -> tuple[object, object]:
+        """Number of the job of a run, and the subject of its check."""
+        inputs = (read_manifest(self.folder / RUNS / run) or {}).get("inputs") or {}
+        return inputs.get("job"), inputs.get("subject")
 
     def _may_load(self, load: LoadMessage, subject: str = "") -> str:
         """Why a job may not be taken up; an empty text: it may. Its files must be those that were checked.
@@ -153,7 +165,7 @@ class Control:
             check = read_check(folder)
             if check is None:
                 return "it was not checked yet"
-            return check.refusal(subject or check.subject, load.confirmed)
+            return check.refusal(subject or check.subject, load.confirmed, digest_of(self.station.robot))
         except InputError as error:
             return str(error)
 
@@ -167,19 +179,20 @@ class Control:
 
     @contextmanager
     def _kept(self, sitting: Sitting, run: str, job: str, timing: Timing) -> Iterator[StepRecorder]:
-        """What keeps a run in its folder. Raises `EnvironmentFault`."""
+        """What keeps a run in its folder, one that goes on after what is there. Raises `EnvironmentFault`."""
         folder = self.folder / RUNS / run
         make_folder(folder)
-        own = folder_of(self.folder / JOBS, job)
-        inputs: dict[str, Any] = {"job": job, "subject": subject_of(own, self.station.robot)}
-        if (check := read_check(own)) is not None:
-            told = check.model_dump(include={"answer", "why", "expected_error", "duration"})
-            inputs["check"] = told | {"name": sitting.job.name if sitting.job is not None else ""}
-        manifest = manifest_of("serve", inputs, {"machine": sitting.head.settings.model_dump(mode="json")})
-        write_whole(folder / MANIFEST, json.dumps(manifest, indent=2).encode() + b"\n")
+        if not (folder / MANIFEST).exists():
+            own = folder_of(self.folder / JOBS, job)
+            inputs: dict[str, Any] = {"job": job, "subject": subject_of(own, self.station.robot)}
+            if (check := read_check(own)) is not None:
+                told = check.model_dump(include={"answer", "why", "expected_error", "duration", "section"})
+                inputs["check"] = told | {"name": sitting.job.name if sitting.job is not None else ""}
+            manifest = manifest_of("serve", inputs, {"machine": sitting.head.settings.model_dump(mode="json")})
+            write_whole(folder / MANIFEST, json.dumps(manifest, indent=2).encode() + b"\n")
         with (
             alone_in(folder),
-            folder_log(folder / FIRST_SEGMENT, sitting.head, drops=True) as log,
+            folder_log(next_segment(folder), sitting.head, drops=True) as log,
             SnapshotWriter(folder / CHECKPOINT, signature) as writer,
         ):
             yield FolderRecorder(log, writer, timing)
@@ -193,6 +206,7 @@ class Control:
         about = {
             "status": status,
             "reason": supervised.reason,
+            "laid": _laid(sitting),
             "steps": timing.statistics(),
             "late_up_to": [None if not np.isfinite(each) else each for each in _BINS[1:].tolist()],
             "late": counts,
@@ -221,6 +235,13 @@ class Control:
             if isinstance(message, LoadMessage) and not refusal:
                 return message
         return None
+
+
+def _laid(sitting: Sitting) -> float:
+    """Length of the strands that a sitting has laid, m, those before it was resumed too."""
+    track, done = sitting.path.track, sitting.path.distance(sitting.printer.guide.path_time)
+    pieces = np.clip(done - track.distance[:-1], 0.0, np.diff(track.distance))
+    return float(pieces[track.laying].sum())
 
 
 @contextmanager

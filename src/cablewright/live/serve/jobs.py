@@ -46,10 +46,21 @@ class JobCheck(BaseModel):
     duration: float | None = None
     """s, of the print at the planned speed."""
 
-    def refusal(self, subject: str, confirmed: str) -> str:
-        """Why the job may not be loaded; an empty text: it may. *confirmed*: the subject that a person has read of."""
+    section: float | None = None
+    """m^2, of the typical strand."""
+
+    robot: Annotated[str, Field(pattern=r"^([0-9a-f]{64})?$")] = ""
+    """SHA-256 of the robot; empty: not kept, as by earlier versions."""
+
+    def refusal(self, subject: str, confirmed: str, robot: str = "") -> str:
+        """Why the job may not be loaded; an empty text: it may. *confirmed*: the subject that a person has read of.
+
+        *subject* and *robot*: of the present files and robot.
+        """
         if self.answer == "failed":
             return f"its check did not come to an answer: {self.why}"
+        if self.robot and robot and self.robot != robot:
+            return "it was checked for another robot, or this one has changed since: check it again"
         if self.subject != subject:
             return "it was checked before its files or the robot changed: check it again"
         if self.answer == "no" and confirmed != subject:
@@ -88,6 +99,11 @@ def load_served(folder: Path, name: str) -> Job:
 def _is_plain(named: object) -> bool:
     """Whether it is a file's name alone."""
     return isinstance(named, str) and named not in ("", ".", "..") and not set(named) & set("/\\\0")
+
+
+def digest_of(robot: Robot) -> str:
+    """SHA-256 of a robot."""
+    return hashlib.sha256(robot.model_dump_json().encode()).hexdigest()
 
 
 def subject_of(folder: Path, robot: Robot) -> str:

@@ -38,10 +38,14 @@ class OrderMessage(_Message):
 
 
 class LoadMessage(_Message):
-    """Take up another job, or none. ``confirmed``: the check's number that a person has read why not of."""
+    """Take up another job, or none. ``confirmed``: the check's number that a person has read why not of.
+
+    ``run``: name of a run of that job which was cut off, and goes on.
+    """
 
     load: Annotated[str, Field(pattern=r"^[0-9a-f]{16}$")] | None
     confirmed: Annotated[str, Field(max_length=64)] = ""
+    run: Annotated[str, Field(pattern=r"^\d{8}-\d{6}-[a-z0-9-]{1,60}$")] | None = None
 
 
 Message = OrderMessage | LoadMessage

@@ -17,6 +17,7 @@ from cablewright.live.prints.loop import Printer
 from cablewright.live.serve.events import Events
 from cablewright.live.serve.link import ControlLink
 from cablewright.live.serve.messages import LoadMessage, OrderMessage
+from cablewright.live.serve.winch import HELD, WINCH, WinchByHand
 
 _NOBODY: Final = "the control: the operator has left"
 _TOO_OLD: Final = f"the control: it was ordered over {ORDER_LIFE:g} s ago"
@@ -43,6 +44,7 @@ class PageOperator:
     refill: Callable[[], None]
     ends: Callable[[], bool]
     home_at: Callable[[Array | None], None] = lambda _place: None
+    winches: WinchByHand | None = None
     load: LoadMessage | None = None  # taken up next
     _lease: int = field(default=0, repr=False)  # under which somebody operates
     _resumed: float = field(default=math.inf, repr=False)  # s of the server's clock, of the last order to go on
@@ -61,6 +63,8 @@ class PageOperator:
             if isinstance(message, LoadMessage):
                 refusal = self.link.untimely(message) or self._loaded(printer, message)
                 self._answer(message.number, message.by, "load", refusal)
+            elif message.kind is OrderKind.TAKE_UP and HELD in message.arguments:
+                self._hold(message)
             elif (why := self._refusal(printer, message)) is not None:
                 self._answer(message.number, message.by, message.kind.value, why)
             else:
@@ -111,7 +115,14 @@ class PageOperator:
             return "start: no job is loaded"
         if message.kind is OrderKind.HOME and printer.supervisor.state is PrintState.IDLE:
             return self._homes(printer, message.arguments.get("place"))
+        if message.kind is OrderKind.TAKE_UP and printer.supervisor.state is PrintState.IDLE and self.winches:
+            return self.winches.choose(message.arguments.get(WINCH)) or None
         return None
+
+    def _hold(self, message: OrderMessage) -> None:
+        """Go on with a winch that is turned by hand, by a message that is not old."""
+        if self.winches and not self.link.untimely(message) and self.link.age(message) <= LEASE:
+            self.winches.hold(message.arguments.get(WINCH, ()))
 
     def _homes(self, printer: Printer, place: tuple[float, ...] | None) -> str | None:
         """Take a measured place for homing; why not, or None."""

@@ -20,13 +20,17 @@ from cablewright.control.procedure import Procedure
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import PrintState
+from cablewright.live.drives.printing import taken_up
 from cablewright.live.drives.session import RealMachine, taking_up
-from cablewright.live.estimators import estimator
+from cablewright.live.estimators import Estimator, estimator
 from cablewright.live.prints.laid_material import check_clear
 from cablewright.live.prints.limits import path_of
 from cablewright.live.prints.loop import Printer
 from cablewright.live.prints.plan import PrintOptions, plan_print, twin_of
+from cablewright.live.prints.recorder import read_checkpoint
+from cablewright.live.prints.run import CHECKPOINT, log_epoch
 from cablewright.live.rest_pose import rest_pose
+from cablewright.live.serve.winch import WinchByHand
 from cablewright.live.stationary_path import still_path
 from cablewright.machine.drives.bus import Port
 from cablewright.machine.log.head import LogHead
@@ -60,6 +64,7 @@ class Sitting:
     """Takes where a person has measured the platform, (3,) m or (n,), before an order to home; None: nobody has."""
 
     notes: tuple[str, ...] = ()
+    winches: WinchByHand | None = None  # turns single winches; None: nothing measures their tensions
 
     @property
     def procedures(self) -> tuple[str, ...]:
@@ -72,8 +77,8 @@ class Station(Protocol):
 
     robot: Robot
 
-    def sitting(self, job: Job | None) -> Sitting:
-        """Begin a sitting, from where the last one ended.
+    def sitting(self, job: Job | None, run: Path | None = None) -> Sitting:
+        """Begin a sitting, from where the last one ended; *run*: folder of a run of the job that goes on.
 
         Raises `InputError` and `AnswerError` for a job that it cannot print, `EnvironmentFault` for a machine that is
         not there.
@@ -96,8 +101,9 @@ class SimulatedStation:
     told: Array | None = None  # (n,) m and rad, where the last sitting knew it; None: there
     _last: tuple[SimulatedMachine, Printer] | None = field(default=None, repr=False)
 
-    def sitting(self, job: Job | None) -> Sitting:
-        """As `Station`."""
+    def sitting(self, job: Job | None, run: Path | None = None) -> Sitting:
+        """As `Station`; one whose run goes on is the machine of its checkpoint."""
+        saved = None if run is None else read_checkpoint(run / CHECKPOINT)
         if self._last is not None:
             machine, printer = self._last
             truth = np.concatenate([machine.truth.position, machine.truth.rotation])
@@ -110,12 +116,19 @@ class SimulatedStation:
             wanted, samples = still_path(self.robot, Model(self.robot).nozzle(begin) - [0.0, 0.0, lift], _BY_HAND)
         twin = twin_of(self.robot, wanted, self.settings, PrintOptions(seed=self.seed), samples)
         plan = plan_print(twin)
-        machine = SimulatedMachine(self.robot, twin.settings, self.pose, seed=self.seed)
+        if saved is None:
+            machine = SimulatedMachine(self.robot, twin.settings, self.pose, seed=self.seed)
+        else:
+            machine = SimulatedMachine.resumed(self.robot, twin.settings, saved["machine"], seed=self.seed)
         paced = Paced(machine)
-        printer = Printer(
-            plan, paced, lambda _pose, radii: estimator(twin.estimator, self.robot, machine.settings, begin, (), radii)
-        )
-        printer.last_pose[:] = begin
+
+        def made(pose: Array, radii: Array) -> Estimator:
+            known = begin if saved is None else pose
+            return estimator(twin.estimator, self.robot, machine.settings, known, (), radii)
+
+        printer = Printer(plan, paced, made, now=machine.time, saved=saved)
+        if saved is None:
+            printer.last_pose[:] = begin
         self._last = machine, printer
         head = LogHead(
             self.robot,
@@ -124,7 +137,7 @@ class SimulatedStation:
             simulation=machine.simulation,
             plant="dynamic",
             seed=self.seed,
-            epoch=datetime.now(UTC).replace(microsecond=0),
+            epoch=datetime.now(UTC).replace(microsecond=0) if run is None else log_epoch(run, real_time=True),
         )
 
         def refill() -> None:
@@ -145,7 +158,7 @@ class DriveStation:
     port: Callable[[], Port] | None = None
     begin: Array | None = None  # (n,) m and rad, roughly where the platform is if nothing is saved
 
-    def sitting(self, job: Job | None) -> Sitting:
+    def sitting(self, job: Job | None, run: Path | None = None) -> Sitting:
         """As `Station`."""
         if job is not None and job.robot not in (None, self.robot.name):
             raise InputError(f"job {job.name!r}: robot = {job.robot!r}, but the robot is {self.robot.name!r}")
@@ -165,8 +178,9 @@ class DriveStation:
         else:
             path = path_of(self.robot, job, samples, owner, machine.estimator)
         homing = machine.homing(near)
+        winches = WinchByHand(taking_up(machine), machine.winch_jog, self.robot.winches)
         procedures: dict[PrintState, Procedure] = {
-            PrintState.TENSIONING: taking_up(machine),
+            PrintState.TENSIONING: winches,
             PrintState.HOMING: homing,
         }
 
@@ -176,13 +190,14 @@ class DriveStation:
         paced = Paced(machine.machine)
         if self.port is not None:  # virtual time
             machine.machine = paced  # type: ignore[assignment]
-        printer = machine.printer(path, "model", procedures)
+        saved, epoch, start = (None, datetime.now(UTC).replace(microsecond=0), 0.0) if run is None else taken_up(run)
+        printer = machine.printer(path, "model", procedures, saved, start)
         if job is not None:
             machine.reckon_powder(printer)
         if job is not None and path.attitude is not None:
             check_clear(Model(self.robot), job, None)
-        epoch = datetime.now(UTC).replace(microsecond=0)
         head = LogHead(self.robot, owner, owner.period, kind="real", epoch=epoch)
         assert owner.drives is not None
         notes = () if job is None else owner.drives.valve_notes
-        return Sitting(printer, path, head, job, lateness=lambda: list(paced.lateness), home_at=home_at, notes=notes)
+        made = Sitting(printer, path, head, job, lateness=lambda: list(paced.lateness), home_at=home_at, notes=notes)
+        return replace(made, winches=winches)

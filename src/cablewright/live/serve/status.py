@@ -240,11 +240,18 @@ def _numbers(values: Array | None) -> list[float] | None:
 
 
 def told_sitting(
-    number: int, sitting: Sitting, job: str | None, run: str | None, rejected: tuple[str, str] | None = None
+    number: int,
+    sitting: Sitting,
+    job: str | None,
+    run: str | None,
+    rejected: tuple[str, str] | None = None,
+    *,
+    resumed: bool = False,
 ) -> bytes:
     """What is fixed for a sitting, as JSON. *job*: number of its folder. *run*: name of the run's folder.
 
-    *rejected*: number of a job that the machine could not take up before this sitting, and why.
+    *rejected*: number of a job that the machine could not take up before this sitting, and why. *resumed*: the run was
+    cut off, and goes on.
     """
     printer, path, owner = sitting.printer, sitting.path, sitting.head.settings
     plan, numbers = printer.plan, np.unique(path.track.layer[path.track.laying])
@@ -263,6 +270,7 @@ def told_sitting(
         "cable": owner.winch.held,
         "frame": [list(plan.manual.min_position), list(plan.manual.max_position)],
         "jog_speed": plan.manual.max_speed,
+        "winch_names": list(sitting.head.robot.winch_names) if sitting.winches else None,
         "plane": None if plan.manual.plane is None else _plane_of(plan.manual.plane),
         "park": plan.manual.park is not None,
         "procedures": sitting.procedures,
@@ -272,6 +280,7 @@ def told_sitting(
         "period": printer.machine.period,
         "job": None if sitting.job is None else {"id": job, "name": sitting.job.name},
         "run": run,
+        "resumed": resumed,
         "path": _path_of(path, numbers) if sitting.job is not None else None,
     }
     return to_json(about, inf_nan_mode="null")

@@ -98,7 +98,8 @@ class Views:
         self._begun = False
         self._nozzle = np.array(head.nozzle)
         self._lidars = [_mounted(name, lidar) for name, lidar in head.settings.lidars.items()]
-        self._path: list[Array] = []
+        self._path: list[dict[str, float]] = []
+        self._last = np.full(3, np.inf)  # m, where the path ends
         self._since = 0.0  # s, at the first point of the path's last piece
 
     def messages(
@@ -201,15 +202,17 @@ class Views:
 
     def _gone(self, stamp: dict[str, int], time: float, place: Array) -> Iterator[dict[str, Any]]:
         """The path that the nozzle printed, in pieces: the last one is sent again as it grows."""
-        if self._path and np.linalg.norm(place - self._path[-1]) < _STEP:
+        if self._path and np.linalg.norm(place - self._last) < _STEP:
             return
         if len(self._path) in (0, _MOST):
             self._path, self._since = self._path[-1:], time
-        self._path.append(np.array(place))
-        drawn = [_line(_LINE_STRIP, self._path, _INK, 2.0)]
+        self._last = np.array(place)
+        self._path.append(_xyz(place))
+        drawn = [_line(_LINE_STRIP, (), _INK, 2.0) | {"points": self._path}]
         extrusion = self._head.settings.extrusion
         if extrusion is not None:  # what is laid, as a strand of its width
-            drawn.append(_line(_LINE_STRIP, self._path, _SAND, extrusion.bead.width) | {"scale_invariant": False})
+            wide = _line(_LINE_STRIP, (), _SAND, extrusion.bead.width)
+            drawn.append(wide | {"points": self._path, "scale_invariant": False})
         yield _entity(stamp, "world", f"path from {self._since:.2f} s", lines=drawn)
 
 

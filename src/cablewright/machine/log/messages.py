@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Sequence
+from operator import attrgetter
 from typing import Any, Final
 
 import numpy as np
@@ -20,10 +21,15 @@ from cablewright.machine.log.topics import TOPICS, Signal, Topic
 _BY_NAME: Final = {each.topic: each for each in TOPICS}
 _BY_SIGNAL: Final = {each.signal: each for each in TOPICS if not each.source}
 _WRITERS: Final = {
-    each.topic: tuple((key, each.renamed.get(key, key), kind.write) for key, kind in each.kinds.items())
+    each.topic: (
+        tuple(each.kinds),
+        attrgetter(*(each.renamed.get(key, key) for key in each.kinds)),
+        tuple(kind.write for kind in each.kinds.values()),
+    )
     for each in TOPICS
+    if each.signal is not SensorFrame
 }
-"""Of each topic: key, attribute, and what makes JSON of it."""
+"""Of each topic: keys, attributes, and what makes JSON of each."""
 
 _MAX_RANGE: Final = 99.99  # m, of ranges that are written by table ...
 _STEPS: Final = 1e5  # ... in steps of 10 um: so many a metre
@@ -50,8 +56,9 @@ def encode(signal: Signal, winches: Sequence[str], counts_per_turn: int, epoch: 
 
 def _plain(signal: Signal, topic: Topic) -> dict[str, Any]:
     """The signal's attributes by the topic's kinds, without those that are left out."""
-    written = {key: write(getattr(signal, name)) for key, name, write in _WRITERS[topic.topic]}
-    return {key: value for key, value in written.items() if value is not None}
+    keys, attributes, writers = _WRITERS[topic.topic]
+    written = {key: write(value) for key, write, value in zip(keys, writers, attributes(signal), strict=True)}
+    return {key: value for key, value in written.items() if value is not None} if None in written.values() else written
 
 
 def encode_frame(frame: SensorFrame) -> bytes:

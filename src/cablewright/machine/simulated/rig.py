@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
-from cablewright.foundation.signals import Condition, Notice, Truth, WinchMode, frozen
+from cablewright.foundation.signals import Condition, Notice, Truth, WinchMode
 from cablewright.kernels.plant import beam, dynamics, machine_step, winding
 from cablewright.kernels.rotation import matrix
 from cablewright.kernels.statics.equilibrium import evaluate
@@ -254,18 +254,13 @@ class Rig:
         machine_step.show_lines(*given, self._scratch, self._shown)
         motion, rotation = self.motion, self._turned()
         air = air_at(self.settings.simulation.climate, time)
+        of_lines = self.lengths, self._shown[:, machine_step.TENSION], self.lengths - self._shown[:, machine_step.TAUT]
+        told = np.concatenate([motion[:12], *of_lines, self.winches.leaving_radii])
+        told.flags.writeable = False
+        (place, velocity, turned, rate), of_each = told[:12].reshape(4, 3), told[12:].reshape(4, -1)
+        lengths, tensions, excess, radii = of_each
         truth = Truth(
-            time,
-            frozen(motion[0:3]),
-            frozen(motion[3:6]),
-            frozen(motion[6:9]),
-            frozen(motion[9:12]),
-            frozen(self.lengths),
-            frozen(self._shown[:, machine_step.TENSION]),
-            frozen(self.lengths - self._shown[:, machine_step.TAUT]),
-            frozen(self.winches.leaving_radii),
-            self.powder,
-            self.retraction.length,
+            time, place, velocity, turned, rate, lengths, tensions, excess, radii, self.powder, self.retraction.length
         )
         shown = self._shown[:, machine_step.SHOWN].copy()
         counts = self.winches.counts

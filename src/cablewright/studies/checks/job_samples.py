@@ -76,7 +76,8 @@ class JobPath:
 
         Raises `AnswerError` where the nozzle cannot be held at *zeroed_at*.
         """
-        distances = None if "interference" in skip else JobDistances.of(self.beads, self.samples, room=self.room)
+        near = "interference" not in skip
+        distances = JobDistances.of(full.robot, self.beads, self.samples, room=self.room) if near else None
         search = None
         if "expected-error" not in skip:
             zero = None if zeroed_at is None else solve_inverse(full, full.unrotated_at(np.array([zeroed_at])))

@@ -279,6 +279,10 @@ class NoiseOptions:
         float | None,
         typer.Option("--yaw-noise", help="Add the yaw of a rigid platform with this standard deviation, rad."),
     ] = None
+    frequency_noise: Annotated[
+        float | None,
+        typer.Option("--frequency-noise", help="Add frequencies of the free cables, standard deviation in Hz."),
+    ] = None
     pose_noise: Annotated[
         float | None,
         typer.Option(
@@ -310,7 +314,12 @@ def simulate_calibration_command(
 
     machine, given = cw.load(robot), noises
     sensors = cw.SensorNoise(
-        given.tension_noise, given.swivel_noise, given.tilt_noise, given.pose_noise, given.yaw_noise
+        given.tension_noise,
+        given.swivel_noise,
+        given.tilt_noise,
+        given.pose_noise,
+        given.yaw_noise,
+        given.frequency_noise,
     )
     made = cw.simulate_calibration(
         machine, poses, given.noise, seed=seed, guess=given.guess, cable=cable, sensors=sensors

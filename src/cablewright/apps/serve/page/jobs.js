@@ -1,6 +1,6 @@
 // Jobs that were sent, by people and by slicers, and their checks.
 import { atRest } from "./state.js";
-import { at, clock, fixed, make, put, span, t } from "./words.js";
+import { at, clock, fixed, make, put, span, t, worded } from "./words.js";
 
 const EVERY = 2000; // ms between lists
 
@@ -91,7 +91,7 @@ export class Jobs {
 
   job(job) {
     const { check } = job, loaded = this.sitting?.job?.id === job.id, mine = this.orders.mine, row = make("div", { className: "row" });
-    const answer = job.busy || t(!check ? "job.unchecked" : { yes: "job.yes", no: "job.no", failed: "job.unchecked" }[check.answer]);
+    const answer = job.busy ? worded("busy", job.busy) : t(!check ? "job.unchecked" : { yes: "job.yes", no: "job.no", failed: "job.unchecked" }[check.answer]);
     const button = (text, act, disabled = false) => row.append(make("button", { type: "button", textContent: text, disabled: disabled || !mine, onclick: act }));
     if (check?.has_report) row.append(make("a", { href: `/jobs/${job.id}/report`, target: "_blank", rel: "noopener", textContent: t("job.report") }));
     const { control } = this.orders, begins = control && (control.fresh || ["off", "idle"].includes(control.state));

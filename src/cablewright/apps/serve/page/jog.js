@@ -2,7 +2,8 @@
 import { atRest } from "./state.js";
 import { at, fixed, make, put, t } from "./words.js";
 
-const EVERY = 50; // ms between leases; one holds for 200
+export const EVERY = 50; // ms between leases; one holds for 200
+export const END = [[window, "blur"], [window, "pagehide"], [document, "visibilitychange"]]; // that let go
 const NEAR = 2e-2; // m, within which the platform stands where a way was checked from
 const STEPS = [0, 1e-3, 1e-2, 0.1]; // m; 0: hold
 const WORDS = [["\u2212x", "+x"], ["\u2212y", "+y"], ["jog.down", "jog.up"]];
@@ -14,6 +15,14 @@ function ways(plane) { // buttons in pairs, back and forth: along the axes, or t
     const forth = along.map((v) => v * Math.sign(along[axis])), back = forth.map((v) => -v);
     return [back, forth].map((way, k) => [(axis === 2 ? t(WORDS[2][k]) : WORDS[axis][k]) + (aside ? t("jog.inplane") : ""), way]);
   });
+}
+
+export function holds(button, begin, end) { // a button that acts as long as it is held
+  button.addEventListener("pointerdown", (event) => { if (event.button === 0) { button.setPointerCapture(event.pointerId); begin(); } });
+  for (const kind of ["pointerup", "pointercancel", "lostpointercapture", "blur"]) button.addEventListener(kind, end);
+  button.addEventListener("keydown", (event) => { if ([" ", "Enter"].includes(event.key)) { event.preventDefault(); if (!event.repeat) begin(); } });
+  button.addEventListener("keyup", end);
+  button.addEventListener("contextmenu", (event) => event.preventDefault());
 }
 
 export class Jog {
@@ -29,18 +38,13 @@ export class Jog {
     at("jog").addEventListener("keyup", ({ key }) => { if (KEYS.includes(key)) this.end(); });
     link.on("sitting", (sitting) => this.sit(sitting)).on("hello", () => { this.count = 0; }).on("lost", () => this.end());
     link.on("state", ({ control }) => this.allow(control)).on("jog", () => this.end());
-    for (const [what, kind] of [[window, "blur"], [window, "pagehide"], [document, "visibilitychange"]]) what.addEventListener(kind, () => this.end());
+    for (const [what, kind] of END) what.addEventListener(kind, () => this.end());
   }
 
   button(text, way) {
     const made = make("button", { type: "button", textContent: text, disabled: true });
     made.setAttribute("aria-label", t("jog.label", { way: text }));
-    const begin = () => this.begin(made, way), end = () => this.end();
-    made.addEventListener("pointerdown", (event) => { if (event.button === 0) { made.setPointerCapture(event.pointerId); begin(); } });
-    for (const kind of ["pointerup", "pointercancel", "lostpointercapture", "blur"]) made.addEventListener(kind, end);
-    made.addEventListener("keydown", (event) => { if ([" ", "Enter"].includes(event.key)) { event.preventDefault(); if (!event.repeat) begin(); } });
-    made.addEventListener("keyup", end);
-    made.addEventListener("contextmenu", (event) => event.preventDefault());
+    holds(made, () => this.begin(made, way), () => this.end());
     return made;
   }
 

@@ -1,5 +1,5 @@
 // The lines: tension within limits, slack, length out, winch and drive; made once, changed in place.
-import { at, fixed, force, length, make, put, t } from "./words.js";
+import { at, fixed, force, length, make, put, t, worded } from "./words.js";
 
 export class LineTable {
   constructor(link) { link.on("sitting", (sitting) => this.begin(sitting)).on("state", ({ control }) => control?.lines && this.show(control)); }
@@ -40,7 +40,7 @@ export class LineTable {
       else if (!own) put(cells[4], t("lines.host", { line: this.sitting.lines[hosts[winch]] }));
       else put(cells[4], modes[winch] === "off" ? t("lines.brake") : `${speeds[winch] ? fixed(speeds[winch], 2) + "\u00a0rad/s" : t("lines.holds")}`);
       cells[5].hidden = !drives;
-      if (drives && own && winch >= 0) put(cells[5], drives.faults[winch] || drives.states[winch]);
+      if (drives && own && winch >= 0) put(cells[5], drives.faults[winch] || worded("drive", drives.states[winch]));
     });
   }
 

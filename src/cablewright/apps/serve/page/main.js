@@ -2,6 +2,7 @@
 import { Camera } from "./camera.js";
 import { Chart } from "./chart.js";
 import { Console } from "./console.js";
+import { First } from "./first.js";
 import { Jobs } from "./jobs.js";
 import { Jog } from "./jog.js";
 import { LineTable } from "./lines.js";
@@ -14,13 +15,14 @@ import { Runs } from "./runs.js";
 import { Slicers } from "./slicers.js";
 import { State } from "./state.js";
 import { LiveView } from "./view.js";
+import { Winches } from "./winches.js";
 import { at, clock, make, setTexts, t } from "./words.js";
 
 setTexts();
-const link = new Link(), orders = new Orders(link), printing = new Printing(link, orders), jog = new Jog(link, orders), jobs = new Jobs(link, orders, printing);
+const link = new Link(), orders = new Orders(link), printing = new Printing(link, orders), jog = new Jog(link, orders), jobs = new Jobs(link, orders, printing), runs = new Runs(link, orders);
 const parts = {
   link, orders, printing, jog, jobs, state: new State(link), lines: new LineTable(link), plan: new Plan(link, jog), chart: new Chart(link), view: new LiveView(link),
-  runs: new Runs(link, orders), slicers: new Slicers(link, orders), console: new Console(orders, jog), camera: new Camera(link), next: new Next(link, orders, jobs, printing),
+  runs, slicers: new Slicers(link, orders), console: new Console(orders, jog), camera: new Camera(link), winches: new Winches(link, orders, jog), first: new First(link, orders, jobs, runs, jog), next: new Next(link, orders, jobs, printing, runs),
 };
 window.operate = parts; // for those who test
 

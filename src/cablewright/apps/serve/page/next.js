@@ -3,8 +3,9 @@ import { at, put, t } from "./words.js";
 import { atRest } from "./state.js";
 
 export class Next {
-  constructor(link, orders, jobs, printing) {
+  constructor(link, orders, jobs, printing, runs) {
     this.link = link;
+    this.runs = runs;
     this.orders = orders;
     this.jobs = jobs;
     this.printing = printing;
@@ -29,6 +30,8 @@ export class Next {
     if (!operator) return [t("next.take"), t("order.take"), () => at("take").click(), "take"];
     if (!mine) return [t("next.watch", { who: operator.title })];
     const order = (kind, told = t(`next.${kind}`)) => [told, t(`order.${kind}`), () => orders.asked(kind), kind];
+    const { cut } = this.runs, begins = (control.state === "fault" && control.fresh) || ["off", "idle"].includes(control.state);
+    if (cut && begins && atRest(control)) return [t("next.again", { run: cut.name }), t("act.again"), () => this.runs.resume(cut)];
     switch (control.state) {
       case "closed": return control.opening ? [t("next.opening")] : [t("next.open"), t("order.open"), () => orders.openMachine()];
       case "fault": return atRest(control) ? order("reset", t(control.fresh ? "next.reset.fresh" : "next.reset")) : [t("next.slowing")];

@@ -1,6 +1,6 @@
 // Orders: who operates, what leads to a print, and what interrupts it. The control's own table says what a state allows.
 import { Questions } from "./questions.js";
-import { at, has, make, put, t } from "./words.js";
+import { at, has, make, put, t, worded } from "./words.js";
 
 const STEPS = ["reset", "enable", "take up", "home", "start"];
 const MORE = ["resume", "refilled", "stop", "release"];
@@ -50,7 +50,8 @@ export class Orders {
   async asked(kind, measured = "") { // whether it was given; why not is said. `measured`: where the platform is, to home
     const place = at("place"), key = `sure.${kind}`;
     place.value = measured;
-    const sure = !has(key) || await this.sure(t(key), t(`${key}.text`, { clear: t("clear") }), t("yes"), { place: kind === "home" }), given = place.value.trim();
+    const text = has(key) ? t(kind === "start" && this.sitting?.resumed ? "sure.start.resumed" : `${key}.text`, { clear: t("clear") }) : "";
+    const sure = !has(key) || await this.sure(t(key), text, t("yes"), { place: kind === "home" }), given = place.value.trim();
     return sure ? this.give(kind, kind === "home" && given ? { place: given.split(/[,;\s]+/).map(Number) } : {}) : t("console.asked");
   }
 
@@ -76,7 +77,7 @@ export class Orders {
 
   async stop() {
     this.stops += 1;
-    this.questions.end(false);
+    this.questions.end(null);
     const alarm = at("alarm");
     const through = await this.link.stop();
     alarm.hidden = through;
@@ -110,7 +111,7 @@ export class Orders {
   why(kind) { // why it cannot be given now; empty: it can
     if (kind === "start" && !this.sitting?.job) return t("why.nojob");
     if (!this.mine) return this.operator ? t("why.other", { who: this.operator.title }) : t("why.operate");
-    return this.may(kind) ? "" : t("why.state", { states: (this.sitting?.orders[kind] ?? []).join(", ") });
+    return this.may(kind) ? "" : t("why.state", { states: (this.sitting?.orders[kind] ?? []).map((state) => worded("state", state)).join(", ") });
   }
 
   update() {

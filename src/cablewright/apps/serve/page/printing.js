@@ -1,6 +1,6 @@
 // One confirmation, and what follows from it: the job is loaded, the machine is reset and enabled, and the print starts.
 // Whatever comes between ends it: Stop, another operator, a lost connection, a state that was not expected, or time.
-import { fixed, t } from "./words.js";
+import { fixed, t, worded } from "./words.js";
 
 const LOAD = 120e3, STEP = 20e3; // ms for a load and for each order
 const SILENCE = 5e3; // ms without a word of the server: a machine that is being opened is silent for less
@@ -43,7 +43,7 @@ export class Printing {
     await this.until((control) => control.state !== from || control.fresh || this.orders.may(kind));
     const { state, fresh } = this.orders.control;
     if (state !== from) return;
-    if (state === "fault" && !fresh) throw new Error(t("print.state", { state })); // a person looks at its cause
+    if (state === "fault" && !fresh) throw new Error(t("print.state", { state: worded("state", state) })); // a person looks at its cause
     let refusal = ""; // such as of a machine that was just opened, or of an order that came late
     do {
       if (refusal) await new Promise((done) => { setTimeout(done, AGAIN); });
@@ -74,7 +74,7 @@ export class Printing {
     const why = this.reason();
     if (!why && (this.link.stale || !this.sitting)) return; // an old state answers nothing
     const met = !why && waiting.condition(control, this.sitting);
-    const other = !why && !met && waiting.states && !waiting.states.includes(control.state) ? t("print.state", { state: control.state }) : "";
+    const other = !why && !met && waiting.states && !waiting.states.includes(control.state) ? t("print.state", { state: worded("state", control.state) }) : "";
     if (!why && !met && !other) return;
     this.waiting = null;
     if (met) waiting.done(); else waiting.failed(new Error(why || other));

@@ -11,10 +11,10 @@ export class Questions {
     at("ask-no").addEventListener("click", () => this.answer(false));
   }
 
-  ask(title, text, yes, { place = false } = {}) { // whether it was answered by yes
-    this.end(false);
+  ask(title, text, yes, { place = false } = {}) { // true for yes, false for no, null where the question was withdrawn
+    this.end(null);
     const asked = this.situation(), opener = document.activeElement;
-    if (!asked) return Promise.resolve(false);
+    if (!asked) return Promise.resolve(null);
     put(at("ask-title"), title); put(at("ask-text"), text); put(at("ask-yes"), yes);
     at("ask-place").hidden = !place;
     at("ask").show();
@@ -33,7 +33,7 @@ export class Questions {
   }
 
   withdraw(why) {
-    this.end(false);
+    this.end(null);
     this.say(t("withdrawn", { why }));
   }
 

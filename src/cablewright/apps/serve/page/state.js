@@ -1,11 +1,13 @@
 // State, reason, progress, and what is known of the platform.
-import { at, fixed, has, put, span, t } from "./words.js";
+import { at, fixed, has, put, span, t, worded } from "./words.js";
 
 const MOVING = ["ready", "printing", "manual", "tensioning", "homing"];
 
 export function turns(control) { return Boolean(control.speeds?.some((speed) => speed !== 0)); }
 
 export function atRest(control) { return !MOVING.includes(control.state) && !turns(control); }
+
+const capital = (text) => `${text[0].toUpperCase()}${text.slice(1)}.`;
 
 function named(control) { // the state's word, and how it looks
   const { state } = control;
@@ -45,7 +47,7 @@ export class State {
     const { state, reason } = control, pill = at("state"), [word, kind] = named(control);
     put(pill, word);
     pill.className = `pill ${kind}`;
-    const told = control.fresh ? t("told.fresh") : control.waiting ? t("told.waiting") : reason ? reason[0].toUpperCase() + reason.slice(1) + "." : has(`told.${state}`) ? t(`told.${state}`) : "";
+    const told = control.fresh ? t("told.fresh") : control.waiting ? t("told.waiting") : reason ? capital(worded("reason", reason)) : has(`told.${state}`) ? t(`told.${state}`) : "";
     put(at("reason"), told);
     if (!control.platform) return;
     const { position, velocity, valid, deviation, rotation, nozzle } = control.platform;

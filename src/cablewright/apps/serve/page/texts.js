@@ -8,7 +8,7 @@ export const TEXTS = {
   "kind.real": "machine of {robot}",
 
   "h.state": "State", "h.orders": "Orders", "h.hand": "By hand", "h.plan": "Plan", "h.events": "Faults and events", "h.view": "View", "h.camera": "Camera",
-  "h.lines": "Lines", "h.error": "Path error, last 60 s", "h.jobs": "Jobs", "h.runs": "History", "h.slicers": "Slicers", "h.console": "Console",
+  "h.lines": "Lines", "h.error": "Path error, last 60 s", "h.jobs": "Jobs", "h.runs": "History", "h.slicers": "Slicers", "h.console": "Console", "h.first": "First run", "h.winches": "Single winches",
 
   "fact.layer": "layer", "fact.path": "path", "fact.left": "time left", "fact.job": "job", "fact.position": "position", "fact.rotation": "rotation vector",
   "fact.nozzle": "nozzle", "fact.speed": "speed", "fact.time": "machine time", "fact.swing": "swing", "fact.powder": "powder left",
@@ -26,6 +26,14 @@ export const TEXTS = {
   "name.refilling.moving": "stopping to refill", "name.refilling.standing": "refilling", "name.off.moving": "slowing down", "name.off.standing": "off",
   "name.closed": "closed", "name.opening": "opening", "name.fault": "fault", "name.fresh": "off: reset to begin",
 
+  "state.off": "off", "state.tensioning": "taking up slack", "state.homing": "homing", "state.manual": "moving by hand", "state.idle": "idle", "state.ready": "moving to the path",
+  "state.printing": "printing", "state.paused": "paused", "state.refilling": "refilling", "state.stopped": "stopped", "state.fault": "fault", "state.closed": "closed",
+  "drive.off": "off", "drive.ready": "ready", "drive.enabled": "enabled", "drive.fault": "fault", "busy.waits": "waits", "busy.is being checked": "is being checked", "busy.is being written": "is being written",
+  "status.finished": "finished", "status.runs, or was cut off": "was cut off",
+  "reason.emergency stop": "emergency stop", "reason.not reset since it was started": "not reset since it was started", "reason.finished": "finished", "reason.reset": "reset", "reason.enabled": "enabled",
+  "reason.paused by order": "paused by order", "reason.stopped by order": "stopped by order", "reason.the position is not known": "the position is not known", "reason.somebody is in the light barrier": "somebody is in the light barrier",
+  "reason.no reading of the light barrier": "the light barrier is not read", "reason.no powder is left": "no powder is left", "reason.little powder is left": "little powder is left", "reason.a winch drum is empty or full": "a winch drum is empty or full",
+
   "told.fresh": "The machine is opened. Its brakes are closed until it is reset and enabled.",
   "told.waiting": "The print is to be resumed, and waits until the light barrier is clear and the winches stand. Pause withdraws that.",
   "told.off": "Brakes are closed and the winches are off.", "told.idle": "The winches are enabled and hold.", "told.ready": "Moving to the path; printing begins there.",
@@ -40,6 +48,7 @@ export const TEXTS = {
   "next.enable": "Next: enable the winches: brakes open, and they hold.", "next.take up": "Next: take up slack, then home.", "next.home": "Next: home, so that the position is known.",
   "next.start": "Next: keep everyone clear, then start the print.", "next.print": "Next: print {name}, or move by hand.", "next.checking": "Wait: {name} is being checked. Or move by hand.", "next.refused": "The check of {name} did not say yes: see Jobs. Or move by hand.", "next.send": "Next: send a job, or move by hand.",
   "next.pause": "It moves. Pause slows down along the path; Stop closes the brakes.", "next.resume": "Next: resume the print, or end it.",
+  "next.again": "Next: the print {run} was cut off. Resume it where it stopped, or leave it.", "act.again": "Resume or leave it",
   "next.refilled": "Next: refill, then press Refilled.", "next.wait": "It moves. Wait until it is done, or press Stop.", "next.slowing": "It slows down. Wait.",
   "act.send": "Choose a file", "act.print": "Print {name}", "act.cancel": "Do not start",
 
@@ -60,6 +69,8 @@ export const TEXTS = {
 
   "clear": "Keep everyone clear of the machine.", "yes": "Yes", "no": "No",
   "sure.start": "Start the print?", "sure.start.text": "The platform moves to the start of the path and prints. {clear}",
+  "sure.start.resumed": "The platform moves back to where the print was cut off, and prints on. {clear}",
+  "sure.again": "Take up {run} where it was cut off?", "sure.again.yes": "Take it up", "sure.again.text": "What is printed still stands as it was, and no person has moved the platform by hand since: look at both. The job is loaded; then reset, enable, home where the machine homes, and start. {clear} With No the print is left, and stays in the history.",
   "sure.resume": "Resume the print?", "sure.resume.text": "The platform moves back to the path and prints. {clear}",
   "sure.refilled": "Is the powder refilled?", "sure.refilled.text": "The platform then moves back to the path and prints. {clear}",
   "sure.take up": "Take up slack?", "sure.take up.text": "Winches reel in, line by line. Keep hands off the lines.",
@@ -77,8 +88,19 @@ export const TEXTS = {
   "jog.group": "Move the platform by hand", "jog.hold": "hold", "jog.step": "Each press", "jog.label": "Move {way}, while held", "jog.keys": "Keys, while a button here has the focus: arrows, Page up, Page down.",
   "jog.speed": "Speed", "jog.inplane": " in the plane", "jog.down": "down", "jog.up": "up", "jog.grey": "Grey: {why}.",
   "why.hand": "only while the winches are enabled and hold, and the position is known",
+  "winch.on": "I turn single winches, to tension or maintain a line; other lines may go slack", "winch.in": "Reel in", "winch.out": "Pay out", "winch.in.label": "Reel in {name}, while held", "winch.out.label": "Pay out {name}, while held",
+  "winch.none": "Grey: a simulated machine has no single winches to turn, as nothing measures tensions on a drive there.", "why.winch": "Grey: only while the winches are enabled and hold.",
   "goto.label": "Go to, m:", "goto.plane": "{axes} ({axis} follows from the plane)", "goto.go": "Go", "goto.rejected": "It cannot go there: {why}.", "goto.moves": "the platform moves, or has moved since the way was checked; order it again once it stands", "goto.checking": "The way is being checked.",
   "plan.note": "Click a place: the way there is checked first, and then asked for. The height stays.", "plan.label": "Plan of the frame: click a place to go there", "plan.place": "({place}) m",
+
+  "first.note": "Step by step to the first part. What is done shows by the state of the machine; each step can be done again.", "first.done": "done", "first.open": "to do",
+  "first.machine": "The machine", "first.machine.text": "The robot comes from cablewright new or import. Is it the one that stands there? If not: end serve by Ctrl-C, and start it with the right file.", "first.machine.yes": "It is this one", "first.machine.no": "It is another", "first.machine.shown": "{robot}: {n} lines, frame {size} m",
+  "first.enable": "Enable", "first.enable.text": "Keep everyone clear. Brakes open, and the winches hold. Release closes the brakes again.",
+  "first.tension": "Tension", "first.tension.text": "No line is slack, and all tensions are within their limits. Release, and look at the lines, where one is not.", "first.tension.shown": "Tensions from {low} to {high}; {n} lines are slack.",
+  "first.home": "Home", "first.home.text": "The position is known. Homing tests the saved lengths, or takes a place that was measured.", "first.home.shown": "The machine takes itself to be at ({place}) m.", "first.home.none": "This machine knows its lengths without homing.",
+  "first.measure": "Calibrate", "first.measure.text": "Measure where the nozzle is, in the robot's frame, and compare. Do so near each corner: go there by hand.", "first.measure.field": "Measured place of the nozzle, m", "first.measure.compare": "Compare", "first.measure.again": "Measure again", "first.measure.three": "Three numbers, m, are expected.",
+  "first.measure.near": "It differs by {mm} mm: good enough for a first part.", "first.measure.far": "It differs by {mm} mm, over 10 mm: home with the measured place; where it still differs, release, end serve, and calibrate the machine: cablewright calibrate.",
+  "first.square": "First square", "first.square.text": "A small square of three layers in the middle of the floor, made for this frame. It is checked, and printed once you confirm it.", "first.square.make": "Make and check it", "first.square.done": "Printed: {run}. Its report is in the history.",
 
   "faults": "Present faults", "faults.none": "No fault is reported.", "events": "Events, the newest first",
   "view.none": "This browser has no WebGL 2: there is no view.",
@@ -97,7 +119,7 @@ export const TEXTS = {
   "job.unchecked": "not checked", "job.yes": "check: yes", "job.no": "check: no", "job.loaded": "loaded; {answer}", "job.report": "report of the check",
   "job.load": "Load", "job.print": "Print", "job.away": "Put away", "job.again": "Check again", "job.remove": "Remove", "job.rejected": "Not loaded: {why}.",
   "job.by": "sent by {by}", "job.wants": "asks to be printed", "job.error": "expected error {mm} mm", "job.takes": "takes {time}", "job.picture": "Picture of {name}",
-  "runs.none": "Nothing was printed yet.", "runs.find": "Find a run", "runs.nothing": "No run matches.", "run.now": "runs now", "run.report": "report", "run.report.busy": "report {busy}",
+  "runs.none": "Nothing was printed yet.", "runs.find": "Find a run", "runs.nothing": "No run matches.", "run.now": "runs now", "run.resume": "Resume", "run.laid": "laid {m} m", "run.material": ", about {l} l of material", "run.wear": "Cable wound: {wear}.", "run.wound": "{name} {m} m", "runs.wear": "Lines over all these runs: {lines}.", "runs.line": "{name} {m} m wound, {h} h taut", "run.report": "report", "run.report.busy": "report {busy}",
   "run.before": "before: check said {answer}", "run.after": "after: largest error {mm} mm", "run.after.none": "after: not measured yet", "run.notes": "Notes", "run.notes.save": "Keep the notes", "run.notes.of": "Notes on {run}",
 
   "print.load": "The job is being loaded.", "print.reset": "The machine is being reset.", "print.enable": "The brakes open.", "print.start": "It starts.",

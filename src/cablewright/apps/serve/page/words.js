@@ -9,6 +9,8 @@ export function t(key, values = {}) { // of the table, filled in
 
 export const has = (key) => key in TEXTS;
 
+export const worded = (prefix, word) => has(`${prefix}.${word}`) ? t(`${prefix}.${word}`) : word; // a word of the machine
+
 export function setTexts(root = document) { // of the elements that name their text; attributes as data-t-label
   for (const each of root.querySelectorAll("[data-t]")) each.textContent = t(each.dataset.t);
   for (const each of root.querySelectorAll("[data-t-label]")) each.setAttribute("aria-label", t(each.dataset.tLabel));

@@ -24,7 +24,8 @@ MAX_NAME: Final = 120
 
 _AROUND: Final = 1 << 16  # bytes of a form beside its file
 _PARTS: Final = 16
-_DRAINING: Final = 60.0  # s
+_DRAINING: Final = 60.0  # s, of whoever has a key
+_BRIEF: Final = 2.0  # s, of a stranger
 _LIMIT: Final = f"at most {MAX_BYTES[GCODE] >> 20} MiB of G-code are taken"
 
 
@@ -127,7 +128,8 @@ def _parameter(headers: str, header: str, name: str) -> str | None:
 class EarlyRefusal(Response):
     """An answer that is sent before a body of known length was read; then that is read, or its sender would not see it.
 
-    A body without a length is not read: one whose chunks are malformed would end the answer.
+    Of a stranger's it is read for two seconds. The connection is closed then. A body without a length is not read: one
+    whose chunks are malformed would end the answer.
     """
 
     media_type = "text/plain"
@@ -138,11 +140,12 @@ class EarlyRefusal(Response):
         if b"content-length" not in names or b"transfer-encoding" in names:
             await super().__call__(scope, receive, send)
             return
-        await send({"type": "http.response.start", "status": self.status_code, "headers": self.raw_headers})
+        closing = [*self.raw_headers, (b"connection", b"close")]
+        await send({"type": "http.response.start", "status": self.status_code, "headers": closing})
         await send({"type": "http.response.body", "body": self.body, "more_body": True})
         more, size = True, 0
         with suppress(TimeoutError):
-            async with asyncio.timeout(_DRAINING):
+            async with asyncio.timeout(_DRAINING if "key" in scope else _BRIEF):
                 while more and size < DRAINED:
                     message = await receive()
                     size += len(message.get("body", b""))

@@ -7,8 +7,16 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
 
 import numpy as np
 
-from cablewright.estimation.body.updates.update import OF_MEDIAN, HeldBody, Slopes, Update, UpdatePart, middle
-from cablewright.foundation.arrays import Array
+from cablewright.estimation.body.updates.update import (
+    OF_MEDIAN,
+    DrumPulls,
+    HeldBody,
+    Slopes,
+    Update,
+    UpdatePart,
+    middle,
+)
+from cablewright.foundation.arrays import Array, Indices
 from cablewright.foundation.signals import Reading, Tensions
 from cablewright.models.rotation import matrix_of
 
@@ -31,6 +39,9 @@ class Cells(Update):
 
     ``drift``: N, by which a zero walks in an hour. Without it a zero that was learnt would count for ever: what it has
     walked since would be taken for a machine that is otherwise off, in the directions that are known least.
+
+    A motor of a drum with several lines shows the pull of all: numbers of such drums follow those of the lines, as
+    tensions of the line that each is named for, whose gain, zero and friction they have.
     """
 
     READING: ClassVar[type[Reading]] = Tensions
@@ -51,23 +62,37 @@ class Cells(Update):
         assert isinstance(reading, Tensions)  # its kind
         if reading.source != self.source:
             return None
-        silent = np.isnan(reading.tensions)
-        if self.source == "motor_torques":
+        silent, drums = np.isnan(reading.tensions), self._drums(state.wound.drums)
+        if self.source == _AT_THE_WINCH:
             silent &= settings.winches.alone
         for i in np.flatnonzero(silent != state.judged.silent):
             name = settings.model.robot.lines[i].name
             what = f"the cell of line {name} gives no reading"
             state.monitor.set("load_cells", f"silent {name}", what, active=bool(silent[i]))
         state.judged.silent = silent
-        return reading.tensions
+        if drums is None:
+            return reading.tensions
+        winches, torques = settings.winches, reading.torques
+        if torques is None or len(torques) != len(winches.hosts):
+            torques = np.full(len(winches.hosts), np.nan)
+        return np.concatenate([reading.tensions, torques[winches.shared] / drums.arms])
 
     def shown(self, there: HeldBody) -> Array:
-        return there.tensions
+        return _with_drums(there.tensions, self._drums(there.drums))
+
+    def _drums(self, drums: DrumPulls | None) -> DrumPulls | None:
+        """Return the drums that are measured: by motors."""
+        return drums if self.source == _AT_THE_WINCH else None
+
+    def _hosts(self, state: BodyState) -> Indices:
+        """The line (k,) whose gain, zero and friction each number has."""
+        drums, lines = self._drums(state.wound.drums), np.arange(state.layout.m)
+        return lines if drums is None else np.concatenate([lines, drums.hosts])
 
     def as_known(self, state: BodyState, shown: Array) -> Array:
-        layout, unknowns = state.layout, state.belief.unknowns
+        layout, unknowns, own = state.layout, state.belief.unknowns, self._hosts(state)
         lost = unknowns[layout.friction] * state.wound.sliding
-        return np.asarray((1.0 + unknowns[layout.gain] - lost) * shown + unknowns[layout.zero])
+        return np.asarray((1.0 + unknowns[layout.gain] - lost)[own] * shown + unknowns[layout.zero][own])
 
     def set_prior(self, settings: BodySettings, layout: BodyLayout, variances: Array) -> None:
         variances[layout.gain], variances[layout.zero] = self.gain**2, self.zero**2
@@ -84,19 +109,26 @@ class Cells(Update):
         self, settings: BodySettings, state: BodyState, slopes: Slopes, read: Array, acceleration: float
     ) -> UpdatePart:
         """As `Update`; of the cells that are used."""
-        layout, lines = state.layout, np.arange(state.layout.m)
-        cells = np.flatnonzero(state.judged.cells_used & np.isfinite(read).any(axis=0))
-        gradients = slopes.tensions @ state.belief.gradients
-        gradients[lines, layout.gain.start + lines] = state.tensions
-        gradients[lines, layout.zero.start + lines] = 1.0
-        gradients[lines, layout.friction.start + lines] = -state.tensions * state.wound.sliding
-        gradients[:, layout.load] = slopes.tensions_by_wrench
+        layout, own, drums = state.layout, self._hosts(state), self._drums(state.wound.drums)
+        pulls, by_wrench = _with_drums(state.tensions, drums), _with_drums(slopes.tensions_by_wrench, drums)
+        used = np.pad(state.judged.cells_used, (0, len(own) - layout.m), constant_values=True)
+        cells, rows = np.flatnonzero(used & np.isfinite(read).any(axis=0)), np.arange(len(own))
+        gradients = _with_drums(slopes.tensions @ state.belief.gradients, drums)
+        gradients[rows, layout.gain.start + own] = pulls
+        gradients[rows, layout.zero.start + own] = 1.0
+        gradients[rows, layout.friction.start + own] = -pulls * state.wound.sliding[own]
+        gradients[:, layout.load] = by_wrench
         each = self.deviation**2 * OF_MEDIAN / len(read) + settings.deviations.model**2
-        force = slopes.tensions_by_wrench[cells] * (settings.model.robot.platform.mass * acceleration)
+        force = by_wrench[cells] * (settings.model.robot.platform.mass * acceleration)
         force[:, 3:] *= _ARM
-        beam = settings.beam_deviation * _by_beam(settings, state, slopes)[cells]
+        beam = settings.beam_deviation * _with_drums(_by_beam(settings, state, slopes), drums)[cells]
         noise = each * np.eye(len(cells)) + force @ force.T + np.outer(beam, beam) * OF_MEDIAN / len(read)
         return UpdatePart(middle(read[:, cells]), gradients[cells], noise, cells)
+
+
+def _with_drums(tensions: Array, drums: DrumPulls | None) -> Array:
+    """Return *tensions* (m, ...), followed by the pulls on *drums*, (m + d, ...)."""
+    return tensions if drums is None else np.concatenate([tensions, drums.per_tension @ tensions])
 
 
 def _by_beam(settings: BodySettings, state: BodyState, slopes: Slopes) -> Array:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.foundation.arrays import Array
+from cablewright.foundation.arrays import Array, Indices
 from cablewright.foundation.errors import require_positive
 from cablewright.foundation.signals import Reading
 
@@ -30,6 +30,14 @@ class Slopes(NamedTuple):
     tensions_by_wrench: Array  # (m, 6)
 
 
+class DrumPulls(NamedTuple):
+    """How the tensions of m lines turn the d drums that have several of them."""
+
+    hosts: Indices  # (d,) the line that each is named for
+    arms: Array  # (d,) m: torque over a tension of its host
+    per_tension: Array  # (d, m) pull as one of its host
+
+
 class HeldBody(NamedTuple):
     """Where a platform may hang. ``broken``: the line that does not hold it; None: all do."""
 
@@ -37,6 +45,7 @@ class HeldBody(NamedTuple):
     tensions: Array  # (m,) N
     planes: Array  # (m, 3) of the lines, see `solvers.taut`
     broken: int | None = None
+    drums: DrumPulls | None = None
 
 
 class UpdatePart(NamedTuple):

@@ -1,0 +1,63 @@
+"""`vibration`: tension, density and modulus of a line by its natural frequency."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import cablewright as cw
+from cablewright.apps.cli.command import command
+from cablewright.apps.cli.options import AsJson, Pose, RobotName
+from cablewright.apps.cli.output import answer
+from cablewright.apps.cli.parsing import pose_of
+from cablewright.foundation.errors import InputError
+
+
+@command(
+    "vibration merlet2023 --at 0,0,1 --line north-west --frequency 11.5",
+    "analyses.line_vibration:LineVibration",
+)
+def vibration_command(
+    *,
+    robot: RobotName,
+    line: Annotated[str, typer.Option("--line", metavar="NAME", help="Line that vibrates.")],
+    at: Pose = None,
+    frequency: Annotated[
+        float | None, typer.Option("--frequency", metavar="HZ", help="First frequency across the plane of the sag, Hz.")
+    ] = None,
+    record: Annotated[
+        Path | None,
+        typer.Option(
+            "--record",
+            metavar="FILE.csv",
+            help="Record of a vibration, columns t and readings, instead of --frequency.",
+        ),
+    ] = None,
+    in_plane: Annotated[
+        float | None, typer.Option("--in-plane", metavar="HZ", help="First frequency in the plane of the sag, Hz.")
+    ] = None,
+    sigma: Annotated[
+        float | None,
+        typer.Option("--sigma", metavar="HZ", help="Its standard deviation; by default of the record, or 0.5 %."),
+    ] = None,
+    tension: Annotated[
+        float | None, typer.Option("--tension", metavar="N", help="Tension by a load cell, instead of that by statics.")
+    ] = None,
+    as_json: AsJson = False,
+) -> int:
+    """Ends of the line count as at rest, and its bending stiffness is left out.
+
+    Compare the tension with the expected one for maintenance. Sag alone shows the modulus, below a named tension.
+    """
+    machine = cw.load(robot)
+    pose = pose_of(at, machine)
+    if pose is None:
+        raise InputError("vibration: give --at X,Y,Z")
+    source = frequency if record is None else record
+    if source is None or (frequency is not None and record is not None):
+        raise InputError("vibration: give either --frequency or --record")
+    return answer(
+        cw.line_vibration(machine, pose, line, source, sigma=sigma, in_plane=in_plane, tension=tension), as_json
+    )

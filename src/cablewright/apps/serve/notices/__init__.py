@@ -1,0 +1,1 @@
+"""News for other programs: layer, pause, fault and end of a print, by webhooks and MQTT."""

@@ -1,0 +1,90 @@
+"""The estimate of the filter: its state at the present time, and the covariance of that in space."""
+
+from math import cos, sin
+
+import numpy as np
+
+from cablewright.kernels import jit
+from cablewright.kernels.filtering.update import ATTITUDE, LENGTHS, POSITION, RADII, VELOCITY
+from cablewright.kernels.rotation import yawed
+
+# Numbers of an estimate: pose and velocity, then m lengths, m of excess, m radii, and the covariance (9, 9).
+PLACE, SPEED, ROTATION, OF_LINES = 0, 3, 6, 9
+AXES = 9
+
+# Standard deviations besides the state's: m/s, rad, rad of tilt and rad/s of yaw without gyro.
+BY_VELOCITY, BY_ATTITUDE, BY_SWING, BY_TURN = 0, 1, 2, 3
+
+
+@jit
+def excess_of(x, at, taut_lengths, toward, there, excess):
+    """Write the *excess* (m,), m, of lengths over those of lines that were taut with B *there* (3,), m."""
+    p, first = at[POSITION], at[LENGTHS]
+    for i in range(excess.shape[0]):
+        excess[i] = x[first + i] - taut_lengths[i]
+        for k in range(3):
+            excess[i] -= toward[i, k] * (x[p + k] - there[k])
+
+
+@jit(allocates=True)
+def tell(x, P, at, jacobian, taut_lengths, toward, there, rates, angular_rate, sigmas, late, coasting, found):
+    """Write the numbers *found* of an estimate, and, unless B is *coasting*, its velocity into the state *x* (n,).
+
+    *jacobian* (3, m), *taut_lengths* (m,), *toward* (m, 3) at a place *there* (3,); *rates* (m,), rad/s of the drums;
+    *angular_rate* (3,), rad/s; *sigmas* (4,). *late* (3,), s: since the last counts and the last turn rate, and the
+    longest time over which these are relied on.
+    """
+    m, p, v = rates.shape[0], at[POSITION], at[VELOCITY]
+    size = at[RADII] + m  # of the states that pose and velocity depend on, which come first
+    since, turning = min(max(late[0], 0.0), late[2]), min(max(late[1], 0.0), late[2])
+    G = np.zeros((AXES, size))
+    for k in range(3):
+        G[k, p + k] = 1.0
+        if coasting:
+            G[SPEED + k, v + k], since = 1.0, 0.0
+            continue
+        x[v + k] = 0.0
+        for i in range(m):
+            G[SPEED + k, at[RADII] + i] = jacobian[k, i] * x[at[RADII] + i] * rates[i]
+            x[v + k] += G[SPEED + k, at[RADII] + i]
+    for k in range(3):
+        found[PLACE + k], found[SPEED + k] = x[p + k] + since * x[v + k], x[v + k]
+    for i in range(m):
+        radius = x[at[RADII] + i]
+        found[OF_LINES + i] = x[at[LENGTHS] + i] + since * radius * rates[i]
+        found[OF_LINES + 2 * m + i] = radius
+    excess_of(x, at, taut_lengths, toward, there, found[OF_LINES + m : OF_LINES + 2 * m])
+    first = at[ATTITUDE]
+    yaw, tilt_x, tilt_y = x[first + 2], x[first], x[first + 1]
+    found[ROTATION], found[ROTATION + 1], found[ROTATION + 2] = yawed(
+        yaw + turning * angular_rate[2], tilt_x + turning * angular_rate[0], tilt_y + turning * angular_rate[1]
+    )
+    c, s = cos(yaw), sin(yaw)
+    G[6, first], G[6, first + 1], G[7, first], G[7, first + 1], G[8, first + 2] = c, -s, s, c, 1.0
+    covariance = found[OF_LINES + 3 * m :].reshape((AXES, AXES))
+    _spread(G, P, covariance)
+    for k in range(3):
+        covariance[SPEED + k, SPEED + k] += sigmas[BY_VELOCITY] ** 2
+        covariance[ROTATION + k, ROTATION + k] += sigmas[BY_ATTITUDE] ** 2
+    if late[1] > late[2]:
+        covariance[6, 6] += sigmas[BY_SWING] ** 2
+        covariance[7, 7] += sigmas[BY_SWING] ** 2
+        covariance[8, 8] += sigmas[BY_TURN] ** 2 * late[1] * (1.0 + late[1])
+
+
+@jit(allocates=True)
+def _spread(G, P, covariance):
+    """Write the *covariance* of G times a state with the covariance *P*: of few states each."""
+    rows, size = G.shape
+    GP = np.zeros((rows, size))
+    for a in range(rows):
+        for j in range(size):
+            if G[a, j] != 0.0:
+                for i in range(size):
+                    GP[a, i] += G[a, j] * P[j, i]
+    for a in range(rows):
+        for b in range(a + 1):
+            total = 0.0
+            for i in range(size):
+                total += GP[a, i] * G[b, i]
+            covariance[a, b] = covariance[b, a] = total

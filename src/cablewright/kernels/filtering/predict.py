@@ -1,0 +1,98 @@
+"""Predictions of the filter's state: by the winches' encoders, by the gyro, and what fades."""
+
+from math import exp, sqrt
+
+import numpy as np
+
+from cablewright.kernels import jit
+from cablewright.kernels.covariance import add_multiples
+from cablewright.kernels.filtering.update import ATTITUDE, GROUND, GYRO, LENGTHS, POSITION, RADII, STRETCH
+
+# Noise of a prediction by encoders: m per root metre, m per root second, share per root radian, m per root metre.
+TRAVEL, DRIFT, RADIUS, UNDERGROUND = 0, 1, 2, 3
+
+
+@jit(allocates=True)
+def roll(x, P, at, jacobian, toward, hung, rotation, creep, noise, dt, gain, loosened, coasted, rates):
+    """Predict lengths, B and the covariance by the *rotation* (m,), rad, of the winch drums in *dt*, s.
+
+    *jacobian* (3, m), *toward* (m, 3): of taut lines. *hung* (m,): lines with a counterweight, which follow B. *creep*
+    (m,): 1/s, of lengths; *noise* (4,). In place: *loosened* (m,), m of excess; *coasted* (4,): what no count shows;
+    *rates* (m,), rad/s of the drums, smoothed by a *gain*.
+    """
+    m = rotation.shape[0]
+    paid, stretched, moved, unseen = np.empty(m), np.empty(m), np.zeros(3), np.zeros(3)
+    lengths, radii, still = at[LENGTHS], at[RADII], True
+    for i in range(m):
+        paid[i] = x[radii + i] * rotation[i]
+        stretched[i] = dt * x[at[STRETCH] + i] + dt * creep[i] * x[lengths + i]
+        still = still and rotation[i] == 0.0
+    for k in range(3):
+        for i in range(m):
+            unseen[k] += jacobian[k, i] * stretched[i]
+            moved[k] += jacobian[k, i] * paid[i]
+        moved[k] += unseen[k]
+        coasted[k] += unseen[k]
+        x[at[POSITION] + k] += moved[k]
+    for i in range(m):
+        along = toward[i, 0] * moved[0] + toward[i, 1] * moved[1] + toward[i, 2] * moved[2]
+        if hung[i]:
+            paid[i] += along
+        x[lengths + i] += paid[i] + stretched[i]
+        loosened[i] += paid[i] + stretched[i] - along
+        if dt > 0.0 and not still:
+            rates[i] += gain * (rotation[i] / dt - rates[i])
+    weights, own = np.empty((3, m)), np.zeros((m, m))
+    for i in range(m):
+        own[i, i] = paid[i]
+        for k in range(3):
+            weights[k, i] = jacobian[k, i] * paid[i]
+    add_multiples(P, at[POSITION], radii, weights)  # radii as shares
+    add_multiples(P, lengths, radii, own)
+    far = sqrt(moved[0] ** 2 + moved[1] ** 2 + moved[2] ** 2)
+    variance = noise[TRAVEL] ** 2 * far + noise[DRIFT] ** 2 * dt
+    for k in range(3):
+        P[at[POSITION] + k, at[POSITION] + k] += variance
+    for i in range(m):
+        P[lengths + i, lengths + i] += variance
+        P[radii + i, radii + i] += noise[RADIUS] ** 2 * abs(rotation[i])
+    P[at[GROUND], at[GROUND]] += noise[UNDERGROUND] ** 2 * far
+
+
+@jit(allocates=True)
+def turn(x, P, at, rate, dt, noise, angular_rate):
+    """Predict the attitude by the gyro's *rate* (3,), rad/s, over *dt*, s, with a *noise*, rad per root second.
+
+    Tilts are along axes that turn with the drum, and all three angles drift by the gyro's biases. Writes the
+    *angular_rate* (3,), rad/s, of tilt and yaw.
+    """
+    first, gyro = at[ATTITUDE], at[GYRO]
+    wx, wy, wz = rate[0] - x[gyro], rate[1] - x[gyro + 1], rate[2] - x[gyro + 2]
+    angular_rate[0], angular_rate[1], angular_rate[2] = wx + wz * x[first + 1], wy - wz * x[first], wz
+    turning, drifting = np.zeros((2, 2)), np.zeros((3, 3))
+    turning[0, 1], turning[1, 0] = dt * wz, -dt * wz
+    for k in range(3):
+        x[first + k] += dt * angular_rate[k]
+        drifting[k, k] = -dt
+    add_multiples(P, first, first, turning)
+    add_multiples(P, first, gyro, drifting)
+    for k in range(3):
+        P[first + k, first + k] += noise**2 * dt
+
+
+@jit
+def fade(P, begin, end, share, variances):
+    """Predict the covariance *P* (n, n) of states from *begin* to *end* over a *share* of their time.
+
+    They are a Gauss-Markov process: *variances* (end - begin,) where nothing is known. Returns the factor of means.
+    """
+    keep = exp(-share)
+    for i in range(begin, end):
+        for j in range(P.shape[0]):
+            P[i, j] *= keep
+    for j in range(P.shape[0]):
+        for i in range(begin, end):
+            P[j, i] *= keep
+    for i in range(begin, end):
+        P[i, i] += (1.0 - keep * keep) * variances[i - begin]
+    return keep

@@ -1,0 +1,110 @@
+"""Input that says a thing twice, or of different parts: rejected by one line that names the place."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cablewright.calibration.calibrate import calibrate
+from cablewright.calibration.measurements import read_measured, write_measured
+from cablewright.calibration.plan import Bound, CalibrationPlan, Group, Known, load_plan
+from cablewright.calibration.poses.problem import StraightProblem
+from cablewright.calibration.poses.simulation import SensorNoise, simulate_calibration
+from cablewright.foundation.errors import InputError
+from cablewright.robot import Eyelet, Line, Robot, load
+
+WANG = load("wang2021")
+MADE = simulate_calibration(WANG, 20, 1e-4, seed=1, sensors=SensorNoise(swivel=1e-3)).measured
+
+
+def with_first(robot: Robot, **own: object) -> Robot:
+    return robot.model_copy(update={"lines": (robot.lines[0].model_copy(update=own), *robot.lines[1:])})
+
+
+def drummed(line: Line, radius: float) -> Line:
+    return line.model_copy(update={"winch": line.winch.model_copy(update={"drum_radius": radius})})
+
+
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        (
+            "deviation = 0\n\n[[known]]\nname = 'build_up'\ndeviation = 1e-3",
+            r"known\[1\].name': build_up is in known\[0\] too",
+        ),
+        (
+            "lines = ['a', 'b']\ndeviation = 0\n\n[[known]]\nname = 'build_up'\ndeviation = 1e-3",
+            "build_up of a, b is in",
+        ),
+        ("lines = ['a']\ndeviation = 0\n\n[[known]]\nname = 'build_up'\nlines = ['b']\ndeviation = 1e-3", ""),
+    ],
+)
+def test_a_known_number_is_given_once(tmp_path: Path, text: str, fault: str) -> None:
+    file = tmp_path / "plan.toml"
+    file.write_text(f"schema = 1\n\n[[known]]\nname = 'build_up'\n{text}\n")
+    if not fault:
+        assert len(load_plan(file).known) == 2
+        return
+    with pytest.raises(InputError, match=fault):
+        load_plan(file)
+
+
+def test_a_range_is_given_once() -> None:
+    bounds = (Bound(name="build_up", min=0.0, max=0.1), Bound(name="build_up", min=0.0, max=0.2))
+    with pytest.raises(ValueError, match=r"build_up is in bounds\[0\] too"):
+        CalibrationPlan(bounds=bounds)
+
+
+def test_of_several_lines_the_widest_deviation_counts_for_a_shared_number() -> None:
+    names = [line.name for line in WANG.lines]
+    known = (
+        Known(name="build_up", lines=tuple(names[:2]), deviation=0.0),
+        Known(name="build_up", lines=tuple(names[2:]), deviation=1e-3),
+    )
+    found = calibrate(WANG, MADE, CalibrationPlan(known=known), rough=0.05, outliers=False)
+    assert "build_up" in {each.name for each in found.doubt.considered}
+
+
+def test_a_copied_row_is_rejected(tmp_path: Path) -> None:
+    file = tmp_path / "data.csv"
+    text = write_measured(MADE, WANG).splitlines()
+    file.write_text("\n".join([*text, text[7]]) + "\n")
+    with pytest.raises(InputError, match="line 22: repeats all measurements of line 8: a copy measures nothing new"):
+        calibrate(WANG, file)
+    file.write_text("\n".join([*text, text[7].rpartition(",")[0] + ",0.5"]) + "\n")
+    assert len(read_measured(file, WANG).counted) == 21
+
+
+def test_home_may_be_measured_again() -> None:
+    counted = MADE.counted - MADE.counted[0]
+    counted[9] = 0.0
+    assert MADE.guess is not None
+    data = replace(
+        MADE, counted=counted, swivel=None, guess=np.vstack([MADE.guess[:9], MADE.guess[:1], MADE.guess[10:]])
+    )
+    assert calibrate(WANG, data, rough=0.05, outliers=False).status == "ok"
+
+
+def test_a_group_is_of_lines_with_the_same_parts() -> None:
+    first, second, *_ = (line.name for line in WANG.lines)
+
+    def plan(name: str) -> CalibrationPlan:
+        return CalibrationPlan(
+            unknowns=("exit_point", "length_offset", name), groups=(Group(name=name, lines=(first, second)),)
+        )
+
+    with pytest.raises(InputError, match=f"groups: sheave_radius: line '{first}' has none; leave it out of the group"):
+        StraightProblem.of(with_first(WANG, sheave=Eyelet()), replace(MADE, swivel=None), plan("sheave_radius"))
+    spools = load("hangprinter-v4")
+    lines = (drummed(spools.lines[0], 0.09), *(drummed(line, 0.05) for line in spools.lines[1:]))
+    other = spools.model_copy(update={"lines": lines})
+    names = tuple(line.name for line in spools.lines[:2])
+    made = simulate_calibration(other, 20, 1e-4, seed=1).measured
+    both = CalibrationPlan(
+        unknowns=("exit_point", "length_offset", "build_up"), groups=(Group(name="build_up", lines=names),)
+    )
+    with pytest.raises(InputError, match=r"groups: build_up of .*: of different drums or cables"):
+        StraightProblem.of(other, made, both)
