@@ -60,7 +60,7 @@ RESUMED = {"campaign"}  # reads its stored results
 ENDLESS = {"serve"}  # goes on until it is stopped: `tests/apps/serve` does both
 
 
-@pytest.mark.usefixtures("_elsewhere")
+@pytest.mark.usefixtures("_elsewhere", "undrawn")
 @pytest.mark.parametrize("name", [name for name in HOMES if name not in ENDLESS])
 def test_the_example_of_a_command_runs_and_its_json_is_declared(cli, name: str) -> None:
     kind = _kind(name)
