@@ -32,7 +32,7 @@ from cablewright.kernels.filtering import hanging
 from cablewright.kernels.filtering import predict as predicting
 from cablewright.kernels.filtering.estimate import excess_of
 from cablewright.kernels.filtering.hanging import LAWS
-from cablewright.solvers.taut import Taut
+from cablewright.solvers.taut import taut_at
 
 _JACOBIAN_INTERVAL: Final = 0.05  # s between computations of the Jacobian
 _ANGLE_INTERVAL: Final = 0.2  # s between updates by the angles, which are smoothed over as long
@@ -56,21 +56,18 @@ def update_jacobian(settings: FilterSettings, state: FilterState, *, at_once: bo
     _spread_compliances(state)
     if settings.layers is not None:
         _predict_layers(settings.layers, state)
-    model, (x, _, at) = settings.machine.model, state.mean
-    there, straight, planes, toward, per_motion = (
-        np.empty(shape) for shape in (3, (3, model.m), (model.m, 4), (model.m, 3), (model.m, 3))
-    )
-    laws, jacobian, by_compliance = np.empty((LAWS, model.m)), np.empty((3, model.m)), np.empty((3, model.m))
-    rising = hanging.hang(
-        model.packed, x, at, settings.hanging, settings.machine.slackness.from_platform, there, straight, planes,
-        toward, per_motion, laws, jacobian, by_compliance,
-    )  # fmt: skip
-    if math.isnan(rising[0]):
+    model, (x, _, at), there = settings.machine.model, state.mean, state.motion.position.copy()
+    taut = taut_at(model, there)
+    if not np.isfinite(taut.toward).all():
         state.monitor.report("encoders", "lost", "a line has no tangent at the estimated position")
         return
     state.monitor.clear("encoders", "lost")
-    state.taut = Taut(*straight, toward, planes, per_motion)
-    state.hung = Hung(there, state.time, Sag(laws), jacobian, rising, by_compliance)
+    laws, jacobian, by_compliance = np.empty((LAWS, model.m)), np.empty((3, model.m)), np.empty((3, model.m))
+    rising = hanging.hang(
+        model.packed.lines, x, at, settings.hanging, settings.machine.slackness.from_platform, there,
+        taut.angles, taut.free, taut.lengths, taut.toward, laws, jacobian, by_compliance,
+    )  # fmt: skip
+    state.taut, state.hung = taut, Hung(there, state.time, Sag(laws), jacobian, rising, by_compliance)
     if settings.hung is not None:
         _hang_weights(state, model.lines.counterweight)
 
