@@ -33,8 +33,8 @@ def pytest_collection() -> None:
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Check two assumptions of `make test` on test files.
 
-    No import of one calls a kernel, since each worker imports them all and would compile it. Tests by the clock that are
-    not slow are in `tests/apps`.
+    No import of one calls a kernel, since each worker imports them all and would compile it. Tests by the clock
+    that are not slow are in `tests/apps`.
     """
     kernels = sys.modules.get("cablewright.kernels")
     assert kernels is None or kernels.prepared_count() == 0, "a test file calls a kernel when it is imported"

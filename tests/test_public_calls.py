@@ -144,8 +144,8 @@ def test_an_uncertainty_is_as_good_as_its_ranges() -> None:
 
 
 def test_an_unknown_public_name_has_its_nearest() -> None:
-    with pytest.raises(AttributeError, match="no attribute 'invers'; did you mean 'inverse'"):
-        cw.invers  # noqa: B018
+    with pytest.raises(AttributeError, match="no attribute 'workspce'; did you mean 'workspace'"):
+        cw.workspce  # noqa: B018
 
 
 @pytest.mark.parametrize("name", ["jacobian", "structure_matrix", "stiffness", "dexterity", "compare_tensions"])

@@ -130,7 +130,7 @@ ROBOTS = [load(name) for name in library_names()]
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_nominal_value_is_what_the_file_says(kind: str) -> None:
+def test_a_nominal_value_is_that_of_the_file(kind: str) -> None:
     for robot in ROBOTS:
         if not has(robot, kind):
             with pytest.raises(InputError, match=kind):

@@ -36,7 +36,6 @@ def test_none_is_called_the_only_one() -> None:
     [
         (lambda: refuse_unfit(cw.Model(TILTED), np.full(4, 5.0)), "exhaustive"),
         (lambda: cw.enclose_poses(cw.inverse(TILTED, PLACE), 1e-4), "a box of poses"),
-        (lambda: cw.simulate_calibration(TILTED, 20, 1e-4, cable="elastic"), "calibration of lines that stretch"),
     ],
 )
 def test_what_does_not_cover_them_says_so(ask: Any, by: str) -> None:

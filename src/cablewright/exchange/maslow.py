@@ -272,7 +272,7 @@ def _require_one_unit(anchors: Mapping[str, tuple[float, float, float]], path: P
         if sides[1] > _UNLIKE * sides[0] or sides[1] < _SHORTEST:
             raise InputError(
                 f"{path}: the sides {a} to {b} and {c} to {d} are {sides[0]:.4g} and {sides[1]:.4g} mm long: give all "
-                f"anchors in mm, opposite sides alike to a factor of {_UNLIKE:g} and over {_SHORTEST:g} mm"
+                f"anchors in mm, opposite sides equal to a factor of {_UNLIKE:g} and over {_SHORTEST:g} mm"
             )
 
 

@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable
 from enum import Enum
 from numbers import Real
-from typing import ClassVar, Final, Self
+from typing import Any, ClassVar, Final, Self
 
 MAX_MESSAGE: Final = 2000
 """Characters of the longest message."""
@@ -105,7 +105,7 @@ class UnknownName(InputError):
 
 def require_positive(**values: float) -> None:
     """Raise `InputError` unless all *values* are numbers, finite and more than 0."""
-    for name, value in values.items():
+    for name, value in dict[str, Any](values).items():
         if not isinstance(value, Real):
             raise InputError(f"{name} = {value!r:.60}: a number in SI units is expected")
         if not 0.0 < value < math.inf:

@@ -20,7 +20,7 @@ from typing import Any
 import pytest
 
 from cablewright.apps.serve.notices import senders
-from cablewright.apps.serve.notices.news import Watching
+from cablewright.apps.serve.notices.news import NewsWatch
 from cablewright.apps.serve.notices.senders import SIGNATURE, WAITING, Webhook
 from cablewright.apps.serve.notices.settings import MqttSettings, WebhookSettings, load_news
 from cablewright.foundation.errors import InputError
@@ -34,7 +34,7 @@ def state(name: str, layer: int = 0, **more: Any) -> dict[str, Any]:
 
 
 def reported(*states: dict[str, Any]) -> list[tuple[str, Any]]:
-    watching = Watching()
+    watching = NewsWatch()
     return [(each["what"], each["state"]) for one in states for each in watching.look(one, SITTING)]
 
 
@@ -51,7 +51,7 @@ def test_layers_pauses_and_faults_are_reported_once() -> None:
 
 
 def test_the_end_of_a_run_is_reported_though_its_last_state_was_not_seen() -> None:
-    watching = Watching()
+    watching = NewsWatch()
     before = [[7, 1.0, "run", "run a ends: finished"]]
     assert watching.look(state("printing", events=before), SITTING) == []  # what was before is not new
     ended = [*before, [8, 2.0, "run", "run b ends: stopped"], [9, 2.0, "order", "jog by Ann"]]

@@ -24,7 +24,7 @@ from cablewright.apps.serve.assets import ASSETS, asset
 from cablewright.apps.serve.live import Live
 from cablewright.apps.serve.middleware import Guard
 from cablewright.apps.serve.move_check import reach
-from cablewright.apps.serve.notices.news import Watching
+from cablewright.apps.serve.notices.news import NewsWatch
 from cablewright.apps.serve.notices.senders import receivers_of
 from cablewright.apps.serve.operators import Client
 from cablewright.apps.serve.shared_state import Served
@@ -107,7 +107,7 @@ class Page(Served):
 
     async def _tell_others(self) -> None:
         """Send news to the receivers; nothing waits for them."""
-        receivers, watching, version = receivers_of(self.news), Watching(), 0
+        receivers, watching, version = receivers_of(self.news), NewsWatch(), 0
         while receivers:
             version = await self.feed.next(version)
             for news in watching.look(self.feed.state, self.feed.sitting):

@@ -15,7 +15,7 @@ News = dict[str, Any]
 
 
 @dataclass(eq=False)
-class Watching:
+class NewsWatch:
     """Looks at one state after the other; states may be left out in between."""
 
     _state: str = ""
