@@ -51,7 +51,7 @@ def rows(size: Size) -> Iterator[Row]:
 
 
 def some_poses(model: Model, count: int) -> tuple[Array, Equilibrium]:
-    """Random poses over the frame that the model can hold: as they were asked for, and held."""
+    """Random poses over the frame that the model can hold: as requested, and held."""
     rng = np.random.default_rng(20210603)
     low, high = np.array(model.robot.scene.frame_min), np.array(model.robot.scene.frame_max)
     poses = np.hstack([rng.uniform(low, high, (3 * count, 3)), TURN * rng.standard_normal((3 * count, 3))])
@@ -63,7 +63,7 @@ def some_poses(model: Model, count: int) -> tuple[Array, Equilibrium]:
 
 
 def off(lengths: Array) -> Array:
-    """Lengths off by 1 mm, each line by its own."""
+    """Lengths with errors of 1 mm, each line with its own."""
     return np.asarray(lengths + 1e-3 * np.random.default_rng(1).standard_normal(lengths.shape))
 
 

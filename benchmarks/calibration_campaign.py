@@ -1,7 +1,7 @@
-"""Calibrations of machines with effects that the model does not have: how often what is said to be good is right.
+"""Calibrations of machines with effects that the model does not have: how often a good verdict is right.
 
 `python -m benchmarks.calibration_campaign [MACHINES] [SEED]` draws machines SEED, SEED + 1, .. and the effects on each:
-lines that stretch, spools that build up, sheaves of another radius, surveyed points that are off by 3 mm, 10 % of the
+lines that stretch, spools that build up, sheaves of another radius, surveyed points with errors of 3 mm, 10 % of the
 rows with a gross error, columns of two lines exchanged. Each is calibrated with straight lines, as if there were none.
 
 It prints what share of the good verdicts are right: the true exit points are in the joint ellipsoid of 99.7 %, and
@@ -109,7 +109,7 @@ def _resized(robot: Robot, rng: np.random.Generator) -> Robot:
 
 
 def _spoiled(counted: Array, rng: np.random.Generator) -> Array:
-    """Lengths of which one is off in a tenth of the rows."""
+    """Lengths with one wrong in a tenth of the rows."""
     out = counted.copy()
     bad = rng.choice(len(out), len(out) // 10, replace=False)
     size = np.exp(rng.uniform(*np.log(GROSS), len(bad))) * rng.choice([-1.0, 1.0], len(bad))
@@ -120,7 +120,7 @@ def _spoiled(counted: Array, rng: np.random.Generator) -> Array:
 def _beside(
     robot: Robot, measured: Measured, poses: Array, effects: frozenset[str], rng: np.random.Generator
 ) -> tuple[Measured, CalibrationPlan]:
-    """What is measured besides: some exit points surveyed, or positions, or both."""
+    """Further measurements: some exit points surveyed, or positions, or both."""
     plan, how = CalibrationPlan(), rng.integers(3)
     if how != 1 or "wrong points" in effects:
         names = rng.choice(robot.m, int(rng.integers(3, robot.m + 1)), replace=False)

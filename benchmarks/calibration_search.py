@@ -30,8 +30,8 @@ class Files:
 
     name: str
     rows: int
-    wrong: int = 0  # rows with one length off by `GROSS`
-    told: float | None = None  # m: the sigma that is told of positions good to `PLACED`; None: no positions
+    wrong: int = 0  # rows with one length wrong by `GROSS`
+    told: float | None = None  # m: the given sigma of positions good to `PLACED`; None: no positions
     off: float = GROSS  # m
     robot: Robot = WANG
 

@@ -33,7 +33,7 @@ class Size:
     moves: int | None = None  # lines of the house's G-code; None: all
     compiled: bool = True  # whether all kernels are compiled again, which takes a minute or two
     starts: int = 5  # of the command line
-    commands: int | None = None  # how many commands tell their help; None: all
+    commands: int | None = None  # how many commands print their help; None: all
     checks: int = 2
 
 

@@ -1,9 +1,10 @@
 """The paper's estimation on simulated machines: time of a step, and how near it comes to the truth.
 
 Machines are drawn by seed, nothing is tuned to one. Of each step's time the best of a few runs on the same frames.
-Three lidar turns are half a million multiplications and 50 kB, a tenth of a millisecond's work: what they take beyond
+Three lidar scans are half a million multiplications and 50 kB, a tenth of a millisecond's work: what they take beyond
 is some hundred array operations on 720 rays or less, each about a microsecond before it begins.
-`python -m benchmarks.estimation` prints a table of docs/estimation.md: the chain less its steps beyond the paper.
+`python -m benchmarks.estimation` prints a table of docs/estimation.md: the estimator without its steps beyond the
+paper.
 """
 
 from __future__ import annotations

@@ -7,9 +7,9 @@ position counts from the third turn of both lidars on, ten a second: a machine's
 with many machines the law of the biases is. Coverage is the share of these within the 95 % ellipsoid of the estimate's
 own covariance.
 
-ROWS are names of `ROWS`, with commas, or ``all``: machines that are off their descriptions by one effect of a severity,
-or by all, and an owner who knows the standard deviations alone; ``unmodelled`` are all effects that no owner knows
-anything of, and ``surveyed`` all others. Without them the machines are ``ideal``. The errors of
+ROWS are names of `ROWS`, with commas, or ``all``: machines that deviate from their descriptions by one effect of a
+severity, or by all, and an owner who knows the standard deviations alone; ``unmodelled`` are all effects that no owner
+knows anything of, and ``surveyed`` all others. Without them the machines are ``ideal``. The errors of
 a machine's survey and mounts last for its whole run, so that its positions are not independent: for the verdict each
 of n machines counts by one position, its last. Their mean nees is expected within 3 +- 1.96 sqrt(6 / n), and the share
 of them within their ellipsoids within 95 +- 1.96 sqrt(95 * 5 / n) %.

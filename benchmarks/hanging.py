@@ -1,6 +1,6 @@
 """Calibration of lines that stretch and sag, from encoders and tensions: exactness, bound, speed, gross errors.
 
-And what straight, stiff lines make of the same data: what it costs to leave sag out.
+Also the result of straight, stiff lines on the same data: the cost of neglecting sag.
 """
 
 from __future__ import annotations

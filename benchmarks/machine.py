@@ -35,7 +35,7 @@ AIMS = {"dynamic": 20.0, "quasi-static": 500.0}
 SENSORS = ("inertial", "line_angles", "distance", "encoders", "climate_sensor")
 DROP = 2e-3  # m
 DROPPED = 0.5  # s that the integrators are compared over
-FINE = 0.125e-3  # s, the step of what they are compared with
+FINE = 0.125e-3  # s, the step of the reference
 FULL: dict[PlantName, float] = {"dynamic": 10.0, "quasi-static": 60.0}  # s of a drive
 QUICK: dict[PlantName, float] = {"dynamic": 0.1, "quasi-static": 1.0}
 

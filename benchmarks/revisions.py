@@ -87,7 +87,7 @@ def times() -> dict[str, float]:
 
 
 def _solves(robot: Any, places: Any, held: Any) -> dict[str, Callable[[], Any]]:
-    """The solves that are timed, by name: of *robot* at *places*, and from what it *held* there."""
+    """The solves that are timed, by name: of *robot* at *places*, and from the *held* solutions there."""
     import cablewright as cw
 
     return {

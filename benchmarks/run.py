@@ -71,7 +71,7 @@ def git(*arguments: str) -> str:
 
 
 def machine() -> dict[str, object]:
-    """What the rows are measured on; None for the version of what is not installed."""
+    """The computer of the rows; None for the version of a package that is not installed."""
     host: dict[str, object] = {"processor": processor(), "cores": os.cpu_count(), "python": platform.python_version()}
     for name in VERSIONS:
         try:
@@ -82,7 +82,7 @@ def machine() -> dict[str, object]:
 
 
 def processor() -> str:
-    """The processor's name as far as the system tells."""
+    """The processor's name as far as the system reports it."""
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
     except OSError:

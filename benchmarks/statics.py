@@ -89,7 +89,7 @@ def forward_rows(model: Model, held: Equilibrium, beside: int) -> Iterator[Row]:
 
 
 def mounts_row(stiff: Model, poses: int) -> Row:
-    """Warm forward solves with mounts that give by 2 mm under 1 kN, over those with stiff ones."""
+    """Warm forward solves with mounts that deflect by 2 mm under 1 kN, over those with stiff ones."""
     lines = tuple(line.model_copy(update={"exit_compliance": MOUNT}) for line in stiff.robot.lines)
     models = stiff, Model(stiff.robot.model_copy(update={"lines": lines}), tension_limits=stiff.tension_limits)
     solvers = []

@@ -36,7 +36,7 @@ TURN = """(async () => {
 
 
 def scene(rough: float) -> SceneDescription:
-    """A run whose nozzle is off by *rough*, m, with six quantities."""
+    """A run with a nozzle error of *rough*, m, with six quantities."""
     robot, random = load("house-printer"), np.random.default_rng(1)
     share = np.linspace(0.0, 1.0, SAMPLES)
     angle = 2.0 * np.pi * share * LAYERS

@@ -47,7 +47,7 @@ def rows(poses: int) -> Iterator[Row]:
 
 
 def place_rows(settings: WallSettings, poses: int) -> Iterator[Row]:
-    """Random poses, three scans each, the ranges of each unit off by their own bias."""
+    """Random poses, three scans each, the ranges of each unit with their own bias."""
     picks: dict[str, list[float]] = {"variance": [], "variance, laser": [], "evidence": [], "all lines": []}
     for seed in range(poses):
         random = np.random.default_rng(seed)
@@ -91,7 +91,7 @@ def scan(pose: Pose, random: np.random.Generator, bias: float = 0.0) -> tuple[Ar
 
 
 def given(angles: Array, ranges: Array, pose: Pose) -> Array:
-    """The place by a general solver that is told which wall each point is on, and begins there."""
+    """The place by a general solver that knows the wall of each point, and begins there."""
     good = ranges > 0
     q = ranges[good, None] * np.stack([np.cos(angles[good]), np.sin(angles[good])], axis=1)
 

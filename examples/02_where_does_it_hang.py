@@ -12,5 +12,5 @@ rigid = cw.inverse(robot, wanted, cable="rigid")  # what a controller without co
 real = cw.forward(robot, rigid.lengths)  # the same lengths on cables that stretch and sag
 
 off = real.pose - wanted
-print(f"off by {off.round(6) + 0.0} m")
+print(f"error: {off.round(6) + 0.0} m")
 print(f"distance: {1e3 * (off @ off) ** 0.5:.1f} mm")

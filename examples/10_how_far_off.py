@@ -1,4 +1,4 @@
-"""How far off the house printer prints beside the middle, and which uncertain number is to blame."""
+"""Errors of the house printer beside the middle, and the uncertain number with the largest share."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""A simulated machine goes along a path for a minute; what its encoders say of the lengths, and what is true."""
+"""A simulated machine goes along a path for a minute; the lengths by its encoders, and the true ones."""
 
 import math
 
@@ -12,7 +12,7 @@ frame = cw.SensorFrame(0.0)
 while machine.time < 60.0:
     frame = machine.step(pilot.command())  # a controller would make its commands from frames alone
 
-winch = twin.owner.winch  # what its owner knows
+winch = twin.owner.winch  # the owner's settings
 turned = frame.of(cw.Encoders)[-1].counts * 2.0 * math.pi / (winch.counts * winch.ratio)  # rad, drums
 paid, radii = machine.truth.lengths - begin, [line.winch.drum_radius or math.nan for line in robot.lines]
 said = turned * radii
@@ -20,4 +20,4 @@ for line, true, encoded in zip(robot.lines, paid, said, strict=True):
     print(
         f"{line.name} paid out {1e3 * true:7.1f} mm; by its encoder and the file's drum radius {1e3 * encoded:7.1f} mm"
     )
-print(f"off by up to: {1e3 * max(abs(said - paid)):.1f} mm")
+print(f"largest error: {1e3 * max(abs(said - paid)):.1f} mm")

@@ -1,4 +1,4 @@
-"""Self-calibration from encoders alone: what they see, what they do not, and how good it really is."""
+"""Self-calibration from encoders alone: determined and undetermined parameters, and the true error."""
 
 import numpy as np
 
@@ -17,4 +17,4 @@ print(f"next: {best.words}: {1e3 * best.before:.1f} to {1e3 * best.after:.1f} mm
 
 truth = np.array([line.exit_point for line in robot.lines])
 exits, _ = cw.aligned(found.values[:12].reshape(4, 3), truth)
-print(f"exit points off, rms, translation and yaw aligned: {1e3 * np.sqrt(np.mean((exits - truth) ** 2)):.2f} mm")
+print(f"exit point error, rms, translation and yaw aligned: {1e3 * np.sqrt(np.mean((exits - truth) ** 2)):.2f} mm")

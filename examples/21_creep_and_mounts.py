@@ -17,7 +17,7 @@ soft = cw.Robot.model_validate(robot.model_dump() | {"lines": lines})
 stiffly, softly = (cw.inverse(each, PLACE).checked() for each in (robot, soft))
 print("lengths differ by", (1e3 * (softly.lengths - stiffly.lengths)).round(1), "mm")
 off = cw.forward(soft, stiffly.lengths).pose - PLACE
-print("with lengths for stiff masts the head is off by", (1e3 * off).round(1), "mm")
+print("with lengths for stiff masts the error of the head is", (1e3 * off).round(1), "mm")
 
 uncertain = cw.Uncertainty(
     parameters=[

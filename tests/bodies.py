@@ -1,4 +1,5 @@
-"""A small plant of a rigid platform for tests: from equilibrium to equilibrium, with errors that nobody is told."""
+"""A small plant of a rigid platform for tests: from equilibrium to equilibrium, with errors that no estimator
+receives."""
 
 from __future__ import annotations
 
@@ -105,7 +106,7 @@ class BodyPlant:
 
 
 def told(robot: Robot, *, cells: bool = True, tilt: bool = True) -> BodySettings:
-    """What an estimator of it is told: the description and sigmas, and that nothing creeps or gives."""
+    """Settings of its estimator: the description and sigmas, without creep and compliance."""
     return BodySettings(
         Model(robot),
         COUNTS,

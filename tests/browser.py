@@ -80,7 +80,7 @@ class Browser:
         return json.loads(message)
 
     def drain(self) -> None:
-        """Take the events that are there, of a page that is told something all the time for half a second."""
+        """Take the events that are there, of a page with constant messages for half a second."""
         end = time.monotonic() + 0.5
         while time.monotonic() < end and (event := self._read(0.05)) is not None:
             self.events.append(event)
@@ -109,7 +109,7 @@ class Browser:
 
 
 class Page:
-    """One page: what it shows, what it says, what it asks for."""
+    """One page: its content, its errors, its requests."""
 
     def __init__(self, browser: Browser, session: str) -> None:
         self._browser, self._session = browser, session
@@ -139,7 +139,7 @@ class Page:
         self.run("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
     def picture(self, whole: bool = False) -> bytes:
-        """A screenshot as PNG, of what is seen or of the *whole* page."""
+        """A screenshot as PNG, of the visible part or of the *whole* page."""
         return base64.b64decode(self.send("Page.captureScreenshot", format="png", captureBeyondViewport=whole)["data"])
 
     def pixels(self, selector: str) -> np.ndarray:
@@ -176,7 +176,7 @@ class Page:
         return found
 
     def requests(self) -> list[str]:
-        """Addresses that the page asked for, but its own file."""
+        """Addresses that the page requested, without its own file."""
         self._browser.drain()
         asked = [
             each["params"]["request"]["url"] for each in self._own() if each["method"] == "Network.requestWillBeSent"

@@ -165,7 +165,7 @@ def jointed_body() -> Robot:
 
 
 def assert_one_signature_per_kernel() -> None:
-    """Of what this process has compiled until now, for plain robots and for others: see `layout.Packed`.
+    """Of the kernels compiled in this process until now, for plain robots and for others: see `layout.Packed`.
 
     Arguments known at compile time count as their types.
     """

@@ -31,7 +31,13 @@ def pytest_collection() -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Reject tests by the clock outside `tests/apps`, where `make test` looks for them."""
+    """Check two assumptions of `make test` on test files.
+
+    No import of one calls a kernel, since each worker imports them all and would compile it. Tests by the clock that are
+    not slow are in `tests/apps`.
+    """
+    kernels = sys.modules.get("cablewright.kernels")
+    assert kernels is None or kernels.prepared_count() == 0, "a test file calls a kernel when it is imported"
     by_clock = [item for item in items if item.get_closest_marker("clock") and not item.get_closest_marker("slow")]
     assert all(item.nodeid.startswith("tests/apps/") for item in by_clock), by_clock
 

@@ -53,7 +53,7 @@ def edit(tree: Path, rate: float) -> None:
 def start(tree: Path, code: str, *arguments: str, folder: str = "cache", **settings: str) -> subprocess.Popen[str]:
     """A process that runs *code* in the *tree*, with *settings* in its environment."""
     return subprocess.Popen(
-        [sys.executable, "-B", "-c", code, *arguments],  # Python's own cache tells files apart by size and second
+        [sys.executable, "-B", "-c", code, *arguments],  # Python's own cache distinguishes files by size and second
         cwd=tree,
         env=os.environ | {cache.DIRECTORY: str(tree / folder)} | settings,
         stdin=subprocess.PIPE,

@@ -1,4 +1,4 @@
-"""What a browser does on the operator's page before a test can begin."""
+"""Actions on the operator's page that prepare a test."""
 
 from __future__ import annotations
 

@@ -101,7 +101,7 @@ def label_of(line: str) -> str | None:
 
 
 def type_of(line: str) -> str | None:
-    """The word for the type of what follows, or None."""
+    """The word for the type of the following moves, or None."""
     for start in (";TYPE:", "; FEATURE: ", "; feature "):
         if line.startswith(start):
             return line[len(start) :]
@@ -113,7 +113,7 @@ def type_of(line: str) -> str | None:
 
 
 class Machine:
-    """The state of a printer, and what it has laid so far."""
+    """The state of a printer, and the material laid so far."""
 
     def __init__(self, material: str) -> None:
         self.material = material

@@ -1,4 +1,4 @@
-"""Logs of a print for tests: a machine that a pilot drives along a path, an observer beside it, progress told."""
+"""Logs of a print for tests: a machine that a pilot drives along a path, an observer beside it, progress reported."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ HEIGHT = 1.2
 
 @cache
 def rounds(seed: int, layers: int) -> Track:
-    """A pilot's rounds as a track, each told to be a millimetre higher, which the pilot does not heed."""
+    """A pilot's rounds as a track, each with an order of a millimetre higher, which the pilot ignores."""
     way = random_loop(load("merlet2023"), 28.0, seed)
     places = np.concatenate([np.column_stack([way, np.full(len(way), HEIGHT + 1e-3 * k)]) for k in range(layers)])
     layer = np.repeat(np.arange(1, layers + 1, dtype=np.int32), len(way))

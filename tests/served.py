@@ -161,7 +161,7 @@ class Client:
         return True
 
     def until(self, condition: Callable[[dict[str, Any]], Any], patience: float = PATIENCE) -> None:
-        """Hear until the state is so, and is no old one that nobody has heard yet."""
+        """Hear until the state is so, and is no old unread one."""
         end = time.monotonic() + patience
         while not (time.monotonic() - self.state.get("clock", -1e9) < FRESH and condition(self.state)):
             self.hear()

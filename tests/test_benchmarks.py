@@ -1,4 +1,4 @@
-"""Benchmarks run, at sizes too small to tell anything; rows are kept with the commit that they were measured at."""
+"""Benchmarks run, at sizes too small for results; rows are kept with the commit that they were measured at."""
 
 from __future__ import annotations
 
@@ -141,6 +141,6 @@ def test_memory_is_that_of_the_command_and_not_of_who_starts_it() -> None:
         assert seconds > 0.0
 
 
-def test_a_command_that_fails_is_told() -> None:
+def test_a_command_that_fails_is_reported() -> None:
     with pytest.raises(RuntimeError, match="ended with 3: no reason"):
         alone(["-c", "import sys; print('no reason', file=sys.stderr); sys.exit(3)"])

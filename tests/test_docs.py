@@ -1,4 +1,4 @@
-"""What the docs say of the code: files and names that they speak of exist, and each file is on its page."""
+"""Docs against code: files and names in the docs exist, and each file is on its page."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def test_the_page_of_files_is_as_written_by_its_tool() -> None:
     assert (ROOT / "docs" / "files.md").read_text("utf-8") == tool["page"]()
 
 
-def test_every_file_says_what_it_is() -> None:
+def test_every_file_has_a_docstring() -> None:
     silent = [path for path in SOURCE.rglob("*.py") if not path.read_text("utf-8").startswith('"""')]
     assert silent == []
 

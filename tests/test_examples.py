@@ -41,7 +41,7 @@ PINNED = {  # the number, and how far the printed one may be from it: its last d
     "24_own_control_loop": (26.0, 0.1),  # mm
 }
 PYTHON = re.compile(r"```python\n(.*?)```(?:\n+```text\n(.*?)```)?", re.DOTALL)  # a script, and what it prints
-CONSOLE = re.compile(r"```console\n(.*?)```", re.DOTALL)  # commands after "$ ", and some lines of what they print
+CONSOLE = re.compile(r"```console\n(.*?)```", re.DOTALL)  # commands after "$ ", and some lines of their output
 
 
 def blocks(pattern: re.Pattern[str]) -> list[object]:
@@ -67,16 +67,16 @@ def test_an_example_prints_its_number(name: str, capsys: pytest.CaptureFixture[s
     runpy.run_path(str(EXAMPLES / f"{name}.py"), run_name="__main__")
     last = capsys.readouterr().out.splitlines()[-1]
     found = re.search(r": (-?[0-9.]+) [a-zA-Z/]+$", last)
-    assert found is not None, f"the last line tells no number with its unit: {last!r}"
+    assert found is not None, f"the last line has no number with its unit: {last!r}"
     number, last_digit = PINNED[name]
     assert float(found[1]) == pytest.approx(number, abs=1.001 * last_digit)
 
 
-FEWER = ("(20000, 3)", "(500, 3)")  # poses of a script that takes times, which nobody compares here
+FEWER = ("(20000, 3)", "(500, 3)")  # poses of a script that takes times, which are not compared here
 
 
 @pytest.mark.parametrize(("script", "printed"), blocks(PYTHON))
-def test_a_script_of_the_documentation_prints_what_the_page_says(
+def test_a_script_of_the_documentation_prints_the_output_on_the_page(
     script: str,
     printed: str | None,
     tmp_path: Path,
@@ -103,7 +103,7 @@ def sessions() -> list[object]:
 
 
 @pytest.mark.parametrize("session", sessions())
-def test_a_session_of_the_documentation_prints_what_the_page_says(
+def test_a_session_of_the_documentation_prints_the_output_on_the_page(
     session: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)

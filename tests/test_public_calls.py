@@ -109,7 +109,7 @@ def test_the_types_of_all_parameters_are_known_and_a_name_is_found_again(name: s
     assert function.__doc__
 
 
-def test_what_is_missing_is_said_by_python() -> None:
+def test_missing_arguments_are_python_errors() -> None:
     with pytest.raises(TypeError, match="poses"):
         cw.inverse(ROBOT)
 
@@ -121,6 +121,10 @@ def test_what_is_missing_is_said_by_python() -> None:
         (lambda: cw.accuracy(ROBOT, POSES[0], Junk()), "ranges = junk: a list or an Uncertainty or None is expected"),
         (lambda: cw.capacity(ROBOT, POSES, length="1 m"), "length = '1 m': a number in SI units is expected"),
         (lambda: cw.count_nodes(ROBOT, "closed-form", grid=5.5), "grid = 5.5: a whole number or None is expected"),
+        (
+            lambda: cw.Trajectory.through([[0, 0, 1], [1, 0, 1]], speed="0.1 m/s", acceleration=0.1),
+            "speed = '0.1 m/s': a number in SI units is expected",
+        ),
         (lambda: cw.load(3), "name_or_path = 3: a text or a path is expected"),
         (lambda: cw.tension_distribution(ROBOT, POSES, "exakt"), "did you mean 'exact'"),
         (lambda: cw.inverse(ROBOT, POSES, cable="catenery"), "did you mean 'catenary'"),
@@ -137,6 +141,11 @@ def test_an_uncertainty_is_as_good_as_its_ranges() -> None:
         cw.accuracy(robot, [[0.0, 0.0, 5.0]], each, method="first-order") for each in (uncertain, uncertain.of(robot))
     ]
     assert found[0].spread.max_error == pytest.approx(found[1].spread.max_error)
+
+
+def test_an_unknown_public_name_has_its_nearest() -> None:
+    with pytest.raises(AttributeError, match="no attribute 'invers'; did you mean 'inverse'"):
+        cw.invers  # noqa: B018
 
 
 @pytest.mark.parametrize("name", ["jacobian", "structure_matrix", "stiffness", "dexterity", "compare_tensions"])

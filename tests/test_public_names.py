@@ -1,4 +1,4 @@
-"""The public names, and what importing costs: nothing that is not asked for."""
+"""The public names, and what importing costs: nothing that is not requested."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def test_every_line_of_the_stub_declares_one_name_that_its_module_defines() -> N
 
 
 @pytest.mark.parametrize("name", [name for name in cablewright.__all__ if name.islower()])
-def test_the_example_in_a_docstring_prints_what_it_says(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_example_in_a_docstring_prints_its_output(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
     runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS)
     for case in doctest.DocTestFinder(recurse=False).find(getattr(cablewright, name), name):
@@ -138,7 +138,7 @@ def test_the_package_says_that_it_is_typed() -> None:
     assert (resources.files("cablewright") / "py.typed").is_file()
 
 
-def test_a_kernel_is_loaded_without_what_it_does_not_need() -> None:
+def test_a_kernel_is_loaded_without_unneeded_modules() -> None:
     code = """
 import sys, numba, numpy as np
 from cablewright import Model, inverse, load

@@ -107,7 +107,7 @@ class Bench:
         return found
 
     def step(self, mode: WinchMode = WinchMode.OFF, speeds: Any = None, steps: int = 1, **more: Any) -> SensorFrame:
-        """Command all winches alike, for some steps."""
+        """Command all winches equally, for some steps."""
         m = len(self.rig.names)
         given = np.zeros(m) if speeds is None else np.array(speeds, dtype=float)
         for _ in range(steps):

@@ -23,7 +23,7 @@ class NotAudited(Exception):
 
 
 def main() -> int:
-    """Print what is known; 1 if there is a vulnerability or the tool failed."""
+    """Print known vulnerabilities; return 1 if there is a vulnerability or the tool failed."""
     try:
         dependencies = asked()
     except NotAudited as reason:
@@ -44,7 +44,7 @@ def asked() -> list[dict[str, Any]]:
 
 
 def read(out: str, err: str) -> list[dict[str, Any]]:
-    """Its answer, from what it wrote to both streams."""
+    """Its answer, from its output on both streams."""
     try:
         dependencies: list[dict[str, Any]] = json.loads(out)["dependencies"]
     except json.JSONDecodeError:
@@ -58,7 +58,7 @@ def read(out: str, err: str) -> list[dict[str, Any]]:
 
 
 def told(dependencies: list[dict[str, Any]]) -> int:
-    """Print a line per vulnerability and one of what was looked up; 1 if there is a vulnerability."""
+    """Print a line per vulnerability and one of the packages looked up; 1 if there is a vulnerability."""
     known = sorted(set(_vulnerabilities(dependencies)))
     skipped = sum("skip_reason" in dependency for dependency in dependencies)
     for line in known:

@@ -92,7 +92,7 @@ def printed(machine: TwinSettings, options: PrintOptions, duration: float) -> np
 
 @dataclass(frozen=True)
 class Outcome:
-    """Of a fault. ``after``: s until it was told or stopped the machine, NaN: never; ``named``: s until its cause was.
+    """Of a fault. ``after``: s until a report or a stop, NaN: never; ``named``: s until its cause was named.
 
     ``error``: m, the largest; ``said``: the cause, or why the machine stopped.
     """

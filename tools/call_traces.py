@@ -1,4 +1,4 @@
-"""Count the files of ``src`` that three numbers lead a reader through: every file of which a function runs on the way.
+"""Count the files of ``src`` that three numbers lead a reader through: every file of which a function runs.
 
 Run it from the repository root with ``NUMBA_DISABLE_JIT=1``, so that kernels are seen too:
 ``python tools/call_traces.py``. ``--files`` lists them. Code that runs on import does not count, nor does the

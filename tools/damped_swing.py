@@ -4,7 +4,7 @@
     python -m tools.damped_swing stretch    # house-printer and cogiro, damped by load cells; or: stretch cogiro rough
 
 They print a ring on the dynamic plant. Pushes of 20 N for about a second act on the platform; or its powder runs out,
-and 26 kg are filled in at once while it waits.
+and 26 kg are filled in suddenly while it waits.
 """
 
 from __future__ import annotations
@@ -185,7 +185,7 @@ def waves(deviations: Array, period: float) -> Array:
 
 
 def settled(found: Array, first: float) -> str:
-    """The time, s, from which on no window has a tenth of what was *first*."""
+    """The time, s, from which on no window has a tenth of the *first* one."""
     large = np.flatnonzero(found >= 0.1 * first)
     time = STEP * (large[-1] + 1) if len(large) else 0.0
     return f"> {time - STEP:.1f}" if len(large) and large[-1] == len(found) - 1 else f"{time:.1f}"
@@ -216,7 +216,7 @@ def stretch_table(robot: str, severities: Collection[SeverityName]) -> None:
 
 
 def main() -> None:
-    """Print the tables that are asked for."""
+    """Print the requested tables."""
     if "stretch" in sys.argv[1:]:
         sys.stdout.write(
             "| robot | severity | delay, ms | still, without, mm | with | gust, mm | without, s | with, s "

@@ -1,7 +1,7 @@
 """Throughput of executors on this machine, and what that says of larger ones: ``python tools/executor_throughput.py``.
 
 The same candidates of a design are judged serially on one thread, by two processes and, where dask is installed, by two
-of its workers; results must be equal to the bit. Then items that take no time tell the overhead of a chunk.
+of its workers; results must be equal to the bit. Then items that take no time show the overhead of a chunk.
 """
 
 from __future__ import annotations

@@ -247,7 +247,7 @@ def _words(path: Path) -> None:
 
 
 def _command(*arguments: str) -> Callable[[Path], None]:
-    """Run a command on the file ``{}``; its exit code and what it says are judged too."""
+    """Run a command on the file ``{}``; its exit code and its output are judged too."""
 
     def run(path: Path) -> None:
         out, err = io.StringIO(), io.StringIO()
@@ -321,12 +321,12 @@ FORMATS = (
 
 
 class TooSlow(BaseException):
-    """The time of an input is over. No `Exception`, so that nothing on the way takes it for its own."""
+    """The time of an input is over. No `Exception`, so that no handler in between catches it."""
 
 
 @dataclass(frozen=True)
 class Failure:
-    """What went wrong: a word for its kind, by which it is told from others, and a sentence."""
+    """A failure: a word for its kind, which distinguishes it from others, and a sentence."""
 
     kind: str
     what: str
@@ -403,7 +403,7 @@ def main() -> int:
 
 
 def prepare() -> None:
-    """Have alarms and NumPy's warnings raised, and notes of the program told by nobody."""
+    """Have alarms and NumPy's warnings raised, and suppress notes of the program."""
     signal.signal(signal.SIGALRM, _over)
     logging.disable(logging.WARNING)
     warnings.simplefilter("error", RuntimeWarning)
@@ -435,7 +435,7 @@ def tried(form: Format, data: bytes, folder: Path) -> Failure | None:
             return Failure("message", str(reason))
     except TooSlow:
         return Failure("slow", f"over {LONGEST:g} s")
-    except Exception as error:  # noqa: BLE001 what this program is for
+    except Exception as error:  # noqa: BLE001 the purpose of this program
         return Failure(f"{type(error).__name__} {_place(error)}", f"{type(error).__name__}: {str(error)[:300]}")
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)

@@ -1,8 +1,8 @@
-"""Foul requests and messages for `cablewright serve`: no order without the lease, no path outside the folder, no crash.
+"""Malformed requests for `cablewright serve`: no order without the lease, no path outside the folder, no crash.
 
 Some are of slicers with valid keys, which may send jobs and stop, and start nothing.
 
-`python tools/fuzz_server.py --number 100000` starts a server of its own on a simulated machine, whose winches nobody
+`python tools/fuzz_server.py --number 100000` starts a server of its own on a simulated machine, whose winches no one
 ever enables, and looks afterwards: at the orders that were obeyed, at the files that were written, and at what the
 server said. Needs the extra web.
 """
@@ -90,7 +90,7 @@ def _message(dice: random.Random, number: int) -> str | bytes:
 
 
 def _form(dice: random.Random) -> str:
-    """A form with a file whose name or shape is foul: none of them is taken."""
+    """A form with a file of malformed name or shape: none of them is accepted."""
     name = dice.choice(
         ("../x.gcode", "a/b.gcode", "x.exe", "", ".gcode", "x" * 300 + ".gcode", "\\x.gcode", "x\x00.gcode")
     )
@@ -116,7 +116,7 @@ class Target:
         return self
 
     async def request(self) -> None:
-        """One foul request; what is sent after the token is wrong, or right without a lease."""
+        """One malformed request, with a wrong token, or with a right one without a lease."""
         dice = self.dice
         method = dice.choice(METHODS)
         path = dice.choice(PATHS).replace("ID", dice.choice(IDS)).replace("RUN", dice.choice(RUNS))
@@ -134,7 +134,7 @@ class Target:
             ("", "{}", json.dumps(_value(dice)), "x" * dice.randrange(9000), json.dumps(dice.choice(COMMANDS)))
         )
         if dice.random() < 0.1 and "Transfer-Encoding: chunked" not in lines:
-            # with foul chunks uvicorn itself logs an error, and ends that connection
+            # with malformed chunks uvicorn itself logs an error, and ends that connection
             lines += ["Content-Type: multipart/form-data; boundary=b"]
             body = _form(dice)
         lines += [f"Content-Length: {dice.choice((len(body),) * 5 + (-1, 10**12))}"] if dice.random() < 0.8 else []
@@ -167,7 +167,7 @@ class Target:
 
 
 async def _page(target: Target, number: int, done: list[int]) -> None:
-    """Open pages without the lease that send foul messages, again and again, as they are thrown out."""
+    """Open pages without the lease that send malformed messages, again and again, as they are thrown out."""
     from websockets.asyncio.client import connect
     from websockets.exceptions import WebSocketException
 
@@ -193,7 +193,7 @@ async def _page(target: Target, number: int, done: list[int]) -> None:
 
 
 async def _slicer(target: Target, number: int, done: list[int]) -> None:
-    """Open sockets of slicers with valid keys that send foul messages, again and again, as they are thrown out."""
+    """Open sockets of slicers with valid keys that send malformed messages, again and again, as they are thrown out."""
     from websockets.asyncio.client import connect
     from websockets.exceptions import WebSocketException
 

@@ -50,7 +50,7 @@ LONGEST = 0.03  # m of path that may be laid twice or not at all
 PATIENCE = 120.0  # s until a program that should end is taken for hung
 MAX_PATH_ERROR = 0.015  # m, of a print that nothing is wrong with
 STEPS = "run/steps.png"  # durations of the steps: a print that was at its end before has none to show
-BOTH = 0.15  # of the run: the share in which two programs start nearly at once
+BOTH = 0.15  # of the run: the share in which two programs start nearly at the same time
 
 JOB = """schema = 1
 name = "a ring"
@@ -331,7 +331,7 @@ def judge_two(campaign: Campaign, pair: Sequence[Ended], outcome: Outcome) -> No
     usual = reference(campaign.command).ended.code
     for ended in pair:
         judge_words(ended, outcome)
-        outcome.events.append("unharmed" if ended.code == usual else f"refused: {ended.last}")
+        outcome.events.append("unharmed" if ended.code == usual else f"rejected: {ended.last}")
         outcome.expect(ended.code in (usual, BAD_INPUT, ENVIRONMENT), f"exit code {ended.code}: {ended.err[-500:]!r}")
     outcome.expect(any(ended.code == usual for ended in pair), "neither of two came to its end")
     if TASKS[campaign.command].prints and not outcome.second:
@@ -361,7 +361,7 @@ def judge_files(task: Task, out: Path, outcome: Outcome, *, killed: bool) -> Non
 
 
 def _undated(data: bytes) -> bytes:
-    """What a file says but for the date of the record of a calibration."""
+    """Content of a file except the date of the record of a calibration."""
     return re.sub(rb"(?m)^date = .*$", b"", data)
 
 
@@ -419,7 +419,7 @@ def laid(out: Path, job: Path) -> Array:
 
 
 def flaws(stretches: Array) -> tuple[float, float]:
-    """The longest gap between what was laid, and the longest way back before it went on, m."""
+    """The longest gap in the laid material, and the longest way back before it continued, m."""
     reached = np.maximum.accumulate(stretches[:, 1])
     gaps = stretches[1:, 0] - reached[:-1]
     return float(gaps.max()), float(-gaps.min())
@@ -454,7 +454,7 @@ def listed(count: int, seed: int, commands: Iterable[str], disasters: Iterable[s
 
 
 def run(campaigns: Iterable[Campaign]) -> Iterator[tuple[Campaign, Outcome]]:
-    """Hold *campaigns*, and tell each in a line as it ends; yield them with their outcomes."""
+    """Run *campaigns*, and report each in a line as it ends; yield them with their outcomes."""
     for each in campaigns:
         outcome = held(each)
         word = "failed" if outcome.faults else "ok"

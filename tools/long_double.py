@@ -1,6 +1,6 @@
 """Residuals of many claimed equilibria at once, in extended precision and by formulas that the kernels do not use.
 
-All is read from the description of the robot and from what an answer states: pose, lengths, tensions, angles, lengths
+All is read from the description of the robot and from an answer: pose, lengths, tensions, angles, lengths
 of spans. Where NumPy's long double is a plain double the residuals are no finer than the answers.
 """
 

@@ -90,7 +90,7 @@ def _lifted(found: Check) -> Iterator[str]:
 
 
 def _between(found: Check, straight: np.ndarray) -> Iterator[str]:
-    """Yield what is off, or jumps, between samples. Where tensions keep a reserve the pieces are the samples."""
+    """Yield errors and jumps between samples. Where tensions keep a reserve the pieces are the samples."""
     tensions, beyond = found.statics.tensions, found.lengths - straight
     least = {"length": 1e-4, "tension": JUMP * tensions.max()}
     for what, values in (("length", beyond), ("tension", tensions)):
@@ -104,7 +104,7 @@ def _between(found: Check, straight: np.ndarray) -> Iterator[str]:
     off = np.abs(middle.lengths - 0.5 * (found.lengths[1:] + found.lengths[:-1]))[middle.ok].max(initial=0.0)
     told = found.interpolation_error or 0.0
     if off > max(1.05 * told, 2e-5):
-        yield f"a length is off by {off:.3g} m between samples; {told:.3g} m is reported"
+        yield f"the error of a length is {off:.3g} m between samples; {told:.3g} m is reported"
     for values in (beyond, tensions):
         for k in np.argsort(-np.abs(np.diff(values, axis=0)).max(axis=1))[:3]:
             yield from _pieces(found, int(k), least)

@@ -8,9 +8,9 @@ them, and never beside a person; nothing begins to move but by an order that was
 lease that still holds, and after the last pause; whatever moves by hand or by a procedure ends with its lease; a hang
 of the control ends in a fault; no motion ends by its distance from a target of another; after a stop has had its time
 winches stand until a reset was accepted, with no cause left and brakes closed; brakes close on winches that
-were held, or at once where one has no torque, and open by an order alone; no line is wound in whose measured tension
-was over its limit for longer than a stop takes. A life is determined by its seed. Exit code 1, and the seed, if a
-promise was broken.
+were held, or immediately where one has no torque, and open by an order alone; no line is wound in whose measured
+tension was over its limit for longer than a stop takes. A life is determined by its seed. Exit code 1, and the seed, if
+a promise was broken.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ _LOST = "the position is not known"
 
 
 class Watch:
-    """The promises, judged by what goes in and out alone."""
+    """The promises, judged by inputs and outputs alone."""
 
     def __init__(self, machine: Shaken, people: Desk) -> None:
         """Nothing has been ordered yet, and brakes are closed."""
@@ -134,7 +134,7 @@ class Watch:
         assert not self.machine.known_broken, f"{state} begins beside a person"
 
     def _is_live(self, sent: Sent, wall: float) -> bool:
-        """Whether an order is young, its lease goes on, and nobody has paused since the control read it."""
+        """Whether an order is young, its lease goes on, and no pause came since the control read it."""
         young = wall - sent.wall <= LIFE + LATE
         return young and sent.lease == self.people.lease and sent.wall >= self.held_back
 
@@ -164,7 +164,7 @@ class Watch:
         assert np.isfinite(command.winch_speeds).all()
         assert machine.active - self.person_since < BARRIER_TIMEOUT + SLOWING, f"{state}: it turns beside a person"
         if state is PrintState.MANUAL and self.hand is OrderKind.JOG:
-            assert machine.active - self.hand_time < LEASE + SLOWING, "a jog that nobody repeats goes on"
+            assert machine.active - self.hand_time < LEASE + SLOWING, "a jog goes on without repetition"
         if state in _MOVE:
             assert self.released, f"the winches turn in {state} without an order"
         else:
@@ -174,7 +174,7 @@ class Watch:
             assert not faster.any(), "a winch turns faster in a fault"
 
     def _brakes(self, state: PrintState, command: Command, accepted: set[OrderKind]) -> None:
-        machine, now = self.machine, self.machine.active  # whatever its clock tells
+        machine, now = self.machine, self.machine.active  # whatever its clock shows
         closed, were = WinchMode.OFF in command.modes, WinchMode.OFF in self.before.modes
         if were and not closed:
             assert OrderKind.ENABLE in accepted, f"brakes open in {state} without an order"

@@ -1,6 +1,6 @@
 """Random robots from 1 mm to 1 km, EA from 1 N to 1e9 N: every OK is held to residuals in extended precision.
 
-``python -m tools.random_robots --count 100000 --seed 0``. What is not OK is counted; where a linear program can tell,
+``python -m tools.random_robots --count 100000 --seed 0``. What is not OK is counted; where a linear program can decide,
 of point platforms on massless lines from eyelets, a share of the answers is compared with it.
 """
 
@@ -163,7 +163,7 @@ class Answer:
     found: Equilibrium
 
     def __str__(self) -> str:
-        """What the robot is like."""
+        """Description of the robot."""
         robot, cable = self.case.model.robot, self.case.model.robot.lines[0].cable
         return (
             f"robot {self.case.number}, {self.asked}: {self.case.kind}, {robot.m} lines, {self.case.size:.1e} m, "
@@ -206,7 +206,7 @@ class Tally:
             yield Answer(case, "forward", found)
 
     def _judge(self, answers: list[Answer]) -> None:
-        """Hold answers of robots with as many lines and degrees of freedom to what is promised."""
+        """Hold answers of robots with as many lines and degrees of freedom to the promises."""
         residuals = judge(Claims.of([answer.found for answer in answers]))
         self.classes.update(f"{answer.asked} {answer.case.kind}" for answer in answers)
         for field in fields(residuals):
@@ -243,7 +243,7 @@ class Tally:
 
 
 def largest_margin(case: Case, pose: Array) -> float:
-    """Return by how much all tensions of straight lines can be within their limits at once, N; negative: they cannot.
+    """Return by how much all tensions of straight lines can be within their limits together, N; negative: they cannot.
 
     -inf where no tensions of any size balance the load. Forces are in shares of the weight.
     """

@@ -219,7 +219,7 @@ class Shaken:
 
     @property
     def is_watched(self) -> bool:
-        """Whether the control can know by a reading of now that nobody is near."""
+        """Whether the control can know by a fresh reading that the barrier is clear."""
         unseen = any(map(self.is_wrong, ("dark", "stale", "ahead")))
         return not (unseen or self.known_broken)
 

@@ -1,4 +1,4 @@
-"""Run the commands of the docs and put what they print in the place of what is there.
+"""Run the commands of the docs and replace the output on the pages.
 
 A block of commands (``sh``) that is followed by a block of text (``text``) is such a pair; tests hold them equal. A
 page that a tool writes, as ``docs/files.md`` by ``tools/pages/files.py``, is written by it.

@@ -1,4 +1,4 @@
-"""How late the control's steps are while a print is watched, and while nobody watches: histograms beside each other.
+"""Lateness of the control's steps while a print is watched, and while it is not: histograms beside each other.
 
 `python tools/serve_lateness.py` prints a ring of three layers twice on the simulated house-printer, at the pace of the
 clock: alone, and watched by a client at the page's rate. It counts the states that the client got, and the processor

@@ -35,7 +35,7 @@ class Piece(NamedTuple):
 
 
 class Profile(NamedTuple):
-    """Median and 90th percentile of lengths, in lines: what they are, or the most they may be."""
+    """Median and 90th percentile of lengths, in lines: the present ones, or their limits."""
 
     median: float
     high: float

@@ -2,8 +2,8 @@
 
     python tools/wheel.py [FOLDER]
 
-The package is built as always, its kernels are compiled by `cablewright warm` from what was built, with nothing else in
-sight, and both are packed for exactly this minor version of Python and NumPy and this version of Numba and llvmlite.
+The package is built as always, its kernels are compiled by `cablewright warm` from the built package, with nothing else
+in sight, and both are packed for exactly this minor version of Python and NumPy and this version of Numba and llvmlite.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ def _compiled(package: Path, cache: Path) -> Path:
 
 
 def _warm(package: Path, cache: Path, settings: dict[str, str]) -> None:
-    """Let a *package* that is not installed compile what it has not, into *cache*, apart from all that the user set."""
+    """Let a *package* that is not installed compile missing kernels into *cache*, apart from all that the user set."""
     own = {key: value for key, value in os.environ.items() if not key.startswith(("NUMBA_", "PYTHON"))}
     command = [sys.executable, "-m", "cablewright", "warm"]  # in its folder, which comes before what is installed
     environment = own | settings | {"CABLEWRIGHT_CACHE_DIR": str(cache)}
@@ -118,7 +118,7 @@ def _packed(files: dict[str, bytes], folder: Path, plain: str) -> Path:
 
 
 def _bound(metadata: str) -> str:
-    """The *metadata* with what the kernels were compiled by as a requirement."""
+    """The *metadata* with the versions that compiled the kernels as requirements."""
     head, blank, text = metadata.partition("\n\n")
     numpy = ".".join(version("numpy").split(".")[:2])
     exact = {"numba": version("numba"), "llvmlite": version("llvmlite"), "numpy": f"{numpy}.*"}

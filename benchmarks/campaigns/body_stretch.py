@@ -5,9 +5,9 @@
 
 `cogiro` prints the house file at scale 12 by all sensors, in steps of 0.2 s from equilibrium to equilibrium, and
 encoders alone are beside it. Besides the tolerances of the machine's file it has creep, hysteresis and exit points that
-give by a severity, of which nobody tells the estimators; in ``told-rough`` its owner knows how large they are, as
+give by a severity, unknown to the estimators; in ``told-rough`` its owner knows how large they are, as
 standard deviations in `[accuracy]`. In ``described`` the creep of `rough` is that of the robot file, of all lines
-alike, and nothing else is there. Positions count once a second from the first step on. Coverage is the share of these
+equally, and without other effects. Positions count once a second from the first step on. Coverage is the share of these
 within the 95 % ellipsoid of the estimate's covariance, and the nees is ideally 3; positions of one machine are not
 independent. Stopped: prints that ended in a fault.
 """

@@ -1,4 +1,4 @@
-"""Calibrations of robots on mounts that give, by what the file says of them: errors over sigma, machine by machine.
+"""Calibrations of robots on compliant mounts, by their description in the file: errors over sigma, machine by machine.
 
     python -m benchmarks.campaigns.compliant_mounts 100 9000    # so many of each kind, from this seed on
 
@@ -33,7 +33,7 @@ STRAIGHT: Final = (("wang2021", "rigid", 0.5, False),)
 
 
 def on_mounts(robot: Robot, rng: np.random.Generator, matrices: bool) -> Robot:
-    """The robot on mounts that give."""
+    """The robot on compliant mounts."""
     lines = []
     for at, line in enumerate(robot.lines):
         soft: object = float(rng.uniform(1e-6, 5e-6))
@@ -59,7 +59,7 @@ def errors(found: Calibration, robot: Robot, home: Array) -> tuple[Array, Array,
 
 
 def main(count: int, first: int) -> None:
-    """Print a row for each setup, and for what the file says."""
+    """Print a row for each setup, and for each description in the file."""
     print("| robot, lines | mounts | exit points, rms | within 1.96 sigma | square over covariance |")
     print("| --- | --- | --- | --- | --- |")
     for name, cable, noise, matrices in (*SETUPS, *STRAIGHT):

@@ -1,4 +1,4 @@
-"""What a print by encoders alone is off by, with and without remedies: a table that a builder can decide by.
+"""Errors of a print by encoders alone, with and without remedies: a table that a builder can decide by.
 
     python -m benchmarks.campaigns.remedies house 10 3 50001        # layers, machines, first seed
     python -m benchmarks.campaigns.remedies exhibition 6 3 50001
@@ -44,15 +44,15 @@ PRINTS: Final = {
 EVERY: Final = {"house": 3600.0, "exhibition": 900.0}  # s between calibrations; of a print of an hour, a quarter of it
 STOPS: Final = 4
 UNKNOWN: Final = 0.1  # of the compliance of mounts that were measured
-UNEVEN: Final = 0.3  # by how much the creep of a line is off that of the piece that was measured
+UNEVEN: Final = 0.3  # difference of the creep of a line from that of the measured piece
 PLACE_SIGMA: Final = 1e-3  # m
-CELL_NOISE: Final = 2.0  # N, of a reading and of a zero; scales are off by severity
+CELL_NOISE: Final = 2.0  # N, of a reading and of a zero; scales have errors by severity
 MOST_SHOWN: Final = 1e4  # N
 
 
 @dataclass(frozen=True)
 class Remedy:
-    """What an owner does: ``creep`` of a piece of cable and ``mounts`` measured, the place, tensions, or lidars.
+    """Measures of an owner: ``creep`` of a piece of cable and ``mounts`` measured, the place, tensions, or lidars.
 
     ``hourly``: the place measured at `STOPS` places each so often (`EVERY`), which together ``learn`` lengths.
     """

@@ -1,10 +1,10 @@
-"""Sensors whose zeros are off, found by a calibration: errors over sigma, machine by machine.
+"""Sensors with wrong zeros, found by a calibration: errors over sigma, machine by machine.
 
     python -m benchmarks.campaigns.sensor_zeros 40 0    # so many of each kind, from this seed on
 
 Swivels and yaw are zeroed anywhere, accelerometers 20 mrad and load cells 20 N off, their scales 5 %. Printed are, over
 all offsets and scales: the mean and the root mean square of the error over the sigma by noise, and over the sigma that
-is told; and the share of coordinates of exit points within 1.96 sigma, after the best translation and yaw.
+is reported; and the share of coordinates of exit points within 1.96 sigma, after the best translation and yaw.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ SETUPS: Final = (
 
 
 def spoiled(measured: Measured, rng: np.random.Generator) -> tuple[Measured, dict[str, Array]]:
-    """The readings of sensors whose zero and scale are off, and by how much, by the name of the unknown."""
+    """The readings of sensors with errors of zero and scale, and these errors by the name of the unknown."""
     true: dict[str, Array] = {}
     if measured.tensions is not None:
         m = measured.tensions.shape[1]
@@ -70,7 +70,7 @@ def spoiled(measured: Measured, rng: np.random.Generator) -> tuple[Measured, dic
 
 
 def errors(found: Calibration, true: dict[str, Array]) -> Iterator[tuple[float, float]]:
-    """Yield the error of each offset and scale over its sigma by noise, and over that which is told."""
+    """Yield the error of each offset and scale over its sigma by noise, and over the reported one."""
     left = {name: list(values) for name, values in true.items()}
     for each, value, sigma, noise in zip(found.unknowns, found.values, found.sigma, found.noise_sigma, strict=True):
         if each.name not in left:

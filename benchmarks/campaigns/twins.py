@@ -286,7 +286,7 @@ def _off(poses: Array, true: Array) -> Array:
 def joint(twin: Twin, found: Calibration) -> tuple[bool, float]:
     """Return whether the true exit points are in the joint 95 % ellipsoid, and the errors over sigma, rms.
 
-    Of what the data leave open, which the datum holds, there is no error.
+    Directions that the data leave open and the datum holds have no error.
     """
     k = len(twin.exits)
     sizes, ways = np.linalg.eigh(found.covariance[:k, :k])

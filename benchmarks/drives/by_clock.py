@@ -117,7 +117,7 @@ def run(cycles: int) -> tuple[PrintedJob, Array]:
 
 
 def free_port() -> int:
-    """A UDP port of this computer that nobody has."""
+    """A free UDP port of this computer."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as found:
         found.bind(("127.0.0.1", 0))
         number: int = found.getsockname()[1]

@@ -3,8 +3,8 @@
 `python -m benchmarks.drives.compared house-printer examples/house.toml 2` prints two layers both ways: how far apart
 the platform, the lengths paid out and the material left were at the same length of the path.
 
-Refills are poured over half a minute. A drum that is filled at once drops by some millimetres and swings, with tensions
-over the torque limit, to which drives give way as they must, and the plant without drives does not.
+Refills are poured over half a minute. A suddenly filled drum drops by some millimetres and swings, with tensions
+over the torque limit, to which drives yield as they must, and the plant without drives does not.
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ class Kept:
 
 
 def on_drives(robot: Robot, twin: TwinSettings) -> TwinSettings:
-    """The same machine with its winches on drives; encoders come at once both ways."""
+    """The same machine with its winches on drives; encoders come without delay both ways."""
     nodes = {line.name: {"id": k + 1, "direction": (1, -1)[k % 2]} for k, line in enumerate(robot.lines)}
     table = {"interface": "loopback", "channel": "43113", "nodes": nodes, "tension": 30.0}
     table["valve"] = {"line": robot.lines[0].name, "bit": 16, "closes_alone": True}

@@ -1,9 +1,9 @@
 """Merlet and Papegay 2023 in static poses: the list of positions by lidars, and what a theodolite would find.
 
-At each pose the simulated machine of the library, as built with other errors by each seed, stands for a while. Printed
+At each pose the simulated machine of the library, as built with other errors by each seed, rests for a while. Printed
 are the spread of the candidate positions after three turns (theirs: about 3 cm in x and 2 mm in y), and the largest
 difference of the estimated position from that by a theodolite (theirs: 1.5 mm): with the window of the east wall, 5 cm
-behind the wall, and with it flush; by the filter, by their chain, and by the chain with their rank of candidates.
+behind the wall, and with it flush; by the filter, by their estimator, and by that with their rank of candidates.
 """
 
 import argparse
@@ -39,7 +39,7 @@ def flush(twin: TwinSettings) -> TwinSettings:
 
 
 def by_their_rank(settings: ObserverSettings) -> ObserverSettings:
-    """The chain with the paper's rank of candidates: by the variances of their lines alone."""
+    """The estimator with the paper's rank of candidates: by the variances of their lines alone."""
     return replace(settings, walls=replace(settings.walls, rank="variance"))
 
 

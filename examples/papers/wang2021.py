@@ -1,6 +1,6 @@
 """Wang and Caro 2021 beside cablewright: his mu by tolerances and poses, with and without Jacobian; and what 0.1 mm is.
 
-The paper prints neither the robot's dimensions, nor the poses, nor how far starts are off, nor its bounds. Assumed: the
+The paper prints neither the robot's dimensions, nor the poses, nor the errors of starts, nor its bounds. Assumed: the
 exit points of `wang2021`, random poses in its workspace, starts within 10 mm, bounds 50 mm around what is true.
 """
 
@@ -83,7 +83,7 @@ def tolerances(few: int) -> None:
 
 
 def by_poses(starts: int, few: int) -> tuple[list[float], list[float]]:
-    """The paper's Figs. 5 and 6: mu and the error of the mean by the number of poses; and what each run is off."""
+    """The paper's Figs. 5 and 6: mu and the error of the mean by the number of poses; and the error of each run."""
     print(f"\n{starts} starts: error of their mean, as in the paper, and of single runs; rms over exit points, mm")
     print("poses   mu, mm^2   mean of runs   predicted   one run   worst run, aligned")
     means, singles = [], []

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from cablewright.foundation.argument_checks import checked
+from cablewright.foundation.errors import suggestion
 from cablewright.foundation.results import Pictured, Result
 
 _HOMES = {
@@ -43,7 +44,7 @@ Pictured.draw, Result.html = _draw, _html
 def __getattr__(name: str) -> object:
     """Return the value of a public name, whose module is imported when the name is first used (PEP 562)."""
     if name not in _HOMES:
-        raise AttributeError(f"module 'cablewright' has no attribute {name!r}")
+        raise AttributeError(f"module 'cablewright' has no attribute {name!r}; {suggestion(name, _HOMES)}")
     value = getattr(import_module(_HOMES[name]), name)
     if isfunction(value):
         value = checked(value, name)

@@ -1,4 +1,4 @@
-"""How far off the nozzle is: what must vanish, what Table 1 of Paty 2021 gives, what moves and turns with the robot."""
+"""Errors of the nozzle: those that vanish, Table 1 of Paty 2021, and invariance under motions of the robot."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def paty(kind: str) -> Robot:
 
 
 @pytest.mark.parametrize("robot", HELD, ids=lambda robot: robot.name)
-def test_with_the_full_model_commanded_nothing_is_off(robot: Robot) -> None:
+def test_commanding_the_full_model_leaves_no_error(robot: Robot) -> None:
     poses = cases.poses(Model(robot), 10).pose
     found = nozzle_errors(robot, poses, compensation="full", method=FirstOrder())
     assert found.ok.all()
@@ -74,7 +74,7 @@ def test_volumes_of_paty_2021(kind: str, pose: list[float], volume: float) -> No
 
 
 @pytest.mark.parametrize("height", [0.0, 4.0, 11.0])
-def test_on_the_axis_a_symmetric_machine_is_off_downwards(height: float) -> None:
+def test_on_the_axis_the_error_of_a_symmetric_machine_is_downwards(height: float) -> None:
     found = nozzle_errors(load("paty2021"), [0.0, 0.0, height])
     np.testing.assert_allclose(found.nominal_offset[0, :2], 0.0, atol=1e-10)
     assert found.nominal_offset[0, 2] < 0.0

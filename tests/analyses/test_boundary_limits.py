@@ -83,7 +83,7 @@ def test_every_node_inside_is_allowed_by_the_judge_and_no_other(reached: tuple[M
             assert allowed == wanted, (place, judge_pose(held)[0])
 
 
-def test_a_millimetre_on_what_ends_it_is_broken(reached: tuple[Model, BoundaryLimits]) -> None:
+def test_a_millimetre_beyond_the_boundary_its_limit_is_broken(reached: tuple[Model, BoundaryLimits]) -> None:
     model, found = reached
     assert not np.column_stack(list(at(model, found.points).values())).any()
     ways = np.concatenate([np.eye(3), -np.eye(3)]) * CLOSE
@@ -108,7 +108,7 @@ def test_limits_sum_up_the_points(reached: tuple[Model, BoundaryLimits]) -> None
         assert each.highest[2] == own[:, 2].max()
 
 
-def test_a_node_on_a_side_stands_for_half_a_cell(reached: tuple[Model, BoundaryLimits]) -> None:
+def test_a_node_on_a_side_represents_half_a_cell(reached: tuple[Model, BoundaryLimits]) -> None:
     nodes = reached[1].nodes
     widths = [axis[1] - axis[0] for axis in nodes.axes]
     node = [np.where((axis == axis[0]) | (axis == axis[-1]), 0.5, 1.0) for axis in nodes.axes]
@@ -235,7 +235,7 @@ def test_no_orientation_leaves_nothing_to_end() -> None:
     assert (nodes.counted, boundary_limits(nodes).by_limit) == (0, ())
 
 
-def test_total_orientation_is_ended_by_what_ends_one_of_them() -> None:
+def test_total_orientation_ends_where_one_orientation_ends() -> None:
     """Turned by 0.1 rad and unturned: all points are inside of both, and a millimetre on one of them is broken."""
     model, turns = Model(load("jung2020")), [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]]
     found = boundary_limits(count_nodes(model, "static", grid=6, orientations=turns))

@@ -1,4 +1,4 @@
-"""Modes along the boundary of a workspace: which places those are, how they are held, what is told of them."""
+"""Modes along the boundary of a workspace: their positions, their solutions, and their figures."""
 
 from __future__ import annotations
 
@@ -120,7 +120,8 @@ def test_sag_is_in_the_modes_of_a_boundary_of_straight_lines() -> None:
 
 
 def test_a_wider_beam_is_stiffer_about_z() -> None:
-    """The elastic yaw stiffness grows with how far top and bottom differ: alike, the robot is all but singular."""
+    """The elastic yaw stiffness grows with the difference of top and bottom: with equal ones the robot is all but
+    singular."""
     last = -1.0
     for width in (0.04, 0.08, 0.16):
         robot = Change("width-top-x+width-bottom-y").on(BEAM.robot, width)

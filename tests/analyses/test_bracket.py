@@ -121,7 +121,7 @@ def test_the_universal_joint_carries_no_moment_and_the_blocked_one_does(found: C
     np.testing.assert_allclose(blocked.centre[0, :, 2], 15.0)
 
 
-def test_the_lever_takes_what_the_sheave_gives_and_its_weight(found: Comparison) -> None:
+def test_the_lever_carries_the_sheave_force_and_its_weight(found: Comparison) -> None:
     for design in (found.universal_joint, found.conventional):
         loads = design.loads
         cheeks = 2.0 * loads.on_cheek()[0]
@@ -159,7 +159,7 @@ def test_unit_cases_have_their_wrenches() -> None:
     assert lever.elastic.wrench(lever.cases) == pytest.approx(told, abs=1e-3)  # two bores are not one size
 
 
-def test_compliance_is_symmetric_and_gives_way() -> None:
+def test_compliance_is_symmetric_and_deflects() -> None:
     for part in (base(HOUSE.bracket, 1), cheek(HOUSE.bracket, 0.104, 1)):
         np.testing.assert_allclose(part.compliance, part.compliance.T, atol=1e-9 * np.abs(part.compliance).max())
         assert np.linalg.eigvalsh(part.compliance[:2, :2]).min() > 0.0
@@ -213,13 +213,13 @@ def test_calculix_finds_the_same_displacements_on_the_same_mesh(found: Compariso
 
 
 @pytest.mark.slow
-def test_brackets_give_way_in_proportion(found: Comparison) -> None:
+def test_brackets_deflect_in_proportion(found: Comparison) -> None:
     material = HOUSE.bracket.material.model_copy(update={"young_modulus": 1e3 * 69e9})
     stiff = HOUSE.bracket.model_copy(update={"material": material})
     rigid = bracket_at(Model(HOUSE), POSE, bracket=stiff, times=1)
     assert rigid.conventional.max_von_mises == pytest.approx(found.conventional.max_von_mises, rel=1e-6)
     moved, stiffly = (np.abs(each.universal_joint.sheave_motions).max() for each in (found, rigid))
-    assert stiffly < 0.15 * moved  # what is left is the steel axle
+    assert stiffly < 0.15 * moved  # the remainder is the steel axle
 
 
 @pytest.mark.slow
@@ -269,7 +269,7 @@ def test_other_robots_and_bodies_have_brackets_too() -> None:
     assert np.abs(found.universal_joint.loads.pin_moment).max() < 1e-9
 
 
-def test_what_is_missing_is_told() -> None:
+def test_missing_data_is_reported() -> None:
     with pytest.raises(InputError, match=r"no table \[bracket\]"):
         bracket_at(Model(cases.jointed_body()), [1.0, -1.0, 2.0])
     with pytest.raises(InputError, match="has a swivel as its sheave; not supported"):

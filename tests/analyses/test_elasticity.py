@@ -1,4 +1,4 @@
-"""Finite elements by what is known: uniform strain, bending, a cantilever and its rate, scikit-fem, CalculiX."""
+"""Finite elements against known solutions: uniform strain, bending, a cantilever and its rate, scikit-fem, CalculiX."""
 
 from __future__ import annotations
 

@@ -95,7 +95,7 @@ def test_the_share_of_each_cause_is_that_of_its_variance() -> None:
     assert [cause.share for cause in found.causes] == sorted(shares.values(), reverse=True)
 
 
-def test_what_is_left_without_a_cause_is_what_the_others_alone_give() -> None:
+def test_without_one_cause_the_error_is_that_of_the_others() -> None:
     _, found = walked("merlet2023")
     for cause in found.causes:
         rest = tuple(each for each in found.ranges if each.parameter.entry.base != cause.name)
@@ -110,7 +110,7 @@ def test_cells_do_not_hide_the_largest_error(monkeypatch: pytest.MonkeyPatch) ->
     assert few == pytest.approx(walked("house-printer")[1].value, rel=0.01)
 
 
-def test_interpolated_lengths_are_off_by_what_the_search_adds() -> None:
+def test_error_of_interpolated_lengths_is_that_of_the_search() -> None:
     """Midway between samples a metre apart, against the equilibrium of the mean of their lengths."""
     none = Uncertainty(parameters=(Uncertain(name="mass", plus_minus=1e-9),))
     robot = load("house-printer")
@@ -173,7 +173,7 @@ def test_every_number_that_may_be_uncertain_has_a_remedy() -> None:
 
 
 @pytest.mark.parametrize("name", ["house-printer", "jung2020"])
-def test_tensions_of_drawn_machines_are_as_far_off_as_expected(name: str) -> None:
+def test_tension_errors_of_drawn_machines_are_as_expected(name: str) -> None:
     robot = load(name)
     kinds = ("exit_point.x", "exit_point.y", "exit_point.z")
     ranges = tuple(

@@ -86,7 +86,7 @@ def test_polylines_are_as_near_to_the_lines_as_they_say(name: str, tolerance: fl
 
 
 @pytest.mark.parametrize("tolerance", [1e-7, 1e-9, 1e-15])
-def test_what_more_points_than_there_are_would_take_is_told(tolerance: float) -> None:
+def test_too_few_points_report_the_required_number(tolerance: float) -> None:
     found = distances(held("house-printer", 3), settings=InterferenceSettings(tolerance=tolerance))
     for row in range(3):
         assert tolerance < found.bounds[row] < 1e-3
@@ -107,7 +107,7 @@ def off(points: np.ndarray, curve: np.ndarray) -> float:
 
 @pytest.mark.parametrize("limits", [(0.05, 5000.0), (1.0, 5000.0)])
 def test_slack_lines_too(limits: tuple[float, float]) -> None:
-    """wang2021 with next to no lowest tension: lines that hang below the platform, sampled to what is stated."""
+    """wang2021 with next to no lowest tension: lines that hang below the platform, sampled to the stated error."""
     model = Model(load("wang2021"), tension_limits=limits)
     low, high = np.array(model.robot.scene.frame_min), np.array(model.robot.scene.frame_max)
     poses = np.random.default_rng(SEED).uniform(low + 0.1 * (high - low), high - 0.3 * (high - low), (40, 3))
@@ -243,7 +243,7 @@ def test_where_the_machine_stands_and_faces_does_not_matter(name: str) -> None:
 
 
 def test_a_beam_is_touched_as_deep_as_it_is_pushed_in() -> None:
-    """A straight line and a beam across it: the margin falls by what the beam is moved, through zero."""
+    """A straight line and a beam across it: the margin falls by the motion of the beam, through zero."""
     robot = load("cogiro")
     model = Model(robot, Fidelity.of("elastic", "eyelet"))
     states = solve_inverse(model, [0.0, 0.0, 1.0])
@@ -263,7 +263,7 @@ def test_a_beam_is_touched_as_deep_as_it_is_pushed_in() -> None:
         np.testing.assert_allclose(contact.place, 0.3 * a + 0.7 * b, atol=1e-9)
 
 
-def test_a_body_about_the_lines_ends_is_felt_beyond_the_ends() -> None:
+def test_a_body_about_the_ends_of_lines_is_measured_beyond_the_ends() -> None:
     robot = with_shapes(load("house-printer"))
     body = (Box(lowest=(-0.3, -0.3, -0.3), highest=(0.3, 0.3, 0.3)),)
     robot = robot.model_copy(update={"platform": robot.platform.model_copy(update={"boxes": body})})

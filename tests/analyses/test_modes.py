@@ -178,7 +178,7 @@ def test_frequencies_fall_with_the_root_of_size(cable: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["jung2020", "cogiro", "grab-four-lines", "merlet2023"])
-def test_mujoco_vibrates_alike(name: str) -> None:
+def test_mujoco_finds_the_same_vibrations(name: str) -> None:
     """A free body on MuJoCo's elastic tendons, at rest where these lengths lead it."""
     model = Model(load(name), Fidelity(CableLaw.ELASTIC))
     robot = cases.replaced(model.robot, name, sheave=Eyelet(), winch_exit=None)

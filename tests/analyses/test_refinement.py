@@ -1,4 +1,4 @@
-"""Refinement of known bodies: the error that is told holds, surfaces are closed, what is small is found or told."""
+"""Refinement of known bodies: the reported error holds, surfaces are closed, small parts are found or reported."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ def test_what_is_smaller_than_a_first_cell_is_found_by_random_places() -> None:
         assert len(got.mesh.triangles) > 0
 
 
-def test_what_is_not_found_is_within_what_is_told() -> None:
+def test_missed_volume_is_within_the_reported_error() -> None:
     got = found(ball(0.01, (0.4, 0.3, 0.2)))
     assert got.mesh.volume == 0.0
     assert got.unseen >= 4 / 3 * np.pi * 0.01**3
@@ -167,7 +167,7 @@ def test_a_long_box_has_cells_that_are_nearly_cubes() -> None:
     assert got.cells[1] == 2 * got.cells[2] == 4 * got.cells[0]
 
 
-def test_a_place_in_the_box_is_asked_for_and_no_other() -> None:
+def test_a_place_in_the_box_is_requested_and_no_other() -> None:
     box = SearchBox(np.array([0.1, -0.3, 2.0]), np.array([0.7, 0.9, 5.0]))
     asked = []
 

@@ -136,7 +136,7 @@ def test_on_real_machines_corners_are_worst_and_hold_the_inside(name: str, pose:
 
 @pytest.mark.parametrize("depth", [1e-3, 1e-6])
 def test_an_inside_that_beats_the_corners_is_found_out(depth: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A machine that goes off by *depth* in the middle of the box, and less towards its corners."""
+    """A machine with an error of *depth* in the middle of the box, and less towards its corners."""
     robot = load("house-printer")
     held = solve_inverse(Model(robot), [[0.0, 0.0, 3.0]]).checked()
     problem = SpreadProblem(held, held.lengths, held.pose, modulus_ranges(robot))

@@ -71,6 +71,6 @@ def test_wrong_options_are_named(options: dict[str, object], text: str) -> None:
         cw.dexterity(cw.load("cogiro"), [0.0, 0.0, 2.0], **options)
 
 
-def test_a_pose_is_asked_for() -> None:
+def test_a_pose_is_requested() -> None:
     with pytest.raises(cw.InputError, match="poses"):
         cw.stiffness(cw.load("cogiro"), None)

@@ -69,7 +69,7 @@ def test_corners_are_those_of_springs(hung: Robot) -> None:
         np.testing.assert_allclose(found.worst_values[row], corners[off.argmax()])
         np.testing.assert_allclose(found.low[row], (points - wanted).min(axis=0), atol=1e-9)
         np.testing.assert_allclose(found.high[row], (points - wanted).max(axis=0), atol=1e-9)
-    np.testing.assert_array_equal(found.max_deviation, found.max_error)  # nominal is what is wanted
+    np.testing.assert_array_equal(found.max_deviation, found.max_error)  # the nominal pose is the wanted one
     np.testing.assert_array_equal(found.max_turn, 0.0)
     assert np.isnan(found.likely_error).all()
     assert not found.unsolved.any()
@@ -77,7 +77,7 @@ def test_corners_are_those_of_springs(hung: Robot) -> None:
 
 @pytest.mark.parametrize("factor", [0.5, 0.7, 1.3, 2.0])
 def test_in_the_middle_one_equation_says_all(hung: Robot, factor: float) -> None:
-    """Where all lines are alike the drop solves one equation of one unknown, and goes nearly with the compliance."""
+    """Where all lines are equal the drop solves one equation of one unknown, and goes nearly with the compliance."""
     lines = tuple(
         line.model_copy(update={"exit_point": (x, y, 3.0)})
         for line, (x, y) in zip(hung.lines, product((-2.0, 2.0), repeat=2), strict=True)
@@ -140,7 +140,7 @@ OF_A_BODY = ("platform_point", "centre_of_mass", "moment")
 
 @pytest.mark.parametrize("name", ["house-printer", "cogiro"])
 def test_first_order_has_the_deviations_of_samples(name: str) -> None:
-    """Each kind of number alone, and all at once; sampling itself leaves a percent."""
+    """Each kind of number alone, and all together; sampling itself leaves a percent."""
     robot = load(name)
     kinds = [kind for kind in SMALL if robot.n == 6 or kind not in OF_A_BODY]
     entries = [{"name": kind, **SMALL[kind]} for kind in kinds]
@@ -156,7 +156,7 @@ def test_first_order_has_the_deviations_of_samples(name: str) -> None:
         assert not samples.unsolved.any()
 
 
-def test_where_a_line_may_go_slack_first_order_says_how_far_it_is_off() -> None:
+def test_where_a_line_may_go_slack_first_order_reports_its_own_error() -> None:
     model = Model(load("house-printer"))
     held = cases.poses(model, 60, 3)
     slackest = held.tensions.min(axis=1).argsort()[:2]

@@ -128,7 +128,7 @@ def test_too_few_samples_or_too_many_are_rejected(samples: int) -> None:
 
 
 @EACH
-def test_progress_is_told_from_nothing_to_all(method: Method, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_progress_is_reported_from_nothing_to_all(method: Method, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "SOLVES", 16)
     told: list[tuple[int, int]] = []
     problem = problem_of(Model(HOUSE), modulus_ranges(HOUSE), 3)

@@ -1,4 +1,4 @@
-"""Workspaces with known answers, their laws, and what they have in common with the solvers that they are made of."""
+"""Workspaces with known answers, their laws, and agreement with the solvers that they use."""
 
 from __future__ import annotations
 
@@ -153,7 +153,7 @@ def three(request: pytest.FixtureRequest) -> dict[str, Workspace]:
     return {each: workspace(model, each, tolerance=told) for each in ("closed-form", "improved-closed-form", "exact")}
 
 
-def test_volumes_hold_against_random_places(three: dict[str, Workspace]) -> None:
+def test_volumes_agree_with_random_positions(three: dict[str, Workspace]) -> None:
     for criterion, found in three.items():
         places = found.box.at(np.random.default_rng(5).random((400_000, 3)))
         share = float((found.criterion.margin(places) >= 0.0).mean())
@@ -361,7 +361,7 @@ def test_a_grid_goes_by_its_nodes_or_by_its_step() -> None:
     )
 
 
-def test_robots_are_asked_for_what_they_have() -> None:
+def test_criteria_require_data_that_the_robot_has() -> None:
     with pytest.raises(InputError, match="catenary: exact requires straight lines"):
         workspace(Model(load("jung2020")), "exact")
     printer = Model(load("house-printer"), RIGID)

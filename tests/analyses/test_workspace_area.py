@@ -93,7 +93,8 @@ def test_sagging_lines_reach_an_area_too() -> None:
 
 
 def test_what_is_planar() -> None:
-    """Exit points at one height do not make a plane of what hangs below them, nor do those in a line without a load."""
+    """Exit points at one height do not make a plane of the platform below them, nor do those in a line without a
+    load."""
     assert is_planar(planar(UP), None)
     assert is_planar(planar(UP), [-1, 1, 0.5, 0.5, 0, 1])
     assert not is_planar(planar(UP), [-1, 1, 0, 1, 0, 1])

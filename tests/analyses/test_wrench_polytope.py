@@ -69,7 +69,7 @@ def test_many_lines_and_no_poses() -> None:
 
 
 @pytest.mark.parametrize("name", ["cogiro", "house-printer", "jung2020"])
-def test_a_linear_program_agrees_on_what_is_inside(name: str) -> None:
+def test_a_linear_program_agrees_on_points_inside(name: str) -> None:
     found = cw.available_wrenches(cw.load(name), CASES[name])
     rng = np.random.default_rng(2)
     low, high = found.limits.T

@@ -85,7 +85,7 @@ def cli() -> Callable[..., Outcome]:
 
 @pytest.fixture(scope="module")
 def undrawn() -> Iterator[None]:
-    """Pictures of reports take most of the time of a short print or check: none is drawn where nobody looks at them."""
+    """Pictures of reports take most of the time of a short print or check: none is drawn where no test needs them."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(style, "png", lambda _drawn: b"")
         yield

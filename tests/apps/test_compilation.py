@@ -14,7 +14,7 @@ from cablewright.kernels import cache
 from cablewright.solvers import batches
 
 ECHO = "import sys\nfor line in sys.stdin: print(line.strip(), flush=True)"
-"""A process that says that it has done what it is told."""
+"""A process that reports each task as done."""
 ENDS = "import sys; sys.stdin.readline()"
 COSTS = {"a": 4.0, "b": 3.0, "c": 2.0, "d": 1.0}  # s
 LIES = "import sys\nfor line in sys.stdin: print('something else', flush=True)"
@@ -47,12 +47,12 @@ def test_what_others_leave_undone_is_done_here(done: list[str], monkeypatch, cod
     assert sorted(done) == list("abcd")
 
 
-def test_others_do_the_last_tasks_and_each_is_told(done: list[str], monkeypatch) -> None:
+def test_others_do_the_last_tasks_and_each_is_reported(done: list[str], monkeypatch) -> None:
     helped_by(monkeypatch, ECHO, 2)
     said: list[tuple[int, int, float]] = []
 
     def first_waits() -> None:
-        while len(said) < 4:  # until the other process has done what is left
+        while len(said) < 4:  # until the other process has done the rest
             pass
         done.append("a")
 

@@ -55,8 +55,8 @@ def _elsewhere(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     os.chdir(before)
 
 
-TEXT_ELSEWHERE = {"print", "check"}  # take seconds: tests of their own have what they say to people
-RESUMED = {"campaign"}  # reads what it has kept
+TEXT_ELSEWHERE = {"print", "check"}  # take seconds: tests of their own check their text
+RESUMED = {"campaign"}  # reads its stored results
 ENDLESS = {"serve"}  # goes on until it is stopped: `tests/apps/serve` does both
 
 

@@ -42,7 +42,7 @@ def test_each_command_has_each_disaster_twice() -> None:
         ("import sys; sys.exit('cablewright: ' + 'x' * 3000)", ["a message of 3013 characters"]),
     ],
 )
-def test_what_a_program_says_is_judged(program: str, faults: list[str]) -> None:
+def test_the_output_of_a_program_is_judged(program: str, faults: list[str]) -> None:
     process = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     outcome = TOOL["Outcome"]()
     TOOL["judge_words"](TOOL["end"](process, 0.0), outcome)

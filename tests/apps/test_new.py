@@ -68,7 +68,7 @@ def test_without_a_terminal_it_asks_nothing(cli) -> None:
     assert found.json["print"].split()[-1] == "attic/machine.toml"
 
 
-def test_on_a_terminal_it_asks_what_is_missing() -> None:
+def test_on_a_terminal_it_asks_for_missing_values() -> None:
     said, code = on_terminal("round\n", "planar\n", "4\n", "3,2.5\n", "heavy\n", "3\n", "belt-at5-10mm\n", "\n")
     assert code == 0, said
     assert "allowed: body, over-middle, planar, suspended" in said
@@ -80,7 +80,7 @@ def test_on_a_terminal_it_asks_what_is_missing() -> None:
 
 
 @pytest.mark.parametrize(
-    "typed", [[INTERRUPT], ["\n", INTERRUPT], ["\n", "\x04"]], ids=["at once", "second", "end of file"]
+    "typed", [[INTERRUPT], ["\n", INTERRUPT], ["\n", "\x04"]], ids=["first", "second", "end of file"]
 )
 def test_leaving_the_questions_writes_nothing(typed: list[str]) -> None:
     said, code = on_terminal(*typed)

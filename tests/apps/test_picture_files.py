@@ -113,7 +113,7 @@ def test_panels_side_by_side_are_one_below_the_other_in_one_column(name: str) ->
     assert found.plot(width="two-column").get_figwidth() == pytest.approx(7.16)
 
 
-def test_a_style_sheet_changes_what_it_says(tmp_path: Path) -> None:
+def test_a_style_sheet_changes_its_settings(tmp_path: Path) -> None:
     sheet = tmp_path / "mine.mplstyle"
     sheet.write_text("font.size: 8\naxes.prop_cycle: cycler('color', ['112233', '445566'])  # mine\n")
     drawn = dynamics().plot(width="one-column", style=sheet)

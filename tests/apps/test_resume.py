@@ -65,7 +65,7 @@ def test_a_forged_checkpoint_is_not_believed(cli, copied: tuple[Path, Path], tmp
     name = next(key for key, value in values.items() if isinstance(value, float) and value > 0.0)
     forged = state | {"print": Snapshot(dict(values) | {name: 0.5 * values[name]}, state["print"].arrays)}
     own = os.environ.get(DIRECTORY)
-    for sign in (None, signature):  # by nobody, and by somebody else
+    for sign in (None, signature):  # without, and by another user
         monkeypatch.setenv(DIRECTORY, str(tmp_path / "stranger"))
         write_snapshots(file, forged, sign=sign)
         monkeypatch.setenv(DIRECTORY, own) if own else monkeypatch.delenv(DIRECTORY)
@@ -102,7 +102,7 @@ def test_a_print_begins_again_where_that_is_wanted(cli, copied: tuple[Path, Path
     assert (copied[1] / CHECKPOINT).exists()
 
 
-def test_a_restart_that_is_killed_at_once_resumes_as_itself(cli, copied: tuple[Path, Path]) -> None:
+def test_a_restart_that_is_killed_immediately_resumes_as_itself(cli, copied: tuple[Path, Path]) -> None:
     """Nothing of the earlier print is left that would be taken for its end."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("cablewright.live.prints.run._run", killed)

@@ -46,7 +46,7 @@ def test_blank_tensions_of_straight_lines_say_nothing_and_harm_nothing() -> None
 
 
 def test_a_blank_cell_weighs_as_a_cell_of_no_accuracy() -> None:
-    """Rows of a pose with a blank cell tell what is left when its tension is eliminated."""
+    """Rows of a pose with a blank cell are those after elimination of its tension."""
     measured = made_of(COGIRO, 2, 0.0, SensorNoise(tension=0.0))
     assert measured.tensions is not None
     blank = measured.tensions.copy()
@@ -64,7 +64,7 @@ def test_a_blank_cell_weighs_as_a_cell_of_no_accuracy() -> None:
     assert by_cell[[2, 5]].max() < 0.02 * by_cell.min(initial=np.inf, where=~np.isin(range(8), [2, 5]))
 
 
-def test_tensions_need_no_start_values_where_lengths_tell_the_poses() -> None:
+def test_tensions_need_no_start_values_where_lengths_determine_the_poses() -> None:
     measured = replace(made_of(WANG, 3, 0.0, SensorNoise(tension=0.0)), guess=None)
     plan = CalibrationPlan(sigma=Sigmas(encoder=1e-4, tension=1.0))
     found = calibrate(WANG, measured, plan, rough=0.02, outliers=False)
@@ -99,8 +99,8 @@ def test_blank_angles_count_for_nothing() -> None:
     assert again.rms < 1e-8
 
 
-def test_friction_on_the_way_to_a_cell_is_a_share_of_its_tension() -> None:
-    """Tensions 3 % off either way: told so, their residuals are as large as their sigma says."""
+def test_friction_before_a_cell_is_a_share_of_its_tension() -> None:
+    """Tensions with errors of 3 % of either sign: with this sigma, their residuals are as large as their sigma says."""
     ratios = []
     for seed in range(3):
         rng = np.random.default_rng(seed)

@@ -59,7 +59,7 @@ def recorded(
 
 
 def errors(found: CreepResult) -> np.ndarray:
-    """What is found less what is true, over its sigma: 1 / EA and the parts of the creep."""
+    """The error of the result over its sigma: 1 / EA and the parts of the creep."""
     true = np.concatenate([[1.0 / STIFFNESS], COMPLIANCES])
     sigmas = np.sqrt(np.diagonal(found.covariance))[:4]
     return (np.concatenate([[found.elastic], found.compliances]) - true) / sigmas
@@ -86,7 +86,7 @@ def test_it_is_linear_forgets_and_returns() -> None:
 
 
 @pytest.mark.parametrize("corners", [HELD, CYCLES], ids=["held", "cycles"])
-def test_without_noise_it_is_what_it_is(corners) -> None:
+def test_without_noise_the_result_is_exact(corners) -> None:
     found = creep(recorded(corners, heat=8.0), initial_length=LENGTH)
     assert found.stiffness == pytest.approx(STIFFNESS, rel=1e-4)
     assert found.after_hour == pytest.approx(COMPLIANCES.sum(), rel=3e-3)
@@ -137,7 +137,9 @@ def warmed(corners: tuple[tuple[float, float], ...], exponent: float = EXPONENT)
         pytest.param(CYCLES, 200, (0.9, 0.98), id="cycles", marks=pytest.mark.slow),
     ],
 )
-def test_the_pace_in_a_climate_is_told_with_sigmas_that_hold(corners, tests: int, shares: tuple[float, float]) -> None:
+def test_the_pace_in_a_climate_is_reported_with_sigmas_that_hold(
+    corners, tests: int, shares: tuple[float, float]
+) -> None:
     """Errors over their sigmas: the share below 1.96, and the mean of their squares."""
     base, off = warmed(corners), []
     for seed in range(tests):
@@ -160,7 +162,7 @@ def test_the_pace_in_a_climate_is_told_with_sigmas_that_hold(corners, tests: int
     np.testing.assert_allclose(np.square(off).mean(axis=0), 1.0, atol=3.5 * np.sqrt(2.0 / tests))
 
 
-def test_what_a_creep_test_tells_of_the_climate_is_what_a_robot_file_takes(tmp_path: Path) -> None:
+def test_climate_parameters_of_a_creep_test_fit_into_a_robot_file(tmp_path: Path) -> None:
     test = warmed(HELD)
     rows = zip(*(np.array(each).tolist() for each in (test.time, test.force, test.elongation, test.temperature)),
                (100.0 * test.humidity).tolist(), strict=True)  # fmt: skip
@@ -176,7 +178,7 @@ def test_what_a_creep_test_tells_of_the_climate_is_what_a_robot_file_takes(tmp_p
     assert found.temperature == pytest.approx(22.0, abs=6.0)
 
 
-def test_a_climate_that_hardly_changes_or_a_cable_that_does_not_creep_tells_no_pace() -> None:
+def test_a_constant_climate_or_a_cable_without_creep_determines_no_pace() -> None:
     test = warmed(HELD)
     calm = {"temperature": 295.0 + 0.5 * np.sin(test.time / 2000.0), "humidity": np.full(len(test.force), 0.5)}
     mild = TensileTest(test.force, test.elongation, time=test.time, **calm)
@@ -191,7 +193,7 @@ def test_a_climate_that_hardly_changes_or_a_cable_that_does_not_creep_tells_no_p
     assert "activation_energy" not in found.robot_file_text
 
 
-def test_of_two_that_change_together_the_one_that_is_told_stays() -> None:
+def test_of_two_that_change_together_the_one_that_is_reported_stays() -> None:
     """A humidity that mirrors the temperature leaves the energy alone; and one of an exponent of 0 does not harm it."""
     test, noise = warmed(HELD, 0.0), 4e-6 * np.random.default_rng(2).normal(size=len(warmed(HELD).force))
     mirrored = 0.5 - 0.02 * (test.temperature - 295.15)
@@ -214,7 +216,7 @@ def test_a_large_exponent_is_found_from_afar(exponent: float) -> None:
     assert found.activation_energy == pytest.approx(ENERGY, rel=1e-2)
 
 
-def test_a_cable_that_creeps_the_same_in_every_climate_is_told_so() -> None:
+def test_a_cable_that_creeps_the_same_in_every_climate_is_reported_as_such() -> None:
     base = recorded(HELD, heat=8.0)
     noise = 4e-6 * np.random.default_rng(5).normal(size=len(base.force))
     found = creep(TensileTest(base.force, base.elongation + noise, time=base.time, temperature=base.temperature),
@@ -257,7 +259,7 @@ def test_a_humidity_is_a_share(value: float) -> None:
 
 
 def test_residuals_that_wander_widen_the_sigmas() -> None:
-    """With noise that is alike for 50 samples sigmas of white noise would be far too small."""
+    """With noise that is constant over 50 samples sigmas of white noise would be far too small."""
     base, within = recorded(HELD), []
     for seed in range(60):
         walk = np.random.default_rng(seed).normal(size=len(base.force) // 50 + 2)
@@ -298,7 +300,7 @@ def cut(test: TensileTest, end: float, every: int = 1) -> TensileTest:
 
 
 def test_rest_is_no_time_under_load() -> None:
-    """100 s of load and three hours of rest tell nothing of an element of 20 min under load."""
+    """100 s of load and three hours of rest do not determine an element of 20 min under load."""
     times = np.arange(0.0, 10900.0, 10.0)
     force = np.where((times > 0.0) & (times <= 100.0), 1000.0, 0.0)
     with pytest.raises(InputError, match=r"the element of 20 min needs a load for 20 min, the test has 100 s"):
@@ -318,7 +320,7 @@ def test_a_unit_that_is_not_known_is_said(unit: str, tmp_path: Path) -> None:
     [
         (cut(recorded(HELD), 610.0), {}, "the element of 20 min needs a load for 20 min, the test has 9.96 min"),
         (cut(recorded(HELD), 60.0), {"retardations": ()}, "logarithmic creep needs two decades of time, from 1 s to"),
-        (cut(recorded(HELD), 1e4, 40), {}, "the element of 60 s has 2 samples within 60 s of the load: 3 tell it"),
+        (cut(recorded(HELD), 1e4, 40), {}, "the element of 60 s has 2 samples within 60 s of the load: 3 determine it"),
         (TensileTest(np.arange(30.0), np.arange(30.0)), {}, "no column 'time', which creep needs"),
         (TensileTest(np.ones(30), np.arange(30.0), time=np.arange(30.0)), {}, "the force never changes"),
         (recorded(HELD), {"retardations": (60.0, 30.0)}, "retardations = 60, 30 s: expected up to 4 that rise"),
@@ -329,7 +331,7 @@ def test_a_unit_that_is_not_known_is_said(unit: str, tmp_path: Path) -> None:
          {}, "100001 samples; at most 100000 are taken"),
     ],
 )  # fmt: skip
-def test_what_tells_no_creep_is_one_line(test: TensileTest, options: dict, message: str) -> None:
+def test_a_test_that_shows_no_creep_is_one_line(test: TensileTest, options: dict, message: str) -> None:
     with pytest.raises(InputError) as caught:
         creep(test, **{"initial_length": LENGTH, **options})
     assert message in str(caught.value)

@@ -158,7 +158,7 @@ def test_no_warnings_where_exit_points_are_known(unknowns: tuple[str, ...]) -> N
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_a_build_up_that_nothing_shows_is_told_and_no_traceback(seed: int) -> None:
+def test_a_build_up_that_nothing_shows_is_reported_and_no_traceback(seed: int) -> None:
     made = simulate_calibration(EYELETS, 40, 1e-3, seed=seed)
     plan = CalibrationPlan(unknowns=("exit_point", "length_offset", "length_scale", "build_up"))
     found = calibrate(EYELETS, made.measured, plan)
@@ -167,7 +167,7 @@ def test_a_build_up_that_nothing_shows_is_told_and_no_traceback(seed: int) -> No
 
 
 def test_a_spool_without_build_up_may_stay_at_none() -> None:
-    """Its range ends at what the file has: that is an answer."""
+    """Its range ends at the value of the file: that is an answer."""
     made = simulate_calibration(WANG, 40, 0.0, seed=3)
     counted = np.log1p(0.01 * made.measured.counted) / 0.01  # cable that a spool of a growing radius would not pay out
     plan = CalibrationPlan(unknowns=("length_offset", "build_up"), shared=("build_up",))
@@ -175,7 +175,7 @@ def test_a_spool_without_build_up_may_stay_at_none() -> None:
     assert (found.status, found.values[-1]) == ("ok", 0.0)
 
 
-def test_what_the_data_cannot_tell_apart_is_named_with_a_remedy() -> None:
+def test_indistinguishable_parameters_are_named_with_a_remedy() -> None:
     """Exact data: a larger machine with a larger scale reads the same."""
     made = simulate_calibration(EYELETS, 40, 0.0, seed=5)
     found = calibrate(EYELETS, made.measured, SCALED)
@@ -202,7 +202,7 @@ def test_a_pose_inside_a_sheave_is_unexplained_and_breaks_nothing() -> None:
 
 
 def test_a_start_out_of_its_bounds_begins_at_their_edge() -> None:
-    """Home lengths, which no file has, start at 0: the answer is within the bounds, or is told to end there."""
+    """Home lengths, which no file has, start at 0: the answer is within the bounds, or reported to end there."""
     made = simulate_calibration(WANG, 20, 1e-4, seed=1)
     low, high = made.home_lengths.min() - 0.1, made.home_lengths.max() + 0.1
     plan = CalibrationPlan(bounds=(Bound(name="length_offset", min=low, max=high),))

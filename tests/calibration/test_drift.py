@@ -112,7 +112,7 @@ def test_an_exit_point_that_moved_is_named_with_its_vector(cogiro: Machine, line
 
 
 def test_longer_lengths_of_all_lines_are_one_change(cogiro: Machine) -> None:
-    (change,) = cogiro.check(-2e-3 * cogiro.later.counted).changes  # counts are short of what was paid out
+    (change,) = cogiro.check(-2e-3 * cogiro.later.counted).changes  # counts are short of the length paid out
     assert (change.what, change.line, change.unit) == ("scale of all lengths", None, "1")
     assert change.amount == pytest.approx(2e-3, abs=4.0 * change.sigma)
 
@@ -125,7 +125,7 @@ def test_one_wrong_reading_is_no_move(cogiro: Machine, wang: Machine) -> None:
     assert (found.verdict, change.pose) == ("wrong-reading", 3)
     name = COGIRO.lines[2].name  # of two numbers over, in some directions of two lines
     assert change.line == name or any(f"of {name}, pose 4" in each for each in change.instead)
-    found = wang.check(off[:, :4])  # one number over each pose: which line cannot be told
+    found = wang.check(off[:, :4])  # one number over each pose: its line cannot be identified
     assert (found.verdict, found.changes[0].pose, found.changes[0].line) == ("wrong-reading", 3, None)
 
 
@@ -189,7 +189,7 @@ def test_a_spool_that_builds_up_passes_its_own_check(tmp_path: Path) -> None:
 
 
 def test_false_alarms_are_as_rare_as_was_asked() -> None:
-    """Numbers with the covariance that was told: the share of alarms is under the level, and not far under it."""
+    """Numbers with the given covariance: the share of alarms is under the level, and not far under it."""
     rng, count, level = np.random.default_rng(0), 400, 0.05
     root = rng.normal(size=(12, 12))
     suspects = [Suspect("x", str(at), rng.normal(size=(12, 1 + at % 3))) for at in range(6)]

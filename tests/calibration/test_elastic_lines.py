@@ -197,7 +197,7 @@ def test_errors_are_at_the_bound_and_sigmas_cover_them() -> None:
 
 
 def test_bad_encoders_and_load_cells_are_left_out() -> None:
-    """A line is named where the others tell which; a load cell's error explains no encoder's."""
+    """A line is named where the others identify it; a load cell's error explains no encoder's."""
     robot = load("paty2021")
     made = simulate_calibration(robot, 30, 1e-4, seed=1, guess=0.02, cable="catenary", sensors=SensorNoise(tension=2.0))
     assert made.measured.tensions is not None
@@ -261,13 +261,13 @@ def test_stiff_lines_with_rough_tensions_say_what_straight_ones_do() -> None:
 
 
 @pytest.mark.parametrize("name", ["wang2021", "cogiro"])
-def test_encoders_alone_are_rejected_and_what_would_help_is_told(name: str) -> None:
+def test_encoders_alone_are_rejected_with_the_sensors_that_would_help(name: str) -> None:
     made = simulate_calibration(load(name), 40, 0.0, seed=1, cable="elastic")
     with pytest.raises(InputError, match="nothing is left over to calibrate with; measure tensions"):
         calibrate(load(name), made.measured, cable="elastic")
 
 
-def test_too_few_poses_are_told() -> None:
+def test_too_few_poses_are_reported() -> None:
     made = simulate_calibration(load("paty2021"), 2, 0.0, seed=1, cable="catenary", sensors=EXACT)
     with pytest.raises(
         InputError, match="2 poses; at least 3 are required: each pose gives 8 numbers and has 4 unknowns"

@@ -1,4 +1,4 @@
-"""Robots whose file has mounts that give, springs and creep: counted by equilibria or measured tensions, or
+"""Robots whose file has compliant mounts, springs and creep: counted by equilibria or measured tensions, or
 rejected."""
 
 from __future__ import annotations
@@ -118,7 +118,7 @@ def exits_moved(found: Calibration) -> float:
 @pytest.mark.parametrize("kinds", ["number", "matrix", "mixed"])
 @pytest.mark.parametrize(("name", "cable"), [("merlet2023", "catenary"), ("cogiro", "elastic")])
 def test_mounts_of_the_file_leave_no_error_in_exit_points(name: str, cable: str, kinds: str) -> None:
-    """By the plant's law as the oracle; the same without the key is off by some mm."""
+    """By the plant's law as the oracle; the same without the key has errors of some mm."""
     robot = on_mounts(load(name), np.random.default_rng(11), kinds)
     clean = plant(robot, cable, 20, np.random.default_rng(12))
     found = calibrate(robot, clean, PLAN, cable=cable, rough=0.05, outliers=False)
@@ -154,7 +154,7 @@ SOFT: dict[str, Callable[[Robot], Robot]] = {
     ("name", "soft"), [*(("wang2021", each) for each in SOFT), ("jung2020", "both")], ids=lambda each: each
 )
 def test_straight_lines_count_them_by_measured_tensions(name: str, soft: str) -> None:
-    """Up to second order in what they give, which for sheaves, whose cable leaves beside its exit, is a tenth."""
+    """Up to second order in their deflection, which for sheaves, whose cable leaves beside its exit, is a tenth."""
     robot = SOFT[soft](load(name))
     clean, _ = displaced(robot, 40, np.random.default_rng(12))
     found = calibrate(robot, clean, PLAN, rough=0.05, outliers=False)
@@ -273,7 +273,7 @@ def test_a_swivel_that_goes_aside_is_no_azimuth(cable: str) -> None:
 
 
 def test_counts_to_move_to_are_those_of_the_mounts() -> None:
-    """Of chosen poses, and of those that `--guide` tells, there within the scatter of the robots that it may be."""
+    """Of chosen poses, and of those of `--guide`, there within the scatter of the robots that it may be."""
     robot = on_mounts(load("wang2021"), np.random.default_rng(1))
     chosen = calibration_poses(robot, 16, candidates=100)
     model = Model(on_stiff_ends(robot), Fidelity.of("rigid"))
@@ -290,7 +290,7 @@ def test_counts_to_move_to_are_those_of_the_mounts() -> None:
 
 
 def test_a_compliance_of_the_file_that_is_wrong_is_in_the_sigmas() -> None:
-    """It is believed to a fifth, and a file that is off by so much has its errors in the larger sigmas."""
+    """Its prior is a fifth, and the larger sigmas contain errors of a file of that size."""
     robot = on_mounts(load("merlet2023"), np.random.default_rng(4))
     lines = tuple(line.model_copy(update={"exit_compliance": 1.2 * line.exit_compliance}) for line in robot.lines)  # type: ignore[operator]
     made = simulate_calibration(robot, 40, 1e-4, seed=4, cable="catenary", sensors=CELLS)
@@ -306,7 +306,7 @@ def test_a_compliance_of_the_file_that_is_wrong_is_in_the_sigmas() -> None:
     assert np.all(told.sigma >= 0.999 * told.noise_sigma)
 
 
-def test_what_is_found_is_written_to_the_file() -> None:
+def test_found_values_are_written_to_the_file() -> None:
     """Beside values of the file that stay, and mounts that a file does not have are added to it."""
     robot = load("merlet2023")
     soft = on_mounts(robot, np.random.default_rng(4))
@@ -351,6 +351,6 @@ def test_creep_of_the_file_is_named_and_in_the_sigmas(cable: str) -> None:
     assert plain.lines[int(np.argmax(longer.max(axis=0)))].name in note
     assert not any("creep" in note for note in without.notes)
     assert np.all(found.model_sigma >= without.model_sigma * 0.999)
-    name = "modulus" if cable == "catenary" else "stretch"  # which the data tell, but as little as they did
+    name = "modulus" if cable == "catenary" else "stretch"  # which the data determine, but as badly as before
     wider, known = (next(its for its in each.doubt.considered if its.name == name) for each in (found, without))
     assert wider.sigma > known.sigma

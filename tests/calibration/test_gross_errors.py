@@ -1,4 +1,4 @@
-"""The search for gross errors: what is clean stays whole, however sigmas are told; what is wrong is found."""
+"""The search for gross errors: clean data stay whole for any given sigmas; wrong data are found."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_clean_data_stay_whole(count: int, told: float | None) -> None:
 
 
 @pytest.mark.parametrize("told", [None, 2e-3, 1.0])
-def test_wrong_lengths_are_found_whatever_is_told_of_positions(told: float | None) -> None:
+def test_wrong_lengths_are_found_whatever_the_sigma_of_positions(told: float | None) -> None:
     good = 0
     for seed in range(5):
         measured, bad = data(seed, 40, told, 3)
@@ -49,7 +49,7 @@ def test_wrong_lengths_are_found_whatever_is_told_of_positions(told: float | Non
 
 
 @pytest.mark.parametrize("told", [2e-4, 2e-3, 0.1, 1.0])
-def test_kinds_are_evened_to_what_they_are(told: float) -> None:
+def test_kinds_are_evened_to_their_true_sigmas(told: float) -> None:
     measured, _ = data(1, 40, told)
     problem = StraightProblem.of(WANG, measured, hold=False)
     start = calibrate(WANG, measured, outliers=False).fit

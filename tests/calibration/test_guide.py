@@ -1,4 +1,4 @@
-"""Guided calibrations: what is proposed is safe on the true robot, helps, and ends; what is told holds."""
+"""Guided calibrations: proposed poses are safe on the true robot, help, and end; reported sigmas hold."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_it_knows_better_than_random_poses() -> None:
 
 
 def test_counts_lead_to_the_poses() -> None:
-    """With the true file the told counts are those that the robot has there; the first pose is home."""
+    """With the true file the reported counts are those that the robot has there; the first pose is home."""
     found = cw.guide(WANG, rough=0.01)
     poses = np.array([each.pose for each in found.next_poses])
     counts = np.array([each.counts for each in found.next_poses])

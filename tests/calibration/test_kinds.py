@@ -75,7 +75,7 @@ def test_the_encoders_sigma_is_estimated_beside_other_sensors(truth: float, besi
 
 
 def test_sigmas_cover_the_errors_where_the_encoders_sigma_was_not_given() -> None:
-    """Encoders ten times as bad as assumed, beside positions of 1 mm: sigmas used to be a tenth of what they should."""
+    """Encoders ten times as bad as assumed, beside positions of 1 mm: sigmas used to be a tenth of the right ones."""
     shares = []
     for seed in range(30):
         made, measured = positioned(seed, 20, 1e-3)
@@ -117,7 +117,7 @@ def test_vague_positions_stay_where_nothing_else_holds_the_frame() -> None:
     assert not vague[:6, 4:].all(axis=1).any()
 
 
-def test_a_wrong_position_is_left_out_alone_and_what_was_expected_is_told() -> None:
+def test_a_wrong_position_is_left_out_alone_and_the_expected_one_is_reported() -> None:
     made, measured = positioned(3, 25)
     assert measured.guess is not None
     guess = measured.guess.copy()
@@ -131,7 +131,7 @@ def test_a_wrong_position_is_left_out_alone_and_what_was_expected_is_told() -> N
     assert found.used[7].all()
 
 
-def test_a_wrong_length_is_left_out_with_what_was_expected() -> None:
+def test_a_wrong_length_is_left_out_and_the_expected_one_is_reported() -> None:
     made, measured = positioned(4, 25)
     counted = measured.counted.copy()
     counted[11, 2] += 0.03
@@ -155,8 +155,8 @@ def test_counts_at_a_pose_are_what_the_equations_expect() -> None:
     assert there.residual == pytest.approx(np.zeros((5, 4)), abs=1e-8)
 
 
-def test_positions_told_too_well_pull_less() -> None:
-    """Two of 20 points are off by 4 of their sigmas, too little to be left out: over seeds the answer is nearer."""
+def test_positions_with_too_small_sigmas_weigh_less() -> None:
+    """Two of 20 points have errors of 4 sigmas, too little to be left out: over seeds the answer is nearer."""
     plain, robust = [], []
     for seed in range(30):
         made, measured = positioned(seed, 20)
@@ -185,7 +185,7 @@ def test_without_errors_the_resisting_fit_costs_a_few_percent() -> None:
 
 
 def test_each_kind_says_how_well_it_fits() -> None:
-    """Positions told to 1 mm that are good to 5 mm: their ratio is 5, that of the lengths 1."""
+    """Positions given to 1 mm that are good to 5 mm: their ratio is 5, that of the lengths 1."""
     ratios = []
     for seed in range(10):
         made, measured = positioned(seed, 30, 1e-4, sigma=5e-3)

@@ -1,4 +1,4 @@
-"""Sigmas that hold where the model is wrong: every kind's noise, known numbers that are off, scatter, friction."""
+"""Sigmas that hold where the model is wrong: every kind's noise, wrong known numbers, scatter, friction."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_sigmas_cover_errors_of_a_wrong_model(effect: str) -> None:
     assert effect == "none" or np.mean(told) >= np.mean(noise)
 
 
-def test_a_stretch_that_the_data_show_is_what_it_is() -> None:
+def test_a_stretch_that_the_data_show_is_found() -> None:
     """Once the stretch by the file's stiffness, and its shift is in the sigmas."""
     rng = np.random.default_rng(3)
     file, made = made_with("flex", rng)
@@ -95,8 +95,8 @@ def test_numbers_that_are_unknown_are_not_considered_too() -> None:
 
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("told", [True, False])
-def test_friction_in_the_sheaves_is_told(seed: int, told: bool) -> None:
-    """Tensions 3 % off, of random sign: a modulus 20 % off used to be told to 2.3 %, an exit 63 mm off to 5.3 mm."""
+def test_friction_in_the_sheaves_is_reported(seed: int, told: bool) -> None:
+    """With tension errors of 3 % a modulus error of 20 % had a sigma of 2.3 %, one of 63 mm of an exit point 5.3 mm."""
     rng = np.random.default_rng(seed)
     made = measure(PATY, random_poses(PATY, 40, rng, "catenary"), 1e-4, rng, 0.02, "catenary", SensorNoise(tension=5.0))
     assert made.measured.tensions is not None
@@ -119,14 +119,14 @@ def positioned(seed: int, truth: float, told: float) -> Calibration:
     return calibrate(WANG, measured, CalibrationPlan(sigma=Sigmas(encoder=1e-4)), need=1.0)
 
 
-def test_a_told_sigma_grows_where_residuals_deny_it_and_never_falls() -> None:
+def test_a_given_sigma_grows_where_residuals_deny_it_and_never_falls() -> None:
     grown = [positioned(seed, 4e-3, 1e-3).problem.factors["positions"] for seed in range(4)]
     assert np.mean(grown) == pytest.approx(4.0, rel=0.15)
     kept = [positioned(seed, 1e-3, 1e-2).problem.factors.get("positions", 1.0) for seed in range(4)]
     assert kept == [1.0] * 4
 
 
-def test_a_surveyed_point_that_is_off_widens_the_others() -> None:
+def test_a_surveyed_point_that_has_an_error_widens_the_others() -> None:
     rng = np.random.default_rng(5)
     made = measure(WANG, random_poses(WANG, 40, rng), 1e-4, rng)
     found = calibrate(WANG, made.measured, surveyed(rng, 0.01))

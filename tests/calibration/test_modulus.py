@@ -190,7 +190,7 @@ def test_a_preload_and_half_cycles_are_not_branches_of_the_band() -> None:
     assert found.modulus == pytest.approx(102.2e9, rel=1e-12)
 
 
-def test_a_break_at_the_end_is_left_out_and_told() -> None:
+def test_a_break_at_the_end_is_left_out_and_reported() -> None:
     pull = np.linspace(0, 0.98 * BREAKING, 300)
     test = linear(np.concatenate([there_and_back(2), pull, np.zeros(5)]))
     found = young_modulus(test, **GIVEN)
@@ -468,7 +468,7 @@ def test_a_good_file_with_a_wound(file: Path, wound: bytes, at: int) -> None:
 
 
 def example() -> str:
-    """The rule of examples/tensile.csv, which docs/modulus.md tells."""
+    """The rule of examples/tensile.csv, which docs/modulus.md states."""
     rng, top, preload = random.Random(2021), 6.0, 0.1  # kN
     way = top - preload
     title = "# Synthetic, no machine has measured this: the rule is in docs/modulus.md."
@@ -501,7 +501,7 @@ def test_the_example_is_the_cable_of_the_paper() -> None:
     assert found.notes == ()
 
 
-MACHINES = (  # header, units below it; size of what is written in the unit, N and m
+MACHINES = (  # header, units below it; size of the written number in the unit, N and m
     ("Time,Extension,Load", "(s),(mm),(kN)", 1e-3, 1e3),
     ('"Time","Extension","Load"', '"(s)","(mm)","(N)"', 1.0, 1e3),
     ("Time,Displacement,Force", "s,mm,kN", 1e-3, 1e3),

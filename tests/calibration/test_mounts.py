@@ -103,7 +103,7 @@ def straight(rng: np.random.Generator, soft: np.ndarray) -> Measured:
 
 
 def test_mounts_under_straight_lines_are_found_by_their_tensions() -> None:
-    """The line leaves its sheave near the direction from the exit point; a tenth of what is given is left for that."""
+    """The line leaves its sheave near the direction from the exit point; a tenth of the deflection is left for that."""
     rng = np.random.default_rng(2)
     soft = 3.0 * soft_of(WANG, rng)
     measured = straight(rng, soft)
@@ -139,7 +139,7 @@ def test_a_prior_and_bounds_are_in_metres_per_newton() -> None:
     assert "the edge of its range from 0 to 2e-06 m/N" in found.reason
 
 
-def test_without_tensions_nothing_tells_them() -> None:
+def test_without_tensions_nothing_determines_them() -> None:
     made = simulate_calibration(WANG, 40, 1e-4, seed=1)
     with pytest.raises(InputError, match="unknowns: exit_compliance: the data has no column f_1, so no data"):
         calibrate(WANG, made.measured, SOFT)
@@ -147,7 +147,7 @@ def test_without_tensions_nothing_tells_them() -> None:
 
 @pytest.mark.parametrize(("robot", "cable"), [(WANG, "rigid"), (load("merlet2023"), "catenary")])
 def test_counts_are_those_that_leave_no_residual(robot: Robot, cable: str) -> None:
-    """With a drum that builds up, mounts that give, and load cells with offsets where lines are straight."""
+    """With a drum that builds up, compliant mounts, and load cells with offsets where lines are straight."""
     rng = np.random.default_rng(4)
     model = Model(robot, Fidelity.of(cable))
     held = solve_inverse(model, random_poses(robot, 5, rng, cable)).checked()

@@ -1,4 +1,4 @@
-"""Sensors whose zero is off: offsets and scales are found, told from the frame, and named where they are the reason."""
+"""Sensors with wrong zeros: offsets and scales are found, separated from the frame, and named as reasons."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def turned(measured: Measured, zeros: np.ndarray = ZEROS) -> Measured:
 
 
 def strained(measured: Measured, gains: np.ndarray = GAINS) -> Measured:
-    """The readings of load cells with a zero and a scale that are off."""
+    """The readings of load cells with errors of zero and scale."""
     assert measured.tensions is not None
     return replace(measured, tensions=(measured.tensions - CELLS) / gains)
 
@@ -81,7 +81,7 @@ def test_swivels_zeroed_together_have_one_offset() -> None:
     assert [each.label for each in found.unknowns][-1] == "swivel offset of all lines"
 
 
-def test_a_zero_that_is_off_is_named_where_it_counts_as_exact() -> None:
+def test_a_zero_that_has_an_error_is_named_where_it_counts_as_exact() -> None:
     found = calibrate(WANG, turned(made(WANG, swivel=1e-3), 0.01 * ZEROS), rough=0.05)
     assert found.verdict == "bad"
     assert any("if their zero is not sure, add swivel_offset to the unknowns" in each for each in found.reasons)
@@ -134,12 +134,12 @@ def test_tilt_and_yaw_with_offsets() -> None:
     assert [each.label for each in found.unknowns][-3:] == ["tilt offset x", "tilt offset y", "yaw offset"]
 
 
-def test_a_yaw_that_is_exact_tells_the_direction_of_the_frame() -> None:
+def test_an_exact_yaw_determines_the_direction_of_the_frame() -> None:
     found = calibrate(COGIRO, made(COGIRO, yaw=1e-3), rough=0.05, outliers=False)
     assert found.gauge == ("translation along x", "translation along y", "translation along z")
 
 
-def test_an_offset_is_hardly_told_from_a_tilt_of_eyelets_until_they_are_levelled() -> None:
+def test_an_offset_and_a_tilt_of_eyelets_are_hardly_distinguished_until_they_are_levelled() -> None:
     """By the platform's rotations alone, of a tenth of a radian."""
     jung = load("jung2020")
     measured = made(jung, tilt=1e-3)
@@ -273,7 +273,7 @@ def test_zeros_without_data_need_no_more_poses() -> None:
     assert more == plain
 
 
-def test_an_end_of_a_range_may_be_of_zeros_that_are_off() -> None:
+def test_an_end_of_a_range_may_come_from_wrong_zeros() -> None:
     plan = CalibrationPlan(
         unknowns=(*PLAIN, "sheave_radius"), bounds=(Bound(name="sheave_radius", min=0.074, max=0.0756),)
     )

@@ -1,4 +1,4 @@
-"""What a plan says of lines: numbers that some share, priors of a coordinate, lengths that are absolute."""
+"""Lines in a plan: numbers that some share, priors of a coordinate, lengths that are absolute."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_lines_of_a_group_share_their_number() -> None:
     alone = calibrate(WANG, measured(scales), CalibrationPlan(unknowns=SCALED), need=0.02)
     assert len(alone.unknowns) == len(found.unknowns) + 2
     grouped, own = (each.noise_sigma[:12].max() / each.encoder_sigma for each in (found, alone))
-    assert grouped < own  # what is known of the machine helps
+    assert grouped < own  # knowledge of the machine helps
 
 
 def test_a_line_beside_a_group_has_its_own_number() -> None:
@@ -59,7 +59,7 @@ def test_a_line_beside_a_group_has_its_own_number() -> None:
 @pytest.mark.parametrize(
     ("changes", "told"),
     [
-        ({"groups": (Group(name="length_scale", lines=(NAMES[0], "nobody")),)}, "unknown line 'nobody'"),
+        ({"groups": (Group(name="length_scale", lines=(NAMES[0], "nowhere")),)}, "unknown line 'nowhere'"),
         ({"groups": (PAIRS[0], PAIRS[0])}, "is in it twice"),
         ({"groups": (Group(name="sheave_radius", lines=tuple(NAMES[:2])),)}, "is not among the unknowns"),
         ({"groups": (Group(name="length_offset", lines=tuple(NAMES[:2])),)}, "cannot be one number"),

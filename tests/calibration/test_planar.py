@@ -36,7 +36,7 @@ from cablewright.models.statics import Model
 from cablewright.robot import Robot, load
 from cablewright.solvers.inverse import solve_inverse
 
-OFF = 0.35  # m: how far off the plane the exit nearest to it is
+OFF = 0.35  # m: distance of the nearest exit point from the plane
 NOISE = 5e-5  # m
 KINDS = [("vertical", False), ("tilted", False), ("horizontal", False), ("vertical", True), ("tilted", True)]
 
@@ -117,7 +117,7 @@ def test_sigmas_and_the_redundancy_hold(plane: str, body: bool) -> None:
         true = np.append((exits_of(truth) @ normal), made.home_lengths)
         sigma = np.sqrt(np.einsum("ak,kl,al->a", rows, found.posterior.covariance, rows))
         off.append((rows @ found.values - true) / sigma)
-        grown = found.problem.factors.get("lengths", 1.0)  # where chance denies the told sigma
+        grown = found.problem.factors.get("lengths", 1.0)  # where chance denies the given sigma
         square, redundancy = square + 2.0 * found.fit.cost * grown**2, found.posterior.redundancy
     assert redundancy == count * (m - (3 if body else 2)) - (4 * m - 3)
     assert abs(square / (runs * redundancy) - 1.0) < 4.0 * np.sqrt(2.0 / (runs * redundancy))
@@ -186,8 +186,8 @@ def test_an_oracle_of_its_own_finds_the_same(plane: str, body: bool) -> None:
     ("plane", "body", "left"),
     [("vertical", False, 2), ("tilted", False, 2), ("vertical", True, 2), ("horizontal", False, 3)],
 )
-def test_load_cells_of_straight_lines_count_what_balances_in_the_plane(plane: str, body: bool, left: int) -> None:
-    """In a plane that does not lie gravity tells how the frame is turned, and nothing of the forces across."""
+def test_load_cells_of_straight_lines_count_the_balance_in_the_plane(plane: str, body: bool, left: int) -> None:
+    """In a plane that does not lie gravity determines the rotation of the frame, and nothing of the forces across."""
     truth = robot_of(plane, body)
     made = simulate_calibration(truth, 40, 0.0, seed=2, sensors=SensorNoise(tension=0.0), guess=0.0)
     found = calibrate(wrong(truth, 2), made.measured, CalibrationPlan(sigma=Sigmas(tension=0.1)), rough=0.1)
@@ -319,12 +319,12 @@ def test_exit_points_stay_on_the_files_side() -> None:
         assert np.abs(again.theta - found.theta).max() < 1e-8
 
 
-def test_exit_points_in_the_plane_need_what_the_plan_says_of_them(tmp_path: Path) -> None:
+def test_exit_points_in_the_plane_need_priors_of_the_plan(tmp_path: Path) -> None:
     truth = robot_of("tilted", False, off=0.0)
     made = simulate_calibration(truth, 30, 1e-4, seed=2)
     found = calibrate(truth, made.measured, rough=0.05)
     assert (found.status, found.verdict) == ("degenerate", "bad")
-    assert "hardly tell how far exit points are off the plane with normal" in found.reason
+    assert "hardly determine the distances of exit points from the plane with normal" in found.reason
     assert 'across = "2 mm"' in found.reason
     plan = tmp_path / "plan.toml"
     plan.write_text('schema = 1\nacross = "5 mm"\n')
@@ -340,7 +340,7 @@ def test_exit_points_in_the_plane_need_what_the_plan_says_of_them(tmp_path: Path
 
 
 def test_what_across_brings_on_the_board_of_the_docs(tmp_path: Path) -> None:
-    """Belts 6 cm off it; the medians that docs/calibration.md tells, and home lengths within their sigmas."""
+    """Belts 6 cm off it; the medians that docs/calibration.md states, and home lengths within their sigmas."""
     text = (Path(__file__).parents[2] / "docs" / "robots.md").read_text(encoding="utf-8")
     file = tmp_path / "board.toml"
     file.write_text("schema = 1\n" + text[text.index('name = "board"') :].partition("```")[0])

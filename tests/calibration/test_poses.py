@@ -19,7 +19,7 @@ WANG = load("wang2021")
 
 
 @pytest.mark.parametrize("criterion", ["d-optimal", "worst-sigma"])
-def test_chosen_poses_tell_more_than_random_ones(criterion: str) -> None:
+def test_chosen_poses_determine_more_than_random_ones(criterion: str) -> None:
     found = calibration_poses(WANG, 20, criterion=criterion, candidates=300, seed=1)
     assert len(found.poses) == 20
     assert found.sigma_worst < 0.6 * found.random_worst
@@ -34,7 +34,7 @@ def test_each_criterion_is_best_at_its_own() -> None:
     assert other.sigma_worst <= one.sigma_worst
 
 
-def test_what_is_promised_is_what_a_calibration_says() -> None:
+def test_promised_sigmas_are_those_of_a_calibration() -> None:
     found = calibration_poses(WANG, 20, candidates=300, seed=1)
     problem = StraightProblem.of(WANG, Measured(found.counted, found.poses))
     theta = problem.start.copy()

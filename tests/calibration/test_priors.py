@@ -247,7 +247,7 @@ def test_points_have_one_error_along_each_axis() -> None:
 def test_one_number_has_nothing_in_common() -> None:
     prior = Prior(name="length_scale", deviation=1e-4, alike=True)
     plan = CalibrationPlan(unknowns=("length_offset", "length_scale"), shared=("length_scale",), priors=(prior,))
-    with pytest.raises(InputError, match=r"priors\[0\]: length_scale: alike requires at least two numbers"):
+    with pytest.raises(InputError, match=r"priors\[0\]: length_scale: `alike` requires at least two numbers"):
         StraightProblem.of(WANG, Measured(np.zeros((20, 4))), plan)
 
 

@@ -148,7 +148,7 @@ def test_the_one_linearisation_says_the_same_of_stiff_cables() -> None:
 
 
 def test_a_fit_is_that_of_dense_least_squares() -> None:
-    """All sensors at once, with noise: SciPy with the same Jacobian ends at the same cost and place."""
+    """All sensors together, with noise: SciPy with the same Jacobian ends at the same cost and place."""
     rng = np.random.default_rng(6)
     robot = load("wang2021")
     problem = full(robot, rng, 12)
@@ -191,7 +191,7 @@ def test_a_fit_is_that_of_dense_least_squares() -> None:
 
 
 def test_a_spool_builds_up() -> None:
-    """Counts of a drum the square of whose radius falls with what is paid out, integrated, against the closed form.
+    """Counts of a drum the square of whose radius falls with the length paid out, integrated, against the closed form.
 
     The scale is of the radius at home: what is paid out is in true metres.
     """

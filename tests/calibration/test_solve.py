@@ -1,4 +1,4 @@
-"""Self-calibration: figures that it must reach, what it says of what it cannot see, and what it rejects."""
+"""Self-calibration: required figures, reports on undetermined parameters, and rejected input."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ def test_errors_are_at_the_bound_and_sigmas_cover_them() -> None:
     assert np.mean(inside < 1.96) == pytest.approx(0.95, abs=0.03)
 
 
-def test_what_encoders_cannot_see_is_told() -> None:
+def test_undetermined_parameters_of_encoders_are_reported() -> None:
     made = simulate_calibration(WANG, 40, 1e-4, seed=1)
     found = calibrate(WANG, made.measured)
     assert found.status == "ok"
@@ -125,7 +125,7 @@ def test_what_encoders_cannot_see_is_told() -> None:
 
 
 def test_a_suggestion_keeps_its_promise() -> None:
-    """What is told of a distance more is what a calibration with it has."""
+    """The predicted effect of one more distance is that of a calibration with it."""
     made = simulate_calibration(WANG, 40, 1e-4, seed=1)
     plan = CalibrationPlan(sigma=Sigmas(encoder=1e-4))
     found = calibrate(WANG, made.measured, plan)
@@ -218,7 +218,7 @@ def tensions_at(poses: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("unknown", ["sheave_radius", "length_scale", "build_up", "drum_radius"])
 def test_other_numbers_are_found(unknown: str) -> None:
-    """Without noise, each that the data can tell apart, exactly."""
+    """Without noise, each that the data distinguish, exactly."""
     robot = WANG
     if unknown == "drum_radius":
         lines = tuple(
@@ -290,7 +290,7 @@ def test_poses_with_gross_errors_are_found() -> None:
     for seed in range(5):
         bad, _, found = outliers(WANG, 100, seed)
         good += [each.pose for each in found.rejected] == bad
-        assert all(each.line is None for each in found.rejected)  # nothing tells which line it is
+        assert all(each.line is None for each in found.rejected)  # nothing shows which line it is
     assert good >= 4
 
 

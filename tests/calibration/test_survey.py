@@ -85,7 +85,7 @@ def test_without_noise_all_is_found(turned: float) -> None:
 
 
 def test_the_instrument_may_stand_anywhere() -> None:
-    """Exits relative to each other do not depend on station or circle; the frame's directions are the walls'."""
+    """Exit points relative to each other do not depend on station or circle; the frame's directions are the walls'."""
     one = survey(exact(site()), PLAN)
     other = survey(exact(site(station=(1.3, 2.2, 0.9), turned=-1.1)), PLAN)
     shift = np.subtract((0.1, -0.2, 0), (1.3, 2.2, 0))
@@ -187,7 +187,7 @@ def test_a_marker_that_is_wrong_is_named() -> None:
     assert any("worse than the instrument" in note for note in found.notes)
 
 
-def test_a_leaning_wall_is_told() -> None:
+def test_a_leaning_wall_is_reported() -> None:
     where = site()
     markers = dict(where.markers)
     for i, (y, z) in enumerate(((-3, 0.3), (3, 0.4), (-2, 3.5), (2, 3.4)), 1):
@@ -322,7 +322,7 @@ def test_the_robot_has_the_exit_points() -> None:
     assert isinstance(found, Survey)
 
 
-def test_a_winch_beside_the_axis_is_told() -> None:
+def test_a_winch_beside_the_axis_is_reported() -> None:
     robot = load("merlet2023")
     markers = dict(site().markers)
     markers |= {"W1-1": (-2.5, -4.8, 0.15), "W1-2": (-2.5, -4.6, 0.15)}
@@ -368,8 +368,8 @@ def test_circles_are_least_squares(seed: int) -> None:
 
 
 @pytest.mark.parametrize(("move", "beyond"), [(0.0, 0), (0.05, 0), (0.3, 1), (2.0, 1)])
-def test_an_exit_beyond_a_wall_is_told(move: float, beyond: int) -> None:
-    """Exits 2 and 3 of the site are 0.1 m from the east wall; exit 2 is moved towards it, in the site itself."""
+def test_an_exit_beyond_a_wall_is_reported(move: float, beyond: int) -> None:
+    """Exit points 2 and 3 of the site are 0.1 m from the east wall; exit 2 is moved towards it, in the site itself."""
     where = site()
     markers = dict(where.markers)
     for name in ("X2-1", "X2-2"):

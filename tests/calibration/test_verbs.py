@@ -1,4 +1,5 @@
-"""The public verbs of calibration: a robot or a model, options rejected at once, results that tell themselves."""
+"""The public verbs of calibration: a robot or a model, options rejected at the call, results that describe
+themselves."""
 
 from __future__ import annotations
 
@@ -28,7 +29,7 @@ def found(made: cw.SimulatedCalibration) -> cw.Calibration:
     return cw.calibrate(WANG, made.measured)
 
 
-def tells_itself(result: object) -> dict[str, object]:
+def describes_itself(result: object) -> dict[str, object]:
     """The figures, after what holds for every result."""
     assert len(repr(result)) < 160
     assert "\n" not in repr(result)
@@ -37,12 +38,12 @@ def tells_itself(result: object) -> dict[str, object]:
     return told
 
 
-def test_simulated_data_tell_themselves(made: cw.SimulatedCalibration) -> None:
-    assert tells_itself(made) == {"status": "ok", "poses": 20, "noise": 1e-4, "seed": 1}
+def test_simulated_data_describe_themselves(made: cw.SimulatedCalibration) -> None:
+    assert describes_itself(made) == {"status": "ok", "poses": 20, "noise": 1e-4, "seed": 1}
 
 
-def test_a_calibration_tells_itself(found: cw.Calibration) -> None:
-    told = tells_itself(found)
+def test_a_calibration_describes_itself(found: cw.Calibration) -> None:
+    told = describes_itself(found)
     assert (found.status, found.verdict, found.ok) == ("ok", "doubtful", False)
     assert replace(found, accepted=True).ok
     assert told["unknowns"] - told["rank"] == 4  # translation and yaw
@@ -62,7 +63,7 @@ def test_a_model_and_a_file_say_the_same(found: cw.Calibration, made: cw.Simulat
 
 def test_a_model_chooses_the_same_poses() -> None:
     one, other = (cw.calibration_poses(each, 14, candidates=60, seed=3) for each in (WANG, RIGID))
-    assert tells_itself(one) == tells_itself(other)
+    assert describes_itself(one) == describes_itself(other)
 
 
 @pytest.mark.parametrize(
@@ -101,9 +102,9 @@ def test_wrong_options_of_simulated_data() -> None:
         cw.simulate_calibration(WANG, 0, 1e-4)
 
 
-def test_a_tensile_test_tells_itself() -> None:
+def test_a_tensile_test_describes_itself() -> None:
     found = cw.modulus(EXAMPLES / "tensile.csv", initial_length=2.0, section=12.566e-6, breaking_load=10.29e3)
-    assert tells_itself(found)["modulus"] == found.modulus
+    assert describes_itself(found)["modulus"] == found.modulus
     assert found.axial_stiffness == pytest.approx(found.modulus * 12.566e-6)
     same = cw.modulus(found.test, initial_length=2.0, section=12.566e-6, breaking_load=10.29e3)
     assert same.to_dict() == found.to_dict()
@@ -111,11 +112,11 @@ def test_a_tensile_test_tells_itself() -> None:
 
 
 @pytest.mark.parametrize("kind", ["robot", "model"])
-def test_a_survey_tells_itself(kind: str) -> None:
+def test_a_survey_describes_itself(kind: str) -> None:
     robot = cw.load("merlet2023")
     own = robot if kind == "robot" else cw.Model(robot)
     found = cw.survey(str(EXAMPLES / "survey.gsi"), EXAMPLES / "survey.toml", robot=own)
-    told = tells_itself(found)
+    told = describes_itself(found)
     assert list(told["exits"]) == [line.name for line in robot.lines]
     assert all(wall["distance_sigma"] >= 0.0 for wall in told["walls"].values())
     assert found.plot().axes

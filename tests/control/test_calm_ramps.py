@@ -51,7 +51,7 @@ def speeds(targets: list[Target]) -> np.ndarray:
 
 
 def left_of(calm: np.ndarray, wild: np.ndarray) -> None:
-    """Hold that the calm course leaves of a mode's swing no more than `WRONG` says, of what the wild one may leave."""
+    """Assert that the calm course leaves at most the share of `WRONG` of the wild course's swing of a mode."""
     for factor, most in WRONG:
         around = [factor * FREQUENCY * share for share in (0.8, 0.9, 1.0, 1.1, 1.2)]  # the wild one may be lucky
         worst = max(swing(wild, each) for each in around)
@@ -79,7 +79,7 @@ def test_a_pause_that_is_taken_back_goes_on_without_a_jump(sharp: TimedPath) -> 
 
 
 def test_a_stop_is_as_it_was_to_the_bit(sharp: TimedPath) -> None:
-    """On the path from full speed, on the way to it, and in the midst of a pause from the speed that it has."""
+    """On the path from full speed, during the approach, and in the midst of a pause from the speed that it has."""
     calm = replace(sharp, period=period)
     states = [GuideState(path_time=8.0, speed_factor=1.0) for _ in range(2)]
     one, other = (
@@ -124,7 +124,7 @@ def test_a_tour_stops_at_its_places(sharp: TimedPath) -> None:
 
 
 def jogged(settings: ManualSettings, orders: list[tuple[float, float, float]], last: float) -> np.ndarray:
-    """Velocities of a jog with one order each 0.1 s, until *last*, s, and of what follows for 4 s."""
+    """Velocities of a jog with one order each 0.1 s, until *last*, s, and of the 4 s after it."""
     state, found = ManualState(), []
     for k in range(round((last + 4.0) / DT)):
         now = k * DT

@@ -77,7 +77,7 @@ def test_a_drive_that_turns_the_wrong_way_stands_at_the_limits() -> None:
 
 
 def test_it_goes_on_from_where_it_stood() -> None:
-    """After a stop the drive begins without a jump; a lost gyro does not move it at once either."""
+    """After a stop the drive begins without a jump; a lost gyro does not move it immediately either."""
     state, turned = YawState(angle=0.2, integral=-5.0), Inertial(1.0, frozen(np.zeros(3)), frozen(np.zeros(3)))
     assert step(SETTINGS, state, SensorFrame(1.0, (turned,)), 0.05, DT) == pytest.approx(0.0, abs=0.01)
     assert step(SETTINGS, state, SensorFrame(1.5), 0.05, DT) == pytest.approx(0.0, abs=0.01)
@@ -95,7 +95,7 @@ def test_speed_and_travel_are_within_the_drive() -> None:
 
 
 def test_steps_of_a_second_are_stable_too() -> None:
-    """A quasi-static machine: the drum follows the drive at once."""
+    """A quasi-static machine: the drum follows the drive immediately."""
     state, angle = YawState(), 0.0
     for k in range(200):
         angle += step(SETTINGS, state, SensorFrame(float(k)), 0.1 + angle, 1.0)

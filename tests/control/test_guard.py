@@ -1,4 +1,4 @@
-"""The guard finds what is wrong by what is measured alone, stops as it should, and takes outliers for outliers."""
+"""The guard finds faults by measurements alone, stops correctly, and ignores outliers."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def test_nothing_is_wrong_where_nothing_is() -> None:
         )
 
 
-def test_a_measured_tension_needs_two_readings_and_holds_at_once_while_it_rises() -> None:
+def test_a_measured_tension_needs_two_readings_and_holds_immediately_while_it_rises() -> None:
     watched = Watched()
     assert watched.sees(pulls(100.0, 900.0, 100.0)) is None
     found = watched.sees(pulls(100.0, 950.0, 100.0))
@@ -85,7 +85,7 @@ def test_a_measured_tension_needs_two_readings_and_holds_at_once_while_it_rises(
     falling = watched.sees(pulls(100.0, 900.0, 100.0))
     assert falling is not None
     assert falling.kind is StopKind.RAMP
-    assert watched.sees() == falling  # it holds until the load cells tell otherwise
+    assert watched.sees() == falling  # it holds until the load cells report otherwise
     assert watched.sees(pulls(100.0, 100.0, 100.0)) is None
     assert watched.sees(pulls(100.0, 900.0, 100.0)) is None
 
@@ -169,7 +169,7 @@ def test_notices_stop_it_as_they_should(condition: Condition) -> None:
     assert (None if found is None else found.kind) is NOTICES.get(condition)
 
 
-def test_the_more_urgent_cause_is_told() -> None:
+def test_the_more_urgent_cause_is_reported() -> None:
     found = Watched().sees(conditions=(Condition.ESTOP, Condition.BRAKE))
     assert found is not None
     assert found.kind is StopKind.KEEP
@@ -217,7 +217,7 @@ def test_a_reading_that_was_overtaken_is_not_heard() -> None:
     assert "pulls 900 N" in late.reason
 
 
-def test_brakes_that_do_not_do_as_told_are_found() -> None:
+def test_brakes_that_ignore_commands_are_found() -> None:
     open_, closed = (True, False, True), (True, True, True)
     for to_close, contacts, says in ((True, open_, "line 2 does not close"), (False, closed, "line 1 does not open")):
         watched, found = Watched(), []
@@ -235,10 +235,10 @@ def test_one_number_too_few_is_a_cause_and_no_error() -> None:
     for short in (pulls(1.0, 1.0), drives(faults=()), Encoders(math.inf, np.zeros(2, dtype=np.int64))):
         found = Watched().sees(short, encoders=False)
         assert found is not None
-        assert "do not tell 3 numbers" in found.reason
+        assert "do not report 3 numbers" in found.reason
 
 
-def test_a_reading_of_the_future_silences_nobody() -> None:
+def test_a_reading_of_the_future_silences_no_sensor() -> None:
     watched = Watched()
     assert watched.sees(pulls(100.0, 100.0, 100.0, at=1e6)) is None
     watched.sees(pulls(100.0, 900.0, 100.0, at=watched.now + DT))
@@ -255,7 +255,7 @@ def test_who_dies_over_the_limit_has_not_recovered() -> None:
     assert watched.sees(pulls(100.0, 100.0, 100.0)) is None
 
 
-def test_counts_that_are_told_twice_hide_no_speed() -> None:
+def test_counts_that_are_reported_twice_hide_no_speed() -> None:
     watched = Watched()
     found = None
     for _ in range(10):
@@ -267,7 +267,7 @@ def test_counts_that_are_told_twice_hide_no_speed() -> None:
 
 
 def test_a_step_takes_microseconds() -> None:
-    """Asked are 20 us; `python -m benchmarks.run machine` measures it. This only finds what is far off."""
+    """20 us are required; `python -m benchmarks.run machine` measures it. This only finds large excesses."""
     watched, began = Watched(), time.perf_counter()
     for _ in range(2000):
         watched.sees(pulls(100.0, 200.0, 100.0))

@@ -1,4 +1,4 @@
-"""Which wrong lines lengths can show: with two spare lines at once, with one at three places, without one none."""
+"""Which wrong lines lengths can show: with two spare lines at one place, with one at three places, without one none."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def test_tensions_of_the_statics_carry_the_platform_where_it_is(lines: int) -> N
 
 @pytest.mark.parametrize("lines", [3, 4])
 def test_from_its_reach_on_a_wrong_place_shows(lines: int) -> None:
-    """In every direction, even if tensions are off by all that is allowed."""
+    """In every direction, even with the largest allowed errors of tensions."""
     of = model(lines)
     _, tensions = taut(of)
     reach = balance(of, PLACE, tensions, 0.02).reach

@@ -1,4 +1,4 @@
-"""By hand the platform goes where it is told, no faster than allowed, and stops when nobody asks any more."""
+"""By hand the platform goes to the ordered goal, no faster than allowed, and stops when requests end."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def moved(order: Order, *, again: float = 0.0, seconds: float = 20.0) -> list[Ta
         steps.append(manual.step(LIMITS, state, k * DT, DT))
         if steps[-1].done:
             return steps
-    raise AssertionError("it does not come to an end")
+    raise AssertionError("it does not finish")
 
 
 def changes(steps: list[TargetMotion]) -> np.ndarray:
@@ -80,7 +80,7 @@ def test_it_stops_before_the_lines_cannot_hold_a_rigid_platform(
     assert manual.step(limits, state, 20.0, DT).failure == ""  # the way back is free
 
 
-def test_a_jog_ends_when_nobody_repeats_it() -> None:
+def test_a_jog_ends_without_repetition() -> None:
     order = Order(OrderKind.JOG, arguments={"velocity": (0.0, 0.2, 0.0)})
     steps = moved(order, again=1.0)
     assert steps[60].velocity == pytest.approx([0.0, 0.2, 0.0])
@@ -106,7 +106,7 @@ def test_what_cannot_be_obeyed_is_rejected(order: Order, says: str) -> None:
     assert bool(manual.refusal(LIMITS, order, 0.0)) == bool(says)
 
 
-def test_without_a_parking_place_nobody_parks() -> None:
+def test_without_a_parking_place_parking_is_rejected() -> None:
     assert "no parking place" in manual.refusal(ManualSettings((0.0,) * 3, (1.0,) * 3, 0.5), Order(OrderKind.PARK), 0.0)
 
 

@@ -259,7 +259,7 @@ def test_what_waits_has_ended_if_the_step_in_which_the_way_gets_free_comes_late(
     floor.watch(0.2, broken=True)
     assert floor.see(order=WAITS[state]) == ""
     floor.watch(0.5, broken=True)
-    floor.now += 0.6  # the control hangs, and nobody is in the barrier any more
+    floor.now += 0.6  # the control hangs, and the barrier is clear again
     floor.watch(DT, broken=False)
     assert floor.state.state is state
     assert not floor.state.resume_ordered

@@ -81,7 +81,7 @@ BREAKS = {
     "on winches that were not held": (loop, "advance", lambda *_: (np.zeros(4), WinchMode.OFF)),
     "beside a person": (supervisor, "_person", lambda *_: ""),
     "begins beside a person": (ReadingTimes, "judge", always_new),
-    "nobody repeats": (manual, "LEASE", 1e9),
+    "without repetition": (manual, "LEASE", 1e9),
     "by an order that lives no more": (orders, "ORDER_LIFE", 1e9),
     "goes on: pause": (supervisor, "TRANSITIONS", without(OrderKind.PAUSE, PrintState.PAUSED, PrintState.STOPPED)),
     "after its lease": (PageOperator, "_withdrawal", lambda *_: []),
@@ -92,7 +92,7 @@ BREAKS = {
 }
 
 
-FIRST = {"nobody repeats": 413, "by an order that lives no more": 99, "after its lease": 119, "goes on: pause": 35}
+FIRST = {"without repetition": 413, "by an order that lives no more": 99, "after its lease": 119, "goes on: pause": 35}
 """Lives that break a promise, of the rare ones: a search begins there, and goes on to others if those no longer do."""
 
 

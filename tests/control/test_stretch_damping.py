@@ -45,7 +45,7 @@ STILL = np.zeros(3)
 
 @dataclass(frozen=True)
 class Louder(StretchDamping):
-    """Damping with a gain that is a *factor* of what it should be."""
+    """Damping with a gain that is wrong by a *factor*."""
 
     factor: float = 2.0
 
@@ -67,8 +67,8 @@ def swing(
     """The largest displacements (k,), m, in each second of a swing that begins with 1 mm along each axis.
 
     An own integration of the linear platform, whose stiffness is *softer* than the control believes: speeds come late
-    by *delay*, s, and winches have a lag; lengths are brought back as a print does it. What is read is 15 ms old when
-    its speed acts.
+    by *delay*, s, and winches have a lag; lengths are brought back as a print does it. A reading is 15 ms old when its
+    speed acts.
     """
     parts, mass = stiffness(held), mass_matrix(HOUSE.robot, held.pose)
     own = softer * parts.total
@@ -134,7 +134,7 @@ def test_the_share_is_what_a_mode_gains() -> None:
     assert gained == pytest.approx(CELLS.added(np.array([rate]))[0], rel=0.5)
 
 
-def test_fast_modes_are_left_alone_and_said_to_be() -> None:
+def test_fast_modes_are_left_undamped_and_reported() -> None:
     rates = 2.0 * np.pi * np.array([0.5, 1.77, 4.0, 8.0, 15.0])
     added = CELLS.added(rates)
     assert (added[:2] >= 0.05).all()

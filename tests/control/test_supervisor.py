@@ -94,7 +94,7 @@ def test_it_begins_with_a_fault_and_moves_only_once_the_position_is_known() -> N
     assert made.go().state is PrintState.PRINTING
 
 
-def test_a_pause_by_order_is_without_a_swing_and_any_other_stop_at_once(floor: Floor) -> None:
+def test_a_pause_by_order_is_without_a_swing_and_any_other_stop_immediate(floor: Floor) -> None:
     assert floor.go(1, OrderKind.PAUSE).guide_mode is GuideMode.PAUSE
     floor.broken = True
     assert floor.go().guide_mode is GuideMode.HOLD  # somebody comes while it slows down
@@ -175,7 +175,7 @@ HARD = {
 
 
 @pytest.mark.parametrize("says", HARD)
-def test_a_hard_limit_stops_at_once_and_stays(floor: Floor, says: str) -> None:
+def test_a_hard_limit_stops_immediately_and_stays(floor: Floor, says: str) -> None:
     verdict = floor.go(**HARD[says])
     assert verdict.state is PrintState.FAULT
     assert verdict.hold_winches
@@ -238,7 +238,7 @@ def test_each_order_in_each_state_leads_where_the_table_says(state: PrintState, 
     verdict = made.go(1, order, target=quiet)
     then = TRANSITIONS.get((state, order), state)
     if (state, order) in WAITING:
-        assert (verdict.state, verdict.orders[0].refusal) == (PrintState.READY, "")  # nobody is in the way
+        assert (verdict.state, verdict.orders[0].refusal) == (PrintState.READY, "")  # the barrier is clear
         return
     assert verdict.state is then
     known = (state, order) in TRANSITIONS or order is OrderKind.OVERRIDE

@@ -19,7 +19,7 @@ def swing(settings: SwingDamping, *, delay: float = 0.0, lag: float = 0.02, tilt
     """Amplitudes (k,), rad, of each second of a swing that begins with 0.01 rad, and where the platform has gone, m.
 
     An own integration of the pendulum: the command comes late by *delay*, s, and the winches have a *lag*, s; a sensor
-    is off by *tilt*, rad.
+    has an error of *tilt*, rad.
     """
     state, rate = SwingState(), settings.rate
     late = deque([0.0] * round(delay / PERIOD))
@@ -60,7 +60,7 @@ def test_it_is_stable_at_a_delay_of_40_ms_with_a_gain_of_seven() -> None:
     assert amplitudes[-1] < 1e-4
 
 
-def test_a_sensor_that_is_off_leads_the_platform_nowhere() -> None:
+def test_a_sensor_that_has_an_error_leads_the_platform_nowhere() -> None:
     _, place = swing(DRUM, tilt=math.radians(0.5))
     _, right = swing(DRUM)
     assert place == pytest.approx(right, abs=1e-4)

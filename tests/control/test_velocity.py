@@ -55,8 +55,8 @@ def loop(
 
 
 @pytest.mark.parametrize("direction", np.eye(3))
-def test_a_wanted_velocity_is_what_the_platform_does(direction: np.ndarray) -> None:
-    """The forward solver, told the lengths a moment later, agrees."""
+def test_the_platform_moves_with_the_wanted_velocity(direction: np.ndarray) -> None:
+    """The forward solver, with the lengths a moment later, agrees."""
     lengths = solve_inverse(MODEL, PLACE).checked().lengths
     wanted = 0.03 * direction
     given = settings(law="paper")
@@ -100,7 +100,7 @@ def test_without_slack_it_keeps_the_models_tensions() -> None:
 
 
 def test_a_tension_that_is_not_known_is_no_tension_that_is_right() -> None:
-    """What is known of the error of the tensions is of this step: a path begins by it."""
+    """The error of the tensions is known for this step: a path begins by it."""
     held = solve_inverse(MODEL, PLACE).checked()
     given, still = settings(law="model", manage_slack=False), target(PLACE, np.zeros(3))
     state, known = velocity.start(given), believed(held.lengths, PLACE)
@@ -115,7 +115,7 @@ def test_a_tension_that_is_not_known_is_no_tension_that_is_right() -> None:
     assert state.tension_error == np.inf
 
 
-def test_all_winches_slow_down_alike_where_one_is_too_slow() -> None:
+def test_all_winches_slow_down_equally_where_one_is_too_slow() -> None:
     lengths = solve_inverse(MODEL, PLACE).checked().lengths
     fast, slow = settings(law="paper"), VelocitySettings(MODEL, 0.1, "paper")
     asked = target(PLACE, np.array([0.1, 0.05, 0.0]))

@@ -1,4 +1,5 @@
-"""Pose of a rigid platform, on a plant whose errors it is told as sigmas only, with seeds it was not tuned on."""
+"""Pose of a rigid platform, on a plant whose errors are known as sigmas only, with seeds that were not used for
+tuning."""
 
 from __future__ import annotations
 
@@ -28,7 +29,7 @@ NAMES = [line.name for line in ROBOT.lines]
 
 
 def driven(plant: BodyPlant, settings: BodySettings, steps: int, then: int = 0) -> tuple[BodyState, list[Estimate]]:
-    """Drive along a loop by lengths that nobody corrects, then stand for some steps."""
+    """Drive along a loop by uncorrected lengths, then rest for some steps."""
     state, estimates, model = start(settings, HOME), [], Model(ROBOT)
     turns = 2.0 * math.pi * np.arange(steps + 1) / max(steps, 1)
     places = HOME + np.stack(
@@ -93,12 +94,14 @@ def test_the_covariance_is_honest() -> None:
 
 
 @pytest.mark.parametrize("line", [1, 6])
-def test_a_cell_that_is_off_is_named_and_left_out(line: int) -> None:
+def test_a_cell_that_has_an_error_is_named_and_left_out(line: int) -> None:
     plant, settings = BodyPlant(ROBOT, HOME, 931), told(ROBOT)
     state, _ = driven(plant, settings, 60)
     plant.cell_offset[line] = 150.0
     estimates = [of_body.step(settings, state, plant.step(np.zeros(8), DT)) for _ in range(10)]
-    assert [fault.sentence.split(" is off")[0] for fault in estimates[-1].faults] == [f"the cell of line {NAMES[line]}"]
+    assert [fault.sentence.split(" contradicts")[0] for fault in estimates[-1].faults] == [
+        f"the load cell of line {NAMES[line]}"
+    ]
     assert not state.judged.danger
     assert np.linalg.norm(off(plant, estimates[-1])) < 8e-3
 
@@ -135,7 +138,7 @@ def test_a_broken_line_is_named_with_where_the_platform_hangs() -> None:
     assert np.linalg.norm(off(plant, estimate)) < 0.02
 
 
-def test_without_further_readings_nobody_waits_for_a_name() -> None:
+def test_without_further_readings_the_wait_for_a_name_ends() -> None:
     plant, settings = BodyPlant(ROBOT, HOME, 935), told(ROBOT)
     state, _ = driven(plant, settings, 60)
     plant.cut = 4

@@ -12,7 +12,7 @@ from tests.bodies import BodyPlant, told
 
 from cablewright.estimation.body import filter as of_body
 from cablewright.estimation.body.creep import ASSUMED, LoadPath
-from cablewright.estimation.body.measurement import pose_covariance, slopes_of
+from cablewright.estimation.body.measurement import pose_covariance, slopes_of, strangeness
 from cablewright.estimation.body.settings import BodySettings, Deviations
 from cablewright.estimation.body.state import BodyState, set_load, start
 from cablewright.estimation.body.unknowns import load
@@ -78,7 +78,7 @@ def test_a_platform_that_stands_sinks_by_the_closed_form(seconds: float) -> None
 def machine_stands(robot: Robot, creep: float, seconds: float) -> tuple[Array, Array, Array]:
     """True, and estimated by encoders alone with *robot* and without its creep, place of an exact machine that stands.
 
-    *creep*: of what nobody describes.
+    *creep*: without a description.
     """
     twin = load_twin("cogiro")
     zero = dict.fromkeys(("anchor", "sheave_radius", "modulus", "home_length", "drum_radius", "mass"), 0.0)
@@ -104,7 +104,7 @@ def test_described_creep_of_the_plant_leaves_no_error() -> None:
     assert np.linalg.norm((true - known) - (still - without)) < 1e-4
 
 
-def test_what_is_told_of_doubts_moves_no_position_by_encoders() -> None:
+def test_given_doubts_move_no_position_by_encoders() -> None:
     """To the bit: without sensors of forces, doubts are in the covariance alone."""
     settings = told(ROBOT, cells=False, tilt=False)
     plant = BodyPlant(ROBOT, HOME, 3)
@@ -225,7 +225,7 @@ def test_what_is_learnt_of_a_law_is_not_all_believed() -> None:
 
 
 @pytest.mark.parametrize("cells", [True, False])
-def test_the_covariance_is_honest_about_creep_that_nobody_describes(cells: bool) -> None:
+def test_the_covariance_is_honest_about_undescribed_creep(cells: bool) -> None:
     """Creep is of the size that the estimator assumes, and cables never shorten: normalised errors over machines."""
     share, found = ASSUMED, []
     for seed in range(960, 976):
@@ -270,3 +270,29 @@ def test_what_crept_is_saved_with_a_print() -> None:
         one, other = began.step(frame), resumed.step(frame)
     assert other.position == pytest.approx(one.position, abs=2e-5)
     assert other.covariance == pytest.approx(one.covariance, rel=0.02, abs=1e-9)
+
+
+def test_laws_that_are_stranger_than_stated_widen_the_pose() -> None:
+    """Creep at four of its standard deviations on all lines: the size of its law is wrong, not only its number."""
+    state = start(told(ROBOT, cells=False, tilt=False), HOME)
+    belief, layout = state.belief, state.layout
+    slopes = slopes_of(state)
+    assert slopes is not None
+    assert strangeness(belief, layout) == pytest.approx(np.ones(3))
+    belief.gradients = np.random.default_rng(1).normal(size=belief.gradients.shape)
+    plain = pose_covariance(state, slopes)
+    own = slice(layout.creep.start - layout.laws.start, layout.creep.stop - layout.laws.start)
+    sizes, ways = np.linalg.eigh(belief.untold[own, own])
+    belief.unknowns[layout.creep] = 4.0 * np.sqrt(layout.m * sizes[-1]) * ways[:, -1]
+    belief.covariance[layout.creep, layout.creep] = 0.0
+    assert strangeness(belief, layout) == pytest.approx([16.0, 1.0, 1.0])
+    known = pose_covariance(state, slopes)
+    belief.unknowns[layout.creep] = 0.0
+    certain = pose_covariance(state, slopes)
+    assert (np.diag(known) > np.diag(certain)).all()
+    assert (np.diag(certain) < np.diag(plain)).all()
+    by_creep = slopes.pose @ belief.gradients[:, layout.creep] @ belief.untold[own, own]
+    wider = 0.09 * 15.0 * by_creep @ (slopes.pose @ belief.gradients[:, layout.creep]).T
+    loop = slopes.pose @ belief.gradients[:, layout.hysteresis]
+    wider += 15.0 * loop @ belief.covariance[layout.hysteresis, layout.hysteresis] @ loop.T
+    np.testing.assert_allclose(known - certain, wider, rtol=1e-9, atol=1e-15)

@@ -1,4 +1,5 @@
-"""Compliances in the filter: their part in the motion of B against differences, and what equilibria tell of them."""
+"""Compliances in the filter: their part in the motion of B against differences, and their determination by
+equilibria."""
 
 from __future__ import annotations
 
@@ -63,7 +64,7 @@ def test_it_is_in_the_covariance_of_b_once(later: FilterState) -> None:
 
 @pytest.mark.parametrize("soft", [0, 2])
 def test_a_line_that_gives_twice_as_much_is_found_by_equilibria(later: FilterState, soft: int) -> None:
-    """Places and lengths are known; how much each line gives is what equilibria of the robot tell."""
+    """Places and lengths are known; equilibria of the robot determine the compliance of each line."""
     robot = with_drum_mass(ROBOT, SETTINGS)
     halved = robot.lines[soft].cable.model_copy(
         update={"young_modulus": 0.5 * (robot.lines[soft].cable.young_modulus or np.nan)}

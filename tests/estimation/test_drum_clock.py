@@ -100,7 +100,7 @@ def test_one_wrong_stamp_moves_nothing(stamp: float) -> None:
             assert not any(math.isfinite(reading.time) and reading.time > 900.0 for reading in corrected)
 
 
-def test_a_late_link_is_no_clock_set_back_and_the_doubt_is_told() -> None:
+def test_a_late_link_is_no_clock_set_back_and_the_doubt_is_reported() -> None:
     clock, none = ClockLead(ClockLeadSettings(0.01, 0.0, 0.0)), frozen(np.zeros(3))
     for step in range(3000):
         now = step * PERIOD

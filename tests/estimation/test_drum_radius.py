@@ -27,14 +27,14 @@ def test_exact_lengths_give_exact_radii(rule: str) -> None:
     assert state.radii == pytest.approx(true, abs=1e-7)
 
 
-def test_a_drum_that_stands_tells_nothing() -> None:
+def test_a_drum_at_rest_shows_nothing() -> None:
     state = drum_radius.start(settings("paper"))
     for k in range(3):
         state = drum_radius.step(settings("paper"), state, np.array([9.0, 9.0 + 0.01 * k]), np.zeros(2), KNOWN)
     assert state.radii == pytest.approx([0.05, 0.05])
 
 
-def test_a_line_that_is_not_known_tells_nothing() -> None:
+def test_an_unknown_line_shows_nothing() -> None:
     state = drum_radius.start(settings())
     for k in range(20):
         angles = np.full(2, 0.5 * k)

@@ -102,7 +102,8 @@ def test_fusing_keeps_a_covariance_symmetric_and_positive_and_order_does_not_mat
 
 
 def test_what_is_considered_counts_and_is_not_corrected() -> None:
-    """Errors of an estimate that leaves a constant as it was told follow its own covariance, and no gain is better."""
+    """Errors of an estimate that leaves a constant at its specified value follow its own covariance, and no gain is
+    better."""
     random, n, constant = np.random.default_rng(8), 4, slice(2, 4)
     A = random.standard_normal((n, n))
     P, H, R = A @ A.T + np.eye(n), random.standard_normal((2, n)), np.diag([0.3, 0.7])
@@ -235,7 +236,7 @@ def test_no_lidar_no_position() -> None:
 
 
 def test_without_lidars_it_grows_unsure_and_then_is_no_longer_valid(whole: Any) -> None:
-    """Encoders alone: the covariance grows from second to second and after a while nobody should go by it."""
+    """Encoders alone: the covariance grows from second to second and after a while it is useless."""
     frames = [frame for frame, _ in whole]
     state, found = started_filter.start(STARTED), []
     for k in range(4400):
@@ -292,8 +293,8 @@ def test_a_clock_that_jumps_back_is_named_and_survived(whole: Any) -> None:
     assert found[-1].valid
 
 
-def test_ground_that_was_seen_is_forgotten_where_the_clock_is_set_back(later: FilterState) -> None:
-    """Nobody knows what was laid since. Where the position is found again it stays: the floor was in sight."""
+def test_known_ground_is_forgotten_where_the_clock_is_set_back(later: FilterState) -> None:
+    """The material laid since is unknown. Where the position is found again it stays: the floor was in sight."""
     state, here = copy.deepcopy(later), later.motion.position[None, :2]
     state.built.ground_map.write(here, np.array([0.1]))
     first = FirstState(
@@ -373,7 +374,7 @@ def _spoiled(reading: Any, random: np.random.Generator) -> Any:
     return reading
 
 
-def test_frames_without_readings_tell_no_place() -> None:
+def test_frames_without_readings_give_no_position() -> None:
     state = started_filter.start(STARTED)
     assert not any(started_filter.step(STARTED, state, SensorFrame(0.01 * (k + 1))).valid for k in range(50))
 
@@ -433,7 +434,7 @@ def test_a_wall_that_is_far_beyond_its_surveys_deviation_is_named() -> None:
 
 
 def test_a_shaken_drum_does_not_mislead() -> None:
-    """A refill at once makes it bounce, which no encoder shows."""
+    """A sudden refill makes it bounce, which no encoder shows."""
     known = with_severity(TWIN, "rough")
     way = random_loop(ROBOT, 28.0, 3)
     twin = machine(

@@ -61,11 +61,11 @@ def move(state: FilterState, up: float, sigma: float) -> None:
     state.lines.lengths = state.lines.lengths + state.taut.toward @ wrong
     inflate_position(state, [0.0, 0.0, sigma])
     ground = state.layout.ground
-    state.P[ground, ground] += 0.1**2  # or the distance sensor would correct the height at once
+    state.P[ground, ground] += 0.1**2  # or the distance sensor would correct the height immediately
 
 
 @pytest.mark.parametrize("estimator", OBSERVERS)
-def test_a_floor_that_is_hidden_is_not_found_in_what_hides_it(estimator: str) -> None:
+def test_a_hidden_floor_is_not_found_in_the_material_above_it(estimator: str) -> None:
     recording, _ = stand(estimator, 120, covered)
     off = np.array([estimate.position - truth.position for estimate, truth in recording[20:]])
     assert np.abs(off[:, 2]).max() < 0.01
@@ -88,7 +88,7 @@ def test_a_filter_knows_that_a_drum_stands_that_no_lidar_sees_go() -> None:
 
 @pytest.mark.parametrize("estimator", OBSERVERS)
 def test_a_drum_that_sinks_under_new_powder_is_where_the_floor_says(estimator: str) -> None:
-    """A refill stretches the lines, at once: no shaking, no count, and all the floor in sight is nearer."""
+    """A sudden refill stretches the lines: no shaking, no count, and all the floor in sight is nearer."""
     nearly_empty = TWIN.with_owner(drum=SETTINGS.drum.model_copy(update={"powder": 2.0}))
 
     def refilled(step: int, twin: SimulatedMachine, _state: Any) -> None:
@@ -103,8 +103,8 @@ def test_a_drum_that_sinks_under_new_powder_is_where_the_floor_says(estimator: s
 
 
 @pytest.mark.parametrize(("wrong", "is_found"), [(6e-3, True), (-6e-3, True), (0.03, False)])
-def test_where_no_floor_is_in_sight_the_ground_that_was_seen_tells_the_height(wrong: float, is_found: bool) -> None:
-    """Most of the ground is laid on while the rest shows the floor; then all is. What is far off is not believed."""
+def test_where_no_floor_is_in_sight_known_ground_gives_the_height(wrong: float, is_found: bool) -> None:
+    """Most of the ground is laid on while the rest shows the floor; then all is. Large deviations are rejected."""
 
     def laid_on(step: int, twin: SimulatedMachine, state: Any) -> None:
         if step == 30:

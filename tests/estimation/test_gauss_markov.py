@@ -1,4 +1,4 @@
-"""What was learnt of walls and mounts fades: it neither wanders off with what is wrong in other models nor is lost."""
+"""Learnt corrections of walls and mounts decay: they neither follow errors of other models nor get lost."""
 
 from __future__ import annotations
 
@@ -42,7 +42,8 @@ def mounted(later: FilterState, sigma: float) -> FilterState:
 
 
 def test_a_mount_does_not_follow_a_wrong_height_for_hours(later: FilterState) -> None:
-    """Lines believe in a height that is 60 mm off, a little each second; the floor tells height and mount together."""
+    """Lines believe in a height that is 60 mm off, a little each second; the floor determines height and mount
+    together."""
     state, sigma = mounted(later, 2e-3), 2e-3
     lay, true = state.layout, float(later.motion.position[2])
     height, mount = lay.position.start + 2, lay.vertical_mount.start + 2

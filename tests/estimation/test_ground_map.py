@@ -11,7 +11,7 @@ _ROW = np.array([[0.03 * i, 0.0] for i in range(40)])
 """Places, m, in as many cells."""
 
 
-def test_a_cell_has_the_mean_of_what_was_seen_there_last() -> None:
+def test_a_cell_has_the_mean_of_its_last_points() -> None:
     ground = GroundMap()
     places = np.array([[-0.001, -2.001], [-0.012, -2.012], [0.001, -2.001], [3.0, 4.0]])
     assert not ground.at(places).known.any()
@@ -90,8 +90,8 @@ def test_ground_that_grows_is_expected_to_and_known_until_it_has_grown_much() ->
     assert not ground.at(_ROW).known[laid].any()
 
 
-def test_floor_beside_what_is_laid_counts_as_long_as_it_is_seen() -> None:
-    """The foot of what is laid may hide it: 30 cm beside the path, where two metres of path near it are too much."""
+def test_floor_beside_laid_material_counts_as_long_as_it_is_seen() -> None:
+    """The foot of laid material may hide it: 30 cm beside the path, where two metres of path near it are too much."""
     ground, beside, far = GroundMap(), np.array([[0.0, 0.3]]), np.array([[0.0, 0.6]])
     ground.growth = 1e-3
     ground.write(beside, np.zeros(1))

@@ -25,7 +25,7 @@ def flat(_x: float) -> float:
 
 
 def scan(z: float, lean: tuple[float, float] = (0.0, 0.0), ground: Callable[[float], float] = flat) -> Scan:
-    """What the lidar sees of a *ground* that is a height (m) by level x, from a drum whose B is at height *z*."""
+    """The lidar's scan of a *ground*, a height (m) by level x, from a drum whose B is at height *z*."""
     R = Rotation.from_rotvec([*lean, 0.0]).as_matrix()
     first, step = -math.pi, math.tau / 720
     ranges = np.full(720, np.nan)
@@ -48,7 +48,7 @@ def scan(z: float, lean: tuple[float, float] = (0.0, 0.0), ground: Callable[[flo
 @given(st.floats(0.9, 2.5), st.floats(-0.06, 0.06), st.floats(-0.06, 0.06))
 def test_a_floor_is_as_far_as_it_is(z: float, x: float, y: float) -> None:
     found = estimate_height(KNOWN, scan(z, (x, y)), (x, y))
-    # tilt is corrected to second order, what is left is its third power times a metre or two
+    # tilt is corrected to second order, the remainder is its third power times a metre or two
     assert found.over_floor == pytest.approx(z, abs=1e-6 + 0.5 * z * math.hypot(x, y) ** 3)
     assert found.over_structure == pytest.approx(found.over_floor, abs=1e-4)
     assert abs(found.slope) < 1e-3

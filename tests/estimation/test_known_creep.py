@@ -1,4 +1,5 @@
-"""Creep that a robot file describes, by the estimators of a point platform with lidars: the chain and the filter."""
+"""Creep that a robot file describes, by the estimators of a point platform with lidars: that of Merlet 2023 and the
+filter."""
 
 from __future__ import annotations
 
@@ -37,7 +38,7 @@ def creeping(compliance: float) -> Robot:
     return ROBOT.model_copy(update={"lines": tuple(lines)})
 
 
-def test_a_filter_of_cables_that_creep_is_told_what_the_drum_weighs() -> None:
+def test_a_filter_of_creeping_cables_receives_the_mass_of_the_drum() -> None:
     one = estimator("filter", creeping(1e-12), load_twin("merlet2023").owner, np.zeros(3))
     assert isinstance(one, CreepingEstimator)
     one.weigh(41.0)
@@ -94,7 +95,7 @@ def test_without_a_law_there_is_none() -> None:
 
 @cache
 def standing(name: str, described: bool) -> tuple[float, float]:
-    """How far an exact machine that creeps truly sinks without lidars, what an estimator says, m."""
+    """Sinking of an exact machine that creeps, without lidars: the true one, and that of an estimator, m."""
     mean = 200.0
     robot = creeping(HOUR_STRAIN / mean)
     twin = TWIN.with_simulation(quasi_static_period=0.5)
@@ -118,7 +119,7 @@ def test_without_lidars_a_platform_sinks_as_described(name: str) -> None:
     _, unknown = standing(name, False)
     assert true > 0.02
     assert known == pytest.approx(true, rel=0.05)
-    assert abs(unknown - true) > 0.1 * true  # line angles let the filter see much of it, nothing the chain
+    assert abs(unknown - true) > 0.1 * true  # line angles let the filter see much of it, nothing the other estimator
 
 
 @pytest.mark.parametrize("name", ["paper", "filter"])
@@ -145,7 +146,7 @@ def test_what_crept_is_saved_with_a_print(name: str) -> None:
 
 def test_the_filter_moves_by_lengths_as_a_robot_whose_mounts_give() -> None:
     """Its J = (u'Ku)^-1 u'K against the statics' own; without mounts in K it would be farther off."""
-    soft = (2e-5, 0.0, 1e-5, 0.0)  # of each mount, m/N: not alike, or J would hardly change
+    soft = (2e-5, 0.0, 1e-5, 0.0)  # of each mount, m/N: not equal, or J would hardly change
     lines = tuple(
         line.model_copy(update={"exit_compliance": each}) for line, each in zip(ROBOT.lines, soft, strict=True)
     )

@@ -34,11 +34,11 @@ from cablewright.solvers.inverse import inverse
 from cablewright.solvers.parameters import mount_lengths
 
 PLACES = np.array([[4.0, 3.0, 1.0], [-4.0, 2.0, 1.0], [-3.0, -4.0, 1.1], [4.5, -3.0, 1.1]])
-FILE_MOUNT, FILE_CREEP = 3e-5, 6e-6  # m/N, 1/N: so much that what is drawn is hardly below nothing
+FILE_MOUNT, FILE_CREEP = 3e-5, 6e-6  # m/N, 1/N: so large that drawn values are hardly negative
 
 
 def printer(mounts: tuple[float, ...] = (FILE_MOUNT,) * 4) -> Robot:
-    """The house printer with mounts that give, m/N, and cables that creep."""
+    """The house printer with compliant mounts, m/N, and cables that creep."""
     robot = load("house-printer")
     pairs = zip(robot.lines, mounts, strict=True)
     creep = Creep(logarithmic=FILE_CREEP)
@@ -68,7 +68,7 @@ def mean_tension() -> float:
 
 
 def visited(learnt: LearntLengths, true: np.ndarray, random: np.random.Generator | None = None) -> None:
-    """Let the machine with the *true* unknowns (4, 3) stand for 300 s at each of the places, and measure them.
+    """Let the machine with the *true* unknowns (4, 3) rest for 300 s at each of the places, and measure them.
 
     Its mounts are those of its statics, and it creeps by the tensions that it has there by its file: what that knows
     was counted.
@@ -109,8 +109,8 @@ def test_errors_are_as_large_as_their_covariance(size: float) -> None:
     assert abs(np.mean(squares) - 12.0) < 3.5 * np.sqrt(2.0 * 12.0 / DRAWS)
 
 
-def test_what_lines_are_off_by_is_found() -> None:
-    """By places without noise: sums that move the platform are right to a tenth of what they were off by."""
+def test_errors_of_lines_are_found() -> None:
+    """By places without noise: sums that move the platform are right to a tenth of their earlier errors."""
     learnt = begun(replace(EXACT, place=1e-5))
     true = np.column_stack([[4e-4, -3e-4, 2e-4, -5e-4], np.array([1.0, 0.2, 0.6, 0.4]) / mean_tension() * 1e-3,
                             [8e-6, -5e-6, 3e-6, 1e-5]])  # fmt: skip
@@ -128,7 +128,7 @@ def test_what_lines_are_off_by_is_found() -> None:
 
 @pytest.mark.parametrize("rounds", [1, 5], ids=["kept", "more"])
 def test_places_are_one_weighted_least_squares(rounds: int) -> None:
-    """Derivatives by differences of the whole statics, and all places at once: the same, also of those not kept."""
+    """Derivatives by differences of the whole statics, and all places together: the same, also of those not kept."""
     priors = replace(EXACT, scatter=1e-4)
     learnt = begun(priors)
     small = 1e-3 * np.random.default_rng(2).normal(0.0, learnt.known.sigmas)
@@ -166,8 +166,9 @@ def weighted_rows(learnt: LearntLengths, counted: np.ndarray, place: np.ndarray)
     return np.column_stack(columns), np.linalg.inv(noise)
 
 
-def test_what_places_do_not_tell_keeps_its_prior() -> None:
-    """One place tells three numbers of twelve: in the other nine directions nothing is known better than before."""
+def test_undetermined_combinations_keep_their_prior() -> None:
+    """One place determines three numbers of twelve: in the other nine directions nothing is known better than
+    before."""
     learnt = begun()
     known = learnt.known.covariance.copy()
     learnt.told(MODEL, measured(learnt, at_places().lengths[0], PLACES[0] + 0.01, 0.0))
@@ -194,8 +195,8 @@ def test_one_exact_place_without_gives_is_the_smallest_change() -> None:
     np.testing.assert_allclose(there.lengths - counted_plain, change, atol=0.02 * np.abs(change).max())
 
 
-def test_a_mount_that_gives_is_so_much_length() -> None:
-    """Platform held: solved again with another mount, tensions are those of a line that is so much longer."""
+def test_a_compliant_mount_acts_as_additional_length() -> None:
+    """Platform held: solved again with another mount, tensions are those of a line longer by its deflection."""
     held = inverse(ROBOT, PLACES[0]).checked()
     more = mount_lengths(held[None])[0]
     softer = Model(printer((FILE_MOUNT + 1e-7,) * 4))
@@ -215,8 +216,8 @@ def test_cable_wound_is_as_uncertain_as_the_radius() -> None:
         np.testing.assert_allclose(winding(priors, np.array([turns])), expected, rtol=1e-3)
 
 
-def test_no_mount_gives_and_no_cable_creeps_less_than_nothing() -> None:
-    """What is used is the nearest by the covariance: no other of which all give and creep is nearer."""
+def test_no_compliance_and_no_creep_is_negative() -> None:
+    """The used values are the nearest by the covariance: no other of which all give and creep is nearer."""
     robot = load("house-printer")
     learnt = LearntLengths.of(EXACT, Model(robot), np.full(4, mean_tension()))
     random = np.random.default_rng(3)

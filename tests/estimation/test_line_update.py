@@ -1,4 +1,4 @@
-"""The filter's prediction by encoders and update by line angles, against differences and what they have to tell."""
+"""The filter's prediction by encoders and update by line angles, against differences and known results."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_lines_lead_where_taut_lines_lead(later: FilterState) -> None:
     assert np.linalg.eigvalsh(state.P)[0] > -1e-12
 
 
-def test_a_zero_that_is_doubted_goes_back_to_what_was_told(later: FilterState) -> None:
+def test_a_doubted_zero_returns_to_the_specified_one(later: FilterState) -> None:
     settings, lines = dataclasses.replace(KNOWN, zero_sigma=0.026), np.arange(4)
     state = copy.deepcopy(later)
     rows, first = np.arange(state.layout.zeros.start, state.layout.zeros.stop), 0.026**2
@@ -59,7 +59,7 @@ def test_a_zero_that_is_doubted_goes_back_to_what_was_told(later: FilterState) -
     state.lines.zeros = np.full(4, 0.03)
     line_update._doubt_zeros(settings, state, lines[:2], np.array([0.3, 9.0]) * first)
     assert state.P[rows, rows] == pytest.approx(first * np.array([0.4, 1.0, 0.1, 0.1]))
-    # told and learnt together, before: 0.03; what was learnt alone is unchanged where its weight is less
+    # specified and learnt together, before: 0.03; the learnt part is unchanged where its weight is less
     assert state.lines.zeros == pytest.approx([0.03 * 0.6 / 0.9, 0.0, 0.03, 0.03])
     for _ in range(100):
         line_update._doubt_zeros(settings, state, lines, np.full(4, first))
@@ -82,7 +82,7 @@ def test_a_line_that_gets_slack_uncounted_is_followed_by_its_angle(later: Filter
     assert twelve_seconds_ago < line_update.excess(state)[line] < 1.1 * now
 
 
-def test_the_zero_of_a_slack_line_stays_within_what_was_told(later: FilterState) -> None:
+def test_the_zero_of_a_slack_line_stays_near_the_specified_one(later: FilterState) -> None:
     """A line that the state takes for taut hangs loose by 20 mm: its length is wrong, and not its accelerometer."""
     settings, state = dataclasses.replace(KNOWN, layers=None, zero_sigma=np.radians(0.5)), copy.deepcopy(later)
     lay, m, (line, hanging) = state.layout, len(state.lines.lengths), slackest(settings, state)

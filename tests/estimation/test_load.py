@@ -54,10 +54,10 @@ def test_that_is_as_unsure_as_it_is_far_and_nothing_else_is(later: FilterState) 
     assert added[position, position] == pytest.approx(KNOWN.load_sigma**2 * float(moved @ moved) * np.eye(3), abs=1e-15)
     added[position, position] = 0.0
     assert not added.any()
-    assert state.motion.coasted[:3] - later.motion.coasted[:3] == pytest.approx(moved)  # of what lidars saw before
+    assert state.motion.coasted[:3] - later.motion.coasted[:3] == pytest.approx(moved)  # of earlier scans
 
 
-def test_a_turn_tells_no_height_that_began_before_it_sank_or_bounced(
+def test_a_scan_begun_before_a_sink_or_bounce_gives_no_height(
     later: FilterState, whole: list[tuple[SensorFrame, Truth]]
 ) -> None:
     scan = next(

@@ -311,7 +311,7 @@ def test_one_direction_only_is_said() -> None:
 
 
 def test_east_taken_for_west_is_caught() -> None:
-    """With any yaw allowed, three walls tell where north is; a fourth that the survey does not have makes it doubtful.
+    """With any yaw allowed, three walls determine north; a fourth that the survey does not have makes it doubtful.
 
     Never is a wrong place called sure, and a laser decides.
     """
@@ -380,7 +380,7 @@ def test_where_it_was_decides() -> None:
     assert "the position jumps" in jumped.note
 
 
-def test_what_is_lost_is_found_again() -> None:
+def test_a_lost_position_is_found_again() -> None:
     """While nothing is seen the platform goes far: the old place counts for some turns, then not."""
     only = WallSettings(KNOWN, (NORTH_LIDAR,), max_misses=4)
     rng, state = np.random.default_rng(3), start()
@@ -429,7 +429,7 @@ def test_what_others_do_not_know_does_no_harm() -> None:
     assert found.status == "no-wall"
 
 
-def test_moving_with_what_others_know() -> None:
+def test_motion_known_from_other_sensors_corrects_scans() -> None:
     """3 cm/s: three turns spread over 6 cm; with `moved` they fall on one place, without within the paper's 2 cm."""
     north = replace(BOTH, lidars=(NORTH_LIDAR,))
     for known in (True, False):
@@ -468,7 +468,7 @@ def test_a_leaning_platform_is_made_level() -> None:
     assert np.abs(wrong.position - pose[:2]).max() > 0.02
 
 
-def test_a_turn_on_the_way_is_straightened() -> None:
+def test_a_scan_during_motion_is_corrected() -> None:
     """Rays one after another while the platform moves, turns and swings: with its drift known walls are straight."""
     lidar, velocity, rate = LidarModel(mount=(0.1, 0.0, -0.5), yaw=0.3), (0.05, -0.03), 0.06
     times = np.linspace(0.0, 0.9, 720)

@@ -1,4 +1,4 @@
-"""The paper's chain on a simulated machine: how near it comes, and what it says when sensors fail."""
+"""The estimator of Merlet 2023 on a simulated machine: its errors, and its reports when sensors fail."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ def test_where_the_drum_stands_a_first_place_is_found_from_turns_that_come_late(
     assert np.linalg.norm(found.position - built.truth.position) < 0.02
 
 
-def test_the_chain_keeps_what_parallel_walls_do_not_tell() -> None:
+def test_the_estimator_keeps_coordinates_along_parallel_walls() -> None:
     """Without the north wall only east and west bound the place: along them encoders lead."""
 
     def open_to_the_north(reading: Any) -> Any:

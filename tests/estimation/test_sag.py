@@ -68,7 +68,7 @@ def test_forces_of_any_share_balance_the_weight() -> None:
 
 @pytest.mark.parametrize("place", PLACES)
 def test_forces_of_a_share_change_with_the_weight_as_is_said(place: tuple[float, float, float]) -> None:
-    """And a line that is slack at an end of what may be is slack there however heavy the drum is."""
+    """A line that is slack at one limit of the range is slack there however heavy the drum is."""
     taut, shares = taut_at(MODEL, np.array(place)), np.linspace(0.0, 1.0, 5)
     may_be, heavier = (balanced(SENSORS, taut, WEIGHT + more, 10.0) for more in (0.0, 1.0))
     assert may_be is not None

@@ -110,7 +110,7 @@ def test_ways_to_write_a_scan(folder: Path, way: str) -> None:
     assert len(turn_of(LidarModel(), 0, LineSearch(), found.angles, found.ranges)) >= 4
 
 
-def test_guesses_are_told(folder: Path) -> None:
+def test_guesses_are_reported(folder: Path) -> None:
     found = read(folder, rows("angle,distance", DEGREES, 1e3 * RANGES))
     assert (found.length_unit, found.angle_unit) == ("mm", "deg")
     assert [note.split(":")[0] for note in found.guessed] == ["lengths taken as mm", "angles taken as deg"]
@@ -127,7 +127,7 @@ def test_no_echo_in_many_ways(folder: Path) -> None:
     assert not np.isfinite(found.ranges[[0, 2, 3]]).any()
 
 
-def test_quality_0_is_no_echo_and_rplidars_are_told(folder: Path) -> None:
+def test_quality_0_is_no_echo_and_rplidars_are_reported(folder: Path) -> None:
     points = [{"angle": 0.5 * i, "distance": 2000.0 + i, "quality": i % 3} for i in range(12)]
     found = read(folder, points, "json")
     assert np.isnan(found.ranges[::3]).all()
@@ -144,7 +144,7 @@ def test_echoes_outside_the_limits_of_a_message_are_none(folder: Path) -> None:
     assert found.ranges[1] == 1.5
 
 
-def test_of_several_scans_the_first_is_read_and_told(folder: Path) -> None:
+def test_of_several_scans_the_first_is_read_and_reported(folder: Path) -> None:
     found = read(folder, dump(True) + dump(True), "yaml")
     assert (len(found.ranges), found.device) == (720, "laser")
     assert found.guessed == ("the first of 2 scans in the file is used",)

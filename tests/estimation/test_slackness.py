@@ -1,4 +1,4 @@
-"""Excess from angles: the inverse of what a hanging line shows, straight lines beside rigid cables, dead sensors."""
+"""Excess from angles: the inverse of a hanging line's angle, straight lines beside rigid cables, dead sensors."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ def test_readings_that_are_not_new_change_nothing() -> None:
     assert steps(noisy(1, 0.2), state, 0.02) is state
 
 
-def test_what_cannot_be_told_is_rejected() -> None:
+def test_indistinguishable_input_is_rejected() -> None:
     with pytest.raises(InputError, match="without weight"):
         SlacknessSettings(Model(MODEL.robot, Fidelity.of("elastic", None)))
     with pytest.raises(InputError, match="smoothing_time"):

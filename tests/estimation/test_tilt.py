@@ -1,4 +1,4 @@
-"""How the drum leans: a pendulum's swing, sensors that are off, and rotation vectors beside SciPy's."""
+"""How the drum leans: a pendulum's swing, biased sensors, and rotation vectors beside SciPy's."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def swung(seconds: float, size: float, bias: float = 0.0, place: float = 0.1) ->
 
 
 @pytest.mark.parametrize("bias", [0.0, -0.02, 0.03])
-def test_a_swing_is_followed_and_what_sensors_are_off_is_learnt(bias: float) -> None:
+def test_a_swing_is_followed_and_the_bias_of_sensors_is_learnt(bias: float) -> None:
     states, truth = swung(120.0, 0.05, bias)
     late = slice(9000, None)
     assert np.abs([s.x for s in states] - truth)[late].max() < 0.2 * 0.05

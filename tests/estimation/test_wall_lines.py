@@ -86,7 +86,7 @@ def test_near_walls_are_no_housing() -> None:
         assert find_housing(level_points(NEAR, a, r)) == ()
 
 
-def test_what_is_off_the_walls_is_named() -> None:
+def test_points_on_no_wall_are_classified() -> None:
     """Half of a window lets rays through, a person stands before a wall, and a pillar."""
     rng = np.random.default_rng(1)
     a, r = scan(rectangle(window=False, furniture=False), (0.0, 0.0, 0.0), rng)

@@ -30,7 +30,7 @@ CHAINS = "".join(
     for k, (a, b) in enumerate(zip(EXITS, ENDS, strict=True))
 )
 CABLE = (
-    "<cable name='rope' elasticity='7.5e10' radius='0.0015' breaking_load='9000' damping='1' weight='0.0091' "
+    "<cable name='cord' elasticity='7.5e10' radius='0.0015' breaking_load='9000' damping='1' weight='0.0091' "
     "minimum_load='12' max_length='30' meter_cost='2' material='aramid' {more}/>"
 )
 WINCH = (

@@ -71,7 +71,7 @@ def fed(text: str) -> float:
 
 
 @pytest.mark.parametrize("name", ["reprapfirmware", "klipper"])
-def test_a_job_keeps_what_its_file_has(name: str, job: Job) -> None:
+def test_a_job_keeps_the_commands_of_its_file(name: str, job: Job) -> None:
     made = firmware(name, load("hangprinter-v4"), job)
     text = made.files["job.g" if name == "reprapfirmware" else "job.gcode"]
     assert job.gcode is not None
@@ -103,7 +103,7 @@ def test_commands_stay_where_they_are(job: Job) -> None:
     assert text.index("G1 E-0.80000", second) < text.index("G1 X", second)
 
 
-def test_a_larger_part_is_told_in_strand(tmp_path: Path) -> None:
+def test_a_larger_part_is_reported_in_strand(tmp_path: Path) -> None:
     (tmp_path / "vase.gcode").write_text(vase(2, 12))
     (tmp_path / "job.toml").write_text('schema = 1\nname = "v"\ngcode = "vase.gcode"\nscale = 2.0\n')
     made = firmware("reprapfirmware", load("hangprinter-v4"), load_job(tmp_path / "job.toml"))
@@ -255,7 +255,7 @@ def randomly_built(number: np.random.Generator) -> Robot:
 
 
 def finite_of(robot: Robot, number: np.random.Generator) -> bool | None:
-    """Whether the firmware's places of motors are finite for what is written; None where nothing is."""
+    """Whether the firmware's places of motors are finite for the written file; None without one."""
     at = number.uniform(-0.4, 0.4, (3, 3))
     drums = drums_of(robot)
     squares = [
@@ -263,7 +263,7 @@ def finite_of(robot: Robot, number: np.random.Generator) -> bool | None:
     ]
     try:
         law = rrf_spool.spool_law(robot, drums, at, squares[0])
-    except InputError:  # of a spool that is empty there, or a law that is too far off
+    except InputError:  # of a spool that is empty there, or a law with too large errors
         return None
     spans = np.array([line.advantage for line in robot.lines], float)
     anchors = 1e3 * np.array([line.exit_point for line in robot.lines])

@@ -102,7 +102,7 @@ def test_lengths_are_distances(tmp_path: Path) -> None:
 
 
 def test_attachments_from_the_centre_of_mass(tmp_path: Path) -> None:
-    """The same robot, told from another origin of its body."""
+    """The same robot, described from another origin of its body."""
     from_mass = [tuple(b - c for b, c in zip(end, (0.0, 0.02, 0.1), strict=True)) for end in samples.ENDS]
     pairs = enumerate(zip(samples.EXITS, from_mass, strict=True))
     found = read(tmp_path, cables=caspr_cables("".join(caspr_cable(f"cable {k}", a, b, "com") for k, (a, b) in pairs)))
@@ -138,14 +138,14 @@ def test_another_set_and_another_cable(tmp_path: Path) -> None:
     assert any("other cable sets" in each for each in found.lost)
 
 
-def test_cables_are_assumed_and_told(tmp_path: Path) -> None:
+def test_cables_are_assumed_and_reported(tmp_path: Path) -> None:
     found = read(tmp_path)
     assert any("cable: braided Dyneema" in each for each in found.assumed)
     assert found.robot.lines[0].cable.breaking_load == 5 * 800.0
     assert loads(robot_toml(found, "cablewright import")) == found.robot
 
 
-def test_a_joint_elsewhere_is_told(tmp_path: Path) -> None:
+def test_a_joint_elsewhere_is_reported(tmp_path: Path) -> None:
     text = BODIES.replace("</num><location>0.0 0.0 0.0", "</num><location>0.0 0.0 1.5")
     assert any(
         "poses count from the world's origin, not from 0, 0, 1.5 m" in each for each in read(tmp_path, text).lost

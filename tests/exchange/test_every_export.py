@@ -73,7 +73,7 @@ def told_in(path: Path) -> str:
 
 @pytest.mark.parametrize("name", [*library_names(), *LAYOUTS, *SAMPLES])
 def test_every_format(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """What is lost and assumed is in the answer and in each text; a rejection is one line with what to change."""
+    """Lost and assumed values are in the answer and in each text; a rejection is one line with the next step."""
     robot = robot_of(name, tmp_path)
     part = part_of(robot, tmp_path)
     for kind in ("wirex", "mjcf", "urdf", "stl", "glb", *FIRMWARE):
@@ -148,7 +148,7 @@ def test_starters_print_their_own_part(layout: str, kind: str, tmp_path: Path) -
 
 
 def test_a_small_jump_of_a_slack_line_is_noted(tmp_path: Path) -> None:
-    """A steel cable on a light platform: at the least tension its sag changes at once, by less than a microstep."""
+    """A steel cable on a light platform: at the least tension its sag changes abruptly, by less than a microstep."""
     outline = Outline(name="own", layout="over-middle", size=(2.0, 2.0, 1.5), mass=2.0, cable="steel-4mm")
     new_robot(outline, tmp_path / "n")
     robot, machine = load(tmp_path / "n" / "robot.toml"), load_machine(tmp_path / "n" / "machine.toml")

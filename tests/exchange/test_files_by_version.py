@@ -527,7 +527,7 @@ def belts(text: str, x: float, y: float) -> np.ndarray:
 
 @pytest.mark.parametrize("arms", [False, True])
 def test_belts_in_the_firmware(arms: bool, tmp_path: Path) -> None:
-    """In float32 belts are those of the robot to 0.01 mm; with arms that stay level, as told, longer than here."""
+    """In float32 belts are those of the robot to 0.01 mm; with arms that stay level, as reported, longer than here."""
     text = MASLOW_NEW if arms else MASLOW_NEW.replace("armLength: 123.4", "").replace("beltEndExtension: 30", "")
     found = read(tmp_path, "maslow.yaml", text)
     off = []
@@ -595,6 +595,13 @@ BAD = {
     ),
     "klipper, cut": ("printer.cfg", KLIPPER_2018[:-16], "has no anchor_z, mm|anchor_y"),
     "maslow, cut": ("maslow.yaml", MASLOW_NEW[: MASLOW_NEW.index("trY")], "has no trY"),
+    "maslow, an anchor in inches": (
+        "maslow.yaml", MASLOW_NEW.replace("tlY: 2000", "tlY: 78.74"),
+        "sides tl to bl and tr to br are 78.74 and 2000 mm long: give all anchors in mm",
+    ),
+    "maslow, in inches": (
+        "maslow.yaml", MASLOW_NEW.replace("2000", "78.74").replace("3000", "118.11"), "anchors in mm, opposite sides",
+    ),
     "wall, cut": ("wall.yaml", WALL[: WALL.index("    right_anchor_y")], "has no right_anchor_y, mm"),
     "wall, exchanged": ("wall.yaml", WALL.replace("right_anchor_x: 2", "right_anchor_x: -3"), "not to the right of"),
     "wall, an axis": ("wall.yaml", WALL.replace("left_axis: 1", "left_axis: 9"), "must be 0 to 5, for x to c"),

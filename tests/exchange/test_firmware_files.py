@@ -53,7 +53,7 @@ def test_maslow(tmp_path: Path) -> None:
     assert found.robot.platform.plane.one_sided  # a board pushes, and does not pull
 
 
-def test_a_flat_maslow_feels_no_gravity_in_its_plane(tmp_path: Path) -> None:
+def test_a_flat_maslow_has_no_gravity_in_its_plane(tmp_path: Path) -> None:
     robot = read(tmp_path, "maslow.yaml", MASLOW.replace("vertical: true", "vertical: false")).robot
     assert robot.platform.plane is not None
     assert robot.platform.plane.across == (0.0, 0.0, 1.0)
@@ -156,7 +156,7 @@ M666 X0 Y0 Z0
 
 
 def test_reprapfirmware_without_spools(tmp_path: Path) -> None:
-    """The firmware's own values stand for what a file leaves out."""
+    """The firmware's default values replace missing ones of a file."""
     found = read(tmp_path, "config.g", RRF.replace("Q0.0356 R65.239:65.135:65.296:64.673", "W2.5"))
     assert {line.winch.drum_radius for line in found.robot.lines} == {0.075}
     assert found.robot.lines[0].winch.build_up == pytest.approx(0.5 * 0.007e-3 / 0.075**2)
@@ -188,7 +188,7 @@ axes:
 
 
 def test_maslow_of_2025(tmp_path: Path) -> None:
-    """Anchors in a section of kinematics are those of the old layout; what was there before is told as replaced."""
+    """Anchors in a section of kinematics are those of the old layout; earlier values are reported as replaced."""
     old = read(tmp_path, "maslow.yaml", MASLOW.replace("vertical: true", "vertical: false")).robot
     found = read(tmp_path, "maslow.yaml", SECTION)
     assert found.robot.lines == old.lines
@@ -272,7 +272,7 @@ def test_bad_files_are_one_line(what: str, tmp_path: Path) -> None:
 
 
 def test_formats_are_found_by_content(tmp_path: Path) -> None:
-    """Whatever a file's name ends in; one of no known content is told which are read."""
+    """Whatever a file's name ends in; one of unknown content is rejected with the readable formats."""
     for name, text in FILES.items():
         for other in ("robot.txt", *FILES):
             assert read(tmp_path, other, text).format == read(tmp_path, name, text).format

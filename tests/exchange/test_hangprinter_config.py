@@ -164,7 +164,7 @@ def test_numbers_have_no_exponents(tmp_path: Path) -> None:
     assert config.words["M666W"] == [1e-5]
 
 
-def test_what_a_job_has_besides_motion_is_listed(tmp_path: Path) -> None:
+def test_commands_besides_motion_are_listed(tmp_path: Path) -> None:
     made = exported(tmp_path, load("hangprinter-v4"))
     lost = " ".join(made.lost)
     assert "M104" not in lost  # it is in the file

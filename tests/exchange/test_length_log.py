@@ -55,7 +55,7 @@ def test_the_lengths_of_a_check_give_its_path(tmp_path: Path) -> None:
     np.testing.assert_allclose(found.poses.pose, made.samples.positions, atol=1e-7)
 
 
-def test_a_row_that_nothing_hangs_from_is_told(tmp_path: Path) -> None:
+def test_a_row_that_nothing_hangs_from_is_reported(tmp_path: Path) -> None:
     lengths = cw.inverse(ROBOT, POSES).lengths
     lengths[7] *= 0.5
     (tmp_path / "log.csv").write_text(named(log_of(lengths)))

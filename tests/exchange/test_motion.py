@@ -26,7 +26,7 @@ MICROSTEP = math.tau / (200 * 16 * 50)  # rad of the drum, with the gear of the 
 
 @dataclass
 class Replayed:
-    """What a controller does with a file: points (k, 3) mm, winches (k, m) deg, E mm, speeds mm/s, source lines."""
+    """The motion of a controller with a file: points (k, 3) mm, winches (k, m) deg, E mm, speeds mm/s, source lines."""
 
     points: list[list[float]] = field(default_factory=list)
     winches: list[list[float]] = field(default_factory=list)

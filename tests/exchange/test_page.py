@@ -1,4 +1,4 @@
-"""What the pages of exchange and of the library say is what the code has."""
+"""The pages of exchange and of the library agree with the code."""
 
 from __future__ import annotations
 

@@ -73,7 +73,7 @@ def of(folder: Path, name: str, text: str) -> Robot:
 
 
 @pytest.mark.parametrize("case", FILES)
-def test_what_is_written_is_read_as_the_same_robot(case: str, tmp_path: Path) -> None:
+def test_written_files_are_read_as_the_same_robot(case: str, tmp_path: Path) -> None:
     name, text = FILES[case]
     first = of(tmp_path / "first", name, text)
     made = WALLS[case.split()[0]](first)

@@ -69,7 +69,7 @@ def test_a_place_that_cannot_be_written(folder: Path, monkeypatch: pytest.Monkey
     assert names(folder) == []
 
 
-def test_missing_folders_are_made_where_that_is_asked_for(folder: Path) -> None:
+def test_missing_folders_are_made_where_that_is_requested(folder: Path) -> None:
     write_whole(folder / "b" / "c" / "a", b"text", parents=True)
     assert (folder / "b" / "c" / "a").read_bytes() == b"text"
 
@@ -106,7 +106,7 @@ def test_a_link_in_the_place_itself_is_replaced(folder: Path, precious: Path) ->
     assert precious.read_text() == "years of work"
 
 
-@pytest.mark.skipif(not hasattr(os, "O_NOFOLLOW"), reason="this system cannot tell")
+@pytest.mark.skipif(not hasattr(os, "O_NOFOLLOW"), reason="this system cannot detect links")
 @pytest.mark.parametrize("dangling", [False, True])
 def test_a_growing_file_is_not_opened_through_a_link(folder: Path, precious: Path, dangling: bool) -> None:
     target = precious.with_name("none") if dangling else precious

@@ -1,4 +1,4 @@
-"""Arrays in files: the same numbers, room that is promised or rejected at once, and nothing left behind."""
+"""Arrays in files: the same numbers, space that is reserved or rejected before the work, and nothing left behind."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ class _Kind(StrEnum):
 class _Sample(Result):
     HEADLINES = ("name", "length")
     FIGURES = (
-        Figure("name", "", "What it is called."),
+        Figure("name", "", "Its name."),
         Figure("length", "m", "How long it is.", digits=3),
         Figure("double", "m", "Twice as long.", lambda found: 2.0 * found.length),
         Figure("half", "m", "Half as long.", "halved.real", name="half the length"),
@@ -38,13 +38,13 @@ class _Sample(Result):
         return 0.5 * self.length
 
 
-SAMPLE = {"name": "rope", "length": 1.25, "double": 2.5, "half": 0.625, "gone": None}
+SAMPLE = {"name": "cord", "length": 1.25, "double": 2.5, "half": 0.625, "gone": None}
 
 
 def test_a_result_has_its_figures_in_order() -> None:
-    assert _Sample("rope", 1.25).to_dict() == SAMPLE
-    assert list(_Sample("rope", 1.0, 0.5).to_dict()) == [*SAMPLE, "turn"]
-    assert [each.label for each in _Sample("rope", 1.0).figures] == [
+    assert _Sample("cord", 1.25).to_dict() == SAMPLE
+    assert list(_Sample("cord", 1.0, 0.5).to_dict()) == [*SAMPLE, "turn"]
+    assert [each.label for each in _Sample("cord", 1.0).figures] == [
         "name",
         "length",
         "double",
@@ -54,8 +54,8 @@ def test_a_result_has_its_figures_in_order() -> None:
 
 
 def test_the_repr_is_one_short_line_with_units() -> None:
-    assert repr(_Sample("rope", 1.23456)) == "_Sample(name='rope', length=1.23 m)"
-    assert repr(_Sample("rope", math.nan)) == "_Sample(name='rope', length=None)"
+    assert repr(_Sample("cord", 1.23456)) == "_Sample(name='cord', length=1.23 m)"
+    assert repr(_Sample("cord", math.nan)) == "_Sample(name='cord', length=None)"
     assert repr(_Sample(["a"], [1.23456, 2.0])) == "_Sample(name=['a'], length=[1.23, 2] m)"  # type: ignore[arg-type]
 
 
@@ -70,7 +70,7 @@ def test_the_repr_is_one_short_line_with_units() -> None:
         ({"a": (1, np.int64(2))}, {"a": [1, 2]}),
         (_Kind.SWIVEL, "swivel"),
         (Path("runs") / "a", str(Path("runs") / "a")),
-        ([_Sample("rope", 1.25)], [SAMPLE]),
+        ([_Sample("cord", 1.25)], [SAMPLE]),
     ],
 )
 def test_values_become_what_json_has(value: object, expected: object) -> None:

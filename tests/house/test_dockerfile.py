@@ -1,4 +1,4 @@
-"""The Dockerfile: what it copies exists and is not ignored, images are pinned, and nobody is root at the end.
+"""The Dockerfile: copied files exist and are not ignored, images are pinned, and the final user is not root.
 
 No container is built here; its Python steps are those that `make wheel` and a user's pip do.
 """
@@ -46,7 +46,7 @@ def test_what_is_copied_exists_and_is_not_ignored() -> None:
         assert any(fnmatch.fnmatch(source, f"{each}*") for each in kept), source
 
 
-def test_what_the_wheel_needs_is_copied() -> None:
+def test_files_for_the_wheel_are_copied() -> None:
     sources = {source.split("/")[0] for word, rest in instructions() if word == "COPY" for source in rest.split()[:-1]}
     assert {PROJECT["readme"], *PROJECT["license-files"][:1], "pyproject.toml", "src", "requirements"} <= sources
 

@@ -180,11 +180,11 @@ from cablewright.robot import Robot
 
 
 class TinCanDrives:
-    """The drives of all winches; nobody is at the other end."""
+    """The drives of all winches; no device is at the other end."""
 
     def __init__(self, robot: Robot, settings: MachineSettings) -> None:
         self.names, self.axes, self.statistics = [line.name for line in robot.lines], (), BusStatistics()
-        self.trouble, self.checking = "nobody answers", False
+        self.trouble, self.checking = "no device answers", False
 
     def open(self) -> None:
         """Raise `EnvironmentFault`."""
@@ -220,15 +220,15 @@ class TinCanDrives:
         "try:\n    drives_of(load('merlet2023'), load_machine('m.toml')).open()\n"
         "except EnvironmentFault as fault:\n    print(fault)\n",
     )
-    assert told.startswith("tin cans: nobody answers at ")
+    assert told.startswith("tin cans: no device answers at ")
     assert len(copy.touched) == files_of("A new bus of drives") <= 4
 
 
 def test_an_estimator(copy: Copy) -> None:
-    """The chain, always said to be invalid: a log replayed by it is lost."""
+    """The estimator of Merlet 2023, always called invalid: a log replayed by it is lost."""
     copy.add(
         "estimation/doubter.py",
-        '''"""The chain of Merlet and Papegay 2023, by somebody who never believes it."""
+        '''"""The estimator of Merlet and Papegay 2023, whose results are never valid."""
 
 from __future__ import annotations
 
@@ -265,7 +265,7 @@ def step(settings: ObserverSettings, state: ObserverState, frame: SensorFrame) -
 
 
 def test_a_control_law(copy: Copy) -> None:
-    """The error and the target's velocity alone: taut lines keep their excess, whatever it is."""
+    """The error and the target's velocity alone: the excess of taut lines stays as it is."""
     plain = "        return _within(settings, rates[settings.hosts], estimate)"
     copy.edit("foundation/choices.py", ('LawName = Literal["paper", ', 'LawName = Literal["plain", "paper", '))
     copy.edit(

@@ -1,4 +1,4 @@
-"""What a release says of itself: one version and one date in all places, and a section of the changelog."""
+"""Statements of a release: one version and one date in all places, and a section of the changelog."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_a_folder_with_files_is_not_written_into(tmp_path: Path) -> None:
         release.main(tmp_path)
 
 
-def test_what_is_needed_is_in_the_archive_of_sources() -> None:
+def test_required_files_are_in_the_archive_of_sources() -> None:
     config = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["hatch"]["build"]["targets"]["sdist"]
     for name in config["only-include"]:
         assert (ROOT / name).exists(), name

@@ -31,7 +31,7 @@ posix = pytest.mark.skipif(os.name != "posix", reason="owners, modes, forks and 
 
 
 def fresh() -> Any:
-    """A kernel of the package as a new process has it: compiled by nobody yet."""
+    """A kernel of the package as a new process has it: not compiled yet."""
     return jit(platform.angle_of.py_func)
 
 
@@ -163,7 +163,7 @@ def test_without_a_folder_that_is_safe_and_writable_one_line_is_said(
 
 
 @posix
-def test_nobody_else_may_look_in(folder: Path) -> None:
+def test_the_folder_is_private(folder: Path) -> None:
     fresh()(POSE)
     for each in (folder.parent, folder, *folder.rglob("*")):
         assert each.stat().st_mode & 0o077 == 0
@@ -252,7 +252,7 @@ Path.replace = meet
 """
 
 
-def test_two_processes_may_write_the_same_at_once(tree: Path) -> None:
+def test_two_processes_may_write_the_same_simultaneously(tree: Path) -> None:
     """Neither moves an entry to its place before both have compiled and written it."""
     both = [start(tree, MEETING + DOUBLE) for _ in range(2)]
     assert [ended(each) for each in both] == ["2.0 0", "2.0 0"]

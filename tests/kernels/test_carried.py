@@ -38,7 +38,7 @@ ANGLE = 7.0
 
 
 def fresh() -> Any:
-    """A kernel of the package as a new process has it: compiled by nobody yet."""
+    """A kernel of the package as a new process has it: not compiled yet."""
     return jit(platform.angle_of.py_func)
 
 
@@ -140,7 +140,7 @@ def test_a_wheels_kernels_are_those_of_its_sources(tmp_path: Path) -> None:
     assert ended(start(tree, DOUBLE)) == "10.0 0"
 
 
-def test_what_the_level_lacks_is_told_by_name() -> None:
+def test_missing_processor_features_are_named() -> None:
     assert carried.missing(HOST) == []
     assert carried.missing((*HOST[:2], HOST[2].replace("+movbe", "-movbe"))) == ["movbe"]
     assert "avx2" in carried.missing((*HOST[:2], ""))
@@ -212,7 +212,7 @@ for name in ("merlet2023", "cogiro"):
 
 
 @pytest.mark.slow
-def test_a_wheel_answers_at_once_and_to_the_bit_as_what_is_compiled_here(tmp_path: Path) -> None:
+def test_a_wheel_answers_without_compilation_and_to_the_bit(tmp_path: Path) -> None:
     tool().main(tmp_path / "dist")
     (wheel,) = (tmp_path / "dist").iterdir()
     with zipfile.ZipFile(wheel) as archive:

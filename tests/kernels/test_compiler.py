@@ -32,7 +32,7 @@ def checked(row):
 
 
 def kernel() -> Any:
-    """A kernel that nobody has compiled, and that calls one part by two ways."""
+    """A kernel that is not compiled yet, and that calls one part by two ways."""
 
     def whole(row):
         return 100.0 * checked(row) + 10.0 * spread(row) + largest_of(row)

@@ -181,7 +181,7 @@ def test_a_rotation_that_is_not_finite_is_anything() -> None:
 
 
 def test_a_turned_body_is_turned_as_the_chart_says() -> None:
-    """A point turned by increments within omega, and how it moves with each of them, are in what is enclosed."""
+    """A point turned by increments within omega, and its derivatives by each of them, are in the enclosure."""
     rng = np.random.default_rng(15)
     for omega in (1e-12, 1e-6, 1e-3, 0.3):
         for _ in range(10):

@@ -21,7 +21,7 @@ def test_solve_is_numpys(n: int) -> None:
     np.testing.assert_allclose(rhs, wanted, rtol=1e-9)
 
 
-def test_a_singular_matrix_is_told() -> None:
+def test_a_singular_matrix_is_reported() -> None:
     assert not solve(np.zeros((3, 3)), np.ones((3, 1)), 3, 1)
 
 

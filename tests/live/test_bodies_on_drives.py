@@ -72,7 +72,7 @@ def stepped(printer: Printer, steps: int, kind: OrderKind | None = None, **argum
 def test_a_print_on_drives_is_that_of_the_plant_itself_to_the_encoders_resolution(name: str) -> None:
     on = bench(name, begin=RING_BEGIN[name], tension=60.0)
     there = true_poses(JOB, on.machine, on.rig.plant, on)
-    wired = on.twin.with_simulation(wire=Link())  # encoders at once, as on the bus
+    wired = on.twin.with_simulation(wire=Link())  # encoders without delay, as on the bus
     plant = SimulatedMachine(on.robot, wired, RING_BEGIN[name], seed=0)
     here = true_poses(JOB, plant, plant, on)
     winch, radius = on.twin.owner.winch, on.robot.lines[0].winch.drum_radius
@@ -195,7 +195,7 @@ def test_a_retracting_platform_is_homed_at_its_own_length(tmp_path: Path) -> Non
     assert np.linalg.norm(np.array(answer.position) - pose_of(found)[:3]) < 1e-3
 
 
-def test_a_sitting_on_drives_homes_at_a_pose_and_goes_where_the_nozzle_is_told_to(tmp_path: Path) -> None:
+def test_a_sitting_on_drives_homes_at_a_pose_and_moves_the_nozzle_to_the_goal(tmp_path: Path) -> None:
     found = made()
     begin = pose_of(found)
     station = DriveStation(found.robot, found.twin.owner, tmp_path / "machine", lambda: found.port, begin)

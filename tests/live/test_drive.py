@@ -56,7 +56,7 @@ def test_the_drum_is_filled_up_after_each_round(tmp_path) -> None:
         twin.refill(60.0)
 
 
-def test_the_log_and_the_summary_tell_the_same(tmp_path) -> None:
+def test_the_log_and_the_summary_agree(tmp_path) -> None:
     twin = machine(plant="dynamic", start=START)
     with (tmp_path / "a.mcap").open("wb") as file, LogWriter(file, head()) as log:
         found = drive(twin, LOOP, 8.0, seed=1, log=log)

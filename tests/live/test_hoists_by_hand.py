@@ -1,4 +1,4 @@
-"""Hoists and pairs of lines on one winch are operated: jogged by hand, and told to the page by winches."""
+"""Hoists and pairs of lines on one winch are operated: jogged by hand, and shown on the page by winches."""
 
 from __future__ import annotations
 

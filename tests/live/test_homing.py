@@ -24,7 +24,7 @@ def real(found: Bench, folder: Path) -> RealMachine:
 
 
 def home(found: Bench, folder: Path, place: np.ndarray | None = None) -> tuple[RealMachine, SessionOperator, float]:
-    """Home it; also returns how far off the position is that was found, m."""
+    """Home it; also returns the error of the resulting position, m."""
     on = real(found, folder)
     homing = on.homing(np.array(RING_BEGIN["merlet2023"]), place)
     printer = on.printer(session_path(found.robot, None), "model", {PrintState.HOMING: homing})
@@ -43,7 +43,7 @@ def test_a_place_that_a_person_measured_begins_it_and_its_lengths_are_kept(tmp_p
     assert first.reason == ""
     assert off < 0.01
     assert all(drive.brake_closed for drive in found.rig.drives)
-    _, again, off = home(found, tmp_path)  # after a loss of power, by what was saved
+    _, again, off = home(found, tmp_path)  # after a loss of power, by saved lengths
     assert again.reason == ""
     assert off < 0.01
 
@@ -83,7 +83,7 @@ def test_lengths_of_before_a_kill_in_motion_never_come_back(tmp_path: Path) -> N
         assert json.loads(file.read_text())["valid"]
 
 
-def test_winches_that_were_turned_while_nobody_counted_are_homed_by_a_place_alone(tmp_path: Path) -> None:
+def test_winches_turned_without_counting_are_homed_by_a_measured_place_alone(tmp_path: Path) -> None:
     found = bench()
     home(found, tmp_path, found.rig.plant.truth.position)
     found.rig._base[1] += 4000.0  # an absolute encoder saw it
@@ -137,7 +137,7 @@ def test_a_measured_place_replaces_saved_lengths_and_says_what_they_said(tmp_pat
     assert third.notes[-1].startswith("not counted: creep of cables")
 
 
-def test_a_loss_of_power_is_lived_through_and_told(tmp_path: Path) -> None:
+def test_a_loss_of_power_is_survived_and_reported(tmp_path: Path) -> None:
     found = bench()
     home(found, tmp_path, found.rig.plant.truth.position)
     path = tmp_path / "machine"

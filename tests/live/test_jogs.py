@@ -94,7 +94,7 @@ def test_a_jog_that_would_run_on_too_far_is_rejected_before_anything_is_opened(t
 
 @pytest.mark.parametrize("speed", [0.05, 0.2])
 def test_who_is_gone_is_obeyed_for_the_lease_and_the_ramp_alone(speed: float) -> None:
-    """No order to stand comes: by the sum of the speeds it goes on by no more than what is checked."""
+    """No order to stand comes: by the sum of the speeds it goes on by no more than the checked distance."""
     plan = ManualSettings((-9.0,) * 3, (9.0,) * 3, 0.05, deceleration=1.0, max_run_out=0.1, delay=0.01)
     plan.require_run_out(speed)
     state, dt, gone = ManualState(), 0.01, 0.0

@@ -39,7 +39,7 @@ ROBOTS = {
 @pytest.mark.parametrize("name", ROBOTS)
 def test_lidars_find_it_and_its_covariance_is_honest(name: str) -> None:
     robot = ROBOTS[name]
-    way = 0.4 * np.array(random_loop(robot, 28.0, 2)) - [0.0, 1.0]  # in what three winches reach
+    way = 0.4 * np.array(random_loop(robot, 28.0, 2)) - [0.0, 1.0]  # within the reach of three winches
     machine = SimulatedMachine(robot, TWIN, [*way[0], 1.2], seed=2)
     pilot, recording = Pilot(machine, way, DriveSettings(), 2), []
     for _ in range(1000):

@@ -105,7 +105,7 @@ def test_it_is_homed_jogged_and_sent_to_a_place(
     assert given(printer, OrderKind.GO_TO, position=goal) == ""
     until(printer, PrintState.IDLE)
     assert printer.supervisor.reason == ""
-    assert np.linalg.norm(printer.last_pose[:3] - goal) < 1.1e-4  # of what the estimator believes
+    assert np.linalg.norm(printer.last_pose[:3] - goal) < 1.1e-4  # of the estimate
     assert np.linalg.norm(place_of(found) - goal) < 3e-3
 
 

@@ -1,4 +1,4 @@
-"""A log replayed: the same estimates as made on the way, honest counts, cut logs and logs without truth."""
+"""A log replayed: the same estimates as during the run, honest counts, cut logs and logs without truth."""
 
 from __future__ import annotations
 

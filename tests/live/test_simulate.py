@@ -1,4 +1,4 @@
-"""The verb `simulate`: what it takes, what it rejects, and what its result tells."""
+"""The verb `simulate`: its arguments, its errors, and its result."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What hangs on the robot as built: errors have the laws of their tolerances, one by one, and nobody is told them."""
+"""Equipment as built: errors have the laws of their tolerances, one by one, and no estimator receives them."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def test_one_tolerance_changes_no_error_but_its_own(key: str) -> None:
     assert not errors(key, 3, **{key: 0.0}).any()
 
 
-def test_walls_stay_straight_and_their_ends_are_off_across() -> None:
+def test_walls_stay_straight_and_their_ends_have_errors_across_them() -> None:
     ends = []
     for seed in SEEDS:
         room = as_built_room(SETTINGS.room, 2e-3, seed)
@@ -139,7 +139,7 @@ def test_without_tolerances_the_machine_is_the_owners() -> None:
     assert as_built_machine(off(**SIZES), 5) == as_built_machine(off(**SIZES), 5) != as_built_machine(off(**SIZES), 6)
 
 
-def test_no_truth_is_told_to_an_estimator() -> None:
+def test_no_truth_reaches_an_estimator() -> None:
     """Each tolerance and the machine built with it: the estimator's settings stay as they were."""
     told = pickle.dumps(started_settings(load("merlet2023"), SETTINGS))
     keys = Tolerances.model_fields.keys() - {"modulus", "anchor", "sheave_radius"}
@@ -161,7 +161,7 @@ def test_no_truth_is_told_to_an_estimator() -> None:
         {"wifi": {"gap_every": 60.0, "gap_length": 2.0}},
     ],
 )
-def test_nobody_is_told_what_the_room_and_the_link_are_like(tables: dict[str, dict[str, Any]]) -> None:
+def test_properties_of_room_and_link_reach_no_estimator(tables: dict[str, dict[str, Any]]) -> None:
     made = changed(**tables)
     assert made.simulation != TWIN.simulation
     told = [pickle.dumps(started_settings(load("merlet2023"), machine(each).settings)) for each in (made, TWIN)]

@@ -64,7 +64,7 @@ def test_people_walk_in_the_room_at_walking_speed_and_never_into_the_drum() -> N
         assert 0.3 < np.median(speeds) < 1.5
 
 
-def test_nobody_is_in_a_room_too_small_to_be_clear_of_the_drum() -> None:
+def test_a_room_too_small_to_be_clear_of_the_drum_is_empty() -> None:
     visits = Visits(1.0, np.array([-0.9, -0.9]), np.array([0.9, 0.9]), RADIUS, 0)
     assert all(visits.place(time, np.zeros(2)) is None for time in np.arange(0.0, 100.0))
 
@@ -117,7 +117,7 @@ def test_rays_pass_glass_and_die_on_dark_walls_by_their_shares() -> None:
     np.testing.assert_array_equal(shown[:, west][~lost], plain[:, west][~lost])
 
 
-def test_ghosts_are_a_share_and_tell_too_much() -> None:
+def test_ghosts_are_a_share_and_too_far() -> None:
     exact = changed(perfect(), drum=STILL)
     flaws = {
         "north": TWIN.simulation.lidars["north"].model_copy(update={"ghosts": 0.1, "dropout": 0.0, "outliers": 0.0})
@@ -206,8 +206,8 @@ def test_a_machine_resumed_in_a_gap_and_a_visit_goes_on_to_the_bit(plant: str) -
     assert min(inside.values()) > 0
 
 
-def test_spells_of_any_time_are_drawn_at_once() -> None:
-    """Also of a time that a file may name, a thousand million seconds ahead; they do not depend on what was asked."""
+def test_random_periods_of_any_time_are_drawn_quickly() -> None:
+    """Also of a time that a file may name, a thousand million seconds ahead; they do not depend on earlier requests."""
     for every, length in ((1.0, 0.1), (1e9, 1e9), (60.0, 2.0)):
         one, other = (Spells(every, (length, length), 1, 2) for _ in range(2))
         times = np.random.default_rng(0).uniform(0.0, 1e12, 400)

@@ -262,7 +262,7 @@ def test_a_drum_is_a_body_that_hangs_from_one_point() -> None:
     ],
     ids=["four lines swing", "eight lines hold"],
 )
-def test_mujoco_moves_the_same_body_alike(robot: Robot, pose: list[float], dt: float, duration: float) -> None:
+def test_mujoco_finds_the_same_motion_of_a_body(robot: Robot, pose: list[float], dt: float, duration: float) -> None:
     """A free swing of 10 s, and springs of 20 Hz and more for one; MuJoCo's tendons weigh nothing."""
     moving = Moving(lighter(robot, 1e-6), pose)
     soft = modes(moving.rest).shapes

@@ -92,7 +92,7 @@ def without(robot: Robot, name: str) -> Robot:
 
 @pytest.mark.parametrize("plant", PLANTS)
 @pytest.mark.parametrize("name", STARTS)
-def test_it_hangs_where_it_was_hung_until_it_is_told_to_move(name: str, plant: str) -> None:
+def test_it_hangs_still_until_it_is_commanded_to_move(name: str, plant: str) -> None:
     machine = made(still(name), plant)
     np.testing.assert_allclose(pose_of(machine), [*STARTS[name], 0.0, 0.0, 0.0], atol=1e-9)
     held = solve_inverse(Model(machine.robot), pose_of(machine)).checked()
@@ -119,7 +119,7 @@ def test_both_plants_come_to_the_equilibrium_of_the_solver(name: str) -> None:
 
 
 @pytest.mark.parametrize("plant", PLANTS)
-def test_sensors_read_what_the_body_does(plant: str) -> None:
+def test_sensors_read_the_motion_of_the_body(plant: str) -> None:
     machine = made(
         still(
             "cogiro",
@@ -306,7 +306,7 @@ def test_a_cable_falls_off_its_sheave_or_eyelet(name: str, size: float) -> None:
     np.testing.assert_allclose(*ends, atol=1e-6)
 
 
-def test_an_encoder_slips_and_a_load_cell_is_off() -> None:
+def test_planned_faults_of_an_encoder_and_a_load_cell() -> None:
     plans = (
         FaultPlan(source="encoders", line="2", kind="slip", size=0.02, begin=0.5),
         FaultPlan(source="load_cells", line="7", kind="offset", size=150.0, begin=0.5),
@@ -340,7 +340,7 @@ def test_faults_that_make_no_sense_are_rejected(plan: dict[str, Any], says: str)
         FaultPlan(**plan)
 
 
-def test_as_built_lengths_and_drums_are_off_by_their_tolerances() -> None:
+def test_as_built_lengths_and_drums_have_errors_within_their_tolerances() -> None:
     bounds = {"home_length": 3e-3, "drum_radius": 5e-3}
     lengths, radii = [], []
     for seed in range(30):

@@ -78,7 +78,7 @@ def turned(winches: np.ndarray, radii: np.ndarray, tension: float) -> float:
     return float(radii[0, 0] * (before - winches[0, winding.ANGLE]))
 
 
-def test_a_line_between_fixed_ends_is_let_down_to_what_the_brake_holds_and_its_energy_is_lost() -> None:
+def test_a_line_between_fixed_ends_slips_to_the_brake_force_and_loses_its_energy() -> None:
     for pulled in (150.0, 399.9, 400.1, 3000.0):
         winches, radii = drum(20.0, 1e-5)
         paid = turned(winches, radii, pulled)
@@ -155,8 +155,8 @@ def test_weak_brakes_of_drums_with_two_lines_let_the_platform_down_until_they_ho
     )  # where both lines of the worst drum pull as much as its brake holds
 
 
-def test_a_platform_on_slipping_brakes_falls_by_what_they_do_not_hold() -> None:
-    """Four lines of one pull, which is 0.8 of what carries the head: it falls with a fifth of gravity."""
+def test_a_platform_on_slipping_brakes_falls_with_the_excess_of_its_weight() -> None:
+    """Four lines of one pull, which is 0.8 of the head's weight: it falls with a fifth of gravity."""
     pulled = torques(made("house-printer", "dynamic", {}))
     assert np.ptp(pulled) < 0.003 * pulled.max()
     machine = made("house-printer", "dynamic", {"torque": 0.8 * pulled.mean()}, radius_walk=0.0)
@@ -214,7 +214,7 @@ def test_a_machine_whose_brakes_slip_is_taken_up_again_to_the_bit(name: str, pla
     assert (first.rig.winches.slipped > before).any()
 
 
-def test_what_has_slipped_is_told_until_a_person_resets() -> None:
+def test_slip_is_reported_until_a_person_resets() -> None:
     machine = made("merlet2023", "quasi-static", {"torque": 12.0})
     told = [[n for n in frame.notices if n.condition is Condition.BRAKE] for frame in brake(machine, 100)]
     first = next(k for k, notices in enumerate(told) if notices)
@@ -236,7 +236,7 @@ def test_only_a_machine_whose_brakes_give_takes_an_order_to_reset() -> None:
     assert made("merlet2023", "quasi-static", {"torque": 10.0}).abilities.brakes
 
 
-def test_torques_are_off_by_their_spread_and_of_some_lines_their_own() -> None:
+def test_torques_have_errors_within_their_spread_or_that_of_their_line() -> None:
     names, found = ("a", "b", "c"), []
     for seed in range(400):
         brakes = Brakes(WinchBrakes(torque=20.0, by_line={"b": 5.0}, spread=0.3), names, seed, 0.02)

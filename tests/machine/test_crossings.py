@@ -116,7 +116,7 @@ def test_drums_begin_with_the_lengths_that_are_out(name: str) -> None:
     assert machine.rig.winches.lengths_out() == pytest.approx(machine.truth.lengths, abs=1e-9)
 
 
-def test_its_owner_is_off_by_what_crossings_wind() -> None:
+def test_length_error_of_the_owner_is_the_length_of_crossings() -> None:
     """A coil without them pays out less for the same counts: half the height times the angle for each turn."""
     machine = made("merlet2023", CROSSING)
     wound, diameter = machine.rig.winches, machine.robot.lines[0].cable.diameter

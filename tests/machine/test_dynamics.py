@@ -176,13 +176,13 @@ def test_a_drum_swings_as_a_pendulum() -> None:
     swung = moving.run(2e-3, 6.0)[:, TURN]
     ups = np.flatnonzero((swung[:-1] < 0) & (swung[1:] >= 0))
     times = 2e-3 * (ups + 1 + swung[ups] / (swung[ups] - swung[ups + 1]))
-    # about B held still; the lines give way by a thousandth
+    # about B held still; the lines yield by a thousandth
     period = 2 * math.pi * math.sqrt(18.0 / (60.0 * GRAVITY * 0.5))
     assert np.diff(times).mean() == pytest.approx(period, rel=5e-3)
 
 
 def test_lengths_paid_out_evenly_carry_the_drum_along() -> None:
-    """A platform that is let down steadily moves as the chain of equilibria does, but for the time of its springs."""
+    """A platform that is let down steadily moves through successive equilibria, but for the time of its springs."""
     moving = Moving(load("merlet2023"), PLACED, RELAXATION=2e-3, DRAG=0.0)
     target = solve_inverse(moving.model, [0.3, -1.0, 1.4]).checked()
     begin, way = moving.lengths.copy(), target.lengths - moving.lengths
@@ -204,7 +204,7 @@ def over_sheaves(density: float) -> Robot:
 
 
 @pytest.mark.parametrize("robot", [without_sheaves(1e-6), over_sheaves(1e-6)], ids=["eyelets", "swivels"])
-def test_mujoco_moves_the_same_drum_alike(robot: Robot) -> None:
+def test_mujoco_finds_the_same_motion_of_a_drum(robot: Robot) -> None:
     """MuJoCo's tendons weigh nothing, and its drum hangs by a ball joint. Swivels are turned to B before each step."""
     moving = Moving(robot, PLACED)
     moving.motion[2] += 0.0005

@@ -19,7 +19,7 @@ PLANTS = ["dynamic", "quasi-static"]
 
 
 @pytest.mark.parametrize("plant", PLANTS)
-def test_it_hangs_where_it_was_hung_until_it_is_told_to_move(plant: str) -> None:
+def test_it_hangs_still_until_it_is_commanded_to_move(plant: str) -> None:
     twin = machine(changed(drum=STILL, climate={"swing": 0.0}), plant=plant)
     np.testing.assert_allclose(twin.truth.position, START, atol=1e-9)
     run(twin, 50)

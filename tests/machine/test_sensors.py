@@ -152,7 +152,7 @@ def test_heights_of_heaps_are_seen_from_above() -> None:
     assert ray_to_wall(0.0, 0.0, 1.0, 0.0, np.array([2.0, 1.0, 2.0, 3.0])) == FAR
 
 
-def test_vertical_lidar_and_distance_sensor_tell_the_height() -> None:
+def test_vertical_lidar_and_distance_sensor_measure_the_height() -> None:
     twin = machine(perfect(changed(drum=QUIET)), plant="quasi-static")
     readings = run(twin, 5)
     (scan,) = scans(readings, "vertical")
@@ -176,7 +176,7 @@ def test_line_angles_are_the_tangents_of_statics() -> None:
 
 
 def test_angle_noise_has_its_deviation() -> None:
-    """Of the mean of the readings that a quasi-static period stands for."""
+    """Of the mean of the readings that a quasi-static period represents."""
     averaged = SETTINGS.line_angles.rate * SIMULATION.quasi_static_period
     bare = changed(drum=QUIET, line={"vibration": 0.0}, line_angles={"outliers": 0.0})
     measured = of(LineAngles, run(machine(bare, plant="quasi-static"), 2000))
@@ -212,7 +212,7 @@ def test_inertial_readings_are_gravity_and_turning() -> None:
 
 
 def test_inertial_readings_integrate_to_the_motion() -> None:
-    """What gyro and accelerometer tell, integrated, is where the drum goes: turn and place of the unit."""
+    """Readings of gyro and accelerometer, integrated, are the motion of the drum: turn and place of the unit."""
     twin = machine(perfect(changed(drum={"yaw_wander": 0.0, "swing_damping": 0.0})))
     twin.rig.motion[9:12] = 0.3, -0.2, 0.4
     place = np.array(SETTINGS.inertial.place)
@@ -230,14 +230,14 @@ def test_inertial_readings_integrate_to_the_motion() -> None:
     assert np.abs(velocity[1 : len(fit) + 1, 0] - velocity[1, 0] + fit[0] - fit).max() < 0.02
 
 
-def test_the_room_is_told() -> None:
+def test_the_room_is_reported() -> None:
     measured = of(Climate, run(machine(plant="quasi-static"), 500))
     assert len(measured) == 10
     assert abs(np.mean([reading.temperature for reading in measured]) - 22.0) < 0.2
     assert all(0.0 <= reading.humidity <= 1.0 for reading in measured)
 
 
-def test_every_sensor_may_lose_readings_and_tell_anything() -> None:
+def test_every_sensor_may_lose_readings_and_report_outliers() -> None:
     spoiled = {"dropout": 0.3, "outliers": 0.1}
     names = ("inertial", "line_angles", "distance", "encoders", "climate_sensor")
     settings = perfect(changed(**dict.fromkeys(names, spoiled)))
@@ -271,7 +271,7 @@ def test_messages_come_late_in_order_and_some_never() -> None:
     assert len(came) == pytest.approx(0.8 * 3000, rel=0.05)
 
 
-def test_a_gap_of_the_link_is_told_and_what_was_sent_comes_after() -> None:
+def test_a_gap_of_the_link_is_reported_and_delays_readings() -> None:
     twin = machine(changed(wifi={"gaps": ((0.5, 2.5),)}))
     frames = []
     run(twin, 300, each=frames.append)

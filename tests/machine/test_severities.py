@@ -1,4 +1,4 @@
-"""Severities: `ideal` is the machine without them, and each sets the truth and what its owner knows of it."""
+"""Severities: `ideal` is the machine without them, and each sets the truth and the owner's settings."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_ideal_is_the_machine_without_a_severity(plant: str) -> None:
         ("rough", (2e-3, 0.3, 10e-3, 50e-6, 1.5, 0.2, 2.0, 0.02)),
     ],
 )
-def test_a_severity_sets_the_truth_and_what_is_known_of_it(name: SeverityName, numbers: tuple[float, ...]) -> None:
+def test_a_severity_sets_the_truth_and_the_owner_s_settings(name: SeverityName, numbers: tuple[float, ...]) -> None:
     wall, turn, offset, drift, bias, people, gap, gain = numbers
     made = with_severity(MEASURED, name)
     law, owner = made.simulation, made.owner

@@ -42,7 +42,7 @@ def troubled(period: float) -> Any:
 
 
 def outputs(twin: SimulatedMachine, steps: int) -> list[Any]:
-    """All that so many steps tell, as bytes, and what was true."""
+    """All output of *steps* steps, as bytes, and the truth."""
     found = []
     for _ in range(steps):
         command = Command(twin.time, SPEEDS * np.cos(0.4 * twin.time), 1.0)
@@ -200,7 +200,7 @@ def test_what_cannot_be_written_leaves_the_last_one(tmp_path: Path, monkeypatch:
     assert [each.name for each in tmp_path.iterdir()] == ["state"]
 
 
-def test_a_light_barrier_tells_who_was_there_since_it_was_read() -> None:
+def test_a_light_barrier_reports_people_since_the_last_reading() -> None:
     twin = machine(changed(barrier={"rate": 5.0, "intrusions": ((0.41, 0.42), (0.9, 1.3))}))
     found = [(round(each.time, 6), each.broken) for each in run(twin, 201) if isinstance(each, Barrier)]
     assert [time for time, _ in found] == [0.2, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0]

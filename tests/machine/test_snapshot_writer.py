@@ -37,7 +37,7 @@ def test_the_newest_is_on_the_disk_at_the_end(tmp_path: Path) -> None:
     assert [each.name for each in tmp_path.iterdir()] == ["state"]
 
 
-def test_what_waits_gives_way_to_what_is_newer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_waiting_snapshot_is_replaced_by_a_newer_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     written, go, busy = list[int](), threading.Event(), threading.Event()
 
     def slow(path: Path, snapshots: Any, **_: object) -> None:
@@ -62,11 +62,11 @@ def put_until_refused(path: Path) -> None:
             keeper.put(number(k))
 
 
-def test_a_disk_that_rejects_is_told_at_the_next_one_or_at_the_end(tmp_path: Path) -> None:
+def test_a_disk_that_rejects_is_reported_at_the_next_one_or_at_the_end(tmp_path: Path) -> None:
     missing = tmp_path / "none" / "state"
     with pytest.raises(EnvironmentFault, match="none/state: cannot be written"):
         put_until_refused(missing)
     with pytest.raises(EnvironmentFault, match="cannot be written"), SnapshotWriter(missing) as keeper:
         keeper.put(number(1))
-    with pytest.raises(InputError), SnapshotWriter(missing):  # what went wrong first is what is told
+    with pytest.raises(InputError), SnapshotWriter(missing):  # the first error is reported
         read_snapshots(missing)

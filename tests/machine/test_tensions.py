@@ -1,4 +1,4 @@
-"""Simulated load cells show what their file says, and the guard of a print stops by them."""
+"""Simulated load cells behave as their file states, and the guard of a print stops by them."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def shown(settings: TwinSettings, seconds: float = 10.0, seed: int = 1) -> tuple
     return np.array(told), np.array(true)
 
 
-def test_without_flaws_they_tell_the_truth() -> None:
+def test_without_flaws_they_report_the_truth() -> None:
     told, true = shown(with_cells())
     assert len(told) in (99, 100)
     late = 1 if np.array_equal(told[1:], true[:-1]) else 0  # a link may take a step

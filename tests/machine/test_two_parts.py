@@ -1,4 +1,4 @@
-"""A machine file in two parts: what its owner knows, whose readers never see what only a simulation has."""
+"""A machine file in two parts: the owner's settings, and those of the simulation, which no estimator reads."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ def made(name: str, twin: TwinSettings, plant: str, seed: int = 1) -> SimulatedM
 
 
 def drive(moved: SimulatedMachine, steps: int) -> list[bytes]:
-    """What each step says, as bytes, of a machine that moves to and fro."""
+    """Output of each step, as bytes, of a machine that moves to and fro."""
     said = []
     names = [line.name for line in moved.robot.lines]
     for _ in range(steps):
@@ -174,7 +174,7 @@ def test_a_mount_of_one_line_may_differ_and_must_be_of_a_line() -> None:
         machine(changed(BARE, exits={"by_line": {"north-wset": 1e-5}}))
 
 
-def test_motors_feel_the_winch_side_of_a_sheave_and_load_cells_the_mean_of_both() -> None:
+def test_motors_measure_the_winch_side_of_a_sheave_and_load_cells_the_mean_of_both() -> None:
     cells = TensionSensor(rate=100.0, deviation=0.0, bias=0.0, most=2000.0)
     twin = BARE.with_owner(load_cells=cells, motor_torques=cells)
     twin = changed(twin, wire={"latency": 0.0, "jitter": 0.0, "loss": 0.0}, sheaves={"friction": 0.03})

@@ -65,7 +65,7 @@ def test_creep_adds_up_and_remembers() -> None:
     assert crept(one + 3.0 * two, times).strain == pytest.approx(
         crept(one, times).strain + 3.0 * crept(two, times).strain
     )
-    # a load taken off again is a step up and one down (Boltzmann), and is not forgotten at once
+    # a load taken off again is a step up and one down (Boltzmann), and is not forgotten immediately
     load, none = np.full(3, 100.0), np.zeros(3)
     creep = CableCreep(COMPLIANCES)
     creep.advance(load, load, HOUR)
@@ -227,7 +227,7 @@ def test_an_exit_is_displaced_by_its_forces(compliance: object) -> None:
     assert exits.displaced[0] == pytest.approx(expected, abs=1e-11)
     numbers, were = LineNumbers(lines), LineNumbers(before)
     assert (numbers.exit_point - were.exit_point)[0] == pytest.approx(expected, abs=1e-11)
-    # the winch, told from the exit, has stayed
+    # the winch, relative to the exit point, has stayed
     assert (numbers.winch_height - were.winch_height)[0] == pytest.approx(-expected[2], abs=1e-11)
     assert (numbers.winch_distance - were.winch_distance)[0] == pytest.approx(-expected[:2] @ flat, abs=1e-11)
 
@@ -261,7 +261,7 @@ def test_a_gear_loses_its_backlash_only_where_no_line_pulls() -> None:
 
 
 @pytest.mark.parametrize("period", [0.01, 0.2])
-def test_gusts_have_the_force_and_the_memory_that_are_told(period: float) -> None:
+def test_gusts_have_the_given_force_and_correlation_time(period: float) -> None:
     gusts = Gusts(3.0, 2.0, np.random.default_rng(4))
     forces = np.array([gusts.blow(period) for _ in range(round(4000.0 / period))])
     assert math.sqrt((forces**2).sum(axis=1).mean()) == pytest.approx(3.0, rel=0.06)

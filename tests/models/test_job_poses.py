@@ -50,7 +50,9 @@ def test_the_box_of_a_path_holds_its_samples() -> None:
 
 
 @pytest.mark.parametrize(("decimals", "off"), [(2, 0.0), (3, 0.0), (3, 0.02), (0, 0.4)])
-def test_a_path_is_moved_into_a_tilted_plane_by_what_its_file_rounds(tmp_path: Path, decimals: int, off: float) -> None:
+def test_a_path_is_moved_into_a_tilted_plane_by_the_rounding_of_its_file(
+    tmp_path: Path, decimals: int, off: float
+) -> None:
     robot = load("maslow4")
     plane = robot.platform.plane
     assert plane is not None

@@ -97,7 +97,7 @@ def assert_same_arrays(model: Model, parameters: Sequence[Parameter], values: np
 
 
 @pytest.mark.parametrize("model", MODELS, ids=cases.name)
-def test_each_number_alone_and_all_at_once_are_as_if_described_so(model: Model) -> None:
+def test_each_number_alone_and_all_together_are_as_if_described_so(model: Model) -> None:
     # where no dead span is modelled, arrays differ in its height, which nothing reads: see the test below
     parameters = [one for one in all_of(model.robot) if one.kind != "exit_point.z" or winches(model.robot)]
     values = drawn(model.robot, parameters, 2)
@@ -189,7 +189,8 @@ def test_rows_of_their_own_keep_what_sets_them_apart() -> None:
 
 
 def test_platform_points_of_a_retracted_platform_stay_retracted() -> None:
-    """Nominal platform points change nothing in rows that are retracted, and a retracted robot's others move alike."""
+    """Nominal platform points change nothing in rows that are retracted, and the others of a retracted robot move
+    equally."""
     robot = load("jung2020")
     model, lengths = Model(robot), np.ones((2, robot.m))
     drawn_in = np.array([1.2, 1.7])

@@ -53,7 +53,7 @@ def test_a_batch_has_a_length_and_rows(mixed: Equilibrium) -> None:
             ask(mixed[0])
 
 
-def test_repr_is_a_line_that_tells_how_it_went(mixed: Equilibrium) -> None:
+def test_repr_is_a_line_with_the_status(mixed: Equilibrium) -> None:
     assert repr(mixed) == "Equilibrium('house-printer', catenary, 3 of 5 ok)"
     assert repr(mixed[1]) == "Equilibrium('house-printer', catenary, infeasible, pose=[0, 0, 14.9])"
     assert repr(Model(HOUSE.robot, Fidelity.of("elastic", "eyelet"))) == "Model('house-printer', elastic, eyelet)"
@@ -110,7 +110,7 @@ def test_validity_is_of_every_row(mixed: Equilibrium) -> None:
     assert not mixed[0].is_valid(0.0) or mixed[0].residual_norm() == 0.0
 
 
-def test_a_pose_that_is_off_is_not_valid(mixed: Equilibrium) -> None:
+def test_a_pose_that_has_an_error_is_not_valid(mixed: Equilibrium) -> None:
     off = dataclasses.replace(mixed[0], pose=mixed[0].pose + np.array([0.0, 0.0, 1e-6]))
     assert off.residual_norm() > 1e-7
     assert not off.is_valid(1e-9)

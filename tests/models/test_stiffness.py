@@ -1,4 +1,4 @@
-"""The parts of the tangent stiffness: exact for straight lines, they always add up, sag is where it is said to be."""
+"""The parts of the tangent stiffness: exact for straight lines, they always add up, sag is in its own part."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def test_parts_add_up_to_the_tangent_stiffness(model: Model) -> None:
 
 @pytest.mark.parametrize("model", [model for model in ALL if model.fidelity.cable is CableLaw.ELASTIC], ids=cases.name)
 def test_a_straight_line_resists_by_its_modulus_over_its_length(model: Model) -> None:
-    """EA over all that stretches, over sheaves too; the lever of a universal joint swings, and so gives way too."""
+    """EA over all that stretches, over sheaves too; the lever of a universal joint swings, and so deflects too."""
     held = cases.poses(model, 10)
     stretching = held.states[..., layout.FREE].copy()
     for i, line in enumerate(model.robot.lines):
@@ -101,7 +101,7 @@ def _parts(found) -> tuple[np.ndarray, np.ndarray]:
     return found.elastic, found.geometric
 
 
-def test_a_sagging_line_gives_way_by_stretch_and_sag_in_series() -> None:
+def test_a_sagging_line_deflects_by_stretch_and_sag_in_series() -> None:
     """Ernst: 1/k = L/EA + (w cos a)^2 L^3 / 12 T^3, so that the elastic part falls with the tension's third power."""
     cable = load("house-printer").lines[0].cable
     robot = cases.replaced(load("house-printer"), "heavy", cable=cable.model_copy(update={"linear_density": 0.2}))

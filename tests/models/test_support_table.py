@@ -76,8 +76,6 @@ def fault_of(robot: Robot, capability: Capability) -> str:
         return "" if cell.verdict is Coverage.REJECTED and str(refused) == expected else str(refused)
     if cell.verdict is Coverage.REJECTED:
         return "it is not rejected"
-    if cell.verdict is Coverage.UNCERTIFIED:
-        return "" if found is False else "it is certified"
     if isinstance(found, tuple):
         notes = (
             (f"{own.because}: {own.instead}", f"{each.key}: {own.instead}") for each, own in cells(robot, capability)

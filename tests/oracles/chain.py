@@ -31,11 +31,11 @@ def end_tensions(x: float, z: float, L: float, w: float, EA: float, links: int =
                 return _ends(nodes, link, w, EA)
         else:
             shift *= 4
-    raise ArithmeticError("the chain did not come to rest")
+    raise ArithmeticError("the links did not come to rest")
 
 
 def _first_shape(x: float, z: float, L: float, links: int) -> np.ndarray:
-    """Return nodes (links + 1, 2) on a parabola, a little longer than the chain."""
+    """Return nodes (links + 1, 2) on a parabola, a little longer than the links."""
     at = np.linspace(0.0, 1.0, links + 1)
     chord = math.hypot(x, z)
     sag = math.sqrt(max(0.0, 0.375 * chord * (L - chord))) + 0.02 * L

@@ -68,7 +68,7 @@ def tensions(robot: Robot, lengths: Sequence[float], pose: Sequence[float], moti
 
 
 def stretching(line: Line, free: complex, length: float) -> tuple[complex, float]:
-    """Return the strained and the unstrained length of what stretches, m."""
+    """Return the strained and the unstrained length of the stretching part, m."""
     if line.winch_exit is None:
         return free, length - line.dead_length
     dead = math.dist(line.winch_exit, line.exit_point)

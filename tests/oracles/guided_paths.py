@@ -112,7 +112,7 @@ class TautPath:
 
     @property
     def length(self) -> mpf:
-        """The whole length from the winch, or what stands for it, to the anchor, m."""
+        """The whole length from the winch, or its substitute, to the anchor, m."""
         with mp.workdps(DIGITS):
             return self.dead_length + self.frame_arc + self.free_length + self.end_arc
 
@@ -222,7 +222,7 @@ class _Point:
 class _Turning:
     """A sheave that turns about ``inlet``, the direction in which the cable comes to its rim at ``foot``.
 
-    Unknowns are the turn of its plane and the wrap. Read from the frame or from the platform alike, outwards.
+    Unknowns are the turn of its plane and the wrap. Read outwards, from the frame or from the platform.
     """
 
     count = 2
@@ -396,7 +396,8 @@ def _tangent(x: mpf, y: mpf, radius: mpf) -> mpf:
 def _length_after(
     frame: Frame, end: End, position: Triple, rotation: Matrix, one_by_one: bool = True
 ) -> Callable[[Sequence[tuple[int, mpf]]], mpf]:
-    """Return the length as a function of small motions, each an axis from 0 to 5 and how far, one by one or at once."""
+    """Return the length as a function of small motions, each an axis from 0 to 5 and how far, one by one or
+    together."""
     guess = taut_path(frame, end, position, rotation).unknowns
     matrix = [_vector(row) for row in rotation]
 
@@ -475,7 +476,7 @@ def _unit(a: Triple) -> Vector:
 class MujocoPath:
     """The length of a line in MuJoCo, m, and its gradient (6) by motions of the platform as in `length_gradient`.
 
-    ``left_over`` is the largest derivative of the length by what turns freely: 0 where the sheaves rest.
+    ``left_over`` is the largest derivative of the length by free rotations: 0 where the sheaves rest.
     """
 
     length: float
@@ -595,7 +596,7 @@ def _sheave(name: str, foot: np.ndarray, inlet: np.ndarray, radius: float, towar
 
 
 def _wheel(wheel: Pulley, point: np.ndarray) -> str:
-    """Return the winch exit and a wheel, the cable on the right of it on the way from there to a point."""
+    """Return the winch exit and a wheel, the cable on the right of it between there and a point."""
     centre, exit_, axis = (np.array(each, float) for each in (wheel.centre, wheel.winch_exit, wheel.axis))
     right = np.cross(_one(centre - exit_) + _one(point - centre), axis)
     right = centre + 2 * float(wheel.radius) * _one(right)

@@ -1,4 +1,4 @@
-"""Scans of made-up rooms by a made-up lidar, with what is true of them: nothing here is shared with what is tested.
+"""Scans of made-up rooms by a made-up lidar, with their truth: nothing here is shared with the tested code.
 
 A scan has what real ones have: the device's own housing at a few centimetres, noise that grows with range, glass that
 sends nothing back or shows what is behind it, a person who walks during the turn, a pillar, furniture, edges between
@@ -148,7 +148,7 @@ def _glass(rng, walls, place, bearings, true, owner) -> tuple[np.ndarray, np.nda
 
 
 def _person(rng, place, yaw, at, n, bearings) -> np.ndarray:
-    """Ranges (n,) to a body that walks, and changes its size as limbs swing, while the lidar turns; inf beside it."""
+    """Ranges (n,) to a body that walks, and changes its size as limbs swing, while the lidar rotates; inf beside it."""
     if rng.random() < 0.4:
         return np.full(n, np.inf)
     velocity, radius = rng.normal(0.0, 0.8, 2), rng.uniform(0.12, 0.28)
@@ -176,7 +176,7 @@ def _housing(rng, angles, ranges, owner) -> tuple[tuple[float, float], ...]:
 
 
 def _surface(hit, ends, place, yaw, bearings, true, noise, is_wall) -> Surface:
-    """The line of a segment in the lidar's frame, and how well its points could tell it (Cramer-Rao)."""
+    """The line of a segment in the lidar's frame, and the bound of its accuracy by its points (Cramer-Rao)."""
     a, b = ends[0] - place, ends[1] - place
     along = (b - a) / np.hypot(*(b - a))
     normal = np.array([along[1], -along[0]])
@@ -196,9 +196,10 @@ def _surface(hit, ends, place, yaw, bearings, true, noise, is_wall) -> Surface:
 def judged(found: list[tuple[float, float, np.ndarray]], truth: Scanned) -> list[str]:
     """What is wrong with walls *found* (angle, distance, ends) in a scan; empty where nothing is.
 
-    Each wall of the room that shows over 1 m with 20 points or more, and whose points tell its direction to 0.5 deg and
-    its distance to 20 mm with four sigma, must be found that well. A line over 0.8 m is invented if not both its ends
-    are on one true surface: within 20 mm or three sigma of a range there, and that and 0.3 m past its corner at most.
+    Each wall of the room that shows over 1 m with 20 points or more, and whose points determine its direction to 0.5
+    deg and its distance to 20 mm with four sigma, must be found that well. A line over 0.8 m is invented if not both
+    its ends are on one true surface: within 20 mm or three sigma of a range there, and that and 0.3 m past its corner
+    at most.
     """
     half_degree, near = math.radians(0.5), 0.02
     wrong = []

@@ -45,7 +45,7 @@ def motion(
     """Return the motion (n, m) of the platform per unstrained length of each line, m/m and rad/m.
 
     It is that of the equilibrium nearest to ``pose`` and ``states``, from the Jacobian of all equations, lines' and
-    platform's, at once. A line that is slack without weight moves nothing.
+    platform's, together. A line that is slack without weight moves nothing.
     """
     n, found = robot.n, solve(robot, lengths, pose, states, model)
     with mp.workdps(DIGITS):

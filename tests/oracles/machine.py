@@ -144,7 +144,7 @@ def _floats(at: Place, line: Line) -> list[float]:
 
 
 def _tightness(line: Line, length: Real, state: LineState | None, at: Place) -> mpf:
-    """Return by how much a line that is said to be slack is too short for it, m; its lever hangs by its weight."""
+    """Return by how much a line marked as slack is too short for it, m; its lever hangs by its weight."""
     if state is not None:
         return mpf(0)
     hanging = straight(line, _floats(at, line), NEXT_TO_NOTHING)
@@ -219,6 +219,6 @@ def distance(first: Sequence[Real], second: Sequence[Real]) -> float:
 
 
 def angle(first: Sequence[Real], second: Sequence[Real]) -> float:
-    """Return by what angle a platform turns from one pose (n,) to another, rad: 0 for points."""
+    """Return the angle by which a platform rotates from one pose (n,) to another, rad: 0 for points."""
     with mp.workdps(DIGITS):
         return float(mp.norm(turned_by(Place.of(first).rotation, Place.of(second).rotation)))

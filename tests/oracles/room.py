@@ -1,4 +1,4 @@
-"""Rooms for lidars and total stations, made by ray casting from their description alone: nothing of what is tested."""
+"""Rooms for lidars and total stations, made by ray casting from their description alone: without the tested code."""
 
 from __future__ import annotations
 

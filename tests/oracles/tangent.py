@@ -37,7 +37,7 @@ def straight(line: Line, platform_point: Sequence[float], tension: float = 1.0, 
 
 
 def length(line: Line, state: LineState) -> float:
-    """Return the length of a straight line in that state, m: free span, arc and dead span (or what stands for it)."""
+    """Return the length of a straight line in that state, m: free span, arc and dead span (or its substitute)."""
     dead = line.dead_length if line.winch_exit is None else state.dead_length
     if isinstance(line.sheave, Eyelet):
         return float(state.free_length + dead)

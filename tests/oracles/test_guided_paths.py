@@ -147,7 +147,7 @@ class TestOfItself:
 
 class TestAgainstMujoco:
     @pytest.mark.parametrize(("frame", "end"), KINDS)
-    def test_it_is_as_long_and_grows_alike(self, frame: str, end: str) -> None:
+    def test_length_and_its_derivatives_agree(self, frame: str, end: str) -> None:
         rng = np.random.default_rng(7)
         for _ in range(6):
             case = random_case(rng, frame, end, in_plane=frame == "pulley")
@@ -162,7 +162,7 @@ class TestAgainstMujoco:
         assert mujoco_length(Eyelet((0, 0, 5)), End((1, 0, 0)), (2, 0, 1), LEVEL) == pytest.approx(5, abs=1e-15)
 
     @pytest.mark.parametrize("end", ["point", "swivel"])
-    def test_cases_by_chance_are_what_they_say(self, end: str) -> None:
+    def test_random_cases_have_their_stated_properties(self, end: str) -> None:
         rng, askew = np.random.default_rng(1), []
         for _ in range(20):
             case = random_case(rng, "pulley", end)

@@ -210,7 +210,7 @@ class TestMachine:
         second = machine.solve(robot, lengths, (-0.4, 0.3, 1.5), far[0])
         assert machine.distance(first.pose, second.pose) < 1e-20
 
-    def test_a_claim_that_is_off_is_told_by_how_much(self) -> None:
+    def test_the_error_of_a_wrong_claim_is_reported(self) -> None:
         robot = load("merlet2023")
         states, lengths = machine.start(robot, (0.7, -1.9, 1.1), [150] * 4)
         lengths = [length - 5e-4 for length in lengths]

@@ -170,7 +170,7 @@ class TestMachine:
         assert machine.distance(found.pose, origin) < 1e-14
         assert machine.angle(found.pose, (*origin, 0, turn, 0)) < 1e-14
 
-    def test_an_unbalanced_moment_is_told_by_how_much(self) -> None:
+    def test_the_size_of_an_unbalanced_moment_is_reported(self) -> None:
         robot, pose = _eight(**PUSHED), (0.1, -0.2, 1.5, 0.1, -0.05, 0.2)
         states, lengths = _held(robot, pose, 250)
         found = machine.solve(robot, lengths, pose, states, "elastic")
@@ -370,5 +370,5 @@ class TestMujoco:
         assert rest.left_over < 1e-8
         assert machine.distance(found.pose, rest.pose) < 1e-10
         assert machine.angle(found.pose, rest.pose) < 1e-10
-        assert found.balance.geometry < 1e-14  # also, what is said to be slack is
+        assert found.balance.geometry < 1e-14  # also, lines marked as slack are slack
         assert list(rest.tensions) == pytest.approx(tensions, rel=1e-8, abs=1e-8)

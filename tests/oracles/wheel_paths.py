@@ -1,4 +1,4 @@
-"""Oracle: the way of a cable over eyelets and grooved wheels that stand still, with 30 digits, all wheels at once.
+"""Oracle: the way of a cable over eyelets and grooved wheels that stand still, with 30 digits, all wheels together.
 
 A stop is a point (3,), or a wheel (centre, axis, radius) round which the cable travels with a positive rotation. On a
 wheel the cable is a circular arc, and where it comes or leaves it is square to the arm there.

@@ -1,4 +1,4 @@
-"""Wang, Caro 2021: what its quality measures say, and what they do not."""
+"""Wang, Caro 2021: the meaning and the limits of its quality measures."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cablewright.robot import load
 
 ROBOT = load("wang2021")
 TRUE = np.array([line.exit_point for line in ROBOT.lines])
-STARTS, OFF = 500, 0.01  # its number of starts; how far off they are is not printed
+STARTS, OFF = 500, 0.01  # its number of starts; their errors are not printed
 
 
 @pytest.fixture(scope="module", params=[16, 40])

@@ -127,7 +127,7 @@ HEAVY = LAW.model_copy(
 
 
 def room(temperature: float, warming: float = 0.0) -> TwinSettings:
-    """The library's machine, its quasi-static plant by half seconds; in a room that warms by so much in 900 s."""
+    """The library's machine, its quasi-static plant by half seconds; in a room that warms by *rise* in 900 s."""
     twin = load_twin("merlet2023").with_simulation(quasi_static_period=0.5)
     swing = warming / math.sin(2.0 * math.pi * 900.0 / 86400.0)
     climate = twin.simulation.climate.model_copy(update={"temperature": temperature, "swing": swing})
@@ -189,13 +189,13 @@ def test_the_filter_sees_by_line_angles_what_warms() -> None:
     assert unknown == pytest.approx(true, rel=0.1)
 
 
-def test_at_the_temperature_of_the_law_a_thermometer_tells_nothing() -> None:
+def test_at_the_temperature_of_the_law_a_thermometer_changes_nothing() -> None:
     true, known, unknown = seen("encoders", 0.0)
     assert known == pytest.approx(true, rel=0.05)
     assert known == pytest.approx(unknown, rel=0.02)
 
 
-def test_the_plant_is_resumed_as_it_went_on() -> None:
+def test_the_plant_is_resumed_exactly() -> None:
     twin, robot = room(34.0), robot_of(HEAVY)
     whole = SimulatedMachine(robot, twin, PLACE, seed=5, plant="quasi-static")
     for _ in range(40):

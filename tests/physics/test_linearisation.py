@@ -15,7 +15,7 @@ from cablewright.solvers.linearise import linearise
 from oracles import linear
 
 MODELS = list(cases.models(CableLaw.ELASTIC, CableLaw.CATENARY))
-STEP = 2e-6  # m: less than what slackens a line at its lowest tension
+STEP = 2e-6  # m: less than the step that slackens a line at its lowest tension
 
 
 def relative_asymmetry(model: Model) -> float:

@@ -176,7 +176,7 @@ def test_damping_pulls_at_the_end_of_the_span(kind: str) -> None:
 
 
 @pytest.mark.parametrize(("kind", "body"), KINDS)
-def test_straight_lines_grow_by_what_a_tension_pulls(kind: str, body: bool) -> None:
+def test_straight_lines_stretch_in_proportion_to_tension(kind: str, body: bool) -> None:
     model = Moving(kind, body).model
     pose = solve_inverse(model, np.array([0.2, 0.3, 1.5, 0.05, -0.02, 0.1])[: model.n]).pose
     step, found, within = 1e-5, taut_at(model, pose), 2e-3 if kind in ASLANT else 2e-8

@@ -383,7 +383,7 @@ def one_line_over(**own: object) -> Robot:
 
 @pytest.mark.parametrize("cable", LAWS)
 def test_several_spans_behind_guides(cable: str) -> None:
-    """Guides on the way that the dead span takes anyhow change nothing, for each span of an advantage."""
+    """Guides on the straight path of the dead span change nothing, for each span of an advantage."""
     own = {"winch_exit": (2, 2, 0), "advantage": 2}
     plain, guided = (cw.inverse(one_line_over(**own | more), [0.3, 0.2, 1], cable=cable) for more in
                      ({}, {"guides": [(2, 2, 1)]}))  # fmt: skip

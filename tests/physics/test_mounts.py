@@ -148,7 +148,7 @@ def test_one_number_keeps_a_line_in_its_plane(name: str, cable: str) -> None:
 
 @pytest.mark.parametrize("name", ["merlet2023", "cogiro", "jung2020"])
 @pytest.mark.parametrize("cable", ["elastic", "catenary"])
-def test_one_number_is_the_matrix_that_is_alike_in_all_directions(name: str, cable: str) -> None:
+def test_one_number_is_an_isotropic_compliance_matrix(name: str, cable: str) -> None:
     """The one in the plane's kernel, the other in that of lines out of the plane."""
     one = on_mounts(load(name), 6e-6, arc_elastic=True)
     other = on_mounts(one, tuple(map(tuple, (6e-6 * np.eye(3)).tolist())))
@@ -188,8 +188,8 @@ def held(robot: Robot, cable: str) -> cw.Equilibrium:
 
 
 @pytest.mark.parametrize("cable", ["rigid", "elastic"])
-def test_a_mount_that_gives_nothing_is_stiff(cable: str) -> None:
-    """Also what gives is stiff where cables are rigid: lengths are then geometry."""
+def test_a_mount_of_zero_compliance_is_stiff(cable: str) -> None:
+    """Compliant mounts are stiff too where cables are rigid: lengths are then geometry."""
     plain = load("merlet2023")
     for compliance in (0.0, *([1e-5] if cable == "rigid" else [])):
         same = cw.inverse(on_mounts(plain, compliance), POSE, cable=cable)
@@ -268,8 +268,8 @@ def test_bad_compliances_are_one_line(compliance: Any, message: str, tmp_path: P
     assert "\n" not in str(caught.value)
 
 
-def test_mounts_that_give_nothing_are_as_stiff_ones_everywhere() -> None:
-    """A zero written in the file, where a bound is told in an uncertainty, rejects nothing."""
+def test_mounts_of_zero_compliance_are_as_stiff_ones_everywhere() -> None:
+    """A zero written in the file, where a bound is given in an uncertainty, rejects nothing."""
     zero = tuple(map(tuple, np.zeros((3, 3)).tolist()))
     for compliance in (0.0, zero):
         robot = on_mounts(load("merlet2023"), compliance)

@@ -27,7 +27,7 @@ def posts() -> np.ndarray:
 
 
 def compliance() -> np.ndarray:
-    """Compliance (3 m, 3 m), m/N, of posts clamped at the floor: a cantilever's, alike in x and y, none along it.
+    """Compliance (3 m, 3 m), m/N, of posts clamped at the floor: a cantilever's, equal in x and y, none along it.
 
     A force at height a displaces height b > a by a^2 (3 b - a) / (6 E I).
     """
@@ -69,20 +69,20 @@ def test_posts_have_two_exit_points_each() -> None:
 
 
 def test_blocks_of_posts_apart_leave_nothing_out() -> None:
-    """The loop is an oracle of what statics make of the blocks."""
+    """The loop is an oracle of the statics of the blocks."""
     whole = compliance()
     blocks = whole * np.kron(np.eye(len(EXITS)), np.ones((3, 3)))
     assert off(on_posts(whole), lengths_on(blocks)).max() < 1e-7
     assert off(COGIRO, lengths_on(blocks)).max() > 1e-3
 
 
-def test_what_two_exit_points_on_a_post_leave_out() -> None:
-    """The page says how much: `docs/robots.md`, mounts that give together."""
+def test_error_of_separate_mounts_for_two_exit_points_on_a_post() -> None:
+    """The page states the error: `docs/robots.md`, coupled mounts."""
     whole = compliance()
     lengths = lengths_on(whole)
     left, none = off(on_posts(whole), lengths), off(COGIRO, lengths)
     print(f"each apart {1e3 * left.max():.1f} mm, stiff {1e3 * none.max():.1f} mm")
-    assert left.max() / none.max() == pytest.approx(0.5, abs=0.1)  # alike high, under forces that are alike
+    assert left.max() / none.max() == pytest.approx(0.5, abs=0.1)  # equally high, under equal forces
     assert (f"{1e3 * left.max():.1f}", f"{1e3 * none.max():.1f}") == ("4.9", "10.0")
 
 

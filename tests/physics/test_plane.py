@@ -1,4 +1,4 @@
-"""A platform in a plane rests where its energy in that plane is least; the plane bears what is left."""
+"""A platform in a plane rests where its energy in that plane is least; the plane bears the rest of the load."""
 
 from __future__ import annotations
 

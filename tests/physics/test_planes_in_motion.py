@@ -104,7 +104,7 @@ def _machine_of(robot: Robot, tmp_path, plant: str = "dynamic") -> cw.SimulatedM
 
 
 def _wound(robot: Robot, **plane: object) -> Robot:
-    """The board with what a winch needs, and a plane with other values."""
+    """The board with the data of a winch, and a plane with other values."""
     table = robot.model_dump(by_alias=True)
     table["platform"]["plane"] |= plane
     for line in table["lines"]:

@@ -76,7 +76,7 @@ def test_they_are_stronger_lines_that_take_more_length(cable: str) -> None:
     assert several.ok.sum() > 20
     held, same = several[several.ok], plain[plain.ok]
     assert held.is_valid()
-    np.testing.assert_allclose(held.lengths, same.lengths * SPANS, rtol=2e-6)  # tensions differ in what is least
+    np.testing.assert_allclose(held.lengths, same.lengths * SPANS, rtol=2e-6)  # tensions differ in their minimum
     assert (held.margin() >= 0.0).all()
 
 

@@ -46,7 +46,7 @@ def of(name: str) -> Robot:
 
 @pytest.mark.parametrize("name", ROBOTS)
 @pytest.mark.parametrize("cable", LAWS)
-def test_a_line_is_shorter_by_what_its_spring_stretches(name: str, cable: str) -> None:
+def test_a_line_is_shorter_by_the_stretch_of_its_spring(name: str, cable: str) -> None:
     """At the same pose tensions are the same, and lengths paid out less by tension over rate."""
     plain = held(of(name), cable)
     robot = sprung(of(name))
@@ -79,7 +79,7 @@ def test_the_platform_rests_where_the_energy_is_least() -> None:
 
     least = minimize(energy, np.append(found.pose + 1e-3, np.zeros(4)), method="BFGS", options={"gtol": 1e-7})
     strains = found.tensions / hard
-    assert strains.max() < 2e-3  # of the split, whose energy is off by that share
+    assert strains.max() < 2e-3  # of the split, whose energy has an error of that share
     np.testing.assert_allclose(least.x[:3], found.pose, atol=2e-4)
 
 

@@ -422,7 +422,7 @@ def test_the_metric_bound_covers_the_distance_and_is_sharp(slack: float) -> None
 
 
 def length_box(lines: list[MonotoneLine], forces: np.ndarray, d: float) -> np.ndarray | None:
-    """How far, by axis, the pose may be from that of *lines* with lengths off by up to *d*; None if not known."""
+    """How far, by axis, the pose may be from that of *lines* with length errors up to *d*; None if not known."""
     metric = [spatial(line, f) for line, f in zip(lines, forces, strict=True)]
     stiff = [np.linalg.inv(c) for c in metric]
     whole = np.linalg.inv(sum(stiff))

@@ -65,7 +65,7 @@ def test_tension_is_that_of_its_height(robot: Robot) -> None:
 @pytest.mark.parametrize("robot", ROBOTS, ids=lambda robot: robot.name)
 @pytest.mark.parametrize("cable", ["elastic", "catenary"])
 def test_the_stretch_is_the_integral_along_the_way(robot: Robot, cable: str) -> None:
-    """Of the strain by the tension at each point, with the weight of what hangs there, unstrained."""
+    """Of the strain by the tension at each point, with the weight of the cable below, unstrained."""
     each = held(robot, cable)[0]
     for i, line in enumerate(robot.lines):
         if line.is_aside:

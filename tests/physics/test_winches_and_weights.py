@@ -93,11 +93,11 @@ def test_platform_and_counterweight_alone_are_an_atwood_machine(advantage: int) 
     hoisted, carried, hung = Hoisted(robot, np.array([0.0, 0.0, 1.0]), [3]), robot.platform.mass, 8.0
     for _ in range(200):
         hoisted.step(np.zeros(1))
-    # by energy: m v^2 / 2 + M (s v)^2 / 2, with s spans, of what falls under (m - s M) g
+    # by energy: m v^2 / 2 + M (s v)^2 / 2, with s spans, of the load that falls under (m - s M) g
     own = (carried - advantage * hung) * robot.scene.gravity / (carried + advantage**2 * hung)
     assert hoisted.motion[5] == pytest.approx(-0.2 * own, rel=2e-3)
     assert hoisted.speed == pytest.approx(0.2 * advantage * own, rel=2e-3)
-    momentum = carried * hoisted.motion[5] - hung * advantage * hoisted.speed  # each cable pulls both alike
+    momentum = carried * hoisted.motion[5] - hung * advantage * hoisted.speed  # each cable pulls both equally
     assert momentum == pytest.approx(-0.2 * robot.scene.gravity * (carried - advantage * hung), rel=2e-3, abs=1e-9)
 
 

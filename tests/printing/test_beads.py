@@ -134,7 +134,7 @@ def test_a_vase_without_markers_has_no_layers(read) -> None:
     assert beads(read, "; layer_height = 0.2\nM83\n" + turn).typical.height == pytest.approx(2e-4)
 
 
-def test_what_is_given_counts_and_the_rest_is_of_the_file(read, tmp_path: Path) -> None:
+def test_given_sizes_count_and_the_rest_is_of_the_file(read, tmp_path: Path) -> None:
     text = part(comment=";WIDTH:1.2\n;HEIGHT:0.6")
     assert beads(read, text, Bead(width=0.002, height=0.001)).typical == Bead(width=0.002, height=0.001)
     (tmp_path / "part.gcode").write_text(text)

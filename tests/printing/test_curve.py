@@ -94,7 +94,7 @@ def test_mean_distance_of_a_circle() -> None:
     assert {turns_round(circle.even(500), np.array(p)) for p in [(0.5, 0.2), (1.2, 0.0)]} == {1, 0}
 
 
-def test_a_curve_is_the_same_however_many_are_asked_for(curves: list[Curve]) -> None:
+def test_a_curve_is_the_same_however_many_are_requested(curves: list[Curve]) -> None:
     alone = draw(WANTED, 7, 5)
     np.testing.assert_array_equal(alone.even(100), curves[5].even(100))
     assert not np.allclose(draw(WANTED, 8, 5).even(100), alone.even(100))
@@ -107,7 +107,7 @@ def test_the_best_cover_comes_first(found: Curves, curves: list[Curve]) -> None:
     assert found[0].curve is curves[found[0].number]
 
 
-def test_it_tells_itself(found: Curves) -> None:
+def test_it_describes_itself(found: Curves) -> None:
     told = found.to_dict()
     assert json.loads(json.dumps(told, allow_nan=False)) == told
     assert told["curves"][0] == found[0].to_dict()

@@ -94,7 +94,7 @@ class TestExtrusionMode:
         assert read("M83\nG90\nG1 X1 E2\nG1 X2 E2").extrusion == pytest.approx([2e-3, 2e-3])
         assert read("M82\nG91\nG1 X1 E2\nG1 X1 E3").extrusion == pytest.approx([2e-3, 1e-3])
 
-    def test_absolute_goes_on_from_what_was_pushed_relatively(self, read):
+    def test_absolute_extrusion_continues_from_relative_extrusion(self, read):
         assert read("M83\nG1 X1 E2\nM82\nG1 X2 E3").extrusion == pytest.approx([2e-3, 1e-3])
 
     def test_drawing_back_is_no_extruding(self, read):

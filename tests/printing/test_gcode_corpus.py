@@ -170,5 +170,5 @@ class TestBadInput:
         path = toolpath(file, data)
         require_same_lengths(path, plain_gcode.read(data, path.material_by))
         first, second = KNOWN[file.stem][2], KNOWN[other][2]
-        weak = first in (BY_HEIGHT, ";Z:")  # gives way to a marker of layers, if material follows it
+        weak = first in (BY_HEIGHT, ";Z:")  # a marker of layers overrides it, if material follows
         assert path.layers_by in ({first, second} if weak else {first})

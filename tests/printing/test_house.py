@@ -1,4 +1,4 @@
-"""The house of the examples, a real slicer's file: what is known of it."""
+"""The house of the examples, a real slicer's file: its known properties."""
 
 import time
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The time law with bounded jerk: bounds, limits, and what is known in closed form."""
+"""The time law with bounded jerk: bounds, limits, and closed forms."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Shaped motion: what is left of a swing, how corners are rounded, stops, and what it costs."""
+"""Shaped motion: residual swing, rounding of corners, stops, and its time."""
 
 import dataclasses
 import time

@@ -1,4 +1,4 @@
-"""Laws of `Track`: the nearest place by brute force, its side by the tangent, branches of a crossing told apart."""
+"""Laws of `Track`: the nearest place by brute force, its side by the tangent, branches of a crossing distinguished."""
 
 from pathlib import Path
 
@@ -52,7 +52,7 @@ def test_the_nearest_place_is_that_of_brute_force(track: Track) -> None:
         assert np.hypot(*(track.places([found.distance])[0] - point)[:2]) == pytest.approx(abs(found.offset), abs=1e-9)
 
 
-def test_many_at_once_are_as_one_by_one(track: Track) -> None:
+def test_a_batch_agrees_with_single_calls(track: Track) -> None:
     rng = np.random.default_rng(2)
     around = rng.uniform(-0.2, track.length + 0.2, 300)
     points = track.places(around) + rng.normal(0.0, 0.05, (300, 3))
@@ -115,7 +115,7 @@ def test_where_the_path_crosses_itself_the_branch_meant_is_found(track: Track) -
             assert nearest.distance == pytest.approx(distance - 0.01, abs=1e-3)
 
 
-def test_layers_above_each_other_are_told_apart(track: Track) -> None:
+def test_layers_above_each_other_are_distinguished(track: Track) -> None:
     visits = track.visits
     assert visits.number.tolist() == [1, 2, 3]
     assert visits.begin == pytest.approx([0.0, 28.0, 56.0], abs=1e-2)

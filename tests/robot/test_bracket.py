@@ -51,7 +51,7 @@ BAD = [
 
 
 @pytest.mark.parametrize(("old", "new", "told"), BAD)
-def test_a_bad_bracket_is_told_in_one_line(old: str, new: str, told: str) -> None:
+def test_a_bad_bracket_is_reported_in_one_line(old: str, new: str, told: str) -> None:
     assert TEXT.count(old) == 1
     with pytest.raises(InputError) as caught:
         loads(TEXT.replace(old, new))

@@ -89,7 +89,7 @@ ABSENT = ("length_scale", "sheave_radius", "counterweight")  # in that robot
 
 
 @pytest.mark.parametrize("name", [each for each in [*NAMED, *KINDS] if each not in ABSENT])
-def test_what_a_robot_is_already_changes_nothing(name: str) -> None:
+def test_present_values_change_nothing(name: str) -> None:
     has = {"exit-distance": nearest_exits(BEAM)[0], "retraction": 2.0, "modulus": 1.0}
     has |= dict.fromkeys([each for each in NAMED if "width" in each], 0.04)
     has |= {"exits-x": 2.0, "exits-y": 2.0, "tension-min": 10.0, "tension-max": 200.0}

@@ -192,7 +192,7 @@ def test_lines_that_are_no_lines(lines: str) -> None:
     assert message(text).startswith("lines")
 
 
-def test_all_faults_are_told_at_once_and_further_ones_counted() -> None:
+def test_all_faults_are_reported_together_and_further_ones_counted() -> None:
     text = changed('mass = "10 kg"', "mass = -1", last_line("winch_exit = 'x'\ncable = { section = 0 }"))
     first, second, third = message(text).split("; ")
     assert first == "platform.mass = -1: must be greater than 0"

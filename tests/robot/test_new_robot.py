@@ -64,7 +64,7 @@ def test_exit_points_span_the_size(layout: str, lines: int | None) -> None:
 
 
 @pytest.mark.parametrize(("layout", "lines"), [("suspended", 3), ("suspended", 7), ("over-middle", 5)])
-def test_lines_are_as_many_as_asked_for(layout: str, lines: int) -> None:
+def test_lines_are_as_many_as_requested(layout: str, lines: int) -> None:
     mine = robot(layout=layout, lines=lines)
     assert len(mine.lines) == lines
     assert len({line.exit_point for line in mine.lines}) == lines
@@ -80,8 +80,8 @@ def test_winches_are_below_sheaves_and_hold_the_cable() -> None:
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)
-def test_what_nobody_asked_is_marked(layout: str) -> None:
-    """Each number of the file is asked for, has a source, is in a part that is all assumed, or is marked as assumed."""
+def test_assumed_values_are_marked(layout: str) -> None:
+    """Each number of the file is requested, has a source, is in a part that is all assumed, or is marked as assumed."""
     text = robot_file(outline(layout=layout, cable="steel-4mm"))
     known = ("schema", "mass", "construction", "linear_density", "breaking_load", "diameter", "gravity", "exit_point")
     head, _, rest = text.partition("[uncertainty]")

@@ -83,7 +83,7 @@ def test_something_is_assumed_of_every_robot_of_the_library(name: str) -> None:
 @pytest.mark.parametrize(
     ("name", "half_width"), [("house-printer", 0.1), ("wang2021", 0.1), ("merlet2023", 0.3), ("jung2020", 0.3)]
 )
-def test_steel_is_told_from_fibre_by_its_density(name: str, half_width: float) -> None:
+def test_steel_and_fibre_are_distinguished_by_density(name: str, half_width: float) -> None:
     robot = load(name)
     moduli = [each for each in assumed_uncertainty(robot).of(robot) if each.parameter.kind == "modulus"]
     assert [each.half_width for each in moduli] == pytest.approx([half_width] * robot.m)

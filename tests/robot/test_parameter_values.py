@@ -29,7 +29,7 @@ PLACES = {
 
 
 def leaves(value: Any, place: str = "") -> dict[str, Any]:
-    """What a description holds, by place: ``lines.0.exit_point.x``."""
+    """Values of a description, by place: ``lines.0.exit_point.x``."""
     if isinstance(value, tuple):
         names = "xyz" if len(value) == 3 and isinstance(value[0], float) else map(str, range(len(value)))
         value = dict(zip(names, value, strict=True))
@@ -102,7 +102,7 @@ def test_what_no_description_has_is_not_set() -> None:
         with_value(robot, Parameter("modulus", "x"), 2.0)
 
 
-def test_the_winch_exit_follows_sideways_and_rises_as_told() -> None:
+def test_the_winch_exit_follows_sideways_and_rises_as_given() -> None:
     line = load("merlet2023").lines[0]
     (x, y, z), (cx, cy, cz) = line.exit_point, line.winch_exit
     moved = with_exit_point(line, (x + 0.5, y - 0.25, z + 1.0), rise=0.125)

@@ -1,4 +1,4 @@
-"""The numbers of a robot that may be uncertain: their names, which robots have them, what the file says they are."""
+"""The numbers of a robot that may be uncertain: their names, which robots have them, their values in the file."""
 
 import dataclasses
 from typing import Any
@@ -40,7 +40,7 @@ def with_line(robot: Robot, index: int, **changes: Any) -> Robot:
 
 
 def said(robot: Robot, kind: str) -> list[float]:
-    """What the file says of each line, or of the platform; read without the code under test."""
+    """Values in the file of each line, or of the platform; read without the code under test."""
     key, _, axis = kind.partition(".")
     read: dict[str, Any] = {
         "modulus": lambda line: 1.0,
@@ -105,7 +105,7 @@ def test_the_kinds_are_listed_in_order_and_cannot_be_changed() -> None:
 
 
 @pytest.mark.parametrize("name", KINDS)
-def test_a_kind_says_what_it_is(name: str) -> None:
+def test_a_kind_describes_itself(name: str) -> None:
     kind = KINDS[name]
     assert kind.name == name
     assert kind.meaning
@@ -199,7 +199,9 @@ def test_lines_that_differ_share_no_number_unless_it_is_relative(kind: str, chan
         ),
     ],
 )
-def test_what_a_robot_has_not_is_rejected_in_one_line(robot: Robot, kind: str, options: Any, message: str) -> None:
+def test_parameters_that_a_robot_does_not_have_are_rejected_in_one_line(
+    robot: Robot, kind: str, options: Any, message: str
+) -> None:
     with pytest.raises(InputError) as error:
         parameters_of(robot, kind, **options)
     assert message in str(error.value)
@@ -222,7 +224,7 @@ def test_a_parameter_that_cannot_be_is_not_made() -> None:
         Parameter("exit_point.x")
 
 
-def test_a_nominal_value_of_what_the_robot_has_not_is_rejected() -> None:
+def test_the_nominal_value_of_a_missing_parameter_is_rejected() -> None:
     with pytest.raises(InputError, match="unknown line 'x'"):
         nominal(HOUSE, Parameter("modulus", "x"))
     with pytest.raises(InputError, match=r"moment\.z: 'house-printer' is a point platform"):
@@ -241,7 +243,7 @@ def test_labels_are_for_people() -> None:
     assert {parameter: parameter.label for parameter in labels} == labels
 
 
-def test_labels_tell_the_parameters_of_a_robot_apart() -> None:
+def test_labels_distinguish_the_parameters_of_a_robot() -> None:
     every = [one for kind in KINDS for one in (parameters_of(COGIRO, kind) if has(COGIRO, kind) else ())]
     assert len({one.label for one in every}) == len({*every}) == len(every)
 

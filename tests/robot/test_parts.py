@@ -1,4 +1,4 @@
-"""The parts of a robot: what they are, and what each rejects."""
+"""The parts of a robot: their values, and the input that each rejects."""
 
 import math
 import subprocess
@@ -128,7 +128,7 @@ def test_creep_rejects_what_no_cable_does() -> None:
         refused(Creep, values, match)
 
 
-def test_sheaves_are_told_apart_by_kind() -> None:
+def test_sheaves_are_distinguished_by_kind() -> None:
     sheaves = {kind: Line(**LINE | {"sheave": values}).sheave for kind, values in
                {"eyelet": {"kind": "eyelet"}, "swivel": SWIVEL, "universal-joint": JOINT}.items()}  # fmt: skip
     assert [type(sheave) for sheave in sheaves.values()] == [Eyelet, Swivel, UniversalJoint]

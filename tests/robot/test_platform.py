@@ -1,4 +1,4 @@
-"""Rigid platforms, payload states and retraction: what they are, and what each rejects."""
+"""Rigid platforms, payload states and retraction: their values, and the input that each rejects."""
 
 import itertools
 import math

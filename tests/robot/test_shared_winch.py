@@ -129,7 +129,8 @@ JOB += '[bead]\nwidth = "60 mm"\nheight = "20 mm"\n[sampling]\nstep = "5 mm"\n'
 
 
 def test_check_and_cost_count_a_drum_once(tmp_path: Path) -> None:
-    """Torques with acceleration are of both lines, and lengths without compensation are said to be each line's own."""
+    """Torques with acceleration are of both lines, and lengths without compensation are stated to be each line's
+    own."""
     (tmp_path / "part.gcode").write_text(GCODE)
     (tmp_path / "part.toml").write_text(JOB)
     own = load("cogiro")

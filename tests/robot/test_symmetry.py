@@ -1,4 +1,5 @@
-"""Declared symmetry: mirror images follow, exit points and platform points alike, and what has no image is rejected."""
+"""Declared symmetry: mirror images follow, those of exit points as of platform points, and a value without image is
+rejected."""
 
 from __future__ import annotations
 

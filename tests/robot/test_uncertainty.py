@@ -1,4 +1,4 @@
-"""Files that say how uncertain a robot is: what each way of saying it means, and what each mistake is told."""
+"""Uncertainty files of a robot: the meaning of each form, and the message for each mistake."""
 
 import math
 import tomllib
@@ -233,7 +233,7 @@ WRONG_ENTRIES = [
 
 
 @pytest.mark.parametrize(("keys", "message"), WRONG_ENTRIES)
-def test_a_wrong_entry_is_told_in_one_line(keys: str, message: str, tmp_path: Path) -> None:
+def test_a_wrong_entry_is_reported_in_one_line(keys: str, message: str, tmp_path: Path) -> None:
     good = '[[parameters]]\nname = "force.x"\nplus_minus = 1\n'
     with pytest.raises(InputError) as error:
         read(f"schema = 1\n{good}[[parameters]]\n{keys}\n", tmp_path)
@@ -260,7 +260,7 @@ def test_a_wrong_entry_is_told_in_one_line(keys: str, message: str, tmp_path: Pa
         ("schema = [", "not TOML"),
     ],
 )
-def test_a_wrong_file_is_told_in_one_line(text: str, message: str, tmp_path: Path) -> None:
+def test_a_wrong_file_is_reported_in_one_line(text: str, message: str, tmp_path: Path) -> None:
     with pytest.raises(InputError) as error:
         read(text, tmp_path)
     assert str(error.value).startswith(f"{tmp_path / 'uncertain.toml'}: {message}")
@@ -324,7 +324,7 @@ OVER = JOINT.winch_exit[2] if JOINT.winch_exit else math.nan
         ),
     ],
 )
-def test_what_does_not_fit_the_robot_is_told_in_one_line(robot: Robot, keys: dict[str, Any], message: str) -> None:
+def test_a_mismatch_with_the_robot_is_reported_in_one_line(robot: Robot, keys: dict[str, Any], message: str) -> None:
     uncertainty = Uncertainty(parameters=[{"name": "force.y", "plus_minus": 1}, keys])
     for origin in ("the uncertainty", "some/file.toml"):
         with pytest.raises(InputError) as error:
@@ -426,7 +426,7 @@ def test_whatever_a_file_says_it_is_an_uncertainty_or_one_line(
     file: dict[str, Any], robot: Robot, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     text = tomlkit.dumps({"schema": 1} | file)
-    tomllib.loads(text)  # the strategy writes TOML: what is rejected below is what it says
+    tomllib.loads(text)  # the strategy writes TOML: the content is rejected below
     try:
         found = read(text, tmp_path_factory.getbasetemp()).of(robot)
     except InputError:

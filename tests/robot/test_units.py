@@ -94,7 +94,7 @@ def test_a_number_is_si(value: object) -> None:
         *("1" * 100 + " m", True, None, [1], {"m": 1}, b"1 m", 1j, math.nan, math.inf, -math.inf, 10**400),
     ],
 )
-def test_anything_else_is_rejected_with_what_is_allowed(value: object) -> None:
+def test_anything_else_is_rejected_with_the_allowed_units(value: object) -> None:
     with pytest.raises(ValidationError, match=r"must be a finite length.*unit one of m, mm, cm, um, km"):
         read(Length, value)
 

@@ -58,7 +58,7 @@ def test_one_coordinate_leaves_the_others_alone() -> None:
     ]
 
 
-def test_a_default_changed_alike_for_all_is_changed_once() -> None:
+def test_a_default_changed_equally_for_all_is_changed_once() -> None:
     def edit(values: dict[str, Any]) -> None:
         for line in values["lines"]:
             line["cable"]["section"] = 12.27e-6

@@ -16,7 +16,7 @@ MEMINFO = "MemTotal: 16000000 kB\nMemFree: 1 kB\nMemAvailable: 2000000 kB\n"
 
 @pytest.fixture
 def system(monkeypatch: pytest.MonkeyPatch):
-    """Have the system say so much: of itself, and of the control group's limit, use and memory for files."""
+    """Make the system report these sizes: of itself, and of the control group's limit, use and memory for files."""
 
     def say(meminfo: str | None, most: str | None = None, used: str = "0", kept: int = 0) -> None:
         group = memory._GROUP / "user" / "job"
@@ -54,7 +54,7 @@ def test_what_does_not_fit_is_rejected_with_numbers(system) -> None:
     with pytest.raises(EnvironmentFault, match=r"this takes about 29.2 GB, and 2.0 GB are free; do less"):
         require_memory(29.2e9, "this", "do less")
     system(None)
-    require_memory(1e18, "this", "do less")  # nobody knows
+    require_memory(1e18, "this", "do less")  # unknown
 
 
 @pytest.mark.parametrize(

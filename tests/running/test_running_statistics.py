@@ -1,4 +1,4 @@
-"""Moments in portions are those of all numbers at once; thinned rows are evenly spaced and never too many."""
+"""Moments in portions are those of all numbers together; thinned rows are evenly spaced and never too many."""
 
 import numpy as np
 import pytest
@@ -43,7 +43,7 @@ def test_thinned_rows_are_evenly_spaced_and_bounded() -> None:
     assert len(thinned.rows) >= 50
 
 
-def test_a_portion_larger_than_what_is_kept_is_thinned_too() -> None:
+def test_a_portion_larger_than_the_capacity_is_thinned_too() -> None:
     thinned = ThinnedRows(1, capacity=10)
     thinned.add(np.arange(1000.0)[:, None])
     assert thinned.rows[:, 0].tolist() == list(np.arange(0.0, 1000.0, thinned.every))

@@ -30,7 +30,7 @@ def found() -> Equilibria:
 
 
 def begun(found: Equilibria, file: Path) -> Snapshot:
-    """The state of a search that was stopped at once, in *file*."""
+    """The state of a search that was stopped immediately, in *file*."""
     assert not search_all(found, BOX, file, time_limit=1e-9).finished
     return read_snapshots(file)["search"]
 
@@ -93,7 +93,7 @@ def test_a_link_is_no_key(tmp_path: Path) -> None:
 
 
 def test_a_forged_proof_is_rejected(found: Equilibria, tmp_path: Path) -> None:
-    """Emptied lists would say that nothing is left to judge; they have a right checksum and nobody's signature."""
+    """Emptied lists would say that nothing is left to judge; they have a right checksum and no signature."""
     file = tmp_path / "search.state"
     state = begun(found, file)
     forged = Snapshot(dict(state.values), state.arrays | {"open": np.empty((0, 6)), "undecided": np.empty((0, 6))})

@@ -31,7 +31,7 @@ def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def told(tree: Path) -> dict[str, Any]:
-    """What the copy does with it."""
+    """Results of the copy with it."""
     run = subprocess.run(
         [sys.executable, "-B", HERE / "with_tilt_meter.py", tree],
         env=os.environ | {"PYTHONPATH": str(tree)},

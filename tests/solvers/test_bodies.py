@@ -22,7 +22,7 @@ JUNG = load("jung2020")
 
 
 def same(one: Equilibrium, other: Equilibrium, atol: float = 1e-9) -> None:
-    """Assert that two equilibria are alike."""
+    """Assert that two equilibria are equal."""
     np.testing.assert_array_equal(one.code, other.code)
     for numbers in ("pose", "lengths", "states"):
         np.testing.assert_allclose(getattr(one, numbers), getattr(other, numbers), rtol=0, atol=atol)

@@ -101,7 +101,8 @@ class Exact:
         return found + self._held(place, machine.total(self.robot, place, checks))
 
     def _held(self, place: Place, wrench: list[mpf]) -> list[mpf]:
-        """The balance, and in a plane the rows of the kernel: what it does not take, and that the platform is in it."""
+        """The balance, and in a plane the rows of the kernel: the balance that it does not carry, and that the platform
+        is in it."""
         body = PlatformNumbers(self.row.packed.platform[0])
         if not body.held:
             return wrench
@@ -123,7 +124,7 @@ class Exact:
 
 
 def misses(found: Equilibrium, certificate: Certificate) -> np.ndarray:
-    """By what share of its bound each row's pose is off (N,), the worst component."""
+    """The error of each row's pose as a share of its bound (N,), the worst component."""
     off = np.array([Exact(found[i]).polished() for i in range(len(found.code))])
     return np.asarray(np.abs(off) / certificate.bound).max(axis=1)
 
@@ -175,7 +176,7 @@ def test_the_equilibrium_is_within_the_bound_ten_thousand_times(name: str, kind:
     assert certified_share(BUILT[name], kind, 278, 8) >= 0.995
 
 
-def test_certificates_tell_why_by_row() -> None:
+def test_certificates_report_reasons_by_row() -> None:
     held = solve_inverse(HOUSE, [[0.0, 0.0, 1.0], [0.0, 0.0, 2.0]])
     both, told = certify(held), certify(held[0]).to_dict()
     assert (len(both), both.certified.tolist(), both[0].certified) == (2, [True, True], True)
@@ -207,7 +208,7 @@ def test_a_row_is_certified_as_it_is_alone() -> None:
         assert "exactly one equilibrium" in one.reason()
 
 
-# --- Mounts that give, springs, planes
+# --- Compliant mounts, springs, planes
 
 SOFT = {
     "mount": {"exit_compliance": 2e-6},
@@ -242,7 +243,7 @@ def certified(model: Model, held: Equilibrium, kind: str, seed: int) -> float:
 
 @pytest.mark.parametrize("kind", ["taut", "between"])
 @pytest.mark.parametrize("name", SOFTENED)
-def test_what_gives_is_certified_and_within_the_bound(name: str, kind: str) -> None:
+def test_compliant_robots_are_certified_and_within_the_bound(name: str, kind: str) -> None:
     model = softened(name)
     assert certified(model, cases.poses(model, 4, 5), kind, 5) == 1.0
 
@@ -250,7 +251,7 @@ def test_what_gives_is_certified_and_within_the_bound(name: str, kind: str) -> N
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["taut", "slack", "between"])
 @pytest.mark.parametrize("name", SOFTENED)
-def test_what_gives_is_within_the_bound_in_hundreds_of_poses(name: str, kind: str) -> None:
+def test_compliant_robots_are_within_the_bound_in_hundreds_of_poses(name: str, kind: str) -> None:
     model = softened(name)
     assert certified(model, cases.poses(model, 60, 6), kind, 6) >= 0.95
 
@@ -278,7 +279,7 @@ def test_what_a_plane_carries_is_within_the_bound_in_hundreds_of_poses(plane: st
 
 
 @pytest.mark.parametrize("size", [1e-8, 1e-6, 1e-4])
-def test_a_pose_off_by_more_than_the_tolerance_is_never_certified(size: float) -> None:
+def test_a_pose_error_above_the_tolerance_is_never_certified(size: float) -> None:
     for model, held in (on_board("tilted", True, 8, 2), (softened("merlet2023 on both"), None)):
         held = cases.poses(model, 8) if held is None else held
         wrong = disturbed(held, "pose", size, np.random.default_rng(2))
@@ -289,7 +290,7 @@ def test_a_pose_off_by_more_than_the_tolerance_is_never_certified(size: float) -
 
 
 def disturbed(held: Equilibrium, what: str, size: float, rng: np.random.Generator) -> Equilibrium:
-    """Rows of *held*, in each one number off by *size*: a length, a pose coordinate or an unknown of a line."""
+    """Rows of *held*, in each one number wrong by *size*: a length, a pose coordinate or an unknown of a line."""
     rows, each = len(held.code), np.arange(len(held.code))
     lengths, pose, states = held.lengths.copy(), held.pose.copy(), held.states.copy()
     by = size * rng.choice([-1.0, 1.0], rows)
@@ -338,7 +339,7 @@ def test_what_is_no_equilibrium_is_not_certified_ten_thousand_times(name: str) -
 
 @pytest.mark.parametrize("size", [1e-8, 1e-6, 1e-4])
 @pytest.mark.parametrize("name", ["merlet2023", "jointed-body"])
-def test_a_pose_that_is_off_is_never_certified(name: str, size: float) -> None:
+def test_a_pose_that_has_an_error_is_never_certified(name: str, size: float) -> None:
     held = cases.poses(BUILT[name], 30)
     wrong = disturbed(held, "pose", size, np.random.default_rng(2))
     assert not certify(wrong, 1e-9).certified.any()

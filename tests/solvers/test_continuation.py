@@ -52,7 +52,7 @@ def test_elastic_lines_are_followed_through_slackness() -> None:
 
 
 def path(name: str, step: float) -> tuple[Model, np.ndarray, np.ndarray]:
-    """A closed path of 28 m at *step* (m): the model, the poses and their lengths, one line slack on the way."""
+    """A closed path of 28 m at *step* (m): the model, the poses and their lengths, one line slack in between."""
     x, y, z = SIDES[name]
     corners = np.array([(-x, -y, z), (x, -y, z), (x, y, z), (-x, y, z), (-x, -y, z)])
     sides = np.linalg.norm(np.diff(corners, axis=0), axis=1)
@@ -241,7 +241,7 @@ def test_it_begins_only_where_there_is_an_equilibrium() -> None:
 def test_a_dead_span_does_not_fall_into_a_loop_unsaid(
     name: str, start: list[float], line: int, end: float, dead: float, steps: int
 ) -> None:
-    """Metres let out at once lead Newton to a loop behind the sheave, micrometres away in pose: the step is cut."""
+    """Metres let out in one step lead Newton to a loop behind the sheave, micrometres away in pose: the step is cut."""
     tracker = Tracker(Model(load(name)), start)
     wanted = np.array(start)
     wanted[line] = end

@@ -1,4 +1,4 @@
-"""Every equilibrium: found, told stable or not, certified, and none twice."""
+"""Every equilibrium: found, reported as stable or not, certified, and none twice."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def test_a_body_has_several_and_the_one_wanted_is_among_them() -> None:
         assert len(found.stable) > 5
 
 
-def test_what_is_slack_is_told() -> None:
+def test_slack_lines_are_reported() -> None:
     model = Model(load("house-printer"))
     for lengths in lengths_of(model, 5, 5):
         found = equilibria(model, lengths)

@@ -1,4 +1,4 @@
-"""The exhaustive search: it proves what is so, and never misses an equilibrium that it was not told of."""
+"""The exhaustive search: its proofs are right, and it never misses an unknown equilibrium."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def test_levers_have_sixteen_and_no_more(taut) -> None:
 
 
 @pytest.mark.slow
-def test_an_equilibrium_that_it_was_not_told_of_stays_open(taut) -> None:
+def test_an_unknown_equilibrium_stays_open(taut) -> None:
     model, _, found, _ = taut
     hidden = 3
     rest = np.delete(np.arange(len(found.stable)), hidden)
@@ -257,7 +257,7 @@ def test_the_time_limit_holds_while_the_lines_are_prepared() -> None:
     assert (search.judged, "places" in stages) == (0, False)
 
 
-def test_what_it_does_not_cover_is_rejected() -> None:
+def test_unsupported_robots_are_rejected() -> None:
     body = cw.Model(cw.load("cogiro"))
     lengths = cw.inverse(body.robot, [1.0, 1.0, 1.5]).checked().lengths
     with pytest.raises(InputError, match="exhaustive: robot 'cogiro' has a rigid platform; not supported"):

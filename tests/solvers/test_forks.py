@@ -1,4 +1,4 @@
-"""Children forked after their parent's first parallel kernel: results are the same, and nobody waits for ever."""
+"""Children forked after their parent's first parallel kernel: results are the same, and no process waits for ever."""
 
 from __future__ import annotations
 

@@ -137,7 +137,7 @@ def test_a_little_out_of_reach_is_a_little_violation() -> None:
     """Just outside a feasible set the least violation is how far the limit would have to give."""
     robot = load("merlet2023")
     held = inverse(robot, [0.0, 0.0, 2.0]).checked()
-    lowest = float(held.extremes()[0].min())  # by symmetry all four are alike
+    lowest = float(held.extremes()[0].min())  # by symmetry all four are equal
     tight = inverse(robot, [0.0, 0.0, 2.0], tension_limits=(lowest + 1.0, 2000.0))
     assert tight.status is Status.INFEASIBLE
     assert float(tight.violation) == pytest.approx(1.0, abs=1e-3)
@@ -223,7 +223,7 @@ def test_limits_may_be_a_list() -> None:
     np.testing.assert_array_equal(inverse(robot, [0, 0, 1], tension_limits=[1.0, 1000.0]).lengths, wanted.lengths)
 
 
-def test_a_no_is_raised_only_when_asked_for() -> None:
+def test_a_no_is_raised_only_when_requested() -> None:
     no = inverse(load("house-printer"), [0, 0, 14.9])
     assert no.status is Status.INFEASIBLE
     with pytest.raises(AnswerError, match="no tensions within the limits balance the load: at best line south-west is"):

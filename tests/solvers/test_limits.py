@@ -32,7 +32,7 @@ def test_without_a_facing_there_is_no_swing() -> None:
     assert np.isnan(swing_angles(inverse(load("merlet2023"), [0, 0, 1]))).all()
 
 
-def test_levers_hang_within_their_range_and_are_told_only_where_modelled() -> None:
+def test_levers_hang_within_their_range_and_are_reported_only_where_modelled() -> None:
     angles = lever_angles(inverse(HOUSE, [[0, 0, 1], [3, 3, 8]]))
     assert ((angles > -np.pi / 2) & (angles < 0)).all()
     assert np.isnan(lever_angles(inverse(HOUSE, [0, 0, 1], sheave="swivel"))).all()

@@ -1,4 +1,4 @@
-"""The linearisation as a call: shapes, batches, and only of what was solved."""
+"""The linearisation as a call: shapes, batches, and only of solved equilibria."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def test_one_few_and_many_rows_agree(held: Equilibrium) -> None:
     assert repr(many) == "Linearisation(stiffness (100, 3, 3), motion (100, 3, 4, 10))"
 
 
-def test_what_it_is_given_is_left_alone(held: Equilibrium) -> None:
+def test_its_arguments_stay_unchanged(held: Equilibrium) -> None:
     before = [a.copy() for a in (held.pose, held.lengths, held.states)]
     linearise(held)
     for now, was in zip((held.pose, held.lengths, held.states), before, strict=True):
@@ -49,7 +49,7 @@ def test_only_what_was_solved_is_linearised() -> None:
         linearise(inverse(HOUSE.robot, [[0, 0, 1], [0, 0, 14.9]]))
 
 
-def test_modulus_factors_are_part_of_what_was_solved(held: Equilibrium) -> None:
+def test_modulus_factors_are_part_of_the_solution(held: Equilibrium) -> None:
     """Paying out 1 mm more moves the platform of the softened robot as its linearisation says."""
     lengths, factors, step = held.lengths[3], np.array([0.5, 1.0, 1.5, 1.0]), 1e-4
     soft = solve_forward(HOUSE, lengths, modulus_factors=factors)

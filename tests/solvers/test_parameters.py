@@ -31,7 +31,7 @@ MODELS = [Model(robot, Fidelity(law)) for robot in ROBOTS for law in (CableLaw.C
 MOVED = 4e-6  # m or rad, about: how far a step of the differences moves the platform
 STEEPEST = 1e-2  # of a number's size: the largest step
 ROUNDING = 1e-10  # m and rad: of the poses of two solves
-CURVED = 1e-3  # of a slope: what differences of second order over such steps are off
+CURVED = 1e-3  # of a slope: error of differences of second order over such steps
 TAUT = 20.0  # N: no line without weight goes slack over a step
 
 
@@ -163,7 +163,7 @@ def test_columns_of_the_linearisation_are_the_oracles(name: str, kind: str) -> N
 
 
 def test_the_nozzle_moves_with_the_platform_and_with_its_turn() -> None:
-    """Of a platform whose nozzle is off its origin: differences of where the nozzle is."""
+    """Of a platform whose nozzle is not at its origin: differences of the nozzle's position."""
     robot = load("cogiro")
     robot = robot.model_copy(update={"platform": robot.platform.model_copy(update={"nozzle": (0.3, -0.2, -0.5)})})
     held = cases.poses(Model(robot), 2)

@@ -385,7 +385,7 @@ def test_a_box_cuts_a_tilted_plane() -> None:
     assert found.perimeter == pytest.approx(6.0 * np.sqrt(2.0), rel=0.01)
 
 
-def test_lines_that_cannot_hold_it_are_told() -> None:
+def test_lines_that_cannot_hold_it_are_reported() -> None:
     found = cw.inverse(planar_robots.board("vertical", lines=2), [0.0, planar_robots.DISTANCE, 0.0])  # both from below
     assert found.status is Status.INFEASIBLE
     with pytest.raises(AnswerError, match="push"):

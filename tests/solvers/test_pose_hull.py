@@ -157,7 +157,7 @@ def test_errors_that_tear_a_line_off_its_catenary_give_no_box() -> None:
     assert box.reason.startswith("no box")
 
 
-def test_progress_is_told() -> None:
+def test_progress_is_reported() -> None:
     told: list[tuple[str, int, int]] = []
     box = enclose_poses(hanging("merlet2023", "taut"), 1e-3, progress=lambda *each: told.append(each))
     assert told[-1] == ("leaves", box.leaves, 20_000)

@@ -68,7 +68,7 @@ def test_of_straight_lines_they_are_scipys_projection(robot: Robot) -> None:
 
 @pytest.mark.parametrize("robot", REDUNDANT, ids=lambda robot: robot.name)
 def test_of_straight_lines_they_meet_the_conditions_of_the_best(robot: Robot) -> None:
-    """Karush, Kuhn and Tucker: what is left to wish for pushes against limits alone."""
+    """Karush, Kuhn and Tucker: the remaining gradient points into limits alone."""
     model = Model(robot, PLAIN)
     wanted = asked_for(model, 40)
     found = solve_inverse(model, cases.poses(model, 40).pose, preferred=wanted)
@@ -101,7 +101,8 @@ def test_what_balances_already_stays(model: Model) -> None:
 
 @pytest.mark.parametrize("model", FULL, ids=cases.name)
 def test_with_sag_they_stay_but_for_the_cables_weight(model: Model) -> None:
-    """Distances are told between pulls, mid-span: from the tension at the sheave that is up to the cable's weight."""
+    """Distances are compared between pulls, mid-span: from the tension at the sheave that is up to the cable's
+    weight."""
     held = cases.poses(model, 10)
     again = solve_inverse(model, held.pose, preferred=held.tensions)
     weight = max(line.cable.linear_density for line in model.robot.lines) * model.robot.scene.gravity

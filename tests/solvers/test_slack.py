@@ -78,7 +78,7 @@ def textbook_angle(x: float, z: float, length: float, distance: float) -> float:
 
 
 @pytest.mark.parametrize("model", SPARE, ids=cases.name)
-def test_excess_is_what_a_line_has_over_the_rigid_one(model: Model) -> None:
+def test_excess_is_the_length_over_that_of_a_rigid_line(model: Model) -> None:
     held = cases.poses(model, 4)
     rigid = solve_inverse(Model(model.robot, Fidelity(CableLaw.RIGID, model.fidelity.sheave)), held.pose)
     ok = rigid.ok
@@ -112,7 +112,7 @@ def test_excess_of_a_batch_is_that_of_its_rows() -> None:
 
 @pytest.mark.parametrize("excess", [1e-3, 0.05, 0.3])
 @pytest.mark.parametrize("model", SPARE, ids=cases.name)
-def test_what_is_found_balances_and_has_the_excess_asked_for(model: Model, excess: float) -> None:
+def test_solutions_balance_and_have_the_requested_excess(model: Model, excess: float) -> None:
     answered = 0
     for pose in cases.poses(model, 3).pose:
         for slack in first_slack(model, pose, excess)[:3]:

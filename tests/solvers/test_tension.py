@@ -135,7 +135,7 @@ def test_least_norm_is_the_inverse_problems() -> None:
 
 
 def improved_by_hand(A: np.ndarray, w: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Pott's loop in numpy: what is fixed goes to the wrench, what is left is distributed by the closed form."""
+    """Pott's loop in numpy: fixed tensions go to the wrench, the others are distributed by the closed form."""
     n, m = A.shape
     free, tensions = np.ones(m, bool), np.zeros(m)
     while True:

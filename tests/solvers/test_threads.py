@@ -1,4 +1,5 @@
-"""Three threads at once, each of which shares its batches with the same others, and as many as are asked for."""
+"""Three simultaneous threads, each of which shares its batches with the same others; and the requested number of
+threads."""
 
 from __future__ import annotations
 
@@ -40,7 +41,7 @@ print("wrong" if wrong else "right")
 
 
 @pytest.mark.parametrize("count", ["1", "2", "5"])
-def test_threads_may_solve_batches_at_once(count: str) -> None:
+def test_threads_may_solve_batches_simultaneously(count: str) -> None:
     ended = subprocess.run(
         [sys.executable, "-c", THREE_AT_ONCE],
         env=os.environ | {"NUMBA_NUM_THREADS": count},

@@ -84,7 +84,7 @@ def test_no_sentence_of_random_slack_robots_is_contradicted() -> None:
     assert sum(tally["with a sentence and several solutions"] for _, tally in checked) > 20
 
 
-def test_a_dead_span_in_a_loop_is_not_said_to_be_taut() -> None:
+def test_a_dead_span_in_a_loop_is_not_called_taut() -> None:
     """Its tension is above that of a dead span that just hangs, but it holds more cable than reaches the winch."""
     robot = cw.load("house-printer")
     hold = cw.inverse(robot, [3.0, 3.0, 10.0], sheave="eyelet")

@@ -1,4 +1,4 @@
-"""Equilibria, slack lines and tensions: of a robot as of its model, under one law, told in one line and as JSON."""
+"""Equilibria, slack lines and tensions: of a robot as of its model, under one law, reported in one line and as JSON."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_no_poses_hang_no_slack_line() -> None:
     assert len(cw.solve_with_slack(ROBOT, np.empty((0, 3)), {3: 0.1})) == 0
 
 
-def test_where_the_pose_is_for_some_lengths_is_told_in_one_line() -> None:
+def test_the_pose_for_given_lengths_is_reported_in_one_line() -> None:
     box = cw.enclose_poses(cw.inverse(ROBOT, POSE), 1e-6, budget=1)
     told = json.loads(json.dumps(box.to_dict(), allow_nan=False))
     assert (told["certified"], told["unique"] is None) == (box.complete, not box.complete)

@@ -1,4 +1,4 @@
-"""What a check says: each no is named, each yes is what was shown, and what was not looked at is listed."""
+"""Verdicts of a check: each no is named, each yes was shown, and open questions are listed."""
 
 from __future__ import annotations
 
@@ -74,13 +74,13 @@ class TestNo:
         assert f"in layer {found.nearest_place.layer}, G-code line" in found.verdict
         assert check(loads(TOWER), job, skip=("interference",)).feasible
 
-    def test_lines_nearer_than_is_asked_for(self, found: Check, job_file: Path) -> None:
+    def test_lines_nearer_than_is_requested(self, found: Check, job_file: Path) -> None:
         assert found.nearest is not None
         no = check(found.robot, job_file, clearance=found.nearest.margin + 0.01)
         assert "comes too near to bead" in no.verdict
         assert "(required: at least" in no.verdict
 
-    def test_a_nozzle_too_far_off(self, found: Check, job_file: Path) -> None:
+    def test_a_nozzle_error_above_the_tolerance(self, found: Check, job_file: Path) -> None:
         assert found.expected is not None
         allowed = 0.9 * found.expected.value
         no = check(found.robot, job_with(job_file, max_error=allowed))
@@ -89,7 +89,7 @@ class TestNo:
         assert "the expected position error is" in no.verdict
         assert f"(allowed: at most {allowed * 1e3:.3g} mm)" in no.verdict
 
-    def test_a_nozzle_ten_millimetres_off_by_its_own_file(self, job_file: Path) -> None:
+    def test_a_nozzle_error_of_ten_millimetres_by_its_own_file(self, job_file: Path) -> None:
         table = '\n[[uncertainty.parameters]]\nname = "exit_point"\nplus_minus = "6 mm"\n'
         robot = loads(library_text("house-printer") + table)
         no = check(robot, job_with(job_file, max_error=0.01))
@@ -168,7 +168,7 @@ class TestYes:
         assert (part.to_dict()["expected_error"], part.to_dict()["clearance"]) == (None, None)
         np.testing.assert_array_equal(part.lengths, found.lengths)
 
-    def test_what_the_files_do_not_say_is_in_the_list(self, job_file: Path) -> None:
+    def test_data_missing_in_the_files_are_in_the_list(self, job_file: Path) -> None:
         bare = check(house(max_torque=None, max_speed=None, capacity=None), job_file)
         for key in ("max_torque", "max_speed", "capacity"):
             assert any(f"gives no winch.{key}" in item for item in bare.not_checked), key
@@ -241,7 +241,7 @@ class TestAcceleration:
 
 
 def test_the_step_follows_the_robot() -> None:
-    """Lengths midway between samples are off by no more than the step is chosen for."""
+    """Lengths midway between samples have no larger errors than the step is chosen for."""
     small = loads(TOWER.replace("[-2, 0, 2]", "[-0.4, 0, 0.5]").replace("[2, 2, 2]", "[0.3, 0.3, 0.5]")
                   .replace("[2, -2, 2]", "[0.3, -0.3, 0.5]"))  # fmt: skip
     helix = {"radius": 0.05, "layers": 1, "layer_height": 0.002, "first_height": 0.05}

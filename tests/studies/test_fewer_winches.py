@@ -22,7 +22,7 @@ ORIGIN = (1.1, 0.1, -0.3)
 
 @pytest.fixture
 def grab() -> Robot:
-    """Four lines to a body whose nozzle is off its origin, so that a tilt moves it."""
+    """Four lines to a body whose nozzle is not at its origin, so that a tilt moves it."""
     return cw.load("grab-four-lines").with_platform(nozzle=(0.05, -0.03, -0.12))
 
 

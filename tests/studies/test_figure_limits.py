@@ -192,7 +192,7 @@ class TestStrain:
     """A cable that strains by over 5 % at the largest tension of a job, and not at that of its limits, is named."""
 
     def soft(self, strain: float, corners) -> Check:
-        """The board with guides, whose cables strain by so much at the largest tension of the job."""
+        """The board with guides, whose cables strain by *strain* at the largest tension of the job."""
         text = BOARD.replace("SIDED", ", one_sided = false").replace('"2 kN"', "1e4").replace('"400 N"', "1e4")
         stiff = check(loads(text), corners(0.0, motion=SLOW), skip=ALONE)
         newtons = stiff.statics.lines.highest_tension.max() / strain

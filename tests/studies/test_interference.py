@@ -118,7 +118,7 @@ def test_a_clearance_is_met_earlier_by_as_many_layers_as_it_takes(job: Job, mode
         assert found.first_layer == int(np.floor(near / 0.02)) + 1
 
 
-def test_each_layer_tells_its_distance(job: Job, model: Model) -> None:
+def test_each_layer_reports_its_distance(job: Job, model: Model) -> None:
     found = interference(model, job)
     numbers, least = found.layers()
     assert (numbers[-TOWER:] == np.arange(1, TOWER + 1)).all()

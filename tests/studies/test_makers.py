@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cablewright.apps.cli.main import run
 from cablewright.exchange.formats import read_robot
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.units import Vec3
@@ -65,7 +66,7 @@ class TestCorners:
         assert job.with_corners(job.beads(job.toolpath())).motion.corner == pytest.approx(5e-3)
         assert job.motion.corner == pytest.approx(5e-3)
 
-    def test_what_the_job_gives_stays(self) -> None:
+    def test_values_of_the_job_stay(self) -> None:
         helix = {"radius": 1.0, "layers": 1, "layer_height": 0.1}
         job = Job.model_validate({"name": "h", "helix": helix, "motion": {"corner_deviation": 0.003}})
         assert job.with_corners(job.beads(job.toolpath())).motion.corner_deviation == 0.003
@@ -81,6 +82,16 @@ def test_a_hangprinter_prints_a_small_ring(name: str, tmp_path: Path) -> None:
     assert found.expected is not None
     assert found.expected.value < 2.5e-4
     assert any("zeroed_at" in note for note in found.notes)
+
+
+def test_gcode_of_another_bed_is_answered_with_a_report(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The zero of its bed is at a corner, some metres away: no pose is held, and the pictures are drawn."""
+    text = "G21\nG90\nM83\n;LAYER:0\nG0 X4000 Y4000 Z0.6 F3000\nG1 X4200 Y4000 E9 F1800\nG1 X4200 Y4200 E9\n"
+    (tmp_path / "part.gcode").write_text(text)
+    out = tmp_path / "out"
+    assert run(["check", "hangprinter-v4", str(tmp_path / "part.gcode"), "--out", str(out), "--no-interference"]) == 1
+    assert "out of bounds" in capsys.readouterr().err
+    assert (out / "report.html").stat().st_size > 20_000
 
 
 class TestZeroed:
@@ -181,7 +192,7 @@ class TestPlane:
             assert np.linalg.norm(samples.positions.mean(axis=0) - job.origin) < 0.1
             assert samples.positions[:, 2].max() > 1.0 if vertical == "true" else not samples.positions[:, 2].any()
 
-    def test_what_a_job_gives_stays(self, tmp_path: Path) -> None:
+    def test_coordinates_of_a_job_stay(self, tmp_path: Path) -> None:
         robot = self.wall(tmp_path)
         assert on_plane(robot, self.job(tmp_path, origin=(0.1, 0.0, -0.2))).origin == (0.1, 0.0, -0.2)
         given = self.job(tmp_path, axes=[[1, 0, 0], [0, 0, 1]])

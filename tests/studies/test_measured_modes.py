@@ -83,7 +83,7 @@ def test_a_swing_as_modelled_needs_no_explanation(tmp_path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def shoved(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Robot, Array]:
-    """The log of a simulated machine whose winches jerk and then rest, what it is, and its pose."""
+    """The log of a simulated machine whose winches jerk and then rest, its text, and its pose."""
     twin, robot = load_twin("cogiro"), load("cogiro")
     machine = SimulatedMachine(robot, twin, [0.0, 0.0, 2.0], seed=1)
     path = tmp_path_factory.mktemp("log") / "shoved.mcap"

@@ -77,7 +77,7 @@ def test_a_job_that_wants_none_is_not_shaped_and_says_so(tmp_path: Path) -> None
     assert (motion.shaper, motion.why, motion.notes) == (None, 'motion.shaping = "none"', ())
 
 
-def test_a_layer_shorter_than_the_shaper_is_told(tmp_path: Path) -> None:
+def test_a_layer_shorter_than_the_shaper_is_reported(tmp_path: Path) -> None:
     (tmp_path / "dot.gcode").write_text("M83\nG1 X0 Y0 Z900 F9000\n;LAYER:0\nG1 X2 E1\n;LAYER:1\nG1 X2 Y400 Z910 E9\n")
     job = Job.model_validate(
         {"name": "dot", "gcode": str(tmp_path / "dot.gcode"), "bead": {"width": 0.06, "height": 0.02}}

@@ -210,7 +210,7 @@ def test_samples_parquet(earlier: Path, found: Check) -> None:
         np.testing.assert_array_equal(table[name].to_numpy(), expected)
 
 
-def test_the_manifest_says_what_went_in(earlier: Path, job_file: Path) -> None:
+def test_the_manifest_lists_the_inputs(earlier: Path, job_file: Path) -> None:
     manifest = json.loads((earlier / "manifest.json").read_text())
     assert (manifest["schema"], manifest["command"]) == (1, "check")
     assert manifest["cablewright"] == version("cablewright")

@@ -119,7 +119,7 @@ def test_the_best_are_those_that_no_other_dominates(rows: list[tuple[int, float,
 
 
 class _EndedError(Exception):
-    """Stands for a person who ends the sweep."""
+    """Represents a person who ends the sweep."""
 
 
 def test_a_sweep_that_was_ended_goes_on_and_writes_the_same_bytes(

@@ -23,7 +23,7 @@ def test_one_wall_by_hand() -> None:
     assert found[0].angle == pytest.approx(0.0, abs=1e-9)
 
 
-def test_a_file_and_what_is_read_of_it_say_the_same_and_tell_it() -> None:
+def test_a_file_and_its_parsed_scan_have_the_same_result() -> None:
     found = cw.walls(FILE)
     told = found.to_dict()
     assert told == cw.walls(cw.read_scan(str(FILE))).to_dict()

@@ -128,7 +128,7 @@ def compared(side: float, mass: float) -> tuple[float, float, float, float]:
 def main() -> None:
     """Print the table."""
     write = sys.stdout.write
-    write("| span, m | mass, kg | own frequency, Hz | slowest mode, Hz | ratio | by the mesh, Hz | off by | share |\n")
+    write("| span, m | mass, kg | own frequency, Hz | slowest mode, Hz | ratio | by the mesh, Hz | error | share |\n")
     write("| --- | --- | --- | --- | --- | --- | --- | --- |\n")
     for side, mass in CASES:
         own, slowest, found, share = compared(side, mass)

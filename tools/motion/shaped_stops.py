@@ -1,4 +1,4 @@
-"""What is left of the swing of the house printer after corners, planned stops, pauses and jogs that are shaped.
+"""Residual swing of the house printer after corners, planned stops, pauses and jogs that are shaped.
 
     python -m tools.motion.shaped_stops
 
@@ -66,7 +66,7 @@ class Course:
         return float(max(sizes))
 
     def found(self) -> tuple[float, ...]:
-        """What is left in windows after the corner, in the planned stop, in the pause and in the jog, m."""
+        """Residual swing in windows after the corner, in the planned stop, in the pause and in the jog, m."""
         speeds, times = np.linalg.norm(self.velocities, axis=1), np.array(self.times)
         ways = np.array(self.velocities)
         corner = times[np.flatnonzero((ways[:, 1] > 0.01) & (speeds > 0.05))[0]]

@@ -1,6 +1,6 @@
 """Write ``docs/figures.md``: every figure that commands print and reports show, as the results declare them.
 
-A test holds the page to what this prints. Run it from the repository root: ``python tools/pages/figures.py``.
+A test compares the page with this output. Run it from the repository root: ``python tools/pages/figures.py``.
 """
 
 from __future__ import annotations

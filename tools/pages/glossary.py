@@ -1,4 +1,4 @@
-"""Write ``docs/glossary.md`` from the terms that reports use. A test holds the page to what this prints."""
+"""Write ``docs/glossary.md`` from the terms that reports use. A test compares the page with this output."""
 
 from __future__ import annotations
 

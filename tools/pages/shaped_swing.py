@@ -60,7 +60,7 @@ def swing(samples: Samples, law: TimeLaw, frequency: float) -> tuple[Array, Arra
 
 
 def table(title: str, text: str, window: Callable[[Samples, TimeLaw], tuple[float, float]], folder: str) -> None:
-    """Print what is left of the swing in a *window* of the samples and the law, for frequencies that are wrong."""
+    """Print the residual swing in a *window* of the samples and the law, for frequencies that are wrong."""
     print(title)
     (plain, law), (shaped, slow) = motions(text, folder)
     print("| true frequency / assumed | not shaped, mm | shaped, mm | left |\n| --- | --- | --- | --- |")

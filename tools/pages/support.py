@@ -1,6 +1,6 @@
 """Write ``docs/support.md``: which capability supports which feature of a robot, from the table in the code.
 
-A test holds the page to what this prints. Run it from the repository root: ``python tools/pages/support.py``.
+A test compares the page with this output. Run it from the repository root: ``python tools/pages/support.py``.
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ capability, which part of the robot decides it, and what to use instead. `--json
 | verdict | meaning |
 | --- | --- |
 | works | the feature is part of the model |
-| not certified | the answer is computed, and nothing is proved about it |
 | not checked | the answer is computed, and its list `not_checked` names what it leaves out |
 | lost | the file is written without the feature, and a note names it |
 | rejected | one line names the feature and what to use instead; the exit code is 2 |

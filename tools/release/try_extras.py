@@ -31,7 +31,7 @@ BROUGHT: Final = {
 
 
 def main(wheel: Path, extras: list[str]) -> int:
-    """Try all, print a line for each, and return 0 if all went well."""
+    """Try all, print a line for each, and return 0 if all succeed."""
     failed = 0
     for extra in extras:
         began = time.monotonic()
@@ -42,7 +42,7 @@ def main(wheel: Path, extras: list[str]) -> int:
 
 
 def tried(wheel: Path, extra: str) -> str:
-    """Install and import; return the last line of what went wrong, or nothing."""
+    """Install and import; return the last line of the error, or nothing."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         venv.create(folder / "venv", with_pip=True)

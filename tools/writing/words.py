@@ -7,7 +7,8 @@
 * ``--write`` lowers the ceilings to the present counts. Without a file of ceilings it writes a new one.
 
 The search covers Markdown without code and links; comments, docstrings, texts with a space, file names and test names
-of Python; comments of TOML; pages and scripts of the browser.
+of Python, without names of parameters; comments of TOML; comments and texts with a space of pages and scripts of the
+browser.
 """
 
 from __future__ import annotations
@@ -29,6 +30,11 @@ SUFFIXES = {".md", ".py", ".toml", ".html", ".js"}
 SHOWN = 10
 TEXTS = {tokenize.COMMENT, tokenize.STRING, getattr(tokenize, "FSTRING_MIDDLE", tokenize.STRING)}
 CODE = re.compile(r"^(`{3,}).*?^\1|`+[^`]+`+|(?<=\])\([^)]*\)|^:::.*$", re.MULTILINE | re.DOTALL)
+
+OF_SCRIPTS = re.compile(r"//[^\n]*|/\*.*?\*/|\"(?:[^\"\\\n]|\\.)*\"|'(?:[^'\\\n]|\\.)*'|`(?:[^`\\]|\\.)*`", re.DOTALL)
+OF_PAGES = re.compile(r'(?<=>)[^<>]+(?=<)|(?<==)"[^"]*"')
+PARAMETER = re.compile(r"(?<![\w*])\*\w+\*(?![\w*])")
+INSERTED = re.compile(r"\{[^{}]*\}")
 
 
 class Found(NamedTuple):
@@ -88,14 +94,17 @@ def pieces(path: Path) -> Iterator[tuple[int, str]]:
     elif path.suffix == ".md":
         yield 1, CODE.sub(_blank, text)
     else:
-        yield 1, text
+        for found in (OF_SCRIPTS if path.suffix == ".js" else OF_PAGES).finditer(text):
+            if " " in found[0].strip():
+                yield text.count("\n", 0, found.start()) + 1, INSERTED.sub(" value", found[0])
 
 
 def _of_python(text: str) -> Iterator[tuple[int, str]]:
     before = ""
     for token in tokenize.generate_tokens(io.StringIO(text).readline):
         if token.type in TEXTS and " " in token.string:
-            yield token.start[0], CODE.sub(_blank, token.string)
+            text = INSERTED.sub(" value", token.string) if token.string[0] in "fF" else token.string
+            yield token.start[0], PARAMETER.sub("code", CODE.sub(_blank, text))
         elif token.type == tokenize.NAME and before == "def" and token.string.startswith("test_"):
             yield token.start[0], token.string.replace("_", " ")
         before = token.string

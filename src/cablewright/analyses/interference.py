@@ -56,7 +56,7 @@ DEFAULT = InterferenceSettings()
 
 @dataclass(frozen=True, repr=False)
 class Contact(Result):
-    """Where a line is nearest to something: the smallest signed distance, m."""
+    """Nearest contact of a line with another object: the smallest signed distance, m."""
 
     FIGURES: ClassVar = (
         Figure("distance", "m", "Smallest signed distance; negative: how deep.", "margin", shown="mm"),
@@ -132,7 +132,7 @@ class Distances(Pictured):
 
     @property
     def refusal(self) -> str:
-        """Why the answer is no: which line is too near to which object, or which pose cannot be held."""
+        """Reason for a no: the line that is too near to an object, or the pose that cannot be held."""
         worst, status = self.worst, self.status
         if worst is None or status not in ("touching", "near"):
             return "" if self.ok else f"no line is too near, but the pose cannot be held: {status}"
@@ -142,7 +142,7 @@ class Distances(Pictured):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What is assumed of the cables."""
+        """Assumptions on the cables."""
         thin = [line for line in self.robot.lines if line.cable.diameter is None]
         if not thin:
             return ()

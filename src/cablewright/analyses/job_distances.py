@@ -33,7 +33,7 @@ PART = KINDS.index("part")
 
 @dataclass(frozen=True, eq=False)
 class Clearances:
-    """What a check keeps of the distances of lines at k samples."""
+    """Distances of lines at k samples, as far as a check keeps them."""
 
     smallest: Array  # (k,) m; inf where there is nothing, NaN where no line is known
     nearest: Contact | None  # of all; its row is the sample

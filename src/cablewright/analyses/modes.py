@@ -117,7 +117,7 @@ class Modes(Pictured):
 
     @property
     def single(self) -> bool:
-        """Whether this is of one equilibrium, not of a batch."""
+        """Whether these modes are of one equilibrium, not of a batch."""
         return self.equilibrium.single
 
     def __len__(self) -> int:
@@ -151,7 +151,7 @@ class Modes(Pictured):
 
     @property
     def refusal(self) -> str:
-        """Why a pose is not held, in a sentence; empty where all are."""
+        """Reason why a pose is not held; empty where all are."""
         held = self.equilibrium
         bad = np.flatnonzero(~np.atleast_1d(held.ok))
         return "" if not len(bad) else (held if held.single else held[int(bad[0])]).sentence()

@@ -132,7 +132,7 @@ class _Way:
 
     @property
     def length(self) -> float:
-        """Its length, m."""
+        """Length of the travel move, m."""
         return _length(self.corners)
 
     @property

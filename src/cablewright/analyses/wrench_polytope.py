@@ -104,7 +104,7 @@ class WrenchPolytope(Pictured, Rows):
         return np.asarray(np.abs(np.linalg.det(np.moveaxis(columns[..., chosen], -2, -3))).sum(axis=-1))
 
     def vertices(self, moment: ArrayLike | None = None) -> Array:
-        """Return the corners (p, 3) of the forces, N, world, that lines can apply beside a *moment* (3,), N m.
+        """Return the corners (p, 3) of the forces, N, world, that lines can apply together with a *moment* (3,), N m.
 
         By default the moment that the required wrench has. Of a single pose; in a plane the corners are in it. Raises
         `AnswerError` where no force can be applied beside it.

@@ -127,7 +127,7 @@ class _Work:
     done: list[str] = field(default_factory=list)
 
     def ended(self, name: str) -> None:
-        """Take note of a task that is done, and say so."""
+        """Record a finished task, and report the progress."""
         self.done.append(name)
         self.tell()
 

@@ -38,7 +38,7 @@ def pairs(figures: Iterable[Figure], *of: object) -> list[tuple[str, ...]]:
 
 
 def sheets(result: Result) -> Iterator[Sheet]:
-    """The tables of a result: the figures along its lines, or whatever else they run along, and those with parts."""
+    """Return the tables of a result: the figures along its lines or another dimension, and those with parts."""
     return (sheet for sheet in _sheets(result.figures, result) if sheet.rows)
 
 

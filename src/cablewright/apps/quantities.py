@@ -22,7 +22,7 @@ def quantity(value: float, unit: str) -> str:
 
 
 def allowed_range(low: float, high: float, unit: str) -> str:
-    """Write what is allowed: from the lowest to the highest value, or the one of them that bounds."""
+    """Write the allowed range: from the lowest to the highest value, or the one bound."""
     if not math.isfinite(low) and not math.isfinite(high):
         return "no limit"
     if not math.isfinite(high):

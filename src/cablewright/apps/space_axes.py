@@ -119,7 +119,7 @@ def add_faces(
 
 
 def add_surface(axes: Any, mesh: TriangleMesh, colours: Array, darkest: float) -> None:
-    """Draw a closed mesh in *colours*, (F, 3) or one (3,); what is turned away from the light is darker."""
+    """Draw a closed mesh in *colours*, (F, 3) or one (3,); faces that look away from the light are darker."""
     normals = mesh.normals
     seen = normals @ towards_eye() > 0.0
     light = darkest + (1.0 - darkest) * np.clip(normals @ _LIGHT, 0.0, 1.0)

@@ -108,7 +108,7 @@ class ShownFigure(Figure):
 
 @contextmanager
 def drawing(width: float | str | None = None, style: str | Path | Mapping[str, Any] | None = None) -> Iterator[None]:
-    """Give matplotlib this style, whatever the user's own settings are, and give those back afterwards.
+    """Context with this style of matplotlib instead of the user's settings, which return afterwards.
 
     The settings are the process's: draw in one thread at a time. *width*: of `WIDTHS`, or in m; None: each picture has
     its own. *style*: a style sheet, or settings by name, over those of `STYLE_SHEET`; with a width its ``font.size`` is
@@ -178,7 +178,7 @@ def is_narrow() -> bool:
 
 
 def beside(most: int) -> int:
-    """Return how many of *most* panels are beside one another: half in a narrow column."""
+    """Return how many of *most* panels fit into a row: half in a narrow column."""
     return (most + 1) // 2 if is_narrow() else most
 
 
@@ -207,7 +207,7 @@ def finish(drawn: Figure) -> None:
 
 
 def axes(width: float, height: float, **look: Any) -> tuple[Figure, Axes]:
-    """Return a figure of that size in inches with one pair of axes, and these. Call within `drawing`."""
+    """Return a figure of that size in inches, and its one pair of axes. Call within `drawing`."""
     made = figure(width, height)
     return made, made.add_subplot(**look)
 
@@ -310,7 +310,7 @@ def colour_bar(drawn: Figure, axes: Axes | Sequence[Axes], colours: ScalarMappab
 def error_bar(
     drawn: Figure, axes: Axes | Sequence[Axes], scale: ErrorScale, text: str, **options: Any
 ) -> ScalarMappable:
-    """Draw the colour scale of an error beside *axes*; return what turns values into colours."""
+    """Draw the colour scale of an error beside *axes*; return the function from values to colours."""
     colours = ScalarMappable(Normalize(scale.low, scale.high), error_colours())
     colour_bar(drawn, axes, colours, text, extend=scale.extend, ticks=MaxNLocator(7), **options)
     return colours
@@ -347,7 +347,7 @@ def panels(
 
 
 def outer_labels(panels: Sequence[Axes], columns: int, below: str, beside: str) -> None:
-    """Label the lowest of the *panels* in each column below, and those in the first column beside."""
+    """Label the lowest of the *panels* in each column below, and those in the first column at their left."""
     for i, axes in enumerate(panels):
         if i % columns == 0:
             axes.set_ylabel(beside)
@@ -357,7 +357,7 @@ def outer_labels(panels: Sequence[Axes], columns: int, below: str, beside: str) 
 
 
 def legend_below(drawn: Figure, *axes: Axes, columns: int, side: Literal["left", "center", "right"] = "center") -> None:
-    """Draw one legend of all that is labelled in *axes* below the figure, without what earlier axes have labelled."""
+    """Draw one legend of all labels in *axes* below the figure, without labels of earlier axes."""
     handles: list[Artist] = []
     names: list[str] = []
     for each in axes:

@@ -242,7 +242,7 @@ def _rms(problem: CalibrationProblem, found: PoseFit) -> float:
 
 
 def _scale(problem: CalibrationProblem, found: PoseFit, posterior: Information) -> tuple[float, float]:
-    """Return sigma of the encoders over that of their weights, and the root of chi-squared per freedom, as told."""
+    """Return sigma of the encoders over that of their weights, and the root of chi-squared per degree of freedom."""
     rows = problem.derivatives(found.theta, found.poses, found.weights)
     told = np.array([problem.factors.get(name, 1.0) for name in kind_of(problem).tolist()])
     survey = np.where(problem.is_prior, 1.0, problem.factors.get(SURVEY, 1.0))
@@ -257,7 +257,7 @@ def _scale(problem: CalibrationProblem, found: PoseFit, posterior: Information) 
 def _notes(
     problem: CalibrationProblem, alone: Information, scale: float, chi: float, rejected: tuple[Rejected, ...]
 ) -> Iterator[str]:
-    """Yield sentences on what limits the result."""
+    """Yield sentences on the limits of the result."""
     given, robot = problem.plan.sigma.encoder, problem.robot
     if not problem.elastic and any(line.sheave.kind == "universal-joint" for line in robot.lines):
         yield "sheaves on universal joints count as swivelling about a vertical axis"
@@ -270,7 +270,7 @@ def _notes(
     if (given is not None or problem.elastic) and math.isfinite(chi) and not 0.5 < chi < 2.0 and alone.redundancy > 5:
         yield f"residuals are {chi:.3g} times what the given sigmas predict"
     if robot.m < robot.freedoms and not problem.elastic:
-        yield "lines hold fewer freedoms than the platform has: with --cable elastic gravity determines the others"
+        yield "the platform has more degrees of freedom than lines: with --cable elastic gravity determines the others"
     plan, measured = problem.plan, problem.measured
     tests_height = measured.positioned or plan.points or plan.planes or plan.ranges or plan.level is not None
     if problem.named("exit_point").any() and not tests_height:
@@ -280,7 +280,7 @@ def _notes(
 
 
 def _of_creep(problem: CalibrationProblem, found: PoseFit) -> Iterator[str]:
-    """Yield a sentence on creep that the robot file has and no row counts: data do not tell the time under load."""
+    """Yield a sentence on creep that the robot file has and no row counts: data do not include the time under load."""
     shares = np.array([creep_share(line) for line in problem.robot.lines])
     if not shares.any():
         return
@@ -300,6 +300,6 @@ def _of_kinds(problem: CalibrationProblem, found: PoseFit) -> Iterator[str]:
     for kind in kind_fits(problem, found):
         factor = problem.factors.get(kind.name, 1.0)
         if factor != 1.0:
-            yield f"residuals of the {kind.name} ask for {factor:.3g} times their sigma: so much is assumed"
+            yield f"residuals of the {kind.name} require {factor:.3g} times their sigma: this is assumed"
         elif kind.name != "lengths" and kind.redundancy < ENOUGH:
             yield f"the {kind.name} have a redundancy of {kind.redundancy:.2g} only: their sigma is as given"

@@ -32,7 +32,7 @@ from cablewright.robot import Robot
 
 SENSORS: Final = {"tension": ("tensions", "f_1"), "swivel": ("swivel", "swivel_1"), "tilt": ("tilt", "tilt_x"),
                   "yaw": ("yaw", "yaw")}  # fmt: skip
-"""Sensors that have a zero: the field of what they measured, and the first of the columns."""
+"""Sensors that have a zero: the field of their measurements, and the first of the columns."""
 
 MAX_BYTES: Final = 32 << 20
 MAX_POSES: Final = 5_000
@@ -75,7 +75,7 @@ class Measured:
         return getattr(self, SENSORS[sensor][0]) is not None
 
     def without_open_zeros(self, unknowns: Sequence[str]) -> Measured:
-        """Return the same without sensors whose zero is among the *unknowns*: they tell nothing until it is found."""
+        """Return the data without sensors whose zero is among the *unknowns*: they are useless until it is found."""
         silent: dict[str, Any] = {name: None for sensor, (name, _) in SENSORS.items() if f"{sensor}_offset" in unknowns}
         return replace(self, **silent)
 
@@ -90,7 +90,7 @@ class Measured:
         return replace(self, places=places, **kept)
 
     def lengths_alone(self) -> Measured:
-        """Return the lengths, and the start values of the poses, without what other sensors measured."""
+        """Return the lengths, and the start values of the poses, without measurements of other sensors."""
         return Measured(self.counted, self.guess, places=self.places, origin=self.origin, by_drum=self.by_drum)
 
     @property

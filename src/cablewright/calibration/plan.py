@@ -42,7 +42,7 @@ _Poses = Annotated[tuple[Annotated[int, Strict(), Field(ge=1)], ...], Field(min_
 class Sigmas(Description):
     """Standard deviations of the sensors. Without ``encoder``, that of the encoders is estimated from the residuals.
 
-    ``friction``: of what the cable passes between exit point and load cell, as a share of the tension. ``frequency``:
+    ``friction``: of the guides between exit point and load cell, as a share of the tension. ``frequency``:
     of the first lateral vibration of a free cable, Hz.
     """
 
@@ -85,7 +85,7 @@ class Prior(Description):
         return self
 
     def is_of(self, unknown: Unknown) -> bool:
-        """Whether it is of this unknown."""
+        """Whether the prior is of this unknown."""
         return self.name in (unknown.name, unknown.kind) and (
             self.lines is None or any(unknown.of_line(line) for line in self.lines)
         )
@@ -117,7 +117,7 @@ class Known(Description):
         return self
 
     def is_of(self, name: str, line: str | None) -> bool:
-        """Whether it is of the number *name* of a *line*, or of all for None."""
+        """Whether the entry is of the number *name* of a *line*, or of all for None."""
         return self.name == name and (self.lines is None or line is None or line in self.lines)
 
 
@@ -211,8 +211,8 @@ class CalibrationPlan(FileDescription):
     ``lengths``: whether counts are lengths from the exit point on (absolute) or changes since home (relative; the
     default, with ``length_offset`` among the unknowns). ``shared``: unknowns that are one number for all lines;
     ``groups``: for some. ``datum``: exit points (``south-west``) or coordinates (``south-east.y``) to hold. ``level``:
-    sigma of the tilt of all exit points against the file, rad. ``across``: for a platform in a plane, sigma of how far
-    off it the file says that each exit point is, m.
+    sigma of the tilt of all exit points against the file, rad. ``across``: for a platform in a plane, sigma of the
+    file's distance of each exit point from it, m.
     """
 
     lengths: Literal["absolute", "relative"] | None = None
@@ -273,7 +273,7 @@ class CalibrationPlan(FileDescription):
 
 
 def load_plan(path: str | Path) -> CalibrationPlan:
-    """Read a TOML file. Raises `InputError`, one line naming file, key, value and what is allowed."""
+    """Read a TOML file. Raises `InputError`, one line naming file, key, value and the allowed range."""
     return load_model(CalibrationPlan, path)
 
 

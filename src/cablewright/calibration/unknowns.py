@@ -71,7 +71,7 @@ class Unknown(Parameter):
     others: tuple[str, ...] = ()
 
     def of_line(self, name: str) -> bool:
-        """Whether it is a number of the line *name*."""
+        """Whether the unknown is a number of the line *name*."""
         return self.line in (None, name) or name in self.others
 
     @property
@@ -91,7 +91,7 @@ class Unknown(Parameter):
 
     @property
     def in_file(self) -> bool:
-        """Whether a robot file says something of it, at least that it is 1 or 0: not of home lengths and sensors."""
+        """Whether a robot file has the number, at least by its default of 1 or 0: not home lengths and sensors."""
         return self.name != "length_offset" and self.entry.role != "sensor"
 
     @property
@@ -101,7 +101,7 @@ class Unknown(Parameter):
 
     @property
     def column(self) -> int:
-        """Its column among the numbers of a line, or -1."""
+        """Column of the unknown among the numbers of a line, or -1."""
         first = _COLUMNS[self.name]
         return first if first < 0 else first + (self.axis or 0)
 
@@ -191,7 +191,7 @@ def _grouped(robot: Robot, found: Iterator[Unknown], groups: Sequence[Sequence[s
 
 
 def line_index(robot: Robot, name: str, where: str) -> int:
-    """Return the index of a line. Raises `InputError`, which says *where* the plan names it, for an unknown one."""
+    """Return the index of a line. Raises `InputError` for an unknown one, with the place *where* the plan names it."""
     names = [line.name for line in robot.lines]
     if name not in names:
         raise InputError(f"{where}: {UnknownName('line', name, names)}")
@@ -207,7 +207,7 @@ def require_covered(robot: Robot, elastic: bool) -> None:
 
 
 def with_mounts(robot: Robot) -> Robot:
-    """Return the robot with a compliance of each mount: 0 where the file says nothing, and what it says elsewhere."""
+    """Return the robot with a compliance of each mount: that of the file, else 0."""
     rigid = (line.model_copy(update={"exit_compliance": line.exit_compliance or 0.0}) for line in robot.lines)
     return robot.model_copy(update={"lines": tuple(rigid)})
 
@@ -299,7 +299,7 @@ def free_directions(robot: Robot) -> Array:
 
 
 def is_in_file(robot: Robot, unknown: Unknown) -> bool:
-    """Whether the robot's file holds an unknown, or takes it: a build-up only where all its lines have one."""
+    """Whether the robot's file holds an unknown, or can hold it: a build-up only where all its lines have one."""
     has_build_up = all(robot.lines[at].winch.build_up is not None for at in lines_of(robot, unknown))
     return unknown.entry.described and (unknown.name != "build_up" or has_build_up)
 

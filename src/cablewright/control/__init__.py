@@ -1,1 +1,1 @@
-"""Rank 3: what a machine shall do next, from what is believed of it. Settings, state, step."""
+"""Rank 3: commands of the next step, from the estimated state of the machine. Each part has settings, state, step."""

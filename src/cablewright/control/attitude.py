@@ -24,7 +24,7 @@ class Carried(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Attitude:
-    """``schedule`` by the nozzle's height; ``nozzle`` (3,): m, platform frame."""
+    """Settings of rotation and retraction. ``schedule`` by the nozzle's height; ``nozzle`` (3,): m, platform frame."""
 
     schedule: Schedule
     nozzle: Array

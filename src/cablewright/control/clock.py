@@ -9,7 +9,7 @@ from typing import Final
 from cablewright.foundation.reading_times import CLOCK_TOLERANCE
 from cablewright.foundation.signals import Condition, Notice, Reading, SensorFrame
 
-_SAME: Final = 1e-6  # of a period: elapsed times that differ by less are a period, told by a clock with rounding
+_SAME: Final = 1e-6  # of a period: elapsed times that differ by less count as a period: clocks round
 _LATE: Final = 1.5  # periods after which a step is an overrun
 _AHEAD: Final = 3600.0  # s after which no step was late, but the clock was set
 _STAMPS: Final = 256  # of each source that are known again after a jump
@@ -35,9 +35,9 @@ class FrameClock:
     def tell(self, frame: SensorFrame) -> tuple[SensorFrame, float]:
         """Return the frame by this clock, and the time that has elapsed since the last one, s, at most a few periods.
 
-        A late frame has a notice. Where the machine's clock jumps, or tells no number, the frame has another; the
+        A late frame has a notice. Where the machine's clock jumps, or is not a number, the frame has another; the
         times of all frames and readings from then on are shifted, so that this clock goes on by one period. Readings
-        without a time are left out, and those of before a jump: by which clock they are nobody knows. So are those that
+        without a time are left out, and those of before a jump: their clock is unknown. So are those that
         repeat a stamp of before it: a frozen sensor's, which the clock has reached again.
         """
         period, notices, known = self._period, frame.notices, math.isfinite(frame.time)

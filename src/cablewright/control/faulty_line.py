@@ -74,7 +74,7 @@ class SlowWay:
 
 
 def sentence(checks: Sequence[LengthCheck], names: Sequence[str]) -> str:
-    """What is wrong, by the checks at several places: one line if its offset stays, or else all that could be."""
+    """Return the diagnosis by checks at several positions: one line if its offset stays constant, or all candidates."""
     first = checks[0]
     lines = [i for i in first.suspects if all(i in check.suspects for check in checks[1:])]
     if len(checks) < 2 or not lines:

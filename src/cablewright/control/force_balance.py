@@ -1,7 +1,7 @@
-"""Whether measured tensions carry the platform where it is said to be: a test that needs no lengths.
+"""Balance of measured tensions and weight at the assumed pose: a test of the pose that needs no lengths.
 
 A plane carries what is across it. Of a rigid platform moments count too, as forces at the arm of its farthest line.
-Lines that pull against each other may be off by more than the weight of a light platform: what all tensions are
+Errors of opposing lines may exceed the weight of a light platform: what all tensions are
 together is allowed for then.
 
 It is coarse, as tensions are, but knows nothing of the lengths, so that it also sees what all of them agree on: a place
@@ -31,10 +31,10 @@ _MOVING: Final = 1.5  # times what is allowed at rest: it speeds up and slows do
 
 @dataclass(frozen=True, eq=False)
 class ForceBalance:
-    """``off``: (n,) N and N m, what the lines carry beyond the ``weight``, N. ``limit``: N, the size that is allowed.
+    """Balance of measured tensions. ``off``: (n,) N and N m, surplus over ``weight``, N. ``limit``: N, allowed size.
 
-    ``arm``: m, at which moments count as forces; 0 of a point. ``reach``: m, how far off a place must be at least
-    before it is sure to show; ``turn``: rad, by how much a rotation of a rigid platform must be.
+    ``arm``: m, at which moments count as forces; 0 of a point. ``reach``: m, the smallest error of position that the
+    test is sure to detect; ``turn``: rad, that of a rotation of a rigid platform.
     """
 
     pose: Array
@@ -56,7 +56,7 @@ class ForceBalance:
         return self.size <= self.limit
 
     def sentence(self) -> str:
-        """What is wrong, with numbers."""
+        """The error in words, with numbers."""
         x, y, z = self.pose[:3].tolist()
         ways = ", ".join(f"{force:+.0f}" for force in self.off[:3].tolist())
         turns = ", ".join(f"{moment:+.0f}" for moment in self.off[3:].tolist())
@@ -107,7 +107,9 @@ def weight_of(model: Model, laid: float = 0.0) -> float:
 
 
 def excess(model: Model, pose: Array, tensions: Array, laid: float = 0.0) -> Array:
-    """What the lines carry beyond the weight, (n,) N and N m, of the platform from which *laid* kg have left.
+    """Return the surplus (n,), N and N m, of the lines' wrench over the weight of a platform without *laid* kg.
+
+    In a plane along its free directions alone: the plane carries the rest.
 
     In a plane that carries the rest: along its free directions alone.
     """
@@ -128,15 +130,15 @@ class CarriedWatch:
     _since: float = 0.0  # s
 
     def forget(self) -> None:
-        """Begin again."""
+        """Forget earlier judgements."""
         self._mean, self._time = None, -math.inf
 
     def is_due(self, time: float) -> bool:
-        """Whether it is time to judge again: every reading would say no more."""
+        """Whether the next judgement is due: not every reading is judged."""
         return time - self._time >= _EVERY
 
     def judge(self, pose: Array, tensions: Array, time: float, laid: float = 0.0) -> str:
-        """Why the platform, without *laid* kg, cannot be at *pose* (n,), at *time*, s; an empty text: it can."""
+        """Return why the platform, without *laid* kg, cannot be at *pose* (n,), at *time*, s; or an empty text."""
         off = excess(self.model, pose, tensions, laid)
         if self._mean is None:
             self._mean, self._since = off, time

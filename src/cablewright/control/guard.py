@@ -46,9 +46,9 @@ UNCOUNTED: Final = 0.02
 """Cable that a winch may be ordered to pay out or wind in while its encoder does not count, m."""
 
 _LATE: Final = 0.5  # of the encoders' timeout: for so long it is so at least, as commands and readings are late
-_COUNTS: Final = 0.1  # of the cable ordered: by so much an encoder that counts has moved
+_COUNTS: Final = 0.1  # of the ordered cable: least motion of an encoder that counts
 
-_FALLS: Final = 0.01  # of the limit: by so much a tension has fallen that falls
+_FALLS: Final = 0.01  # of the limit: least decrease of a falling tension
 
 _STANDING: Final = (Condition.STALLED, Condition.DRUM_END)  # winches that do not turn, and say so
 
@@ -103,7 +103,7 @@ class GuardSettings:
 
 
 class StopCause(NamedTuple):
-    """Why the guard stops the machine."""
+    """Reason for a stop by the guard."""
 
     reason: str
     kind: StopKind = StopKind.RAMP
@@ -138,7 +138,7 @@ class GuardState:
 
 
 def take_note(state: GuardState, now: float, command: Command) -> None:
-    """Take note of what is commanded to brakes and winches at *now*, s; *state* changes in place."""
+    """Record the commands to brakes and winches at *now*, s; *state* changes in place."""
     state.ordered = now, command
     if WinchMode.OFF in command.modes:
         state.closing_since = now if math.isnan(state.closing_since) else state.closing_since
@@ -193,7 +193,7 @@ def _read(settings: GuardSettings, state: GuardState, source: str, reading: Read
     wrong = miscounted(reading, m, m if settings.hosts is None else len(settings.hosts))
     if wrong is not None:
         what, each = source.replace("_", " "), "line" if wrong[2] == m else "winch"
-        state.causes[source] = [StopCause(f"the {what} do not tell {wrong[2]} numbers, one for each {each}")]
+        state.causes[source] = [StopCause(f"the {what} do not report {wrong[2]} numbers, one for each {each}")]
         return
     if isinstance(reading, Tensions):
         state.causes[source], whole = _measured_tensions(settings, state, reading)
@@ -228,7 +228,7 @@ def _conditions(frame: SensorFrame) -> list[StopCause]:
 
 
 def _measured_tensions(settings: GuardSettings, state: GuardState, reading: Tensions) -> tuple[list[StopCause], bool]:
-    """Lines over their limit, at once unless a tension falls, as a ramp may go on winding its line in.
+    """Lines over their limit, immediately unless a tension falls, as a ramp may go on winding its line in.
 
     Also returns whether no line is missing that was measured before.
     """

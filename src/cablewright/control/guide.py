@@ -1,4 +1,4 @@
-"""Target of the platform: on a path with its time law, or on the way back to the path after a stop.
+"""Target of the platform: on a path with its time law, or on its return to the path after a stop.
 
 The time law runs at a speed factor from 0 (at rest) to 1 (as planned), whose change is limited by the job's
 acceleration: a print that is stopped slows down along its path and continues from there.
@@ -29,7 +29,7 @@ from cablewright.solvers.shaping import JobMotion
 
 _TOLERANCE: Final = 1e-6  # m, distance from the path that counts as arrival
 _RESERVE: Final = 0.1  # share of the acceleration that is always available to change the speed factor
-_ARM: Final = 1.0  # m: on the way back to the path a rotation counts as the way at this arm
+_ARM: Final = 1.0  # m: a rotation counts as motion at this arm on the return to the path
 _STILL: Final = np.zeros(3)
 _STILL.flags.writeable = False
 _STEADY: Final = np.zeros((2, 3))
@@ -126,7 +126,7 @@ class TimedPath:
         return cls(track, samples, motion, lift, start, law.time, law.speed, law.vector, attitude)
 
     def slower(self, acceleration: float, at_points: Array) -> TimedPath:
-        """Return the same path with a lower *acceleration*, m/s^2, and at most the speeds *at_points* (k,), m/s.
+        """Return the path with a lower *acceleration*, m/s^2, and at most the speeds *at_points* (k,), m/s.
 
         A shaped path rounds its corners again, and takes no speeds *at_points*.
         """
@@ -231,7 +231,7 @@ class GuideState:
     speed_mean: RampMean = field(default_factory=RampMean)  # of the speed off the path
 
     def stand(self) -> None:
-        """Let the target stand."""
+        """Stop the target where it is."""
         self.speed_factor, self.speed = 0.0, 0.0
         self.factor_mean.rest()
         self.speed_mean.rest()
@@ -398,7 +398,7 @@ def _approach_speed(path: TimedPath, state: GuideState, left: float, dt: float, 
     if mode is GuideMode.HOLD:
         mean.rest()
     before = float(mean.asked(now)[0])
-    left = max(left - float(mean.pending(now, dt)[0]), 0.0)  # once all that was asked for is done
+    left = max(left - float(mean.pending(now, dt)[0]), 0.0)  # once the wanted speed is reached
     stopping = float(np.sqrt(change * change + 2.0 * path.acceleration * left)) - change  # in whole steps
     max_speed = min(path.travel_speed, stopping) if mode is GuideMode.APPROACH else 0.0
     asked = min(max(max_speed, before - change), before + change)

@@ -10,7 +10,10 @@ from cablewright.foundation.errors import require_positive
 
 @dataclass(frozen=True)
 class HeightControl:
-    """``clearance``: m, target of the mean height over the surface below. ``gain``: 1/s. ``max_speed``: m/s."""
+    """Settings of height control.
+
+    ``clearance``: m, mean height over the surface below. ``gain``: 1/s. ``max_speed``: m/s.
+    """
 
     clearance: float
     gain: float = 0.1

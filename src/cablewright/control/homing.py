@@ -1,10 +1,10 @@
 """Homing: lines are taken up, and saved lengths compared with where taut lines can meet; or lengths are found again.
 
-New lengths come from a place that a person has measured; they replace saved ones, and what those said is told. Of a
+New lengths come from a place that a person has measured; they replace saved ones, whose contradiction is reported. Of a
 rigid platform that is a pose, and the measured tensions say how far its lines are stretched there. A plane holds the
 platform, and with fewer winches than degrees of freedom its weight decides the rest of the pose. Either way the
-tensions have to carry the platform there. Only a machine whose lengths have passed is ready to move. What no
-test can see is told too.
+tensions have to carry the platform there. Only a machine whose lengths have passed is ready to move. Quantities that no
+test can check are reported too.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ from cablewright.foundation.signals import Estimate, SensorFrame
 from cablewright.models.plane import within
 from cablewright.models.rotation import placed
 from cablewright.models.statics import Model
-from cablewright.models.support import Capability, Coverage, require, support
+from cablewright.models.support import Capability, require
 from cablewright.robot.plane import OFF_PLANE
-from cablewright.solvers.continuation import Tracker, TrackerSettings
+from cablewright.solvers.continuation import Tracker
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.hanging_path import hung
 from cablewright.solvers.inverse import solve_inverse
@@ -43,15 +43,14 @@ _APART: Final = 0.05  # m between two places that are one
 
 @dataclass(frozen=True, eq=False)
 class HomingSettings:
-    """``lengths``: those at counts by what was saved, m; None: nothing valid was. ``accept``: takes what was found.
+    """Settings of homing. ``lengths``: those at counts by saved data, m; None: none. ``accept``: takes the result.
 
     It is given the lengths (m,), their counts (w,) and their pose (n,). ``guess``: (n,) m and rad, roughly where the
-    platform is. ``place``: (n,), where a person has measured it; None: nobody.
+    platform is. ``place``: (n,), where a person has measured it; None: not measured.
     ``frame``: corners (3,), m, between which the platform has to be, and may be moved to find which line is wrong.
-    ``tensions``: of torques (w,), N m, of the drums, and lengths, m, and of tensions (m,), N, that are expected: with
-    what the lines pull, (m,) N. ``tension_error``: share of the platform's weight by which that may be off.
-    ``power_lost``: whether counters have begun again since the lengths were saved.
-    ``laid``: kg that have left the model's platform.
+    ``tensions``: of torques (w,), N m, of the drums, and lengths, m, and of expected tensions (m,), N: the pull of the
+    lines, (m,) N. ``tension_error``: its allowed error, a share of the platform's weight. ``power_lost``: whether
+    counters have begun again since the lengths were saved. ``laid``: kg that have left the model's platform.
     """
 
     model: Model
@@ -80,7 +79,7 @@ class Homing:
         self.begin(0.0)
 
     def begin(self, now: float) -> None:
-        """As `Procedure`."""
+        """Begin the procedure at *now*, s; see `Procedure.begin`."""
         self.take_up.begin(now)
         self._taut_since = np.nan
         self._torques: list[Array] = []
@@ -90,7 +89,7 @@ class Homing:
         self.pose, self.notes = None, list[str]()
 
     def step(self, frame: SensorFrame, estimate: Estimate, dt: float) -> ProcedureStep:
-        """As `Procedure`."""
+        """Return the winch commands for the next *dt*, s; see `Procedure.step`."""
         if self._way is not None:
             return self._go(frame, dt)
         if np.isnan(self._taut_since):
@@ -132,7 +131,7 @@ class Homing:
         return True
 
     def _go(self, frame: SensorFrame, dt: float) -> ProcedureStep:
-        """One step on the way; at its end slack is taken up again."""
+        """One step of the motion to the next position; at its end slack is taken up again."""
         assert self._way is not None
         if not self.take_up.hear(frame):
             return self.take_up.hold("no tensions or counts are read")
@@ -205,7 +204,7 @@ class Homing:
         return self._carried(place, torques, lengths, unseen) or self._certified(lengths, counts, place)
 
     def _contradict(self, place: Array, saved: Array, lengths: Array, pulls: Array) -> None:
-        """Tell what saved lengths said, where that is something else."""
+        """Report the saved lengths where they contradict the new ones."""
         own = self.settings
         off = np.where(np.isin(np.arange(own.model.m), own.model.robot.hung), 0.0, lengths - saved)
         if float(np.abs(off).max()) <= LIMIT:
@@ -256,22 +255,15 @@ class Homing:
         return f"{apart} or " + (f"{math.degrees(found.turn):.0f} deg" if found.turn < math.pi else "any turn")
 
     def _certified(self, lengths: Array, counts: NDArray[np.int64], place: Array) -> str:
-        """Accept lengths whose equilibrium, proved to be the only one there, is at that place; or return why not.
-
-        Of robots that no proof covers a note says so; so does one of described creep.
-        """
+        """Accept lengths whose equilibrium, proved to be the only one there, is at that place; or return why not."""
         own = self.settings
-        proof = support(own.model.robot, Capability.TRACKER)
-        unproved = proof.verdict is Coverage.REJECTED
-        if unproved:
-            self.notes.append(f"not proved to be the only equilibrium there: {proof.because}")
         if any(line.cable.creep is not None for line in own.model.robot.lines):
             self.notes.append("not counted: creep of cables, because the load history is unknown")
         if (retraction := own.model.robot.retraction) is not None:
             self.notes.append(f"not measured: the length of the platform, {retraction.length:g} m by the robot file")
         try:
             near = None if own.model.n == 3 else solve_forward(own.model, lengths, guess=place).checked()
-            tracker = Tracker(own.model, lengths, TrackerSettings(certify=not unproved), begin=near)
+            tracker = Tracker(own.model, lengths, begin=near)
             status = tracker.step(lengths)
         except AnswerError as error:
             return f"the lengths have no equilibrium: {error}"

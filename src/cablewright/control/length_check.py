@@ -1,7 +1,7 @@
 """Whether lengths and tensions of taut lines fit together: a test of lengths that were saved.
 
 The pose where the lengths meet best leaves residuals, of which only the part across all motions of the platform says
-something: with m lines and p degrees of freedom m - p numbers. With two or more, a wrong line shows by what is left
+something: with m lines and p degrees of freedom m - p numbers. With two or more, a wrong line shows by the residual
 without it; with one, each line could be the wrong one, by another offset; with none, nothing can be tested. Lines on
 one drum are wrong together; the length of a line with a counterweight is not counted, and says nothing.
 """
@@ -23,8 +23,8 @@ from cablewright.models.winch_lines import WinchLines
 from cablewright.solvers.taut import given, taut_at
 
 LIMIT: Final = 5e-3
-"""Root of the sum of squares of the residuals, m, from which lengths do not fit: what exit points off by a millimetre
-or two do stays below it."""
+"""Root of the sum of squares of the residuals, m, from which lengths do not fit: errors of a millimetre or two of the
+exit points stay below it."""
 
 _STEPS: Final = 60
 _LONGEST: Final = 0.5  # m and rad of a step
@@ -34,7 +34,7 @@ _UNSEEN: Final = 0.02  # share of an offset's square that shows at least
 
 @dataclass(frozen=True, eq=False)
 class LengthCheck:
-    """``pose``: (n,) m and rad, where the lengths meet best. ``misfit``: m. ``suspects``: offsets, m, by winch.
+    """Result of a length check. ``pose``: (n,) m and rad, best fit. ``misfit``: m. ``suspects``: offsets, m, by winch.
 
     ``tested``: whether there are more counted lines than degrees of freedom.
     """
@@ -50,7 +50,7 @@ class LengthCheck:
         return self.misfit <= LIMIT
 
     def sentence(self, names: Sequence[str]) -> str:
-        """What is wrong, with numbers."""
+        """The error in words, with numbers."""
         offsets = [f"{names[i]} by {1e3 * offset:+.0f} mm" for i, offset in self.suspects.items()]
         what = f"the lengths do not fit together: {1e3 * self.misfit:.0f} mm; at most {1e3 * LIMIT:g} are allowed"
         if len(offsets) == 1:
@@ -96,7 +96,7 @@ def check_lengths(model: Model, lengths: Array, tensions: Array, guess: Array) -
 def lengths_at(model: Model, pose: Array, tensions: Array) -> Array:
     """Unstrained lengths (m,), m, of lines to the platform at *pose* (n,), m and rad, by their *tensions* (m,), N.
 
-    With their stretch, a flat sag, springs, and mounts that give, to first order.
+    With their stretch, a flat sag, springs, and compliant mounts, to first order.
     """
     taut, scene = taut_at(model, pose), model.robot.scene
     cables = [line.cable for line in model.robot.lines]

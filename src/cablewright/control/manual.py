@@ -35,7 +35,7 @@ class ManualSettings:
 
     ``deceleration``: m/s^2, of a jog that is let go; None: ``acceleration``. ``max_run_out``: m, from the last order to
     jog to rest. ``delay``: s from a target to its motion. ``holds``: whether the lines hold a rigid platform with its
-    nozzle at a place (3,), m, at a rotation (3,), rad; None: nobody asks. ``period``: for which a motion from rest is
+    nozzle at a place (3,), m, at a rotation (3,), rad; None: no order. ``period``: for which a motion from rest is
     shaped; None: it is not. A jog that is let go or is to slow down, and a stop before lines cannot hold, are not.
     ``plane``: in which the moved point stays; None: in none.
     """
@@ -58,7 +58,7 @@ class ManualSettings:
 
 
 def require_run_out(speed: float, deceleration: float, delay: float, most: float) -> None:
-    """Raise `InputError` for a jog that goes on by over *most*, m, after the last order: for its lease, then slowing.
+    """Raise `InputError` for a jog that runs on by more than *most*, m, after the last order: its lease, then slowing.
 
     *speed*: m/s; *deceleration*: m/s^2; *delay*: s from an order to the motion.
     """
@@ -70,7 +70,7 @@ def require_run_out(speed: float, deceleration: float, delay: float, most: float
 
 @dataclass(eq=False)
 class ManualState:
-    """Changed in place."""
+    """State of motion by hand, changed in place."""
 
     position: Array = field(default_factory=lambda: np.zeros(3))  # m, of the target
     velocity: Array = field(default_factory=lambda: np.zeros(3))  # m/s
@@ -126,7 +126,7 @@ def refusal(settings: ManualSettings, order: Order, now: float) -> str:
 def begin(
     settings: ManualSettings, state: ManualState, order: Order, now: float, at: tuple[Array, Array] | None
 ) -> None:
-    """Take an order that `refusal` lets pass.
+    """Begin the motion of an accepted order.
 
     *at*: where the platform is, or a rigid one's nozzle, (3,) m, and its rotation (3,), rad; None: it moves already.
     """
@@ -146,7 +146,7 @@ def begin(
 def step(settings: ManualSettings, state: ManualState, now: float, dt: float, off: float = 0.0) -> TargetMotion:
     """Return the motion over the next *dt* (s), with bounded acceleration; *state* changes in place.
 
-    *off*: m, by which the platform is off the target; at a place that it was sent to it settles first.
+    *off*: m, distance of the platform from the target; at an ordered position it settles first.
     """
     wish = _towards(settings, state, dt) if state.goal is not None else _jog(settings, state, now, dt)
     stuck = (
@@ -185,7 +185,7 @@ def step(settings: ManualSettings, state: ManualState, now: float, dt: float, of
 
 
 def _is_prompt(state: ManualState, wish: Array) -> bool:
-    """Whether the velocity follows its *wish* (3,), m/s, at once: a jog slows down or turns, or goes on to a place."""
+    """Whether the velocity follows its *wish* (3,), m/s, without delay: it slows down, turns, or goes on to a place."""
     if state.goal is None:
         return float(wish @ state.velocity) < float(state.velocity @ state.velocity)
     return not state.mean.has_begun and bool(state.velocity.any())
@@ -199,7 +199,7 @@ def _nearer(velocity: Array, wish: Array, change: float) -> Array:
 
 
 def _ahead(settings: ManualSettings, state: ManualState, wish: Array) -> Array:
-    """A place (3,), m, on the way of a *wish* (3,), m/s, a little farther than where the target could stop."""
+    """A position (3,), m, in the direction of a *wish* (3,), m/s, just beyond the stopping distance of the target."""
     speed = float(np.linalg.norm(state.velocity))
     return np.asarray(
         state.position + (_AHEAD + speed * speed / (2.0 * settings.acceleration)) * wish / np.linalg.norm(wish)

@@ -33,7 +33,7 @@ class OrderState:
 
     times: ReadingTimes = field(default_factory=ReadingTimes)  # of orders to jog
     jog_time: float = -math.inf  # s, of the last order to jog
-    jog_stopped: bool = False  # a stop was ordered since nobody asked to jog
+    jog_stopped: bool = False  # a stop was ordered since the last pause of jog requests
 
 
 def examine(
@@ -49,8 +49,8 @@ def examine(
     """Return the orders at *now*, s, each with why it cannot be obeyed; an empty text leaves it to the state.
 
     *known*: whether the position is. *procedures*: that the plan has. *step*: s, that the last one took as planned; an
-    order given before it is no older for that. A stop counts more than what moves beside it, and a jog that was stopped
-    begins again only after nobody has asked for one for a while. Whatever is no stop is rejected `ORDER_LIFE` after it
+    order given before it is no older for that. A stop overrides motion orders of the same step, and a jog that was
+    stopped begins again only after a pause of all jog requests. Whatever is no stop is rejected `ORDER_LIFE` after it
     was ordered.
     """
     stops = any(order.kind in STOPS for order in orders)

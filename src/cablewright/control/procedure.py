@@ -9,7 +9,7 @@ from cablewright.foundation.signals import Estimate, SensorFrame, WinchMode
 
 
 class ProcedureStep(NamedTuple):
-    """What a procedure asks of the winches for the next step, and whether it has ended."""
+    """Winch commands of a procedure for the next step, and whether it has ended."""
 
     winch_speeds: Array  # (m,) rad/s
     modes: tuple[WinchMode, ...] = ()  # (m,); empty: all `VELOCITY`
@@ -25,4 +25,4 @@ class Procedure(Protocol):
         """Begin at *now*, s."""
 
     def step(self, frame: SensorFrame, estimate: Estimate, dt: float) -> ProcedureStep:
-        """Return what to do in the next *dt*, s. Raises nothing, whatever the frame contains."""
+        """Return the winch commands for the next *dt*, s. Raises nothing, whatever the frame contains."""

@@ -1,7 +1,7 @@
-"""A speed that changes without exciting a swing: the mean of the speeds that were asked for in the last while.
+"""A speed that changes without exciting a swing: the running mean of the wanted speeds.
 
 The two running means are those of `printing/shaping.py`, of the past alone: the speed comes late by half their length.
-A mode answers the mean as it answers what was asked for, times the spectrum of the means.
+The response of a mode to the mean is that to the wanted speed, times the spectrum of the means.
 """
 
 from __future__ import annotations
@@ -24,18 +24,16 @@ _STEADY: Final = np.zeros((2, 1))
 
 @dataclass(eq=False)
 class RampMean:
-    """Changed in place. It is at rest until another speed is asked for, and again once all of the mean are equal.
+    """Changed in place. It is at rest until another speed is wanted, and again once all speeds of the mean are equal.
 
     Speeds are (d,), m/s or shares of a speed. Until the next `rest` the mean stays as long as it is.
     """
 
     rates: Array = field(default_factory=lambda: _STEADY)
     """(2, d) 1/s of a speed: its changes of the last step and of this one; zero where it is no mean."""
-    _past: Array = field(
-        default_factory=lambda: _NONE
-    )  # (k, d) that were asked for, the last one first; k = 0: at rest
+    _past: Array = field(default_factory=lambda: _NONE)  # (k, d) wanted speeds, the last one first; k = 0: at rest
     _weights: Array = field(default_factory=lambda: _NONE)  # (k,)
-    _same: int = 0  # steps in which the same was asked for
+    _same: int = 0  # steps with the same wanted speed
 
     @property
     def has_begun(self) -> bool:
@@ -43,16 +41,16 @@ class RampMean:
         return len(self._weights) > 0
 
     def rest(self) -> None:
-        """Forget what was asked for: the speed is no mean any more."""
+        """Forget the wanted speeds: the speed is no mean any more."""
         self._past = self._weights = _NONE
         self.rates = _STEADY
 
     def asked(self, now: Array) -> Array:
-        """Return what was asked for last; *now* (d,): the present speed."""
+        """Return the last wanted speed; *now* (d,): the present speed."""
         return self._past[0] if len(self._past) else now
 
     def pending(self, now: Array, dt: float) -> Array:
-        """Return how far (d,), m, the speeds asked for have gone beyond their mean, in steps of *dt*, s.
+        """Return by which distance (d,), m, the wanted speeds are ahead of their mean, in steps of *dt*, s.
 
         *now* (d,): the present speed.
         """
@@ -60,7 +58,7 @@ class RampMean:
         return np.asarray(late @ self._past if len(self._past) else late.sum() * now)
 
     def take(self, now: Array, asked: Array, period: Callable[[], float], dt: float) -> Array:
-        """Return the speed (d,) of the next *dt*, s, where *asked* (d,) is asked for and *now* (d,) is the present one.
+        """Return the speed (d,) of the next *dt*, s, where *asked* (d,) is wanted and *now* (d,) is the present one.
 
         *period*: of the slowest mode, s, where the mean begins.
         """

@@ -1,4 +1,4 @@
-"""The drive that retracts a platform: its speed by the schedule of the job, and what it does to the lines."""
+"""The drive that retracts a platform: its speed by the schedule of the job, and its effect on the lines."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class BeamMotion(NamedTuple):
 
 @dataclass(frozen=True)
 class BeamSettings:
-    """Of a robot whose platform retracts. ``max_speed``: m/s; ``least``, ``most``: m."""
+    """Settings of the drive that retracts a platform. ``max_speed``: m/s; ``least``, ``most``: m."""
 
     max_speed: float
     least: float
@@ -54,14 +54,14 @@ class BeamSettings:
 
 @dataclass(eq=False)
 class BeamState:
-    """``length``: m, last measured. Changed in place by `read`."""
+    """State of the retraction. ``length``: m, last measured. Changed in place by `read`."""
 
     length: float
     times: ReadingTimes = field(default_factory=ReadingTimes)
 
 
 def read(settings: BeamSettings, state: BeamState, frame: SensorFrame) -> None:
-    """Take the measured length from a frame; *state* changes in place."""
+    """Process the measured length of a frame; *state* changes in place."""
     for reading in frame.of(BeamLength):
         if math.isfinite(reading.length) and state.times.is_new(reading.source, reading.time, frame.time):
             state.length = min(max(reading.length, settings.least), settings.most)

@@ -17,17 +17,17 @@ from cablewright.foundation.signals import WinchMode
 
 
 class StopKind(IntEnum):
-    """How a stop begins, and ends; the most urgent one counts."""
+    """Type of a stop: how it begins, and ends; the most urgent one counts."""
 
     RAMP = 0  # then hold, then brake
-    HOLD = 1  # at once, then brake
-    KEEP = 2  # hold at once and keep torque on: a brake cannot be relied on
-    BRAKE = 3  # at once: a winch has no torque
+    HOLD = 1  # immediately, then brake
+    KEEP = 2  # hold immediately and keep torque on: a brake cannot be relied on
+    BRAKE = 3  # immediately: a winch has no torque
 
 
 @dataclass(frozen=True)
 class StopSettings:
-    """``ramp_time``: s in which the winches come to rest together. ``hold_time``: s held before brakes close."""
+    """Settings of stops. ``ramp_time``: s of the winches' common ramp. ``hold_time``: s held before brakes close."""
 
     ramp_time: float = 0.3
     hold_time: float = 0.5
@@ -54,11 +54,11 @@ class StopState:
         return cls(np.zeros(m), braked=True)
 
     def worsen(self, kind: StopKind) -> None:
-        """Go on as a more urgent stop of that *kind*; a less urgent one changes nothing."""
+        """Change to a more urgent stop of that *kind*; a less urgent one changes nothing."""
         self.kind = max(self.kind, kind)
 
     def at_rest(self, settings: StopSettings) -> bool:
-        """Whether it has come to its end: held for its time, or braked."""
+        """Whether the stop has finished: held for its time, or braked."""
         return self.braked or self.held >= settings.hold_time
 
 

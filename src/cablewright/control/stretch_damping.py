@@ -5,8 +5,8 @@ stiffness it is how far the platform is from where its lengths hold it, q - l in
 l' = 2 z w (q - l) and q'' + w^2 q = w^2 l a mode of w rad/s gains the share z of critical damping: lines yield to a
 pull and take its energy. Lengths that follow a motion of the platform change no tensions that balance each other.
 
-What is measured of a mode passes three lags of the time 1/w, of which two leave its mean out: a steady force makes no
-line yield. It leads by what the loop is late. The delay may be longer than that which is known by 0 to `UNKNOWN_DELAY`:
+The measurement of a mode passes three lags of the time 1/w, of which two leave its mean out: a steady force makes no
+line yield. It leads by the delay of the loop. The delay may exceed the known one by 0 to `UNKNOWN_DELAY`:
 the lead is that for half of it. For each rate the share z is the largest, up to `ADDED`, with which the loop is stable
 by `MARGIN` at both ends of these delays, and with frequencies that are wrong by `UNKNOWN_RATE`. Modes in which that is
 less than `LEAST`, which are fast ones, are left alone.
@@ -39,7 +39,7 @@ MARGIN: Final = 0.52
 """Least distance of the open loop from -1: a gain margin of 6 dB and a phase margin of 30 degrees."""
 
 UNKNOWN_DELAY: Final = 0.04
-"""Delay, s, beside what is known of the loop, at which it is stable by the margin."""
+"""Delay, s, beside the known one of the loop, at which it is stable by the margin."""
 
 UNKNOWN_RATE: Final = 0.1
 """Share by which frequencies of the model may be wrong."""
@@ -50,19 +50,19 @@ MOST_RATE: Final = 0.01
 _Complex = NDArray[Any]
 _DELAY: Final = f"{1e3 * UNKNOWN_DELAY:.0f} ms"
 _ELASTIC: Final = 0.5  # share of a mode's stiffness from stretch, below which lengths hardly move it
-_LAGS: Final = 8.0**0.5, math.pi / 4.0  # of a mode in its lags: what is lost of it, and by how much it leads, rad
+_LAGS: Final = 8.0**0.5, math.pi / 4.0  # of a mode in its lags: attenuation, and lead, rad
 _OWN: Final = 0.002  # share of critical damping of the mode itself: the least of real suspended robots
 _RATES: Final = 2.0 * np.pi * np.geomspace(0.1, 10.0, 48)  # rad/s, at which gains are computed
 _AROUND: Final = np.concatenate(
     [np.geomspace(0.01, 0.94, 80), np.linspace(0.95, 1.05, 101), np.geomspace(1.06, 40, 120)]
 )
 _HALVINGS: Final = 7
-_PATIENCE: Final = 5.0  # times what is known of the delay, without tensions, after which the swing is not known
+_PATIENCE: Final = 5.0  # times the known delay: without tensions for so long, the swing is unknown
 
 
 @dataclass(frozen=True)
 class DampingLoop:
-    """What is known of the loop: ``late``, s, from a tension to the speed that follows it; ``lag``, s, of winches.
+    """Known delays of the loop: ``late``, s, from a tension to the speed that follows it; ``lag``, s, of winches.
 
     ``gain``: 1/s, at which lengths are brought back to those of the path.
     """
@@ -74,7 +74,7 @@ class DampingLoop:
     def opened(self, at: Array, rate: Array, added: Array, delay: Array, true: Array) -> _Complex:
         """Return the open loop at the rates *at*, rad/s, of a mode of *rate* whose damping by *added* is wanted.
 
-        *delay*, s: beside what is known; *true*: its true rate, of *rate*. Arguments broadcast.
+        *delay*, s: beside the known one; *true*: its true rate, of *rate*. Arguments broadcast.
         """
         s, own = 1j * at, true * rate
         angle, own_time = self.lead(rate), s / rate
@@ -84,7 +84,7 @@ class DampingLoop:
         return np.asarray(around * self._answered(s, delay))
 
     def lead(self, rate: Array) -> Array:
-        """Return the angle, rad, by which what has passed the lags of a mode of *rate*, rad/s, is to lead."""
+        """Return the phase lead, rad, for a mode of *rate*, rad/s, that compensates its lags."""
         return np.asarray(-np.angle(self._answered(1j * rate, 0.5 * UNKNOWN_DELAY)) - _LAGS[1])
 
     def _answered(self, s: _Complex, delay: Array | float) -> _Complex:
@@ -95,7 +95,7 @@ class DampingLoop:
     def holds(self, rate: Array, added: Array, longest: float = UNKNOWN_DELAY, margin: float = MARGIN) -> Array:
         """Return whether modes of *rate* (k,), rad/s, are stable by the *margin* with *added* (k,) damping.
 
-        At delays from 0 to *longest*, s, beside what is known. By Nyquist: the open loop is stable and must not go
+        At delays from 0 to *longest*, s, beside the known one. By Nyquist: the open loop is stable and must not go
         round -1.
         """
         delay = np.array([0.0, longest])[:, None, None, None]
@@ -176,8 +176,8 @@ def swings_at(held: Equilibrium) -> Swings | None:
 class StretchState:
     """Changed in place by `follow`. ``tensions`` (m,), N: read last, at ``read``, s; ``time``, s: of the last step.
 
-    ``planned`` (n,): the wrench of planned tensions, as late as what is measured. ``filtered`` (3, n): the lags of the
-    motion; None: they begin again.
+    ``planned`` (n,): the wrench of planned tensions, with the delay of the measurement. ``filtered`` (3, n): the lags
+    of the motion; None: they begin again.
     """
 
     tensions: Array | None = None
@@ -189,7 +189,7 @@ class StretchState:
 
 
 def listen(settings: StretchDamping, state: StretchState, frame: SensorFrame) -> None:
-    """Take the tensions of a *frame*; those of a reading that was repeated, or without all lines, are not taken."""
+    """Process the tensions of a *frame*; repeated readings, or those without all lines, are ignored."""
     for reading in frame.of(Tensions):
         if (
             reading.source == settings.source

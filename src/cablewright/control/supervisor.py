@@ -1,7 +1,7 @@
 """Supervision of a machine and its print: states, limits by the estimate, and orders.
 
-The transitions are in `transitions`; what stops the machine by what it measures is in `guard`. A controlled stop slows
-down along the path and then holds the winches, so that all lines keep their tension. An emergency stop, the guard and
+The transitions are in `transitions`; stops by measured limits are in `guard`. A controlled stop slows
+down along the path and then holds the winches, so that no line loses its tension. An emergency stop, the guard and
 every hard limit end in `PrintState.FAULT`, from which only a reset leads, once its cause is gone.
 """
 
@@ -71,7 +71,7 @@ class SupervisorSettings:
 
 @dataclass(eq=False)
 class SupervisorState:
-    """Changed in place by `step`. It begins with a fault: nothing moves that nobody has reset."""
+    """Changed in place by `step`. It begins with a fault: nothing moves before a reset."""
 
     SAVED = ("barrier_stops", "refills", "finished")
 
@@ -93,13 +93,13 @@ class SupervisorState:
     refills: int = 0
 
     def after_load(self) -> None:
-        """Tell that a print was finished before."""
+        """Record that a print was finished before."""
         if self.finished:
             self.reason = FINISHED
 
     @property
     def is_new(self) -> bool:
-        """Whether it has never been reset."""
+        """Whether the machine has never been reset."""
         return self.state is PrintState.FAULT and self.reason == NOT_RESET
 
 
@@ -248,7 +248,7 @@ MOVING: Final = (
     OrderKind.TAKE_UP,
     OrderKind.HOME,
 )
-"""Orders that let the machine move at once."""
+"""Orders after which the machine may move immediately."""
 
 _FROM_REST: Final = (*MOVING, OrderKind.RELEASE, OrderKind.RESET)
 _REASONS: Final = {
@@ -338,7 +338,7 @@ def _check_handled(settings: SupervisorSettings, state: SupervisorState, inputs:
 
 
 def _target_limit(settings: SupervisorSettings, inputs: _Inputs) -> str:
-    """Whether the platform is too far from its target, or nobody can tell: the reason, or an empty text."""
+    """Whether the platform is too far from its target, or that is unknown: the reason, or an empty text."""
     if inputs.target is None:
         return ""
     error = inputs.target.position - inputs.estimate.position

@@ -34,7 +34,7 @@ _TENSIONS, _COUNTS = "tensions", "counts"
 
 @dataclass(frozen=True, eq=False)
 class TakeUpSettings:
-    """``tension``: N, of a taut line. ``max_length``: m of cable that a line may be reeled in.
+    """Settings for taking up slack. ``tension``: N, of a taut line. ``max_length``: m of cable to reel in at most.
 
     ``names``: of the w winches, by their lines. ``counts_per_radian``: of the encoders, per radian of a drum.
     ``radius``: m, the drums' largest. ``arms`` (w,): m, torque of a drum over the tension of one cable on it.
@@ -65,7 +65,7 @@ class TakeUp:
         self.begin(0.0)
 
     def begin(self, now: float) -> None:
-        """As `Procedure`."""
+        """Begin the procedure at *now*, s; see `Procedure.begin`."""
         self.tensions: Array | None = None
         self.torques: Array | None = None
         self.counts: NDArray[np.int64] | None = None
@@ -77,7 +77,7 @@ class TakeUp:
         self._places: deque[tuple[float, float]] = deque()
 
     def step(self, frame: SensorFrame, _estimate: Estimate, _dt: float) -> ProcedureStep:
-        """As `Procedure`."""
+        """Return the winch commands for the next *dt*, s; see `Procedure.step`."""
         now = frame.time
         if not self.hear(frame):
             return self.hold("no tensions or counts are read" if now - self._oldest > _SILENCE else "")
@@ -105,7 +105,7 @@ class TakeUp:
         return ProcedureStep(self._still(), tuple(modes), asked)
 
     def hear(self, frame: SensorFrame) -> bool:
-        """Take the readings of a frame; whether there are tensions and counts of all winches, not too old."""
+        """Process the readings of a frame; return whether fresh tensions and counts of all winches exist."""
         m = len(self.settings.names)
         for reading in frame.of(Tensions):
             pulls = pulls_of(reading, self.settings.arms)

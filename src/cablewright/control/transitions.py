@@ -16,7 +16,7 @@ from cablewright.foundation.signals import OrderKind, PrintState
 
 
 class Happening(StrEnum):
-    """What changes a state besides orders."""
+    """Events besides orders that change a state."""
 
     DANGER = "the guard or a hard limit stops it"
     SOFT_LIMIT = "a soft limit is reached"

@@ -5,9 +5,10 @@ error, times the inverse Jacobian of the lines, and for slack lines a term that 
 same velocity; in the null space of the lengths (with more lines than degrees of freedom), each line is controlled to
 the excess or stretch that the full model gives it at the chosen tensions.
 
-A rigid platform has the law ``model`` for all lengths at once: they follow those that the full model gives for the
+A rigid platform has the law ``model`` for all lengths together: they follow those that the full model gives for the
 target, so that pose and tensions follow it together. The estimated lengths are by the encoders alone, or as load cells
-and other sensors correct them, whichever the estimate is made of: the tensions are then closed on what is measured.
+and other sensors correct them, whatever the sensors of the estimate: the loop of tensions is then closed on
+measurements.
 """
 
 from __future__ import annotations

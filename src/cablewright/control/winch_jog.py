@@ -23,7 +23,7 @@ _SILENCE: Final = 0.5  # s without a tension of the line
 
 @dataclass(frozen=True)
 class WinchJogSettings:
-    """``line``: index of its winch, of ``lines`` winches. ``speed``: m/s of cable, positive pays out.
+    """Settings of a winch jog. ``line``: index of its winch, of ``lines``. ``speed``: m/s of cable, positive pays out.
 
     ``max_tension``: N, of the line while it reels in. ``radius``: m, the drum's largest, so that cable is never faster.
     ``min_tension``: N, under which the sign of a line that is held must be wrong; (w,) where that differs by drum.
@@ -60,22 +60,25 @@ class WinchJog:
         self.begin(0.0)
 
     def begin(self, now: float) -> None:
-        """As `Procedure`."""
+        """Begin the procedure at *now*, s; see `Procedure.begin`."""
         self._times = ReadingTimes()
-        self._asked = False  # what was asked for before it began is no wish to move now
+        self._asked = False  # earlier requests do not count
         self._lease_end, self._read, self._speed, self._tension = now, now, 0.0, math.nan
         self._now = now
 
     def lease(self) -> None:
-        """Let it run for `LEASE` from the next step on."""
+        """Extend the jog by `LEASE` from the next step on."""
         self._asked = True
 
     def let_go(self) -> None:
-        """End the lease: nobody holds the button any more."""
+        """End the lease: the button was released."""
         self._asked, self._lease_end = False, min(self._lease_end, self._now)
 
     def step(self, frame: SensorFrame, _estimate: Estimate, dt: float) -> ProcedureStep:
-        """As `Procedure`. It ends when nobody asks any more, and fails where the line's tension is not known."""
+        """Return the winch commands for the next *dt*, s; see `Procedure.step`.
+
+        It ends when requests stop, and fails where the line's tension is not known.
+        """
         own, now = self.settings, frame.time
         self._now = now
         if self._asked:
@@ -95,7 +98,7 @@ class WinchJog:
             return ProcedureStep(speeds)
         wish = own.speed if now < self._lease_end else 0.0
         if (own.speed < 0.0 or own.opposed) and self._tension >= own.max_tension:
-            self._speed = wish = 0.0  # at once: a ramp would go on reeling in
+            self._speed = wish = 0.0  # immediately: a ramp would go on reeling in
         change = (own.deceleration if not wish else _RAMP) * dt
         self._speed += min(max(wish - self._speed, -change), change)
         speeds[own.line] = self._speed / own.radius

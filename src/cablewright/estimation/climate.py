@@ -22,7 +22,7 @@ class FeltAir:
         self._damp: deque[float] = deque(maxlen=_LAST)
 
     def read(self, reading: Climate, *memories: CreepMemory) -> Air:
-        """Return what the air is after a *reading*; None for what too few readings have told. *memories* creep in it.
+        """Return the climate after a *reading*; None for quantities with too few readings. *memories* creep in it.
 
         What no air is counts as not measured.
         """

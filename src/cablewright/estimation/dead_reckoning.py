@@ -2,7 +2,7 @@
 
 Most printers do so; it is the baseline for the other estimators. It assumes that cable is wound regularly, and that it
 creeps as the robot's file says, from the beginning on. Load cells help where a place is measured, and only there. Where
-lengths are learnt, each place adds to what is known of them (`length_corrections`).
+lengths are learnt, each place improves the estimate of them (`length_corrections`).
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from cablewright.solvers.linearise import linearise, tension_changes
 from cablewright.solvers.taut import Taut, taut_at
 
 _PLACINGS: Final = 3  # Newton steps to the lengths of a known place: centimetres are left as nanometres
-_UNEVEN: Final = 2e-3  # standard deviation of how far lengths are off by load cells, as a share: more than cables creep
+_UNEVEN: Final = 2e-3  # standard deviation of length errors by load cells, as a share: more than cables creep
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +48,7 @@ class ReckoningSettings:
     ``slack_threshold``: m of excess from which a line
     counts as slack. ``smoothing_time``: s, of the velocity and of tensions. ``timeout``: s without counts after which
     that is a fault. ``cells``: load cells or torques, which help to learn lengths where a place is measured.
-    ``priors``: of what measured places are to teach; None: each place corrects lengths by itself.
+    ``priors``: of the quantities to learn at measured places; None: each place corrects lengths by itself.
     """
 
     model: Model
@@ -138,7 +138,7 @@ def placed(
     Of all changes of the lengths that bring it there the smallest is taken, in proportion to each line's length: what
     creeps and what an oversized drum pays out is a share of it. *by_tensions*: with more taut lines than degrees of
     freedom, changes that do not move the platform are those that fit measured tensions best. Raises `AnswerError` where
-    there is no equilibrium on the way.
+    there is no equilibrium in between.
     """
     lengths = counted(state)
     share, pose = lengths**2, state.tracker.pose
@@ -177,12 +177,12 @@ def taught(settings: ReckoningSettings, state: ReckoningState, place: Array) -> 
 
 
 def counted(state: ReckoningState) -> Array:
-    """Return the lengths (m,), m, that are out by counts and the file's creep, without what was learnt."""
+    """Return the lengths (m,), m, by counts and the file's creep, without learnt corrections."""
     return state.start_lengths if state.lengths is None else state.lengths
 
 
 def resumed(settings: ReckoningSettings, state: ReckoningState) -> None:
-    """Let a *state* that begins go on with what was loaded: what has crept, and what was learnt with its lengths.
+    """Let a *state* that begins go on with the loaded data: creep, and corrections learnt with its lengths.
 
     Raises `AnswerError` where there is no equilibrium.
     """
@@ -203,7 +203,7 @@ def _tightened(
     """Return lengths (m,), m, to add to a *change* (m,), which leave the platform in place and fit tensions best.
 
     *measured* (m,), N, against those of *held*, whose motion is *per_length* (3, m). Zeros where no more lines are taut
-    than hold the platform: how far one is slack its tension does not tell.
+    than hold the platform: its tension does not show how slack a line is.
     """
     cells, added = settings.cells, np.zeros(len(change))
     taut = held.lengths - taut_at(settings.model, held.pose).lengths <= settings.slack_threshold

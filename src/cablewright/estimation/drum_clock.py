@@ -1,4 +1,4 @@
-"""The clock on the drum: how far it is ahead of the machine's, by the stamps of what comes over the link.
+"""The clock on the drum: how far it is ahead of the machine's, by the stamps of messages over the link.
 
 A reading cannot arrive earlier than its shortest way over the link takes, so the least lag of many bounds how far the
 drum's clock is ahead from one side; that the least one was read within a period, or another time that its owner knows,
@@ -26,7 +26,7 @@ _AGREE: Final = 3  # frames in a row, for a clock that was set forward
 
 @dataclass(frozen=True)
 class ClockLeadSettings:
-    """What is known of the drum's clock.
+    """Known properties of the drum's clock.
 
     ``offset``: s, standard deviation at the start. ``drift``: of its rate. ``latency``: s, shortest time of a reading
     over the link. ``age``: s, how old the youngest of a frame may be beyond that; None: as the machine's period.
@@ -40,7 +40,7 @@ class ClockLeadSettings:
 
 @dataclass(eq=False)
 class ClockLead:
-    """How far the drum's clock is ahead of the machine's, s; changed in place by each frame."""
+    """Lead of the drum's clock over the machine's, s; changed in place by each frame."""
 
     settings: ClockLeadSettings
     ahead: float = 0.0
@@ -52,7 +52,7 @@ class ClockLead:
 
     @property
     def sigma(self) -> float:
-        """Standard deviation of what is left, s."""
+        """Standard deviation of the remaining lead, s."""
         since = self._time - self._leads[0][0] if self._leads else 0.0
         bounded = max(0.5 * self._age, self.settings.drift * since)
         if len(self._leads) < _FULL:
@@ -60,7 +60,7 @@ class ClockLead:
         return bounded if self.settings.drift else min(self.settings.offset, bounded)
 
     def hear(self, stamps: Iterable[float], now: float) -> float:
-        """Learn from the *stamps*, s, of what came over the link by *now*, s.
+        """Learn from the *stamps*, s, of messages that came over the link by *now*, s.
 
         Returns how far ahead of *now*, s, a stamp is wrong; infinity where none is. From all others ``ahead`` is to be
         taken off.

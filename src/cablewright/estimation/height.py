@@ -62,7 +62,7 @@ class HeightSettings:
 
 
 class HeightEstimate(NamedTuple):
-    """Height of B by one vertical scan, m; NaN where `note` says why it is not known."""
+    """Height of B by one vertical scan, m; NaN with the reason in `note` where unknown."""
 
     over_floor: float = math.nan  # world: z of B
     over_structure: float = math.nan  # mean over the cone: the paper's fictive height
@@ -107,7 +107,7 @@ def estimate_height(
 
 
 def height_over_structure(settings: HeightSettings, scan: Scan, tilt: ArrayLike) -> float:
-    """`HeightEstimate.over_structure` alone, m; NaN where nothing is in sight."""
+    """Return `HeightEstimate.over_structure` alone, m; NaN where nothing is in sight."""
     cone = _cone(settings, scan, tilt)
     return math.nan if isinstance(cone, HeightEstimate) else settings.floor + float(cone[0].mean())
 

@@ -23,7 +23,7 @@ _GAP: Final = 60.0  # s without loads, after which nothing is made good: lidars 
 
 
 class KnownCreep:
-    """``rates`` (m,): 1/s, of the strain of each line, until the next time."""
+    """Creep of the cables. ``rates`` (m,): 1/s, of the strain of each line, until the next time."""
 
     SAVED = ("_memory",)
 
@@ -39,7 +39,10 @@ class KnownCreep:
         self._air.read(reading, self._memory)
 
     def follow(self, loads: Array, now: float) -> None:
-        """Go on by *loads* (m,), N, at *now*, s, if it is time; a clock that was set back begins again from there."""
+        """Advance creep under *loads* (m,), N, to *now*, s, if a step is due.
+
+        A clock that was set back begins again from there.
+        """
         passed = now - self._time
         if 0.0 <= passed < _PERIOD:
             return

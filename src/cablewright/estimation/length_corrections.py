@@ -1,16 +1,16 @@
-"""What measured places tell of lengths: by line how far they are off, how much more it creeps, how far its mount gives.
+"""Corrections of lengths learnt at measured positions: by line its length error, more creep, and mount compliance.
 
 Of a line x are its share s of the length, its further creep c, 1/N, after an hour, and the further compliance e of its
 mount, m/N. Paid out is (s + c M) L more than was counted, with M, N, what the cable remembers of its tensions
 (`models.creep`, by the law of the file, or logarithmic), and mounts give by e more than in the file, in the statics. So
-what creeps and gives follows each line's tension, also where nobody measured.
+what creeps and gives follows each line's tension, also where nothing was measured.
 
 A place measured is linear in x by the equilibrium's linearisation, and x is one weighted least squares of the last
 places with the priors, in sequence over them (Kalman 1960), as s drifts in between. All of them are linearised again
-where that arrives (Gauss and Newton): lines pull against each other by what one place leaves open, and give by that.
-Older places are a prior for these. No cable creeps and no mount gives less than nothing: what is used of x is the
-nearest, by the covariance, for which none does (Simon 2010). What places do not tell apart keeps its prior, and the
-covariance says so.
+where that arrives (Gauss and Newton): opposing lines share the error that one place leaves open, and deflect by it.
+Older places are a prior for these. Creep and compliance are not negative: the used x is the nearest, by the covariance,
+for which none is (Simon 2010). Combinations that places do not distinguish keep their prior, and the covariance shows
+it.
 """
 
 from __future__ import annotations
@@ -48,17 +48,17 @@ _UNKNOWNS: Final = 3
 _ITERATIONS: Final = 10
 _SHARES: Final = (1.0, 0.5, 0.25, 0.125)  # of a step, where lines would not be held after the whole of it
 _SETTLED: Final = 1e-3  # of a standard deviation
-_ASSUMED: Final = Creep(logarithmic=1e-6)  # of cables whose creep nobody described: its size does not count
+_ASSUMED: Final = Creep(logarithmic=1e-6)  # of cables without a creep law: its size does not count
 
 
 @dataclass(frozen=True)
 class LengthPriors:
     """What is assumed of lengths before anything is measured, standard deviations: assumed, not fitted to a machine.
 
-    ``place``: m, of a measured place in each coordinate. ``share``: of a line's length by which it is off. ``creep``:
-    of the length, after an hour under the mean tension of all lines at the start. ``mount``: m/N. ``drift``: of the
-    length, in an hour, as a random walk. ``scatter``: of the length, again at each place: hysteresis and friction.
-    ``radius``, m, and ``turns``: of the winding, see `machine.settings.WinchSettings`.
+    ``place``: m, of a measured place in each coordinate. ``share``: error of a line's length, as a share of it.
+    ``creep``: of the length, after an hour under the mean tension of all lines at the start. ``mount``: m/N. ``drift``:
+    of the length, in an hour, as a random walk. ``scatter``: of the length, again at each place: hysteresis and
+    friction. ``radius``, m, and ``turns``: of the winding, see `machine.settings.WinchSettings`.
     """
 
     place: float
@@ -80,7 +80,7 @@ class LengthPriors:
 
 @dataclass(frozen=True, eq=False)
 class MeasuredPlace:
-    """A place that was measured: *place* (3,), m, at *time*, s, where lengths *counted* (m,), m, were out.
+    """A measured position: *place* (3,), m, at *time*, s, with lengths *counted* (m,), m.
 
     ``remembered`` (m,): N, by cables of their tensions; ``rotation`` (m,): rad, paid out.
     """
@@ -109,13 +109,13 @@ class LearntValues:
         return np.asarray(np.sqrt(np.diag(self.covariance)).reshape(self.values.shape))
 
     def copy(self) -> LearntValues:
-        """Return the same, to be changed."""
+        """Return a copy that can be changed."""
         return LearntValues(self.values.copy(), self.covariance.copy(), self.rotation.copy(), self.since)
 
 
 @dataclass(eq=False)
 class LearntLengths:
-    """What is known by now of m lines. Changed in place. Rotations count from 0 where state is loaded."""
+    """The current corrections of m lines. Changed in place. Rotations count from 0 where state is loaded."""
 
     SAVED = ("memory", "before", "known", SavedRows("place_rows", KEPT), "counted", "rotation")
 
@@ -146,7 +146,7 @@ class LearntLengths:
 
     @property
     def place_rows(self) -> Array:
-        """The places (k, 3 m + 4), a row each of the attributes of `MeasuredPlace` in their order."""
+        """The measured positions (k, 3 m + 4), a row each of the attributes of `MeasuredPlace` in their order."""
         rows = [np.hstack(astuple(one)) for one in self.places]
         return np.array(rows).reshape(-1, 3 * len(self.hour) + 4)
 
@@ -165,7 +165,7 @@ class LearntLengths:
 
     @property
     def used(self) -> Array:
-        """The values (m, 3) that lengths and statics follow: no mount gives, and no cable creeps, less than nothing."""
+        """Values (m, 3) for lengths and statics, with compliance and creep not below 0."""
         found, covariance, least = self.known.values.ravel(), self.known.covariance, self.least.ravel()
         values, held = found, np.zeros(found.size, dtype=bool)
         while ((below := values < least) & ~held).any():
@@ -177,7 +177,7 @@ class LearntLengths:
 
     @property
     def remembered(self) -> Array:
-        """What cables remember of their tensions, (m,), N: by a load for an hour, that load."""
+        """Tensions (m,), N, that the cables' creep remembers: the mean over about an hour."""
         return self.memory.strain / self.hour
 
     def longer(self, counted: Array) -> Array:
@@ -186,11 +186,11 @@ class LearntLengths:
         return np.asarray((used[:, SHARE] + used[:, CREEP] * self.remembered) * counted)
 
     def given(self, held: Equilibrium) -> Array:
-        """Return what length (m,), m, mounts give to lines beyond the file, in the equilibrium *held* of one row."""
+        """Return the length (m,), m, that mounts add to lines beyond the file's, in the equilibrium *held* of a row."""
         return np.asarray(self.used[:, MOUNT] * mount_lengths(held)[0])
 
     def packed(self, model: Model) -> Packed:
-        """Return the arrays of the *model* with mounts that give as is known."""
+        """Return the arrays of the *model* with the estimated compliance of mounts."""
         return _softened(model, self.used)
 
     def told(self, model: Model, measured: MeasuredPlace) -> Equilibrium:
@@ -233,7 +233,7 @@ class LearntLengths:
         raise AnswerError("what places taught of lengths has no equilibrium at all of them")
 
     def _rows(self, held: Equilibrium, at: Array) -> list[tuple[Array, Array, Array]]:
-        """Return of each place its derivatives (3, 3 m), what they are to make (3,), m, and its covariance (3, 3).
+        """Return of each place derivatives (3, 3 m), the displacement to explain (3,), m, and its covariance (3, 3).
 
         Linearised with the values *at* (m, 3), with which it is *held*.
         """
@@ -248,7 +248,7 @@ class LearntLengths:
         return rows
 
     def _learn(self, known: LearntValues, one: MeasuredPlace, per_unknown: Array, made: Array, noise: Array) -> None:
-        """Let shares drift until a place, and learn from it what unknowns have *made* there, to what is *known*."""
+        """Let shares drift until a place, and add the displacement that it *made* to the *known* unknowns."""
         hours = max(one.time - known.since, 0.0) / HOUR if math.isfinite(known.since) else 0.0
         wound = winding(self.priors, np.abs(one.rotation - known.rotation) / math.tau) / one.counted
         shares = np.arange(SHARE, known.values.size, _UNKNOWNS)
@@ -260,7 +260,7 @@ class LearntLengths:
 
 
 def _softened(model: Model, values: Array) -> Packed:
-    """The arrays of the *model* with mounts that give more by *values* (m, 3)."""
+    """The arrays of the *model* with mounts that are more compliant by *values* (m, 3)."""
     lines = model.packed.lines.copy()
     lines[:, layout.MOUNT : layout.MOUNT + 3] += values[:, [MOUNT]]
     return model.packed._replace(lines=lines)
@@ -277,7 +277,7 @@ def _with_values(held: Equilibrium, places: Sequence[MeasuredPlace], values: Arr
 
 
 def winding(priors: LengthPriors, turns: Array) -> Array:
-    """Return the standard deviation, m, of cable paid out in so many *turns* (m,), by that of the drum's radius.
+    """Return the standard deviation, m, of cable paid out in *turns* (m,) revolutions, by that of the drum's radius.
 
     That is a Gauss-Markov process over turns, and the cable its integral (Uhlenbeck and Ornstein 1930).
     """

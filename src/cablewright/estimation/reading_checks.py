@@ -1,6 +1,6 @@
-"""Checks of readings, shared by the estimators, and what the filter and the paper's chain do alike with a frame.
+"""Checks of readings, and handling of a frame, shared by the filter and the estimator of Merlet 2023.
 
-Repeated, implausible and jumping readings are rejected; others are sorted, and lidar turns wait.
+Repeated, implausible and jumping readings are rejected; others are sorted, and lidar scans wait.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ from cablewright.solvers.taut import Taut
 HISTORY_LENGTH: Final = 1500
 """Rows of a `TimeBuffer`: 15 s at 10 ms."""
 _MAX_LEAP: Final = 1e6  # s between two frames, from which the clock was set
-_LONG_STEP: Final = 0.05  # s, of a step in which all lidar turns are processed that arrive in it
+_LONG_STEP: Final = 0.05  # s, of a step in which all lidar scans are processed that arrive in it
 
 _Kind = TypeVar("_Kind", bound=Reading)
 _MAX_BAD: Final = 10  # identical or implausible readings in a row before the sensor is rejected
@@ -194,7 +194,7 @@ def report_line_sensors(monitor: FaultMonitor, lines: tuple[Line, ...], state: S
 
 @dataclass(eq=False)
 class Turns:
-    """Lidar turns that wait, and the motion by which one that arrives late is used at its own time."""
+    """Lidar scans that wait, and the motion by which one that arrives late is used at its own time."""
 
     motion: TimeBuffer  # at the encoders' times
     attitudes: TimeBuffer  # yaw by the gyro alone and tilt x and y, rad, at the IMU's times
@@ -211,7 +211,7 @@ class Turns:
 
 @dataclass(eq=False, kw_only=True)
 class ClockedState:
-    """What is of both estimators' state. Changed in place."""
+    """State that both estimators share. Changed in place."""
 
     checks: ReadingChecks
     slackness: SlacknessState

@@ -31,7 +31,7 @@ _TOLERANCE: Final = 1e-6  # rad, of the angle that an excess has to give
 
 @dataclass(frozen=True)
 class SlacknessSettings:
-    """Where the sensors sit and when a line is slack.
+    """Positions of the line sensors, and the threshold of slack.
 
     ``from_platform``: m along the line before B. ``threshold``: m of excess from which a line counts as slack.
     ``smoothing_time``: s, time constant of the angles' low-pass filter, against vibration. ``gate``: rad by which a

@@ -1,6 +1,6 @@
 """The filter of all sensors with the paper's chain before it, which finds its first position, and again a lost one.
 
-The chain is no part of the filter: it runs until it has a position, hands that over, and is gone.
+The estimator of Merlet 2023 is no part of the filter: it runs until it has a position, hands that over, and is gone.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from cablewright.solvers.taut import Taut
 
 @dataclass(frozen=True, eq=False)
 class StartedSettings:
-    """Those of both."""
+    """Settings of the filter and of the estimator that starts it."""
 
     chain: ObserverSettings
     filter: FilterSettings
@@ -35,7 +35,7 @@ class StartedState:
 
     @property
     def creep(self) -> KnownCreep | None:
-        """Of cables that creep as described, which both know."""
+        """Creep of the cables as described, shared by both estimators."""
         return self.filter.creep
 
     @property
@@ -70,12 +70,12 @@ def step(settings: StartedSettings, state: StartedState, frame: SensorFrame) -> 
 
 
 def weigh(settings: StartedSettings, state: StartedState, mass: float) -> None:
-    """Take the drum to be of *mass*, kg, from now on; the chain takes it to be as it was filled."""
+    """Set the mass of the drum to *mass*, kg; the estimator of Merlet 2023 keeps the initial one."""
     load.weigh(settings.filter, state.filter, mass)
 
 
 def _first(chain: ObserverState, now: float) -> FirstState | None:
-    """Return what the *chain* has found by *now*, s; None: nothing yet."""
+    """Return the first state of the *chain*, an estimator of Merlet 2023, by *now*, s; None: none yet."""
     if chain.tracker is None or chain.lengths is None or chain.taut is None or chain.drum_angles is None:
         return None
     if chain.located.wall_pose is None or chain.located.wall_pose.status != "ok":

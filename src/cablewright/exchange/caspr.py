@@ -42,7 +42,7 @@ _NOT_OF_A_ROBOT = ("links.display_range", "links.view_angle", "links.link_rigid.
 
 
 def read_caspr(paths: Sequence[Path], cable_set: str | None = None, cable: str | None = None) -> ImportedRobot:
-    """Return the robot of a file of bodies and one of cables, in any order; of one, the other is looked for beside it.
+    """Return the robot of a file of bodies and one of cables, in any order; a missing one is searched beside.
 
     ``cable_set``: id of the set of cables; default: the file's own default. ``cable``: one of the table of cables.
     Raises `InputError` for what a robot file cannot describe, by name.
@@ -86,7 +86,7 @@ class _Reader:
     normal: int | None = None  # axis across the plane of the joint
 
     def robot(self) -> ImportedRobot:
-        """Read all of it."""
+        """Return the robot of both files."""
         self.lost, self.assumed = Notes(), Notes()
         body = self._body()
         kind = self._joint(body)

@@ -36,7 +36,7 @@ from cablewright.studies.checks.winch_path import TOLERANCE, WinchPath, winch_pa
 
 @dataclass(frozen=True, eq=False)
 class Firmware:
-    """Files by name, what they lose and assume, and the path that they hold."""
+    """Exported files by name, lists of lost and assumed values, and the path that they contain."""
 
     files: Mapping[str, str]
     lost: tuple[str, ...]
@@ -126,7 +126,7 @@ def plain_gcode(
     gear: tuple[int, int] | None = None,
     progress: Progress = silent,
 ) -> tuple[Firmware, OwnModelPath]:
-    """Return the files of a job in X Y Z for a firmware's own kinematics, and what they reach.
+    """Return the files of a job in X Y Z for a firmware's own kinematics, and the accuracy that they reach.
 
     The difference between its model and this one is in the path. Parameters as of `firmware`. Raises `InputError` for
     a robot whose lines such a kinematics cannot drive, and as `own_model_path`.

@@ -30,7 +30,7 @@ class ImportOptions:
 
 @dataclass(frozen=True)
 class ReadFormat:
-    """A format that is read: its title, the endings of its files, how many there are, and what is carried.
+    """A format that can be read: its title, file endings, number of files, and carried values.
 
     ``begins``: what a line of such a file begins with, or follows a tag, in no other format: a regular expression.
     """

@@ -36,7 +36,7 @@ MAX_ROWS: Final = 1_000_000
 
 @dataclass(frozen=True, eq=False)
 class LengthLog:
-    """``time`` (k,), s, and ``lengths`` (k, m), m, in the order of a robot's lines."""
+    """A log of lengths. ``time`` (k,), s, and ``lengths`` (k, m), m, in the order of a robot's lines."""
 
     time: Array
     lengths: Array
@@ -81,7 +81,7 @@ def _column(keys: tuple[str, ...], cells: list[str], place: str, quantity: Dimen
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LoggedPoses(Result):
-    """Where the platform was by a log of lengths."""
+    """Poses of the platform by a log of lengths."""
 
     FIGURES: ClassVar = (
         Figure("rows", "1", "Number of rows of the log."),
@@ -114,7 +114,7 @@ class LoggedPoses(Result):
 
     @property
     def refusal(self) -> str:
-        """Why the answer is no."""
+        """Reason for a no, in a sentence."""
         if self.solved == self.rows:
             return ""
         first = int(np.flatnonzero(~self.poses.ok)[0])

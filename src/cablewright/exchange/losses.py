@@ -14,7 +14,7 @@ _WHOLE: Final = (
 
 
 def keys_given(robot: Robot) -> dict[str, None]:
-    """Return the keys that the robot's file would give, dotted and without indices, each once."""
+    """Return the keys of the robot's file, dotted and without indices, each once."""
     return dict.fromkeys(_paths(robot.model_dump(exclude_defaults=True)))
 
 

@@ -49,6 +49,8 @@ _WHY: Final = {
     **{f"Maslow_Scale_{axis}": f"the firmware multiplies {axis} of a job by it" for axis in "XY"},
 }
 _AXES: Final = dict(zip(CORNERS, "abcd", strict=True))
+_UNLIKE: Final = 2.0
+_SHORTEST: Final = 300.0  # mm
 
 
 def read_maslow(path: Path, cable: str | None = None) -> ImportedRobot:
@@ -67,6 +69,7 @@ def read_maslow(path: Path, cable: str | None = None) -> ImportedRobot:
     settings = _Settings(path, entries, any(key.startswith(SECTION) for key in entries))
     anchors = {corner: settings.anchor(corner, assumed) for corner in CORNERS}
     require_unmirrored(anchors, path)
+    _require_one_unit(anchors, path)
     vertical = settings.vertical(assumed)
     arm = sum(settings.length(name) for name in _ARMS)
     if arm > 0.0:
@@ -184,7 +187,7 @@ def is_maslow(entries: Mapping[str, YamlEntry]) -> bool:
 
 
 def described(entries: Mapping[str, YamlEntry]) -> str:
-    """Return what a YAML file looks like that has no settings of a Maslow."""
+    """Return a description of a YAML file without settings of a Maslow."""
     for key, entry in entries.items():
         if key.startswith("kinematics.") and key.count(".") == 1:
             what = ", two belts on a wall" if entry.name.lower() == "wallplotter" else ""
@@ -260,6 +263,17 @@ def require_unmirrored(anchors: Mapping[str, tuple[float, float, float]], where:
     )
     if not one[0] * other[1] > one[1] * other[0]:
         raise InputError(f"{where}: the anchors are not the corners of a frame: its diagonals do not cross")
+
+
+def _require_one_unit(anchors: Mapping[str, tuple[float, float, float]], path: Path) -> None:
+    """Raise `InputError` where opposite sides of a frame are so unlike, or all so short, that some are in inches."""
+    for a, b, c, d in (("tl", "bl", "tr", "br"), ("tl", "tr", "bl", "br")):
+        sides = sorted(1e3 * math.dist(anchors[one][:2], anchors[other][:2]) for one, other in ((a, b), (c, d)))
+        if sides[1] > _UNLIKE * sides[0] or sides[1] < _SHORTEST:
+            raise InputError(
+                f"{path}: the sides {a} to {b} and {c} to {d} are {sides[0]:.4g} and {sides[1]:.4g} mm long: give all "
+                f"anchors in mm, opposite sides alike to a factor of {_UNLIKE:g} and over {_SHORTEST:g} mm"
+            )
 
 
 def _tidy(value: float) -> float:

@@ -43,7 +43,7 @@ class Mounting:
 
 
 def mounting(line: Line, end: Array, lever: float, gravity: float) -> Mounting:
-    """Return what a line runs over on the frame when it ends at *end* (3,), m, world.
+    """Return the guides of a line on the frame when it ends at *end* (3,), m, world.
 
     *lever*: angle of its lever, rad; *gravity*: m/s^2, which makes a weight of the lever's mass.
     """

@@ -237,7 +237,7 @@ class RrfTarget:
 
     @property
     def is_new(self) -> bool:
-        """Whether it is 3.7 or newer: spools may have no build-up, and stretch is compensated on request."""
+        """Whether the firmware is 3.7 or newer: spools may have no build-up, and stretch is compensated on request."""
         return self.version == "3.7"
 
     def require(self, robot: Robot) -> None:
@@ -296,7 +296,7 @@ def law_of(
 def geometry_words(
     robot: Robot, machine: MachineSettings | None, full_steps: int, law: SpoolLaw, target: RrfTarget
 ) -> tuple[str, tuple[str, ...]]:
-    """Return M669 and of M666 what turns the spools, and what is assumed."""
+    """Return M669 and the spool settings of M666, and the assumed values."""
     names, lines = target.anchors[: robot.m], robot.lines
     anchors = " ".join(f"{n}{_joined(map(to_mm, line.exit_point))}" for n, line in zip(names, lines, strict=True))
     teeth, assumed = _teeth(machine) if target.gear is None else (target.gear, ())

@@ -72,7 +72,7 @@ class _Reader:
         self.given = models.one("robot")
 
     def robot(self) -> ImportedRobot:
-        """Read all of it."""
+        """Return the robot of the file."""
         is_point = self._is_point()
         chains = list(self.given.one("geometry").all("chain"))
         if not chains:

@@ -86,11 +86,11 @@ class Element:
         return tuple(finite(word, f"{self.place}: <{self.tag}>", least) for word in words)
 
     def skip(self, *names: str) -> None:
-        """Count attributes as read that say nothing which a robot could have."""
+        """Mark attributes as read that have no counterpart in a robot."""
         self.read.update(names)
 
     def unread(self, within: str = "") -> Iterator[str]:
-        """Yield what was not read of this element and those below, as dotted paths, each once."""
+        """Yield the unread parts of this element and its children, as dotted paths, each once."""
         path = f"{within}.{self.tag}" if within else self.tag
         found = {f"{path}.{name}": None for name in self.attributes if name not in self.read}
         if self.text and TEXT not in self.read:

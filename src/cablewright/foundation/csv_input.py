@@ -28,7 +28,7 @@ _MOST_NAMED, _MOST_SEARCHED = 12, 100  # columns in a message, and for the one t
 
 
 class Column(NamedTuple):
-    """Position of a column, and the size of its unit in SI; None: the header gives no unit."""
+    """Position of a column, and the size of its unit in SI; None: the header has no unit."""
 
     position: int
     size: float | None
@@ -111,7 +111,7 @@ def find_column(names: Sequence[str], cells: Sequence[str], place: str, quantity
 
 
 def no_column(names: Sequence[str], cells: Sequence[str], place: str, quantity: Dimension) -> InputError:
-    """Return the error for a missing column of one of these *names*: it says which columns are there."""
+    """Return the error for a missing column of one of these *names*, with the existing columns."""
     also = f", also called {', '.join(names[1:])}," if names[1:] else ""
     words = [set(re.findall(r"[^\W\d_]+", cell[:_LONGEST_SHOWN].casefold())) for cell in cells[:_MOST_SEARCHED]]
     near = {cell for cell in cells[: len(words)] if get_close_matches(names[0], [cell.casefold()], cutoff=0.75)}

@@ -6,6 +6,7 @@ import difflib
 import math
 from collections.abc import Iterable
 from enum import Enum
+from numbers import Real
 from typing import ClassVar, Final, Self
 
 MAX_MESSAGE: Final = 2000
@@ -69,7 +70,7 @@ def printable(text: str) -> str:
 
 
 class AnswerError(CablewrightError):
-    """The work ran and its answer is no: infeasible, overstretched, not converged; `status` where one solve says so.
+    """The work ran and its answer is no: infeasible, overstretched, not converged; `status`: that of the solve.
 
     ``known``: what JSON has besides the reason.
     """
@@ -103,8 +104,10 @@ class UnknownName(InputError):
 
 
 def require_positive(**values: float) -> None:
-    """Raise `InputError` unless all *values* are finite and more than 0."""
+    """Raise `InputError` unless all *values* are numbers, finite and more than 0."""
     for name, value in values.items():
+        if not isinstance(value, Real):
+            raise InputError(f"{name} = {value!r:.60}: a number in SI units is expected")
         if not 0.0 < value < math.inf:
             raise InputError(f"{name} = {value:g}: must be a finite number over 0")
 

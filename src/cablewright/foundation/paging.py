@@ -48,7 +48,7 @@ MEMORY: Final = Room()
 
 
 def blocks(rows: int, size: int | None = None) -> Iterator[slice]:
-    """Slices of so many *rows*, in order, each of *size* rows at most, by default `BLOCK`."""
+    """Slices of *rows* rows, in order, each of *size* rows at most, by default `BLOCK`."""
     size = size or BLOCK
     for first in range(0, rows, size):
         yield slice(first, min(first + size, rows))
@@ -72,12 +72,12 @@ class RowExtremes:
 
     @property
     def shape(self) -> tuple[int]:
-        """(k,)."""
+        """Shape (k,) of the numbers."""
         return (len(self.values),)
 
     @property
     def dtype(self) -> np.dtype[np.float64]:
-        """Of a number."""
+        """Type of the numbers."""
         return self.values.dtype
 
     def __len__(self) -> int:

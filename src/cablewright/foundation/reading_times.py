@@ -18,7 +18,7 @@ _MOST: Final = 1024  # times of readings that were ahead, of a source
 
 
 class Timeliness(Enum):
-    """How the time of a reading compares with the clock, and with the last reading of its source."""
+    """Age of a reading by the clock, and its order among the readings of its source."""
 
     NEW = "new"
     OLD = "repeated or overtaken"

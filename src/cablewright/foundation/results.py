@@ -54,7 +54,7 @@ class Figure:
     sentences: bool = False
 
     def of_part(self, part: str) -> Figure:
-        """Return the same figure of a result of which it is read off a *part*."""
+        """Return the figure of a result that reads it from its attribute *part*."""
         inner, only = attrgetter(part), self.only
         value = self.value
         if isinstance(value, str):
@@ -65,7 +65,7 @@ class Figure:
 
     @property
     def label(self) -> str:
-        """What people read."""
+        """Label of the figure for people."""
         return self.name or self.key.replace("_", " ")
 
     def of(self, result: object) -> Any:
@@ -83,7 +83,7 @@ class Figure:
         return found
 
     def plain_of(self, result: object) -> Any:
-        """Return that value as JSON has it."""
+        """Return the value of the figure as in JSON."""
         value = self.of(result)
         if not self.parts or value is None or isinstance(value, Mapping | Result):
             return plain(value)
@@ -109,11 +109,11 @@ class Result:
         return tuple(each for each in self.FIGURES if each.only is None or each.only(self))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the figures by their keys as JSON has them: SI, lists, texts, None for what is not known."""
+        """Return the figures by their keys as in JSON: SI, lists, texts, None for unknown values."""
         return figures_dict(self.figures, self)
 
     def to_frame(self, along: str = "") -> DataFrame:
-        """Return its table as a pandas data frame, in SI: the rows of a batch, or else of its lines, modes or places.
+        """Return the table as a pandas data frame, in SI: a row for each row of a batch, line, mode or position.
 
         Columns are keys of figures; ``tensions.NAME`` where each row has one for each line. Other figures are in
         ``attrs``. *along*: ``line`` or ``mode``, of a single result that has both. Raises `EnvironmentFault` without
@@ -122,7 +122,7 @@ class Result:
         return frame_of(self, along or self.ROWS)
 
     def to_xarray(self) -> Dataset:
-        """Return its table over a grid of places as an xarray data set along x, y and z, in m.
+        """Return the table over a grid of positions as an xarray data set along x, y and z, in m.
 
         Raises `InputError` where the places fill no grid, `EnvironmentFault` without the extra ``frames``.
         """
@@ -130,7 +130,7 @@ class Result:
 
     @property
     def refusal(self) -> str:
-        """Why the answer is no, in a sentence; empty where it is yes."""
+        """Reason for a no, in a sentence; empty for a yes."""
         return ""
 
     def _repr_html_(self) -> str:
@@ -149,9 +149,9 @@ def figures_dict(figures: Iterable[Figure], of: object) -> dict[str, Any]:
 
 
 class Pictured(Result):
-    """A result that people would look at.
+    """A result with a picture.
 
-    ``draw``: draws any of them. What stands above all ranks sets it, as pictures are of the highest.
+    ``draw``: the function that draws it. The package for pictures sets it, since results may not import pictures.
     """
 
     draw: ClassVar[Callable[..., Drawing]]
@@ -163,7 +163,7 @@ class Pictured(Result):
         width: float | str | None = None,
         style: str | Path | Mapping[str, Any] | None = None,
     ) -> Drawing:
-        """Return its picture as a figure of matplotlib, and write it where a *file* is named: .png, .svg or .pdf.
+        """Return the picture as a figure of matplotlib, and write it where a *file* is named: .png, .svg or .pdf.
 
         Its data are written beside it, as FILE.csv. *width*: ``one-column`` or ``two-column`` of a paper, or m; texts
         are then 7 points high. *style*: a style sheet of matplotlib, or settings by name, over those of cablewright.

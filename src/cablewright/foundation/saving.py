@@ -62,7 +62,7 @@ class Coded:
     decode: Callable[[Any], Any]
 
     def walk(self, walk: _Walk, key: str, live: Any) -> Any:
-        """Save *live*, or return what was saved."""
+        """Save *live*, or return the saved value."""
         if walk.loading:
             try:
                 return self.decode(walk.value(key, None, lambda _: True, ""))
@@ -80,7 +80,7 @@ class SavedRows:
     most: int
 
     def walk(self, walk: _Walk, key: str, live: NDArray[Any]) -> NDArray[Any]:
-        """As of `Coded`."""
+        """Save or load the rows; see `Coded.walk`."""
         found = walk.array(key, live, None)
         if found.ndim != live.ndim or found.shape[1:] != live.shape[1:] or len(found) > self.most:
             raise walk.refused(key, f"up to {self.most} rows {live.shape[1:]} are expected; got {found.shape}")
@@ -94,7 +94,7 @@ class Sparse:
     name: str
 
     def walk(self, walk: _Walk, key: str, live: Array) -> Array:
-        """As of `Coded`."""
+        """Save or load the blocks; see `Coded.walk`."""
         used = [np.flatnonzero(live.any(axis=axis)) for axis in (1, 0)]
         spans = [slice(int(each[0]), int(each[-1]) + 1) if len(each) else slice(0, 0) for each in used]
         block = walk.array(key, live[tuple(spans)], None)
@@ -285,7 +285,7 @@ def write_snapshots(
 
 
 def read_snapshots(path: Path, *, is_signed: IsSigned | None = None) -> dict[str, Snapshot]:
-    """Read what `write_snapshots` wrote. Raises `InputError`, one line, for any other file, or a damaged one.
+    """Read the file of `write_snapshots`. Raises `InputError`, one line, for any other file, or a damaged one.
 
     With *is_signed*, which decides whether a signature matches a content, also for a content without a signature.
     """

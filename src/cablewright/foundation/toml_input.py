@@ -50,7 +50,7 @@ def open_regular(path: Path) -> BinaryIO:
 
 
 def read_bytes(path: Path, max_bytes: int, what: str) -> bytes:
-    """Read the regular file at ``path``; ``what`` it should be is for the message.
+    """Read the regular file at ``path``; ``what``: the expected content, for messages.
 
     Raises `InputError` where it cannot be read, is no regular file or holds more than ``max_bytes``.
     """

@@ -53,7 +53,7 @@ def is_compiled(function: Any, *arguments: Any) -> bool:
 
 
 def thread_count() -> int:
-    """How many threads a batch may take: `NUMBA_NUM_THREADS`, by default one for each processor."""
+    """Number of threads for a batch: `NUMBA_NUM_THREADS`, by default one for each processor."""
     return int(config.NUMBA_NUM_THREADS)
 
 
@@ -63,6 +63,6 @@ def prepared_count() -> int:
 
 
 def compile_for(function: Any, *arguments: Any) -> None:
-    """Compile *function*, made by `jit`, for the types of *arguments*, or read what an earlier process compiled."""
+    """Compile *function*, made by `jit`, for the types of *arguments*, or load it from the disk cache."""
     if not config.DISABLE_JIT:
         function.compile(tuple(map(numba.typeof, arguments)))

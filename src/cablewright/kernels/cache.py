@@ -51,7 +51,7 @@ log = logging.getLogger(__name__)
 
 
 def stamp() -> str:
-    """Hash everything that a compiled kernel depends on besides its types and the CPU: programs, settings, sources.
+    """Hash everything that a compiled kernel depends on, without its types and the CPU: programs, settings, sources.
 
     Of Python that is its binary interface, which all releases of a minor version share; of NumPy, as Numba sees it, the
     minor version.

@@ -26,7 +26,7 @@ _has_told = False
 
 
 def carried(stamp: str, host: tuple[Any, ...]) -> tuple[Path, tuple[Any, ...]] | None:
-    """Return the folder of the kernels carried for *stamp*, and for what processor: (triple, name, features).
+    """Return the folder of the packaged kernels for *stamp*, and their processor: (triple, name, features).
 
     None if there are none, if the *host* lacks something of that level, or if the user has named a processor.
     """
@@ -40,7 +40,7 @@ def _has_any(stamp: str) -> bool:
 
 
 def missing(host: tuple[Any, ...]) -> list[str]:
-    """What of the level the *host* has not."""
+    """Return the processor features of the level that the *host* lacks."""
     level, own = ({each[1:] for each in listed.split(",") if each[:1] == "+"} for listed in (FEATURES, host[2]))
     return sorted(level - own)
 

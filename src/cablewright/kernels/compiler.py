@@ -140,14 +140,14 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
     """A kernel. What was compiled as a part only is compiled again when Python calls it."""
 
     def add_overload(self, result: Any) -> None:
-        """Keep what was compiled; a part cannot be called from Python."""
+        """Store a compiled signature; a part cannot be called from Python."""
         if isinstance(result.entry_point, Part):
             self.overloads[tuple(result.signature.args)] = result
         else:
             super().add_overload(result)
 
     def compile(self, signature: Any) -> Any:
-        """Compile for *signature*, or read what an earlier process compiled."""
+        """Compile for *signature*, or load it from the disk cache."""
         KernelCompiler.count += 1
         with global_compiler_lock:
             arguments = tuple(normalize_signature(signature)[0])

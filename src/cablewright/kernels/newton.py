@@ -100,7 +100,7 @@ def largest(vector, n):
 
 @jit
 def largest_of_column(columns, n):
-    """`largest` of the first column, columns[:n, 0]."""
+    """Return `largest` of the first column, columns[:n, 0]."""
     size = 0.0
     for k in range(n):
         entry = abs(columns[k, 0])

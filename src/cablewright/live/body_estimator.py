@@ -1,4 +1,4 @@
-"""The estimator of a rigid platform, from what a machine's owner knows."""
+"""The estimator of a rigid platform, from the owner's settings of a machine."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def body_settings(robot: Robot, settings: MachineSettings, *, sensors: bool) -> 
 
 
 def _updates(settings: MachineSettings) -> dict[str, Update]:
-    """What is told of each sensor that the estimator uses, by source: of several of a kind the first."""
+    """The update of each sensor that the estimator uses, by source: of several of a kind the first."""
     sheets, found = settings.sheets, {}
     for kind in UPDATES:
         source = next((source.name for source in kind.READING.SOURCES if source.name in sheets), None)
@@ -67,7 +67,7 @@ def _updates(settings: MachineSettings) -> dict[str, Update]:
 
 
 def _deviations(robot: Robot, settings: MachineSettings) -> Deviations:
-    """What the owner knows of the machine's accuracy, and how unevenly cable lies on the drums."""
+    """The specified accuracy of the machine, and the unevenness of cable on the drums."""
     winch = settings.winch
     radius = min(line.winch.drum_radius or math.inf for line in robot.lines)
     length = min(winch.radius_turns * math.tau * radius, 10.0)
@@ -77,7 +77,7 @@ def _deviations(robot: Robot, settings: MachineSettings) -> Deviations:
 
 
 def cells_of(settings: MachineSettings) -> Cells | None:
-    """Return what is known of a machine's load cells or, without them, of its motors' torques; None without both."""
+    """Return the settings of a machine's load cells or, without them, of its motors' torques; None without both."""
     return next((each for each in _updates(settings).values() if isinstance(each, Cells)), None)
 
 
@@ -100,23 +100,26 @@ class BodyEstimator:
         self._settings, self._state = settings, start(settings, pose, lengths=lengths, counts=counts)
 
     def step(self, frame: SensorFrame) -> Estimate:
-        """As `Estimator`."""
+        """Return the estimate after one frame; see `Estimator.step`."""
         return of_body.step(self._settings, self._state, frame)
 
     @property
     def tensions(self) -> Array | None:
-        """As `Estimator`."""
+        """Return the tensions at the sheaves (m,), N, at the estimated lengths; see `Estimator.tensions`."""
         return np.asarray(self._state.tensions)
 
     @property
     def measured(self) -> Array | None:
-        """As `Measuring`, of cells beside a pose by encoders alone; of those that are not read by the lengths."""
+        """Return the measured, smoothed tensions (m,), N; see `Measuring.measured`.
+
+        Used where the pose is by encoders alone; silent cells have the tensions of the lengths.
+        """
         measured = self._state.latest.tensions
         return None if measured is None else np.where(np.isnan(measured), self._state.tensions, measured)
 
     @property
     def danger(self) -> str:
-        """Why the machine is to stop; empty: nothing."""
+        """Reason why the machine must stop; empty: none."""
         return self._state.judged.danger
 
     @property
@@ -125,5 +128,5 @@ class BodyEstimator:
         return self._state.judged.search is not None
 
     def after_load(self) -> None:
-        """Go on with what was loaded."""
+        """Resume with the loaded data."""
         resumed(self._settings, self._state)

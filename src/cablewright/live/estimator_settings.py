@@ -1,4 +1,4 @@
-"""Settings of the estimators, from what a machine's owner knows: its description, a survey, and data sheets."""
+"""Settings of the estimators, from the owner's data of a machine: its description, a survey, and data sheets."""
 
 from __future__ import annotations
 
@@ -51,14 +51,14 @@ _HELD_YAW_STEP: Final = math.radians(5.0)  # ... and of a yaw that a drive holds
 _FLOOR_CONE: Final = math.radians(70.0)  # from the drum's axis: where a vertical lidar sees floor
 _HORIZONTAL: Final = ("north", "south")
 _READ: Final[tuple[type[Reading], ...]] = (Inertial, LineAngles, Distance, Encoders, Climate)
-"""What the filter and the chain read besides turns of lidars, and miss where it is silent."""
+"""Readings that both point estimators use besides lidar scans; a silent one is reported."""
 
 
 def observer_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[Laser] = ()) -> ObserverSettings:
     """Return settings for the machine that *robot* and *settings* describe.
 
     *lasers*: an operator's distances at the start. Raises `InputError` for
-    a machine without what the estimation needs (a horizontal lidar, walls, line angles), and for a *laser* to no wall.
+    a machine without the required sensors (a horizontal lidar, walls, line angles), and for a *laser* to no wall.
     """
     require(robot, Capability.ROOM_ESTIMATION)
     model = Model(with_drum_mass(robot, settings))
@@ -106,13 +106,13 @@ def observer_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[
 
 
 def clock_of(settings: MachineSettings) -> ClockLeadSettings | None:
-    """Return what is known of the clock on the platform; None where it is the machine's."""
+    """Return the settings of the clock on the platform; None where it is the machine's."""
     clock = settings.clock
     return None if clock is None else ClockLeadSettings(clock.offset, clock.drift, clock.latency, clock.age)
 
 
 def started_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[Laser] = ()) -> StartedSettings:
-    """Return the settings of the filter and of the chain that starts it; raises errors as `observer_settings`."""
+    """Return settings of the filter and of the estimator that starts it; raises errors as `observer_settings`."""
     chain = observer_settings(robot, settings, lasers)
     winch, inertial, vertical = settings.winch, settings.sensor(INERTIAL), settings.lidars.get("vertical")
     bare = min(chain.radius.nominal)
@@ -147,7 +147,7 @@ def _wound(robot: Robot) -> list[Line]:
 class Observer:
     """Functions of one estimator: ``settings`` of a machine, the state at ``start``, and a ``step`` with a frame.
 
-    ``weigh``, where it uses that: it is told the drum's mass, kg, before each step.
+    ``weigh``, where it uses that: it receives the drum's mass, kg, before each step.
     """
 
     settings: Callable[[Robot, MachineSettings, Sequence[Laser]], Any]
@@ -160,7 +160,7 @@ OBSERVERS: Final[Mapping[str, Observer]] = MappingProxyType({
     "paper": Observer(observer_settings, observer.start, observer.step),
     "filter": Observer(started_settings, started_filter.start, started_filter.step, started_filter.weigh),
 })  # fmt: skip
-"""By name: the chain of Merlet and Papegay 2023, and the Kalman filter of all sensors."""
+"""By name: the estimator of Merlet and Papegay 2023, and the Kalman filter of all sensors."""
 
 
 def with_drum_mass(robot: Robot, settings: MachineSettings) -> Robot:

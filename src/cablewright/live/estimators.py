@@ -52,10 +52,10 @@ class Estimator(Protocol):
 
 @runtime_checkable
 class Weighing(Protocol):
-    """An estimator that is told what the drum weighs."""
+    """An estimator that receives the mass of the drum."""
 
     def weigh(self, mass: float) -> None:
-        """Take the drum with its powder to be of *mass*, kg, in the next step."""
+        """Set the mass of the drum with its powder, kg, for the next step."""
 
 
 @runtime_checkable
@@ -132,7 +132,7 @@ def homed(
 
 
 def homed_settings(robot: Robot, settings: MachineSettings) -> ReckoningSettings | BodySettings:
-    """Return what `homed` is told of a machine on drives: a rigid platform's torques correct its lengths.
+    """Return the settings of `homed` of a machine on drives: a rigid platform's torques correct its lengths.
 
     Raises `InputError` as `reckoning_of`.
     """
@@ -169,7 +169,7 @@ class _SteppedEstimator:
 
 
 def _observed(observer: Observer, settings: Any, state: Any) -> Estimator:
-    """Return the chain, or the filter with the tensions at its lengths."""
+    """Return the Merlet 2023 estimator, or the filter with the tensions at its lengths."""
     stepped = _SteppedEstimator(observer.step, settings, state)
     if not isinstance(settings, StartedSettings):
         return stepped
@@ -187,22 +187,25 @@ class CreepingEstimator:
         self._observed, self._creep = observed, creep
 
     def step(self, frame: SensorFrame) -> Estimate:
-        """As `Estimator`."""
+        """Return the estimate after one frame; see `Estimator.step`."""
         return self._observed.step(frame)
 
     @property
     def tensions(self) -> Array | None:
-        """As `Estimator`."""
+        """Return the tensions at the sheaves (m,), N, at the estimated lengths; see `Estimator.tensions`."""
         return self._observed.tensions
 
     def weigh(self, mass: float) -> None:
-        """As `Weighing`, where the observed one is."""
+        """Set the mass of the drum with its powder, kg, for the next step; see `Weighing.weigh`.
+
+        Only if the inner estimator accepts it.
+        """
         if isinstance(self._observed, Weighing):
             self._observed.weigh(mass)
 
 
 class DeadReckoning(_SteppedEstimator):
-    """Encoders alone, which may be told where the platform is.
+    """Encoders alone, which accept measured positions of the platform.
 
     What cables have crept, and what places have taught of lengths, is saved with a print.
     """
@@ -211,12 +214,12 @@ class DeadReckoning(_SteppedEstimator):
     danger, searches = "", False
 
     def after_load(self) -> None:
-        """Go on with what was loaded. Raises `AnswerError` where there is no equilibrium."""
+        """Resume with the loaded data. Raises `AnswerError` where there is no equilibrium."""
         dead_reckoning.resumed(self._settings, self._state)
 
     @property
     def learnt(self) -> LearntLengths | None:
-        """What places have taught of lengths, where they do."""
+        """Corrections of lengths learnt at measured positions, if the settings ask for them."""
         found: LearntLengths | None = self._state.learnt
         return found
 
@@ -227,7 +230,7 @@ class DeadReckoning(_SteppedEstimator):
         return None if measured is None else np.where(np.isnan(measured), self._state.tracker.tensions, measured)
 
     def place_measured(self, place: Array, by_tensions: bool = False) -> None:
-        """Take the standing platform for at *place* (3,), m: learn from it, or begin again.
+        """Use the measured position *place* (3,), m, of the standing platform: learn from it, or begin again.
 
         *by_tensions*: see `dead_reckoning.placed`. Raises `AnswerError` where it cannot be there.
         """
@@ -265,7 +268,7 @@ def _tensions(tracker: Tracker | None) -> Array | None:
 
 
 def _with_radii(settings: Any, radii: Array) -> Any:
-    """Return the *settings* of the chain or the filter with initial *radii* (m,), m; unchanged if any is unknown."""
+    """Return the *settings* of either estimator with initial *radii* (m,), m; unchanged if any is unknown."""
     if not (radii > 0.0).all():
         return settings
     if isinstance(settings, StartedSettings):

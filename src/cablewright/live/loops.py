@@ -40,14 +40,14 @@ _LONGEST_START: Final = 20.0  # s that an estimator may take to find the platfor
 
 
 class LoopController(Protocol):
-    """A control law."""
+    """Interface of a control law."""
 
     def __call__(self, estimate: Estimate, target: Target, period: float) -> ArrayLike:
         """Return rates (m,), m/s, of the lengths of the lines in the next *period*, s; positive pays out."""
 
 
 class Observing(Protocol):
-    """An estimator."""
+    """Interface of an estimator."""
 
     def step(self, frame: SensorFrame) -> Estimate:
         """Return the estimate after one frame."""
@@ -75,7 +75,7 @@ class LoopRun:
 
     @property
     def name(self) -> str:
-        """What differs between runs."""
+        """Label of the run: the properties that differ between runs."""
         return f"{self.controller}, {self.estimator}, {self.plant}"
 
 
@@ -111,7 +111,7 @@ class LoopComparison(Pictured):
     FIGURES: ClassVar = (
         Figure("status", "", "ok, or stopped: a run ended early."),
         Figure("robot", "", "Name of the robot."),
-        Figure("trajectory", "", "What the trajectory is made of.", "trajectory.source"),
+        Figure("trajectory", "", "Source of the trajectory.", "trajectory.source"),
         Figure("duration", "s", "Time of the trajectory.", "trajectory.duration", shown="s"),
         Figure("runs", "", "The runs.", parts=_RUN),
     )
@@ -128,7 +128,7 @@ class LoopComparison(Pictured):
 
     @property
     def refusal(self) -> str:
-        """Why the first run that ended early did so; empty where none did."""
+        """Reason of the first run that ended early; empty where none did."""
         return next((f"{run.name}, seed {run.seed}: {run.reason}" for run in self.runs if run.reason), "")
 
 
@@ -154,7 +154,7 @@ def compare_loops(
     * *plants*: ``quasi-static``, ``dynamic``, or ``make(robot, start, seed)``, which returns a machine with the true
       state among its `Abilities`. *start* (n,), m and rad, is the first pose.
 
-    *machine*: as for `simulate`. The largest drum speed bounds all controllers alike. The trajectory begins when the
+    *machine*: as for `simulate`. The largest drum speed bounds all controllers equally. The trajectory begins when the
     estimate is valid.
 
     Raises `InputError` for unknown names, two of one name, rates that are not m finite numbers, and a plant without a
@@ -193,7 +193,7 @@ def compare_loops(
 def _named(
     what: str, given: Sequence[str | _MadeT], known: Sequence[str], ours: Callable[[str], _MadeT]
 ) -> list[tuple[str, _MadeT]]:
-    """Return names with what makes each. Raises `InputError`."""
+    """Return names with the function that makes each. Raises `InputError`."""
     found: dict[str, _MadeT] = {}
     for each in given:
         name = each if isinstance(each, str) else getattr(each, "__name__", type(each).__name__)
@@ -225,7 +225,7 @@ class _OurLaw:
 
 
 class _TrueState:
-    """An estimator that is told the truth."""
+    """An estimator that reports the truth."""
 
     def __init__(self, truth: Callable[[], Truth]) -> None:
         self._truth = truth

@@ -146,7 +146,7 @@ class Replay(Pictured):
 
     @property
     def refusal(self) -> str:
-        """Why the answer is no."""
+        """Reason for a no, in a sentence."""
         return "" if self.valid else NO_ESTIMATE
 
     @property
@@ -247,7 +247,7 @@ class Replays(Pictured):
 
     @property
     def first(self) -> Replay:
-        """The first one, for what all have in common."""
+        """The first replay, for properties that all have in common."""
         return self.each[0]
 
     @property
@@ -262,7 +262,7 @@ class Replays(Pictured):
 
     @property
     def refusal(self) -> str:
-        """Why the answer is no."""
+        """Reason for a no, in a sentence."""
         lost = [each.estimator for each in self.each if not each.valid]
         return f"{NO_ESTIMATE}: {', '.join(lost)}" if lost else ""
 
@@ -281,7 +281,7 @@ def replay(
 ) -> Replay:
     """Run an estimator on a machine's *log*, an MCAP file or a run folder, and compare it with the truth in the log.
 
-    *estimator* is ``paper``, the chain of Merlet and Papegay 2023, ``filter``, the Kalman filter of all sensors, or
+    *estimator* is ``paper``, that of Merlet and Papegay 2023, ``filter``, the Kalman filter of all sensors, or
     ``encoders``, dead reckoning by these alone; None: the first one for which the machine has the sensors. *lasers*:
     distances from B to walls that an operator measured at the start. Raises `UnknownName` for another estimator,
     `InputError` for a file that is no log or a machine without the sensors that the estimator needs.
@@ -320,7 +320,7 @@ def replay(
 
 
 def _usual_estimator(head: LogHead) -> str:
-    """Return the estimator that the sensors of a log's machine allow: of a point platform with lidars the chain."""
+    """Return the estimator for the sensors of a log's machine: for a point platform with lidars that of Merlet 2023."""
     best = best_estimator(head.settings)
     return "paper" if _is_by_scans(best, head) else best
 

@@ -29,7 +29,7 @@ class Lattice:
 
     axes: tuple[Array, Array, Array]
     found: Equilibrium
-    notes: tuple[str, ...]  # what each row is: a sentence without its end
+    notes: tuple[str, ...]  # the meaning of each row: a sentence without its end
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""A path that nobody is going to print: a control loop needs one."""
+"""A small circle as path of a machine that does not print: a control loop needs a path."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How well a machine with a rigid platform is known: standard deviations of what it is from its description."""
+"""Accuracy of the description of a machine with a rigid platform: standard deviations of its parameters."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _Small = Annotated[Length, Field(gt=0.0, le=1.0)]
 
 
 class MachineAccuracy(Description):
-    """Standard deviations, which the estimator of a rigid platform is told.
+    """Standard deviations that the estimator of a rigid platform uses.
 
     ``home_length``: m, of each line's length where the machine was homed. ``drum_radius``: share of each winch drum's.
     ``exit_point``: m, of each coordinate. ``mass``: share of the platform's; ``centre``: m, of each coordinate of its
@@ -22,8 +22,8 @@ class MachineAccuracy(Description):
     ``creep``: strain of the cables after an hour under the mean tension at home, besides what the robot file describes;
     None: 30 % of that, or 2e-4 where nothing is described. ``friction``: share of a line's tension by which its load
     cell shows less while cable is paid out, and more while it is wound. ``hysteresis``: strain between the ways up and
-    down of a large cycle of loads. ``exit_compliance``: m/N, of the mounts of exit points besides what is described;
-    None: 30 % of that, or 1e-6.
+    down of a large cycle of loads. ``exit_compliance``: m/N, of the mounts of exit points besides the described
+    compliance; None: 30 % of that, or 1e-6.
     """
 
     home_length: _Small = 2e-3

@@ -45,7 +45,7 @@ class _Carrier(Description):
         return self.empty_mass + self.powder
 
     def fill_height(self, powder: float) -> float:
-        """Height, m, of so much *powder*, kg."""
+        """Height, m, of the given mass of *powder*, kg."""
         return powder / (self.powder_density * math.pi * self.radius**2)
 
 
@@ -91,7 +91,7 @@ class Body(_Carrier):
     ``empty_mass``: without material; the described inertia goes with it in proportion. ``hopper``: (3,) m, platform
     frame: middle of the bottom on which the material stands, along the platform's z. ``gyration``: (3,) m, radii of
     gyration about the centre of mass, of a robot that gives no inertia. ``tour``: (3,) m each: places that the nozzle
-    goes through before a print begins, for its sensors to tell the machine's lengths.
+    goes through before a print begins, by which its sensors find the lengths of the lines.
     """
 
     WORD: ClassVar[str] = "platform"

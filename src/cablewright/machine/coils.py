@@ -1,4 +1,4 @@
-"""The cable on a winch drum of a machine, from what its owner knows: as layers that lie regularly."""
+"""The cable on a winch drum of a machine, from the machine file: as regular layers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The drums of a robot's winches, with the layers of cable that a machine file tells of."""
+"""The drums of a robot's winches, with the layers of cable of a machine file."""
 
 from __future__ import annotations
 

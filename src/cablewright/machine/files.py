@@ -13,7 +13,7 @@ from cablewright.machine.settings import MachineSettings
 
 
 def load_machine(name_or_path: str | Path) -> MachineSettings:
-    """Return what the owner knows of the machine of that library name, or of that TOML file.
+    """Return the machine of that library name or TOML file, without its part ``[simulation]``.
 
     Its table ``[simulation]`` is left out unread: `load_twin` is for simulations. Raises `InputError`, one line.
     """
@@ -23,7 +23,7 @@ def load_machine(name_or_path: str | Path) -> MachineSettings:
 
 
 def machine_table(name_or_path: str | Path) -> tuple[dict[str, Any], str]:
-    """Return the whole table of a machine file, and what to call it in messages. Raises `InputError`."""
+    """Return the whole table of a machine file, and its name in messages. Raises `InputError`."""
     if isinstance(name_or_path, str) and name_or_path in machine_names():
         origin = f"{name_or_path} (library)"
         return parse_table(machine_text(name_or_path), origin), origin

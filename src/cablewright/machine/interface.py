@@ -18,7 +18,7 @@ RESET: Final = "reset"
 
 @dataclass(frozen=True)
 class Abilities:
-    """What a machine has and can do.
+    """Equipment and abilities of a machine.
 
     ``winches``: their number. ``sensors``: sources of its readings, see `signals.SOURCES`. ``modes``: of
     its winches. ``outputs``: names of further outputs. ``brakes``: whether its winches have brakes. ``real_time``:
@@ -38,15 +38,15 @@ class Abilities:
 
 
 class Machine(Protocol):
-    """A machine with m winches. Its clock starts at 0, or where it was left, and goes on with each step."""
+    """A machine with m winches. Its clock starts at 0, or where it was left, and advances with each step."""
 
     @property
     def period(self) -> float:
-        """Time of one step, s, as planned. What has elapsed is told by the frames."""
+        """Time of one step, s, as planned. Frames have the elapsed time."""
 
     @property
     def abilities(self) -> Abilities:
-        """What it has and can do."""
+        """Equipment and abilities of the machine."""
 
     def open(self) -> None:
         """Connect to it. Raises `EnvironmentFault` where it does not answer."""
@@ -54,7 +54,7 @@ class Machine(Protocol):
     def step(self, command: Command) -> SensorFrame:
         """Send *command*, wait until the step is due, and return the readings that arrived.
 
-        What goes wrong on the way is a notice of the frame, not an error, and is told again with each frame while it
+        A fault during the step is a notice of the frame, not an error, and is repeated with each frame while it
         lasts. Raises `InputError` for an invalid command:
         of another number of winches, not finite, older than the last, of a mode or output that it does not have.
         Raises `StopIteration` when a replayed machine's log is over.
@@ -74,7 +74,7 @@ def require_abilities(
     modes: frozenset[WinchMode] = frozenset({WinchMode.VELOCITY}),
     outputs: frozenset[str] = frozenset(),
 ) -> None:
-    """Raise `InputError`, before anything moves, for what the machine lacks."""
+    """Raise `InputError`, before anything moves, for missing abilities of the machine."""
     if abilities.winches != winches:
         raise InputError(f"the machine has {abilities.winches} winches, the robot {winches} lines")
     for what, asked, given in (

@@ -1,4 +1,4 @@
-"""Powder in a drum, by what was commanded: openings of the valve, and refills."""
+"""Powder in a drum, by the commands: openings of the valve, and refills."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cablewright.machine.carriers import Body, Drum
 
 @dataclass
 class PowderLoad:
-    """What a drum holds.
+    """The powder that a drum contains.
 
     ``flow``: kg/s with the valve open. ``full``: kg after a refill; inf: it never ends. ``poured``: kg since then.
     """
@@ -35,19 +35,19 @@ class PowderLoad:
 
     @property
     def gone(self) -> float:
-        """By how much the drum is lighter than a full one, kg."""
+        """Mass that has left a full drum, kg."""
         return min(self.poured, self.full)
 
     def pour(self, valve: float, dt: float) -> None:
-        """Count what leaves in *dt*, s, through a *valve* that is open to a share from 0 to 1."""
+        """Subtract the powder that leaves in *dt*, s, through a *valve* opened by a share from 0 to 1."""
         self.poured += self.flow * valve * dt
 
     def refill(self) -> None:
-        """Take the drum to be full."""
+        """Set the drum to full."""
         self.poured = 0.0
 
     def follow(self, orders: Iterable[Order], command: Command | None, dt: float) -> None:
-        """Count one step of a log: it is taken to be refilled before, if an order that was obeyed says so."""
+        """Process one step of a log; an obeyed order to refill counts first."""
         if any(order.kind is OrderKind.REFILLED and not order.refusal for order in orders):
             self.refill()
         if command is not None:

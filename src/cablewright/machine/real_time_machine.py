@@ -23,7 +23,7 @@ class Paced:
 
     def __init__(self, machine: Machine) -> None:
         """Begin with the first step; *machine* is one that does not wait by itself."""
-        self._machine, self._due = machine, 0.0  # s, when the next step is due; 0: at once
+        self._machine, self._due = machine, 0.0  # s, when the next step is due; 0: now
         self._prepared = 0  # kernels, at the last step
         self.lateness: array[float] = array("d")
         """Of each step when it was due, s: negative where there was time left."""
@@ -35,16 +35,16 @@ class Paced:
 
     @property
     def abilities(self) -> Abilities:
-        """Those of the machine, in real time."""
+        """Abilities of the machine, in real time."""
         return replace(self._machine.abilities, real_time=True)
 
     def open(self) -> None:
-        """As `Machine`."""
+        """Connect to the machine; see `Machine.open`."""
         self._machine.open()
         self._due = 0.0
 
     def step(self, command: Command) -> SensorFrame:
-        """As `Machine`."""
+        """Send *command*, wait for the step, and return the readings that arrived; see `Machine.step`."""
         due = self._due or time.monotonic()
         if self._due:  # the computer of the last step is at work until now
             self.lateness.append(time.monotonic() - due)
@@ -60,9 +60,9 @@ class Paced:
         return replace(frame, notices=(*frame.notices, Notice(Condition.HUNG, f"{hung:.1f} s")))
 
     def stop(self) -> None:
-        """As `Machine`."""
+        """Stop and hold all winches; see `Machine.stop`."""
         self._machine.stop()
 
     def close(self) -> None:
-        """As `Machine`."""
+        """Disconnect from the machine; see `Machine.close`."""
         self._machine.close()

@@ -106,7 +106,7 @@ class RoomSettings(Description):
 
 
 class ClockSettings(Description):
-    """The clock on the drum, which stamps what is heard over the wireless link, as its owner knows it.
+    """Owner's settings of the clock on the drum, which stamps readings over the wireless link.
 
     ``offset``: standard deviation, s, of its difference from the machine's at the start; ``drift``: of its rate.
     ``latency``: s, the shortest time that a reading takes. ``age``: s, how old the youngest one of a step may be
@@ -212,7 +212,7 @@ class MachineSettings(_WithSensors):
 
     @property
     def carrier(self) -> Drum | Body:
-        """What the lines carry: the drum or the body."""
+        """Load on the lines: the drum or the body."""
         carrier = self.body if self.drum is None else self.drum
         assert carrier is not None  # one of both is given
         return carrier

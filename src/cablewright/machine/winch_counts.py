@@ -6,8 +6,8 @@ counters, and an epoch: a number that changes whenever counts begin again, so th
 reckoned with them.
 
 Whoever finds the mark compares the counters. Where they are the same, nothing has turned. Where all begin at zero, they
-have lost power: the counts go on, and whether somebody turned a drum meanwhile, only its lengths can tell. Anything
-else is a motion that nobody has counted: a new epoch begins.
+have lost power: the counts go on, and only its lengths can show whether a drum was turned meanwhile. Anything else is
+an uncounted motion: a new epoch begins.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ _Count = Annotated[int, Field(ge=-(2**62), le=2**62)]
 
 
 class CountsFile(BaseModel):
-    """What every file of counts holds: of which robot, lines and epoch they are."""
+    """Common content of all files of counts: robot, lines and epoch."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
@@ -104,7 +104,7 @@ class SavedCounts:
     valid: bool
 
     def turned(self, raw: NDArray[np.int64]) -> bool:
-        """Whether, by the counters *raw* (m,), something has turned that nobody has counted."""
+        """Whether, by the counters *raw* (m,), a drum has turned without being counted."""
         half = 1 << (BITS - 1)
         apart = (raw - self.raw + half) % (1 << BITS) - half
         return bool(np.abs(apart).max() > GRAIN) and bool(np.abs(raw).max() > _ZERO)
@@ -118,7 +118,7 @@ class CountFile:
         self.path, self._robot, self._lines = path, robot, tuple(lines)
 
     def read(self) -> SavedCounts | None:
-        """Return what was saved; None without a file. Raises `InputError` for one that is damaged or of another."""
+        """Return the saved counts; None without a file. Raises `InputError` for a damaged or foreign file."""
         if not self.path.exists():
             return None
         try:
@@ -169,11 +169,14 @@ class Remembering:
 
     @property
     def abilities(self) -> Abilities:
-        """Those of the machine."""
+        """Abilities of the machine."""
         return self.machine.abilities
 
     def open(self) -> None:
-        """As `Machine`; reads the saved counts. Raises `InputError` for a file that is damaged or of another."""
+        """Connect to the machine; see `Machine.open`.
+
+        Reads the saved counts. Raises `InputError` for a damaged file or one of another machine.
+        """
         saved = self.file.read()
         self._saved = saved if saved is not None and saved.valid else None
         self._marked = None if self._saved is None else self._saved.counts
@@ -182,7 +185,10 @@ class Remembering:
         self.machine.open()
 
     def step(self, command: Command) -> SensorFrame:
-        """As `Machine`. Raises `EnvironmentFault` where the mark cannot be taken away: nothing is sent then."""
+        """Send *command*, wait for the step, and return the readings that arrived; see `Machine.step`.
+
+        Raises `EnvironmentFault` where the mark of the saved counts cannot be removed: no command is sent then.
+        """
         rests = self._is_rest(command)
         if not rests:
             self._unmark()
@@ -198,11 +204,14 @@ class Remembering:
         return SensorFrame(frame.time, readings, notices)
 
     def stop(self) -> None:
-        """As `Machine`."""
+        """Stop and hold all winches; see `Machine.stop`."""
         self.machine.stop()
 
     def close(self) -> None:
-        """As `Machine`; before that it waits, with brakes closed, until the counts can be saved as valid."""
+        """Disconnect from the machine; see `Machine.close`.
+
+        Before that it waits, with brakes closed, until the counts can be saved as valid.
+        """
         try:
             if WinchMode.OFF in self.abilities.modes and self._totals is not None:
                 self._stand()
@@ -236,7 +245,7 @@ class Remembering:
         return replace(reading, counts=totals)
 
     def _go_on(self, saved: SavedCounts, raw: NDArray[np.int64]) -> None:
-        """Go on from what was saved, or begin a new epoch where something has turned since."""
+        """Continue from the saved counts, or begin a new epoch where a drum has turned since."""
         if saved.turned(raw):
             self.epoch, self._saved, self._marked = time.time_ns(), None, None
             return

@@ -64,7 +64,7 @@ def usual_creep(compliance: float) -> Creep:
 
 
 def scaled_creep(law: Creep, factor: float) -> Creep:
-    """Return a *law* of so many times the strain, beyond what a robot file may say too."""
+    """Return a *law* scaled by a factor, even beyond the range of a robot file."""
     sizes = {"compliances": tuple(factor * each for each in law.compliances), "logarithmic": factor * law.logarithmic}
     return law.model_copy(update=sizes)
 
@@ -75,7 +75,7 @@ def hour_compliance(law: Creep | None) -> float:
 
 
 def gains(steps: Array) -> tuple[Array, Array]:
-    """What an element gains in so many retardation times *steps* (k,): of a constant load of 1, and of one that rises.
+    """Return the gains of an element in *steps* (k,) retardation times: under a constant load of 1, and a rising one.
 
     1 - exp(-x), and 1 - (1 - exp(-x)) / x, by a load from 0 to 1.
     """
@@ -101,11 +101,11 @@ class CreepMemory:
 
     @property
     def strain(self) -> Array:
-        """Of each line, (m,)."""
+        """Creep strain of each line, (m,)."""
         return np.asarray(self.stretched.sum(axis=1))
 
     def feel(self, air: Air) -> None:
-        """Go on in an *air*."""
+        """Continue in another climate (*air*)."""
         if self._law is not None:
             self._pace = self._law.at(air)
             self._step = (0.0, np.zeros(0), np.zeros(0))

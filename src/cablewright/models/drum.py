@@ -71,7 +71,7 @@ class WinchDrum:
 
 
 def drum_of(line: Line) -> WinchDrum | None:
-    """Return the drum of a line as its robot file gives it; None where the radius is not known."""
+    """Return the drum of a line by its robot file; None where the radius is unknown."""
     winch = line.winch
     if winch.drum_radius is None:
         return None

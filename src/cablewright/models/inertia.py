@@ -84,7 +84,7 @@ def _crossed(vectors: Array) -> Array:
 
 
 def counterweight_root(robot: Robot, parts: Stiffness) -> Array:
-    """Return R (..., c, n): R^T R is what c counterweights add to the mass matrix; *parts*: of the stiffness there.
+    """Return R (..., c, n): c counterweights add R^T R to the mass matrix; *parts*: of the stiffness there.
 
     Each rises by the length that its line gains between its ends, as if the cable did not stretch.
     """
@@ -96,7 +96,7 @@ def counterweight_root(robot: Robot, parts: Stiffness) -> Array:
 
 
 def moving_masses(robot: Robot, held: Equilibrium) -> tuple[Array, Array]:
-    """Return the mass matrix (k, n, n) with counterweights at k solved poses, and what their acceleration pulls.
+    """Return the mass matrix (k, n, n) with counterweights at k solved poses, and the pull of their acceleration.
 
     The second (k, m, n) is the change of tensions at the sheaves, N, per acceleration of the platform, m/s^2 and
     rad/s^2, with its pose held. Raises `InputError` as `mass_matrix`.

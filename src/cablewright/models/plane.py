@@ -59,5 +59,5 @@ def leaving(plane: Plane | None, vectors: Array) -> Array:
 
 
 def projected(free: Array | None, wrenches: Array) -> Array:
-    """Return *wrenches* (..., n) without what the plane carries; as they are where *free* is None."""
+    """Return *wrenches* (..., n) without the reactions of the plane; unchanged where *free* is None."""
     return wrenches if free is None else np.asarray(wrenches @ free @ free.T)

@@ -26,7 +26,7 @@ class Rows:
 
     @property
     def single(self) -> bool:
-        """Whether this is a single result, not a batch."""
+        """Whether the result is a single one, not a batch."""
         name, axes = self.SINGLE
         return bool(getattr(self, name).ndim == axes)
 

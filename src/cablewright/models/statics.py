@@ -218,7 +218,7 @@ class Equilibrium(Rows, Result):
 
     @property
     def ok(self) -> Any:
-        """Whether it is solved: a bool, or of a batch a mask (N,)."""
+        """Whether the equilibrium is solved: a bool, or of a batch a mask (N,)."""
         return scalar(self.code == 0)
 
     @property

@@ -30,10 +30,9 @@ if TYPE_CHECKING:
 
 
 class Coverage(StrEnum):
-    """How far a capability covers a feature, from the best to the worst."""
+    """Degree of support of a feature by a capability, from the best to the worst."""
 
     WORKS = "works"
-    UNCERTIFIED = "not certified"
     NOT_CHECKED = "not checked"
     LOST = "lost"
     REJECTED = "rejected"
@@ -89,7 +88,7 @@ class Capability(StrEnum):
 
 @dataclass(frozen=True)
 class Feature:
-    """Something that a robot may have. ``key``: where its file says so; ``holder``: what has it, in words; "": none."""
+    """A feature of robots. ``key``: in the robot file; ``holder``: the part that has it, in words; "": none."""
 
     name: str
     words: str
@@ -202,8 +201,6 @@ _ONE_DRUM: Final = "Lines on one drum have tensions that follow their stretch, n
 _C, _LOST, _REJECTED = Capability, Coverage.LOST, Coverage.REJECTED
 
 _ROWS: Final = (
-    (_C.CERTIFY, Coverage.UNCERTIFIED, SPATIAL, "The answer holds without a proof"),
-    (_C.TRACKER, _REJECTED, SPATIAL, "Track with TrackerSettings(certify=False)"),
     (_C.POSE_BOX, _REJECTED, f"{SPATIAL} plane advantage cables",
      "Use linearise, whose pose errors are of first order"),
     (_C.EXHAUSTIVE, _REJECTED,
@@ -237,7 +234,7 @@ _ROWS: Final = (
     (_C.ELASTIC_CALIBRATION, _REJECTED, "counterweight shared-winch", "Calibrate the robot with a winch on each line"),
     (_C.ELASTIC_CALIBRATION, _REJECTED, "pulley winch-aside platform-sheave platform-pulley",
      "Survey these points and write them into the robot file"),
-    (_C.ELASTIC_CALIBRATION, _REJECTED, "guides advantage cables few-lines-in-plane",
+    (_C.ELASTIC_CALIBRATION, _REJECTED, "guides few-lines-in-plane",
      "Calibrate with cable = rigid"),
     (_C.SIMULATION, _REJECTED, "weightless no-gravity no-diameter no-drum-radius", _IN_FILE),
     (_C.MACHINE_FILE, _REJECTED, "weightless no-diameter no-drum-radius no-gravity", _IN_FILE),
@@ -301,7 +298,7 @@ _ORDER: Final = tuple(Coverage)
 
 
 def features(robot: Robot) -> Iterator[tuple[Feature, str]]:
-    """Yield each of `FEATURES` that a robot has, and what holds it, in words."""
+    """Yield each of `FEATURES` that a robot has, and the part that has it, in words."""
     yield from ((feature, holder) for feature in FEATURES if (holder := feature.holder(robot)))
 
 
@@ -319,7 +316,7 @@ def support(robot: Robot, capability: Capability) -> Cell:
 
 
 def require(robot: Robot | Model, capability: Capability) -> None:
-    """Raise `InputError` for a robot that a capability does not cover: what has which feature, and what to use."""
+    """Raise `InputError` for a robot that a capability does not cover: the feature, its part, and the alternative."""
     found = support(robot if isinstance(robot, Robot) else robot.robot, capability)
     if found.verdict is Coverage.REJECTED:
         raise InputError(f"{capability}: {found.because}; not supported. {found.instead}")

@@ -29,7 +29,7 @@ class WinchLines:
 
     @classmethod
     def of(cls, robot: Robot) -> Self:
-        """Return those of *robot*."""
+        """Return the assignment of lines to winches of *robot*."""
         hosts, index = list(robot.hosts), {line.name: i for i, line in enumerate(robot.lines)}
         host, sense = np.arange(robot.m), np.ones(robot.m)
         for i, line in enumerate(robot.lines):
@@ -45,7 +45,7 @@ class WinchLines:
 
     @property
     def alone(self) -> Mask:
-        """Which lines have a winch for themselves, (m,): the torque of its motor is theirs."""
+        """Mask (m,) of lines with a winch of their own: the torque of its motor is theirs."""
         return np.array([host >= 0 and np.count_nonzero(self.host == host) == 1 for host in self.host])
 
     @property
@@ -63,7 +63,7 @@ class WinchLines:
 
     @cached_property
     def opposed(self) -> Mask:
-        """Which drums wind one line up as they pay another out, (w,): their torque is a difference of tensions."""
+        """Mask (w,) of drums that wind one line up and pay another out: their torque is a difference of tensions."""
         return np.asarray((self.senses == -1.0).any(axis=1))
 
     def torques(self, tensions: Array, arms: Array) -> Array:
@@ -75,7 +75,7 @@ class WinchLines:
         return np.asarray(np.where(self.senses, (tensions * arms)[..., None, :] * self.senses, 0.0).sum(axis=-1))
 
     def tensions(self, torques: Array, arms: Array, expected: Array) -> Array:
-        """Return the tensions (m,), N, nearest to those *expected* (m,), N, that give the *torques* (w,), N m.
+        """Return the tensions (m,), N, nearest to those *expected* (m,), N, with the *torques* (w,), N m.
 
         That of a line alone on its drum follows from the torque; *arms* (m,) as in `torques`. A counterweight keeps
         what is expected of it. NaN of a line on a drum with another whose tension is expected to be NaN.

@@ -90,7 +90,7 @@ def slicer_of(block: bytes) -> str:
 
 
 class Annotations:
-    """What comments and labels say of the rows of a growing table of moves."""
+    """Comments and labels for the rows of a growing table of moves."""
 
     def __init__(self) -> None:
         """Start a file."""

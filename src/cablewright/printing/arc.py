@@ -16,7 +16,7 @@ Point2 = tuple[float, float]
 
 
 class ArcError(ValueError):
-    """The words of an arc describe no arc; the message says what is allowed."""
+    """The words of an arc describe no arc; the message has the allowed forms."""
 
 
 def centre_from_offset(start: Point2, end: Point2, offset: Point2) -> Point2:

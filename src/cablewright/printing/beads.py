@@ -64,7 +64,7 @@ class Beads:
 
     @property
     def differing(self) -> tuple[str, ...]:
-        """A note for whatever lays all beads with the typical sizes; empty where all of them have these."""
+        """A note for programs that lay all beads with the typical sizes; empty where all have these."""
         ends = [(np.nanmin(each), np.nanmax(each)) for each in (self.width, self.height)]
         if all(low == high for low, high in ends):
             return ()
@@ -76,7 +76,7 @@ class Beads:
 
     @property
     def source(self) -> str:
-        """Where widths and heights are from, in words."""
+        """Source of widths and heights, in words."""
         return self.width_by if self.width_by == self.height_by else f"width {self.width_by}, height {self.height_by}"
 
 

@@ -125,7 +125,7 @@ class Motion(Description):
         return math.inf if self.flow_limit is None else self.flow_limit
 
     def most_speed(self, key: Literal["print_speed", "travel_speed"], fastest: bool) -> float:
-        """The largest speed that it allows, m/s; of the *fastest* motion inf, unless the job gives it."""
+        """The largest allowed speed, m/s; of the *fastest* motion inf, unless the job specifies it."""
         return math.inf if fastest and key not in self.model_fields_set else float(getattr(self, key))
 
     def time_law(self, samples: Samples, room: Room = MEMORY, at_samples: Array | None = None) -> TimeLaw:
@@ -134,7 +134,7 @@ class Motion(Description):
 
 
 class Sampling(Description):
-    """How finely the path is sampled, m, machine."""
+    """Distances of samples along the path, m, machine."""
 
     step: _Distance | None = None
     """Maximum distance between samples; None: by the robot and the part, at most `DEFAULT_STEP`."""
@@ -204,7 +204,7 @@ class Job(FileDescription):
         return "piece" if self.gcode is None else "G-code line"
 
     def toolpath(self, progress: Progress | None = None) -> Toolpath:
-        """Read the G-code, with arcs cut as `sampling` says, or compute the path. Raises `InputError`."""
+        """Read the G-code, with arcs cut by `sampling`, or compute the path. Raises `InputError`."""
         if isinstance(self.path, Path):
             step = max((self.sampling.step or DEFAULT_STEP) / self.scale, SHORTEST_ARC_STEP)
             error = max(self.sampling.arc_error / self.scale, SMALLEST_ARC_ERROR)
@@ -222,7 +222,7 @@ class Job(FileDescription):
         return beads_of(toolpath, self.scale, Bead(**bead.model_dump()), by if own else ASSUMED)
 
     def with_corners(self, beads: Beads) -> Job:
-        """Return the job with a corner deviation: where it gives none, by the typical width of its *beads*."""
+        """Return the job with a corner deviation: its own, or else by the typical width of its *beads*."""
         if self.motion.corner_deviation is not None:
             return self
         corner = float(np.clip(CORNER * beads.typical.width, 1e-6, self.motion.corner))

@@ -28,7 +28,7 @@ class Kernel(NamedTuple):
 
     @property
     def reach(self) -> Array:
-        """How far the kernel reaches to either side of its middle, s."""
+        """Half-width of the kernel, s."""
         return np.asarray(0.5 * (self.long + self.short))
 
     @property

@@ -40,7 +40,7 @@ class Schedule:
 
     @property
     def turns(self) -> bool:
-        """Whether it sets a rotation."""
+        """Whether the schedule sets a rotation."""
         return any(step.rotation is not None for step in self.steps)
 
     def rotations(self, z: Array) -> Array:

@@ -189,7 +189,7 @@ class _Motion:
         return counts, excess
 
     def sampled(self, counts: NDArray[np.int64], room: Room) -> tuple[Samples, TimeLaw]:
-        """Return the samples of the shaped motion, of each segment as many as *counts* (k - 1,) says, and their law."""
+        """Return the samples of the shaped motion, *counts* (k - 1,) for each segment, and their law."""
         old, rows = self.samples, int(counts.sum()) + 1
         made = {key: room.empty((rows, *value.shape[1:]), value.dtype) for key, value in vars(old).items()}
         time, speed, vector = room.empty((rows,)), room.empty((rows,)), room.empty((rows, 3))

@@ -129,7 +129,7 @@ class Cable(Description):
 
     @property
     def stiffness(self) -> float:
-        """EA, N."""
+        """Axial stiffness EA, N."""
         section = self.load_section
         if self.young_modulus is not None and section is not None:
             return self.young_modulus * section

@@ -40,7 +40,7 @@ class Straight:
 
     @property
     def length(self) -> float:
-        """Its length, m."""
+        """Length of the piece, m."""
         return math.dist(self.start, self.end)
 
     @property
@@ -70,7 +70,7 @@ class Arc:
 
     @property
     def length(self) -> float:
-        """Its length, m."""
+        """Length of the arc, m."""
         return self.radius * self.angle
 
     @property
@@ -115,7 +115,7 @@ class DeadSpan:
 
     @cached_property
     def length(self) -> float:
-        """Length of all, m."""
+        """Length of the whole path, m."""
         return math.fsum(piece.length for piece in self.pieces)
 
     @property

@@ -123,7 +123,7 @@ class Line(Description):
 
     @property
     def mount_gives(self) -> bool:
-        """Whether the mount of the exit point gives at all."""
+        """Whether the mount of the exit point is compliant."""
         return self.exit_compliance is not None and any(map(any, compliance_matrix(self.exit_compliance)))
 
     @property
@@ -135,7 +135,7 @@ class Line(Description):
 
     @property
     def mount_out_of_plane_by(self) -> str:
-        """What of the mount of the exit point takes the line out of its vertical plane; empty if nothing does."""
+        """Key of the mount that takes the line out of its vertical plane; empty if none does."""
         if self.exit_compliance is None:
             return ""
         if not isinstance(self.exit_compliance, float) and self.mount_gives:
@@ -168,7 +168,7 @@ class Line(Description):
 
     @property
     def way(self) -> str:
-        """How its cable comes from a winch exit that is given, in words that begin with a comma; empty if straight."""
+        """Path of its cable from a given winch exit, in words that begin with a comma; empty if straight."""
         wheels = sum(isinstance(guide, GuideSheave) for guide in self.guides)
         over = f", straight over {len(self.guides)} guides" if self.guides else ""
         over += f", of which {wheels} are wheels" if wheels else ""
@@ -176,7 +176,7 @@ class Line(Description):
 
     @property
     def holder(self) -> str:
-        """What holds its cable at the other end, in words."""
+        """Device that holds the cable at its other end, in words."""
         if self.counterweight is not None:
             return f"a counterweight of {self.counterweight:g} kg, whose tension is given"
         spring = "" if self.spring is None else f" with a spring that gives by {1e6 / self.spring:.4g} mm per kN"
@@ -211,7 +211,7 @@ class Line(Description):
         return last if isinstance(last, tuple) else self.dead_span().last.start
 
     def dead_span(self, wheels: bool = True) -> DeadSpan:
-        """The way of the cable from its winch exit, which is modelled, to its exit point, or to a pulley there.
+        """The path of the cable from its modelled winch exit to its exit point, or to a pulley there.
 
         Without *wheels* those are points, their centres. Raises `InputError` where no cable runs so.
         """

@@ -27,7 +27,7 @@ Point = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class LineEnds:
-    """Where a line begins and ends: its exit point, and its platform point on a body, m."""
+    """Ends of a line: its exit point, and its platform point on a body, m."""
 
     name: str
     exit_point: Point
@@ -68,7 +68,7 @@ class Outline:
 
     @property
     def form(self) -> Layout:
-        """The layout."""
+        """Layout of the lines."""
         return LAYOUTS[self.layout]
 
     @property
@@ -78,7 +78,7 @@ class Outline:
 
     @property
     def stock(self) -> StockCable:
-        """The cable."""
+        """Cable of the lines, from the table."""
         return CABLES[self.cable]
 
     def _require_size(self) -> None:

@@ -81,12 +81,12 @@ class Kind:
 
     @property
     def described(self) -> bool:
-        """Whether a robot's description always has it, or takes it, so that it can be set."""
+        """Whether a robot's description always has it, or accepts it, so that it can be set."""
         return (self.nominal is None and self.missing is None) or self.setter is not None
 
     @property
     def bound(self) -> str:
-        """Which values are valid, as the end of a sentence."""
+        """Valid values, as the end of a sentence."""
         return f"must be {'at least' if self.closed else 'above'} {self.min_value:g}"
 
     def allows(self, value: float) -> bool:
@@ -121,7 +121,7 @@ def _with(part: Any, path: str, value: float) -> Any:
 
 
 def with_compliance(line: Line, path: str, value: float) -> Line:
-    """Return the line with another compliance of its mount; 0 where its file says nothing leaves it so."""
+    """Return the line with another compliance of its mount; 0 leaves a line without a mount unchanged."""
     changed: Line = line if value == 0.0 and line.exit_compliance is None else _with(line, path, value)
     return changed
 

@@ -38,22 +38,22 @@ from cablewright.robot.platform import Platform, PointPlatform
 
 
 class Described(Protocol):
-    """A robot as its parameters see it: `Robot`, which has an uncertainty of them, stands above."""
+    """A robot as far as its parameters need it: name, platform and lines."""
 
     @property
     def name(self) -> str:
-        """Its name."""
+        """Name of the robot."""
 
     @property
     def platform(self) -> Platform:
-        """Its platform."""
+        """Platform of the robot."""
 
     @property
     def lines(self) -> tuple[Line, ...]:
-        """Its lines."""
+        """Lines of the robot."""
 
     def model_copy(self, *, update: Mapping[str, Any]) -> Self:
-        """Return one with other parts."""
+        """Return a copy with other parts."""
 
 
 R = TypeVar("R", bound=Described)
@@ -138,12 +138,12 @@ class Parameter:
             raise InputError(f"{self.kind}: {fault[1]}")
 
     def of_line(self, name: str) -> bool:
-        """Whether it is a number of the line *name*."""
+        """Whether the parameter is a number of the line *name*."""
         return self.line in (None, name)
 
     @property
     def entry(self) -> Kind:
-        """The registry's entry."""
+        """Entry of the parameter in the registry."""
         return KINDS[self.kind]
 
     @property

@@ -49,7 +49,7 @@ class Plane(Description):
 
     @property
     def pulls(self) -> bool:
-        """Whether it holds both ways."""
+        """Whether the plane holds the platform in both directions."""
         return self.one_sided is False
 
     @property

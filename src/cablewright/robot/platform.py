@@ -35,7 +35,7 @@ class Load(Description):
 
     @property
     def changes(self) -> dict[str, Any]:
-        """The values that the load gives, by field of the platform."""
+        """Changed values of a load, by field of the platform."""
         return {key: value for key, value in self if key != "name" and value is not None}
 
 
@@ -81,7 +81,7 @@ class _PlatformWithLoads(Description):
 
     @property
     def in_tilted_plane(self) -> bool:
-        """Whether it has a plane that is not across an axis of the world."""
+        """Whether the platform has a plane that is not perpendicular to an axis of the world."""
         return self.plane is not None and self.plane.axis is None
 
     @property
@@ -99,7 +99,7 @@ class _PlatformWithLoads(Description):
 
     @property
     def may_lift(self) -> bool:
-        """Whether it has a plane that only pushes, off which lines may lift it."""
+        """Whether the platform has a plane that only pushes, off which lines may lift it."""
         return self.plane is not None and not self.plane.pulls
 
     @model_validator(mode="after")
@@ -141,7 +141,7 @@ class PointPlatform(_PlatformWithLoads):
 
     @property
     def assumption(self) -> str:
-        """What the model assumes of it, in words."""
+        """Assumption of the model on this platform, in words."""
         return f"The platform is a point: all lines meet in it, and it has no tilt.{self.guidance}"
 
     @model_validator(mode="after")
@@ -217,7 +217,7 @@ class RigidPlatform(_PlatformWithLoads):
 
     @property
     def assumption(self) -> str:
-        """What the model assumes of it, in words."""
+        """Assumption of the model on this platform, in words."""
         centre, nozzle = (", ".join(f"{x:g}" for x in point) for point in (self.centre_of_mass, self.nozzle))
         return (
             f"The platform is a rigid body: its centre of mass is at ({centre}) m and its nozzle at ({nozzle}) m from "
@@ -226,13 +226,13 @@ class RigidPlatform(_PlatformWithLoads):
 
     @property
     def drawing(self) -> str:
-        """What a picture of it does not show, in words; empty if nothing."""
+        """Limitation of pictures of it, in words; empty if none."""
         joined = "The robot file has no boxes of the platform: its platform points are joined by their convex hull."
         return "" if self.boxes else joined
 
     @property
     def own_nozzle(self) -> Vec3:
-        """Its nozzle, m, platform frame."""
+        """Position of its nozzle, m, platform frame."""
         return self.nozzle
 
     @property

@@ -44,14 +44,14 @@ _COMPASS: Final = {"n": "north", "e": "east", "s": "south", "w": "west"}
 
 
 class Doubt(NamedTuple):
-    """What is doubtful, and whether it is impossible."""
+    """A doubtful number, and whether it is impossible."""
 
     sentence: str
     impossible: bool = False
 
 
 def doubts(robot: Robot) -> tuple[Doubt, ...]:
-    """Return what is doubtful about the numbers of *robot*, a sentence each; none of an ordinary one."""
+    """Return the doubtful numbers of *robot*, a sentence each; empty for an ordinary one."""
     exits, scene = [line.exit_point for line in robot.lines], robot.scene
     size = _size(exits) or _size([scene.frame_min, scene.frame_max])
     rows = (*_of_platform(robot, size), *_of_lines(robot, size))

@@ -278,7 +278,7 @@ class Robot(FileDescription):
 
     @property
     def hosts(self) -> tuple[int, ...]:
-        """The indices of the lines with a winch of their own: one for each winch, whose order and name they give."""
+        """The indices of the lines with a winch of their own: one for each winch, in their order."""
         return tuple(i for i, x in enumerate(self.lines) if x.counterweight is None and x.shared_winch is None)
 
     @property

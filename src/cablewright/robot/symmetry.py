@@ -44,7 +44,7 @@ class SymmetricChange:
 
     @property
     def unit(self) -> str:
-        """Its SI unit."""
+        """SI unit of the variable."""
         return self.change.unit
 
     def on(self, robot: Robot, value: float) -> Robot:

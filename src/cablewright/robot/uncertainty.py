@@ -134,7 +134,7 @@ class Uncertain(Description):
 
     @property
     def way(self) -> str:
-        """The key that gives the uncertainty."""
+        """The key that specifies the uncertainty."""
         return next(way for way in _WAYS if getattr(self, way) is not None)
 
     def of(self, robot: Described, coverage: float) -> tuple[Range, ...]:
@@ -218,7 +218,7 @@ class Uncertainty(FileDescription):
             raise InputError(f"{origin}: {error}") from None
 
     def ranges(self, robot: Described) -> tuple[Range, ...]:
-        """As `of`, with messages that begin with the entry."""
+        """Return the ranges, see `of`, with messages that begin with the entry."""
         ranges: list[Range] = []
         givers: dict[tuple[str, str], int] = {}  # by kind and line
         for index, entry in enumerate(self.parameters or assumed_uncertainty(robot).parameters):
@@ -257,12 +257,12 @@ def _way(line: Line, robot: Described, place: Vec3) -> float:
 
 
 def load_uncertainty(path: str | Path) -> Uncertainty:
-    """Read a TOML file. Raises `InputError`, one line with file, key, value and what is allowed."""
+    """Read a TOML file. Raises `InputError`, one line with file, key, value and the allowed range."""
     return load_model(Uncertainty, path)
 
 
 def assumed_uncertainty(robot: Described) -> Uncertainty:
-    """Return what is assumed of a robot whose uncertainty is not known.
+    """Return the assumed uncertainty of a robot without a file.
 
     Exit points within 2 mm along each axis, lengths within 0.5 mm, the mass of the platform and of counterweights
     within 2 %, moduli within 10 % for steel and 30 % for fibre. A cable counts as steel if its mass fills its diameter,

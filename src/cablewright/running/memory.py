@@ -11,7 +11,7 @@ _GROUP = Path("/sys/fs/cgroup")
 
 
 def require_memory(needed: float, what: str, advice: str) -> None:
-    """Raise `EnvironmentFault` where *what* needs more memory (bytes) than is free, as far as the system says."""
+    """Raise `EnvironmentFault` where *what* needs more memory (bytes) than is free, as far as the system reports it."""
     free = free_memory()
     if free is not None and needed > free:
         sizes = f"about {needed / 1e9:.1f} GB, and {free / 1e9:.1f} GB are free"
@@ -19,7 +19,7 @@ def require_memory(needed: float, what: str, advice: str) -> None:
 
 
 def require_for_samples(samples: int, each: float, what: str) -> None:
-    """As `require_memory`, for a study of a job's *samples* that takes so many bytes for *each*."""
+    """Require memory for a study of a job's *samples*, *each* of so many bytes; see `require_memory`."""
     require_memory(samples * each, f"{what} of {samples} samples", "a longer step in [sampling] takes less")
 
 

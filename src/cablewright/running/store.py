@@ -52,7 +52,7 @@ def read_manifest(folder: Path) -> dict[str, Any] | None:
 
 @contextmanager
 def run_folder(folder: Path) -> Iterator[Path]:
-    """Yield a temporary folder beside *folder* to write to; it replaces *folder* when the block ends without error.
+    """Context with a temporary folder next to *folder*; it replaces *folder* when the block ends without error.
 
     Raises `InputError` if *folder* holds anything but an earlier run, `EnvironmentFault` if nothing can be written
     there. On an error nothing is left behind.
@@ -100,7 +100,7 @@ def job_hashes(path: Path, job: Job) -> dict[str, str]:
 
 
 def manifest_of(command: str, inputs: Mapping[str, object], options: Mapping[str, object]) -> dict[str, Any]:
-    """Return what identifies a run, as JSON values: *command*, hashes of its *inputs*, its *options*, the version."""
+    """Return the identity of a run, as JSON values: *command*, hashes of its *inputs*, its *options*, the version."""
     run = {"schema": 1, "command": command, "cablewright": version("cablewright")}
     manifest: dict[str, Any] = json.loads(json.dumps(run | {"inputs": inputs, "options": options}, default=str))
     return manifest

@@ -48,7 +48,7 @@ class _Limit:
 
 @contextmanager
 def use_threads(most: int | None) -> Iterator[None]:
-    """Batches inside take so many threads at most, where others compute beside; None: as many as before."""
+    """Limit the threads of batches inside the context, where others compute too; None: unchanged."""
     before = _Limit.threads
     _Limit.threads = before if most is None else most
     try:

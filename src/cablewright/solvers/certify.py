@@ -29,8 +29,6 @@ REASONS = {
     STRAIGHT_DOWN: "not certified: a line hangs straight down, where it has no plane; the proof is by lines in planes",
     kernel.NO_INVERSE: "not certified: the Jacobian is singular",
     enclosure.SLACK: "not certified: a massless line hangs slack and has no shape",
-    enclosure.OUT_OF_PLANE: "not certified: a line has a counterweight or is in no vertical plane; "
-    "proofs are of others",
     kernel.IMPRECISE: "not certified: exactly one equilibrium is near, but not within the tolerance",
 }
 
@@ -80,7 +78,7 @@ class Certificate(Rows, Result):
 
     @property
     def certified(self) -> Any:
-        """Whether it is proved: a bool, or a mask (N,) for a batch."""
+        """Whether the equilibrium is proved: a bool, or a mask (N,) for a batch."""
         return scalar(self.code == kernel.CERTIFIED)
 
     def reason(self) -> Any:

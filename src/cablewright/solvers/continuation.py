@@ -18,7 +18,6 @@ from cablewright.kernels.statics import forward as kernel
 from cablewright.kernels.statics.equilibrium import workspace
 from cablewright.models.packed_views import LineStates
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.models.support import Capability, require
 from cablewright.solvers.arguments import as_rows
 from cablewright.solvers.forward import lengths_paid_out, solve_forward
 
@@ -63,12 +62,9 @@ class Tracker:
     ) -> None:
         """Start at the equilibrium of *lengths* (m,), m, or *begin*, one of them that is known.
 
-        Raises `AnswerError` if none is found without a guess, `InputError` where steps are to be certified and a line
-        is not in a vertical plane.
+        Raises `AnswerError` if none is found without a guess.
         """
         self.settings = settings or TrackerSettings()
-        if self.settings.certify:
-            require(model, Capability.TRACKER)
         begin = solve_forward(model, lengths).checked() if begin is None else begin
         self.model = model
         self.pose = begin.pose.copy()
@@ -97,14 +93,14 @@ class Tracker:
         return Status.of(code)
 
     def change(self, packed: Packed) -> None:
-        """Go on with other numbers of the same robot in *packed*: of another load, or another retraction.
+        """Continue with other numbers of the same robot in *packed*: of another load, or another retraction.
 
         The next step leads to their equilibrium.
         """
         self._packed = packed
 
     def restart(self, lengths: Array) -> bool:
-        """Go to the equilibrium of *lengths* (m,), m, near the pose, wherever it lies; whether there is one."""
+        """Go to the equilibrium of *lengths* (m,), m, near the pose; return whether there is one."""
         pose, states = self.pose.copy(), self.states.copy()
         code, _, _ = kernel.solve_near(self._packed, lengths, pose, states, self._work)
         if code == Code.OK:

@@ -18,7 +18,7 @@ Found = tuple[Array, Array, NDArray[np.int64]]  # tensions (N, m), margins (N,) 
 
 @dataclass(frozen=True, eq=False)
 class WinchedLines:
-    """The lines with a winch at N poses: what the counterweights of the others exert is part of the load."""
+    """The lines with a winch at N poses: the wrench of counterweights is part of the load."""
 
     packed: Packed  # of the lines with a winch
     winched: Mask  # (m,) which lines these are

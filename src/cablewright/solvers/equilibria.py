@@ -124,7 +124,7 @@ class Equilibria(Result):
 
     @property
     def refusal(self) -> str:
-        """Why the answer is no."""
+        """Reason for a no, in a sentence."""
         if self._is_overstretched:
             return "the lengths cannot meet: in every stable equilibrium a line is over its breaking load"
         return "" if self.finished else self.why

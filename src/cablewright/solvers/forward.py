@@ -52,7 +52,7 @@ def solve_forward(
     retraction: ArrayLike | None = None,
     path: bool = False,
 ) -> Equilibrium:
-    """`forward` for a model. *path* states that consecutive rows are neighbours on a path, each near its guess."""
+    """Solve `forward` for a model. *path*: consecutive rows are neighbours on a path, each near its guess."""
     model.refuse_rigid()
     length, single = as_lengths(model, lengths)
     rows = len(length)

@@ -38,7 +38,7 @@ def nozzle_on_path(model: Model, poses: Array, positions: Array, retraction: Arr
 
 
 def hung(model: Model, poses: Array, retraction: Array | None = None) -> Array:
-    """Return complete *poses* (k, n) as `inverse` takes them: NaN where equilibrium decides, with the nozzle kept.
+    """Return complete *poses* (k, n) with the nozzle kept; NaN marks the coordinates that equilibrium decides.
 
     As they are where winches hold all degrees of freedom. *retraction* (k,), m.
     """

@@ -66,7 +66,7 @@ def solve_inverse(
     exit_points: Array | None = None,
     wrenches: Array | None = None,
 ) -> Equilibrium:
-    """`inverse` for a model. *path* states that consecutive rows are neighbours on a path, which is faster.
+    """Solve `inverse` for a model. *path* states that consecutive rows are neighbours on a path, which is faster.
 
     Where the limits allow a line so slack that it may hang in several shapes, a path keeps its neighbour's.
     *exit_points* (N, m, 3), m, replace the robot's; winch exit points move with them. *wrenches* (N, 6), N and N m,

@@ -88,7 +88,7 @@ def linearise(equilibrium: Equilibrium) -> Linearisation:
 
 
 def linearise_where_regular(equilibrium: Equilibrium) -> tuple[Linearisation, NDArray[np.int64]]:
-    """As `linearise`, as a batch with a status code for each row instead of an error where one is singular."""
+    """Linearise a batch, see `linearise`, with a status code for each row instead of an error for a singular one."""
     equilibrium.model.refuse_rigid()
     equilibrium.checked()
     model, rows = equilibrium.model, equilibrium.code.size

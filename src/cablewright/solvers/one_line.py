@@ -47,7 +47,7 @@ def line_index(model: Model, line: LineKey) -> int:
 
 
 def winch_line(model: Model, line: LineKey) -> int:
-    """Return the index of *line*, as `line_index`, of which a winch gives the length. Raises `InputError`."""
+    """Return the index of *line*, see `line_index`, whose length a winch sets. Raises `InputError`."""
     index = line_index(model, line)
     if model.lines.counterweight[index] > 0.0:
         raise InputError(f"line {model.robot.lines[index].name!r} has a counterweight, and no winch")
@@ -79,7 +79,7 @@ def hang(row: Array, plane: Array, length: float, y: Array) -> int:
 
 @dataclass(frozen=True, eq=False)
 class LoneLine:
-    """The line *index* of a robot at the one *pose* (1, n), without the others. A winch gives its length."""
+    """The line *index* of a robot at the one *pose* (1, n), without the others. A winch sets its length."""
 
     model: Model
     pose: Array
@@ -87,7 +87,7 @@ class LoneLine:
 
     @cached_property
     def packed(self) -> Packed:
-        """The robot as kernels take it, in a batch of one row."""
+        """The robot as arrays for kernels, in a batch of one row."""
         return self.model.rows()
 
     @property
@@ -97,7 +97,7 @@ class LoneLine:
 
     @cached_property
     def taut(self) -> float:
-        """Its taut length, m; NaN inside a sheave."""
+        """Taut length of the line, m; NaN inside a sheave."""
         return float(taut_lengths(self.packed, self.pose)[0, self.index])
 
     @property
@@ -116,7 +116,7 @@ class LoneLine:
         return int(codes[0]), states[0, self.index]
 
     def max_excess(self) -> tuple[float, str]:
-        """Return the largest excess, m, and what limits it: a word of `slack.SlackSet`."""
+        """Return the largest excess, m, and its limit: a word of `slack.SlackSet`."""
         line, limit, ended_by = self.model.robot.lines[self.index], math.inf, "nothing"
         if line.winch.capacity is not None:
             limit, ended_by = line.winch.capacity / line.cables - self.taut, "capacity"

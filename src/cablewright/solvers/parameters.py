@@ -106,7 +106,7 @@ def _columns(equilibrium: Equilibrium, parameter: Parameter) -> Iterator[tuple[i
 
 
 def mount_lengths(equilibrium: Equilibrium) -> Array:
-    """Return by how much longer a line with the same tension would be if its mount did not give, (N, m), m per m/N.
+    """Return how much longer a line with the same tension would be on a stiff mount, (N, m), m per m/N.
 
     At the N solved rows of a batch, platform held, of mounts that are equally compliant in all directions; to first
     order. Displacement of an exit point across its line is neglected: it rotates the force by displacement over span.

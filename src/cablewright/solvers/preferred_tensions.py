@@ -43,7 +43,7 @@ def preferred_tensions(model: Model) -> Array | None:
 
 
 def preferred_note(tensions: Array | None) -> str:
-    """Return what has to be known of an answer near preferred *tensions*, N; empty where they are None or 0."""
+    """Return the note on an answer near preferred *tensions*, N; empty where they are None or 0."""
     if tensions is None or not tensions.any():
         return ""
     low, high = f"{tensions.min():.4g}", f"{tensions.max():.4g}"

@@ -69,7 +69,7 @@ class SlowestMode:
 
     @property
     def least(self) -> float:
-        """The least of them, Hz."""
+        """Lowest of the frequencies, Hz."""
         return float(self.frequencies.min())
 
     def period(self, positions: Array) -> Array:
@@ -110,7 +110,7 @@ class JobMotion:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What shaping costs, and which layers are shorter than the shaper."""
+        """Notes on the time that shaping adds, and on layers shorter than the shaper."""
         if self.shaper is None:
             return ()
         more, layers = self.law.duration - self.unshaped, self.layers

@@ -30,7 +30,7 @@ def taut_at(model: Model, pose: Array) -> Taut:
 
 
 def taut_of(packed: Packed, pose: Array) -> Taut:
-    """As `taut_at`, of lines that may differ from a model's, as with a platform's retraction."""
+    """Return straight lines, see `taut_at`, of lines that may differ from a model's, as with a retraction."""
     m, place = len(packed.lines), np.array(pose, dtype=np.float64)
     found, planes, toward, per_motion = (np.empty((m, size)) for size in (kernel.FOUND, 4, 3, len(place)))
     kernel.draw(packed, place, found, planes, toward, per_motion)

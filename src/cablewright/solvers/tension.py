@@ -43,10 +43,10 @@ class Objective(Protocol):
     """A convex function of the tensions (m,), N, to be minimised."""
 
     def value(self, tensions: Array) -> float:
-        """Return its value."""
+        """Return the value of the objective."""
 
     def gradient(self, tensions: Array) -> Array:
-        """Return its gradient (m,)."""
+        """Return the gradient (m,) of the objective."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +69,7 @@ class Quadratic:
         return self._times(tensions) + (0.0 if self.linear is None else self.linear)
 
     def checked(self, m: int) -> Quadratic:
-        """Return the same in arrays for *m* lines. Raises `InputError` if it does not fit or is not convex."""
+        """Return the objective in arrays for *m* lines. Raises `InputError` if it does not fit or is not convex."""
         H = _finite(self.hessian, "hessian")
         g = np.zeros(m) if self.linear is None else _finite(self.linear, "linear")
         if H.shape not in ((m,), (m, m)) or g.shape != (m,):
@@ -95,11 +95,11 @@ class _OfWinches:
     own: WinchedLines
 
     def value(self, tensions: Array) -> float:
-        """Return its value."""
+        """Return the value of the objective."""
         return self.objective.value(self._all(tensions))
 
     def gradient(self, tensions: Array) -> Array:
-        """Return its gradient."""
+        """Return the gradient (m,) of the objective."""
         return self.objective.gradient(self._all(tensions))[self.own.winched]
 
     def _all(self, tensions: Array) -> Array:

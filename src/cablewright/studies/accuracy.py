@@ -106,7 +106,7 @@ class AccuracyStudy(Result):
 
     @property
     def columns(self) -> dict[str, Array]:
-        """Those of the accuracy at its places."""
+        """Columns of the accuracy at its positions."""
         return self.accuracy.columns
 
     def __len__(self) -> int:
@@ -115,7 +115,7 @@ class AccuracyStudy(Result):
 
     @property
     def extremes(self) -> tuple[Extreme, ...]:
-        """Where each figure is largest, and the largest error smallest; those that have a value anywhere."""
+        """Positions where figures are largest, and where the largest error is smallest; only of figures with values."""
         found, spread = self.accuracy, self.accuracy.spread
         worst = found.worst_offset
         nominal = found.nominal_error
@@ -142,7 +142,7 @@ class AccuracyStudy(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What to know before the figures are used."""
+        """Cautions on the figures."""
         broken = [rule for rule in self.rules if not rule.holds]
         if not broken:
             return self.accuracy.notes
@@ -241,7 +241,7 @@ def _shared(question: AccuracyQuestion, file: Path | None, executor: Executor | 
 
 
 def bytes_each(robot: Robot, ranges: int, room: Path | None = None) -> float:
-    """Return the memory for each sample of a job while so many numbers are uncertain: benchmarks/path_memory.py.
+    """Return the memory for each sample of a job with this many uncertain numbers: benchmarks/path_memory.py.
 
     *room*: of its arrays.
     """

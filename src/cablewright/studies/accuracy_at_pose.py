@@ -152,7 +152,7 @@ class AccuracyAtPose(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What to know before the figures are used."""
+        """Cautions on the figures."""
         inner = self.region.interior
         if inner is None or inner.corner_is_worst:
             return self.accuracy.notes

@@ -58,7 +58,9 @@ WORST = (
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Highest(Result):
-    """Where the stress of each design is highest: indices into `poses` (N, n), and the stresses there, Pa.
+    """Poses with the highest stress of each design.
+
+    They are indices into `poses` (N, n), with the stresses there, Pa.
 
     A row or entry for each of `DESIGNS`. `held`: how many poses both designs can hold.
     """
@@ -85,7 +87,7 @@ class Highest(Result):
         return self.poses[row].tolist(), None if self.retraction is None else float(self.retraction[row])
 
     def worst_of(self, design: int) -> Worst:
-        """Where one of `DESIGNS` is stressed most."""
+        """Pose with the highest stress of one of `DESIGNS`."""
         return Worst(self.poses[self.at[design]], self.stress[design])
 
 
@@ -194,7 +196,7 @@ class BracketStress(Pictured):
 
     @property
     def refusal(self) -> str:
-        """Which bracket yields; empty if none does."""
+        """The bracket that yields, in a sentence; empty if none does."""
         found = self.designs.universal_joint
         if self.status == "ok":
             return ""

@@ -84,7 +84,7 @@ class Fit(Pictured):
 
     @property
     def size(self) -> Array:
-        """Sides (3,), m."""
+        """Sides (3,) of the part, m."""
         return np.asarray(np.ptp(self.points, axis=0))
 
     @property
@@ -95,7 +95,7 @@ class Fit(Pictured):
 
     @property
     def refusal(self) -> str:
-        """Why it does not fit."""
+        """Reason why the part does not fit."""
         if self.fits:
             return ""
         return f"the part fits {self.robot.name!r} up to a scale of {self.scale:.3g}: {self.limit}"

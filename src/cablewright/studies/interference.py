@@ -93,7 +93,7 @@ class JobInterference(Distances):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What is assumed of the cables, and what is odd about the beads."""
+        """Assumptions on the cables, and odd values of the beads."""
         return (*super().notes, *(() if self.beads is None else self.beads.notes))
 
     @property
@@ -124,7 +124,7 @@ class JobInterference(Distances):
 
     @property
     def refusal(self) -> str:
-        """Why the answer is no, with the place in the job."""
+        """Reason for a no, with the place in the job."""
         worst = self.worst
         if worst is not None and self.status in ("touching", "near"):
             return f"{super().refusal} {self.samples.where(worst.row)}, G-code line {self.at('line')}"

@@ -52,7 +52,7 @@ EXPLANATIONS: Final = (
 
 @dataclass(frozen=True)
 class OneNumberFit:
-    """What one *number* with another value would explain of the differences; fields as `EXPLANATIONS` says."""
+    """Effect of another value of one *number* on the differences; fields as in `EXPLANATIONS`."""
 
     number: str
     value: float
@@ -64,7 +64,10 @@ class OneNumberFit:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MeasuredModes(Pictured):
-    """Modes of a swing beside the model's. `matched` (k,): the model's mode of each measured one, -1 for none."""
+    """Modes of a swing compared with the model's.
+
+    `matched` (k,): the model's mode of each measured one, -1 for none.
+    """
 
     FIGURES: ClassVar = (
         Figure("robot", "", "Name of the robot.", "model.equilibrium.model.robot.name"),

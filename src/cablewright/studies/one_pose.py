@@ -69,7 +69,7 @@ class SolvedPose(Result):
 
     @property
     def status(self) -> Status:
-        """What became of the solve; out of limits where it is balanced beyond a limit of the machine."""
+        """Status of the solve; out of limits where it is balanced beyond a limit of the machine."""
         status: Status = self.equilibrium.status
         return Status.OUT_OF_LIMITS if status is Status.OK and self.broken_limit else status
 
@@ -88,13 +88,13 @@ class SolvedPose(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """How the tensions were chosen."""
+        """Note on the choice of tensions."""
         note = preferred_note(self.equilibrium.lines.preferred_tension)
         return (note,) if note else ()
 
     @property
     def refusal(self) -> str:
-        """Why the answer is no."""
+        """Reason for a no, in a sentence."""
         if self.equilibrium.status is not Status.OK:
             return self.equilibrium.sentence()
         if self.certificate is not None and not self.certificate.certified:
@@ -135,7 +135,7 @@ class SlackSets(Result):
 
     @property
     def refusal(self) -> str:
-        """Why the answer is no."""
+        """Reason for a no, in a sentence."""
         count = f"no {self.model.n} of the {self.model.m} lines"
         return "" if self.sets else f"{count} hold this pose within their limits with the others slack"
 

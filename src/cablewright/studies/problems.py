@@ -35,7 +35,7 @@ _MANY: Final = (0.0, 1e6)  # N: limits where the problem has none
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Problem(Result):
-    """A problem: its inputs, an answer that another program found, and how near to it an answer has to be.
+    """A problem: its inputs, an answer of another program, and the required accuracy.
 
     ``inputs``: arrays in SI by name, which say all. Cables leave eyelets; without a ``linear_density`` they have no
     mass, without an ``axial_stiffness`` they do not stretch. Gravity is 9.81 m/s^2. ``answer`` (k,) is in ``unit``.

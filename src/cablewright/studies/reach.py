@@ -133,5 +133,5 @@ def _grid(robot: Robot, nodes: int) -> tuple[list[Array], Array]:
 
 
 def held_at(model: Model, nozzle: Array) -> Equilibrium:
-    """Return what holds the unrotated platform with its nozzle at places (k, 3), m."""
+    """Return the equilibria of the unrotated platform with its nozzle at positions (k, 3), m."""
     return solve_inverse(model, model.unrotated_at(nozzle))

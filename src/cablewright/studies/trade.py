@@ -194,7 +194,7 @@ class Trade(Pictured):
 
     @property
     def refusal(self) -> str:
-        """Why the answer is no, in a sentence; empty where it is yes."""
+        """Reason for a no, in a sentence; empty for a yes."""
         return {
             "ok": "",
             "empty": "no combination has a workspace within the box",
@@ -203,7 +203,7 @@ class Trade(Pictured):
 
     @property
     def variations(self) -> list[dict[str, Any]]:
-        """What varies, as JSON has it."""
+        """Variations of the design variables, as in JSON."""
         return [{"name": each.name, "unit": each.unit, "values": values} for each, values in self.varied.items()]
 
     @property
@@ -234,12 +234,12 @@ class Trade(Pictured):
 
     @property
     def clear(self) -> Mask:
-        """Which combinations (C,) have no colliding sheaves."""
+        """Mask (C,) of combinations without colliding sheaves."""
         return self.margins >= 0.0
 
     @cached_property
     def best(self) -> Mask:
-        """Which combinations (C,) without collision are Pareto-optimal in volume and lowest frequency."""
+        """Mask (C,) of Pareto-optimal combinations without collision, in volume and lowest frequency."""
         least = [math.nan if each.least is None else each.least for each in self.combinations]
         return best_of([each.volume for each in self.combinations], least, self.clear)
 

@@ -165,7 +165,7 @@ class Walls(Pictured):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was guessed, and what the walls leave open."""
+        """Guesses, and questions that the walls leave open."""
         along = "all walls in sight are nearly parallel: the place along them is not known"
         return (*self.scan.guessed, *self._own_parts, *([along] if self.status == "parallel" else []))
 
@@ -192,7 +192,7 @@ class Walls(Pictured):
 
     @property
     def refusal(self) -> str:
-        """Why the answer is no, in a sentence; empty where it is yes."""
+        """Reason for a no, in a sentence; empty for a yes."""
         if self.status == "no-wall":
             if len(self.points) and not np.ptp(self.points.ray, axis=0).any():
                 return f"no wall is in sight: all points within limits, {len(self.points)}, are at one bearing"

@@ -163,7 +163,7 @@ def test_an_unknown_parameter_names_the_nearest(cli, tmp_path: Path) -> None:
     assert "known.toml" in line
 
 
-def test_the_report_says_what_was_asked_for(cli, tmp_path: Path) -> None:
+def test_the_report_states_the_request(cli, tmp_path: Path) -> None:
     cli(*HOUSE, "--at", "3,2,1", "--home", "0,0,1", "--tension-limits", "50,5000", "--out", str(tmp_path / "run"))
     page = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
     assert "<td>zeroed at</td><td>0,0,1</td>" in page
@@ -179,7 +179,7 @@ def test_without_an_equilibrium_at_any_corner_there_is_no_answer(cli, tmp_path: 
 
 
 def test_another_controllers_failure_is_not_the_answer(cli) -> None:
-    """At this pose the lengths of a model without sheaves break a line; those asked for do not."""
+    """At this pose the lengths of a model without sheaves break a line; the requested ones do not."""
     found = cli("accuracy", "wang2021", "--at", "0,0,1", "--json").json
     assert [each["compensation"] for each in found["remains"]] == ["none", "elastic", "full"]
 

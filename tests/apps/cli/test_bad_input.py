@@ -41,7 +41,7 @@ LENGTHS = ("--lengths", "28,28,28,28")
         (["forward", HOUSE, *LENGTHS, "--modulus-factors", "1,1,1,-1"], "over zero; got -1"),
         (["forward", HOUSE, *LENGTHS, "--modulus-factors", "1,1,1,nan"], "finite"),
         (["forward", HOUSE, *LENGTHS, "--cable", "rigid"], "do not determine tensions; use elastic or catenary"),
-        (["inverse", HOUSE, *AT, "--cable", "rope"], "'rope' is not one of 'rigid', 'elastic', 'catenary'"),
+        (["inverse", HOUSE, *AT, "--cable", "cord"], "'cord' is not one of 'rigid', 'elastic', 'catenary'"),
         (["inverse", HOUSE, *AT, "--cable", "catenry"], "'catenry' is not one of 'rigid', 'elastic', 'catenary'"),
         (["inverse", HOUSE, *AT, "--sheave", "pulley"], "'pulley' is not one of"),
         (["inverse", "merlet2023", *AT, "--sheave", "universal-joint"], "has only a sheave of kind swivel"),

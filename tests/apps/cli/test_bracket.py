@@ -19,7 +19,7 @@ def answer(cli, tmp_path_factory):
     return cli("bracket", "house-printer", *AT, "--plot", folder / "b.png", "--vtu", folder / "b.vtu", "--json"), folder
 
 
-def test_both_designs_are_told(answer) -> None:
+def test_both_designs_are_reported(answer) -> None:
     found, _ = answer
     assert (found.code, found.err) == (0, "")
     values = found.json
@@ -116,7 +116,7 @@ def test_bad_input_gets_one_line(cli, options, told) -> None:
     assert told in cli("bracket", "house-printer", *options).refusal
 
 
-def test_robots_without_a_bracket_or_a_lever_are_told(cli) -> None:
+def test_robots_without_a_bracket_or_a_lever_are_reported(cli) -> None:
     assert "has a swivel as its sheave; not supported" in cli("bracket", "merlet2023", "--at", "0,0,1").refusal
 
 

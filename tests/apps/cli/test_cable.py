@@ -102,7 +102,7 @@ def test_a_picture_that_cannot_be_written(cli, tmp_path: Path) -> None:
     assert not list((tmp_path / "folder.png").iterdir())
 
 
-def test_notes_are_told_apart_from_the_result(cli, tmp_path: Path) -> None:
+def test_notes_are_distinguished_from_the_result(cli, tmp_path: Path) -> None:
     file = tmp_path / "once.csv"
     file.write_text("\n".join(TEST.read_text().splitlines()[:68]))
     answer = cli("modulus", file, *GIVEN, "--json")

@@ -178,7 +178,7 @@ def test_bad_data_are_one_line_and_change_nothing(cli, changed, tmp_path: Path, 
     [
         ("south-west,south-west.x", "held twice"),
         ("inner,south-west", "contradict each other"),
-        ("nobody", "unknown datum 'nobody'"),
+        ("nowhere", "unknown datum 'nowhere'"),
         ("south-west.q", "unknown datum"),
     ],
 )
@@ -253,7 +253,7 @@ def test_a_doubtful_answer_is_written_only_where_it_is_accepted(cli, data: Path,
     assert 'class="verdict doubt"' in (tmp_path / "new.html").read_text()
 
 
-def test_what_is_needed_decides(cli, data: Path, tmp_path: Path) -> None:
+def test_the_required_accuracy_decides(cli, data: Path, tmp_path: Path) -> None:
     out = tmp_path / "new.toml"
     answer = cli("calibrate", "wang2021", data, "--need", "50 mm", "--out", out, "--json")
     assert (answer.code, answer.json["verdict"], answer.json["reasons"]) == (0, "good", [])

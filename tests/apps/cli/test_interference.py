@@ -169,7 +169,7 @@ def test_people_get_a_table(cli, machine: Path) -> None:
     assert table[3].split() == ["line_part", "-", "-", "-"]
 
 
-def test_a_cable_of_unknown_diameter_is_told(cli, tmp_path) -> None:
+def test_a_cable_of_unknown_diameter_is_reported(cli, tmp_path) -> None:
     text = "\n".join(line for line in library_text("merlet2023").splitlines() if not line.startswith("diameter"))
     (tmp_path / "thin.toml").write_text(text)
     assert (

@@ -196,7 +196,7 @@ def test_options_reach_the_boundary(cli) -> None:
         assert told(*option) != plain, option
 
 
-def test_poses_out_of_their_limits_are_told(cli) -> None:
+def test_poses_out_of_their_limits_are_reported(cli) -> None:
     given = ("--boundary", "--grid", "9", "--criterion", "wrench-closure", "--tension-limits", "10,30")
     told = cli("modes", "jung2020", *given, "--json").json["boundary"]
     assert 0 < told["out_of_limits"] <= told["n"]
@@ -230,7 +230,7 @@ def test_an_empty_boundary_is_a_no(cli, tmp_path) -> None:
         (["--boundary", "--retraction", "1.5", "--retraction-law", "0,1.5"], "give one of them"),
         (["--at", "1,2"], "6 numbers are expected"),
         (["--at", "here"], "numbers with commas"),
-        ([*AT, "--cable", "rope"], "'rope' is not one of"),
+        ([*AT, "--cable", "cord"], "'cord' is not one of"),
         ([*AT, "--sheave", "swivel"], "has only a sheave of kind eyelet"),
         ([*AT, "--retraction", "3"], "retracts from 1.2 to 2 m"),
         ([*AT, "--tension-limits", "20,10"], "0 <= lowest < highest"),

@@ -1,4 +1,4 @@
-"""`print`: a run folder with log, figures and report; what it is rejected for."""
+"""`print`: a run folder with log, figures and report; reasons of rejection."""
 
 from __future__ import annotations
 
@@ -135,8 +135,8 @@ def test_other_folders_are_left_alone(cli, job, tmp_path) -> None:
     assert [each.name for each in tmp_path.iterdir()] == ["mine.txt"]
 
 
-def test_a_severity_is_kept_with_the_print_and_told(cli, job, tmp_path) -> None:
-    """Encoders alone hear nothing of what a severity does but for the drum; the print goes on as it began."""
+def test_a_severity_is_kept_with_the_print_and_reported(cli, job, tmp_path) -> None:
+    """Encoders alone show no effect of a severity except that of the drum; the print goes on as it began."""
     out, options = tmp_path / "run", (*FAST, "--estimator", "encoders", "--out", tmp_path / "run")
     answer = cli("print", "merlet2023", job, *options, "--severity", "rough", "--json")
     assert answer.json["severity"] == "rough"

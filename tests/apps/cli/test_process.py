@@ -45,7 +45,7 @@ def test_bad_input() -> None:
     assert "Traceback" not in ended.stderr
 
 
-def test_help_is_there_at_once() -> None:
+def test_help_appears_within_its_time() -> None:
     walls = []
     for _ in range(3):
         begin = time.perf_counter()
@@ -129,7 +129,7 @@ def test_a_request_to_end_is_heard_anywhere(asked: signal.Signals, waits: tuple[
         assert [each.name for each in tmp_path.iterdir() if each.name != "cache"] == []
 
 
-def test_what_an_interruption_leaves_half_made_is_not_told() -> None:
+def test_objects_half_made_by_an_interruption_are_not_reported() -> None:
     program = """
 import os, signal
 from cablewright.apps.cli import main
@@ -225,7 +225,7 @@ def solve(*arguments, **options):
 
 
 def test_a_request_that_is_being_handled_is_not_repeated() -> None:
-    """What is saved on the way out takes as long as it takes."""
+    """Saving at the end may take as long as needed."""
     saving = """
 def solve(*arguments, **options):
     try:
@@ -294,12 +294,12 @@ def test_an_interruption(cli, monkeypatch) -> None:
 
 @pytest.mark.parametrize("place", [0, -1])
 def test_debug_shows_where_an_error_came_from(cli, place: int) -> None:
-    arguments = ["inverse", "nobody", "--at", "0,0,1"]
+    arguments = ["inverse", "unknown", "--at", "0,0,1"]
     arguments.insert(place % (len(arguments) + 1), "--debug")
     answer = cli(*arguments)
     assert (answer.code, answer.out) == (2, "")
     assert answer.err.startswith("Traceback")
-    assert answer.err.splitlines()[-1].startswith("cablewright: no robot 'nobody'")
+    assert answer.err.splitlines()[-1].startswith("cablewright: no robot 'unknown'")
 
 
 def test_debug_adds_nothing_to_a_yes(cli) -> None:

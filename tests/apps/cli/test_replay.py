@@ -39,7 +39,7 @@ def test_a_run_folder_is_replayed_as_its_log(cli, log: Path, tmp_path: Path) -> 
     assert values["notes"] == []
 
 
-def test_it_is_told_to_people(cli, log: Path) -> None:
+def test_the_result_is_printed_as_text(cli, log: Path) -> None:
     answer = cli("replay", log)
     assert answer.code == 0
     shown = dict(re.split(r"  +", line, maxsplit=1) for line in answer.out.splitlines() if "  " in line)
@@ -72,7 +72,7 @@ def test_both_estimators_stand_side_by_side(cli, log: Path, tmp_path: Path) -> N
     assert covered[2].endswith("%")
 
 
-def test_faults_and_cuts_are_told(cli, tmp_path: Path) -> None:
+def test_faults_and_cuts_are_reported(cli, tmp_path: Path) -> None:
     out = tmp_path / "run.mcap"
     faults = ["--fault", "north,0,100", "--fault", "south,0,100"]
     assert cli(*SOME, "--duration", 6, *faults, "--out", out).code == 0

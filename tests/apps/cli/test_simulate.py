@@ -26,7 +26,7 @@ def test_a_log_is_written_and_summed_up(cli, tmp_path) -> None:
     assert sum(len(entry.frame.readings) for entry in entries) == sum(values["readings"].values())
 
 
-def test_a_severity_is_told_and_kept_in_the_log(cli, tmp_path) -> None:
+def test_a_severity_is_reported_and_kept_in_the_log(cli, tmp_path) -> None:
     out = tmp_path / "run.mcap"
     options = [*SHORT, "--seed", 3, "--severity", "typical", "--fault", "north,0,100"]
     answer = cli("simulate", "merlet2023", *options, "--out", out, "--json")
@@ -36,7 +36,7 @@ def test_a_severity_is_told_and_kept_in_the_log(cli, tmp_path) -> None:
         assert (log.head.severity, log.head.settings.room.deviation) == ("typical", 1e-3)
         frames = [entry.frame for entry in log.entries()]
         stamps = [each.time - frame.time for frame in frames for each in frame.of(Inertial)]
-        assert len({round(each, 4) for each in stamps}) == 1  # a clock that is off, and hardly drifts
+        assert len({round(each, 4) for each in stamps}) == 1  # a clock with an offset that hardly drifts
         assert 1e-6 < abs(stamps[0]) < 0.01
         assert {each.time - frame.time for frame in frames for each in frame.of(Encoders)} == {0.0}  # on a wire
     assert cli("simulate", "merlet2023", *SHORT, "--json").json["severity"] == "ideal"

@@ -118,7 +118,7 @@ def test_a_pose_that_cannot_be_held(cli, at: str, status: str, says: str) -> Non
 
 
 @pytest.mark.parametrize("at", ["0,0,14.9", "7.45,0,1"])
-def test_an_infeasible_pose_is_told_with_the_numbers_it_prints(cli, at: str) -> None:
+def test_an_infeasible_pose_is_reported_with_the_numbers_it_prints(cli, at: str) -> None:
     """The line, the excess and the tensions printed belong together."""
     answer = cli("inverse", "house-printer", "--at", at, "--json")
     said, found = answer.no.split(": at best line ")[1], answer.json

@@ -127,7 +127,7 @@ def test_options_reach_the_study(cli) -> None:
     assert inertia != row("--retraction", "1.4")["lowest_frequency"]["min"]
 
 
-def test_a_sweep_goes_on_with_what_its_file_has(cli, tmp_path: Path) -> None:
+def test_a_sweep_continues_with_the_results_in_its_file(cli, tmp_path: Path) -> None:
     first = cli("trade", "jung2020", *VARY, *QUICK, "--json")
     assert first.json["file"] == "runs/trade-jung2020.jsonl"
     kept = (tmp_path / "runs" / "trade-jung2020.jsonl").read_bytes()
@@ -147,7 +147,7 @@ def test_an_interrupted_sweep_says_that_it_goes_on(cli, monkeypatch: pytest.Monk
     assert "runs/trade-jung2020.jsonl has what is done; the same command resumes" in answer.err
 
 
-def test_progress_is_told_with_the_time_left(cli, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_progress_is_reported_with_the_time_left(cli, monkeypatch: pytest.MonkeyPatch) -> None:
     seconds = iter(range(0, 100_000, 3))
     monkeypatch.setattr("cablewright.apps.cli.output.time.monotonic", lambda: float(next(seconds)))
     told = cli("trade", "jung2020", *VARY, *QUICK).err
@@ -190,7 +190,7 @@ def test_nothing_inside_is_a_no(cli, tmp_path: Path) -> None:
         (["--vary", "mass=1", "--retraction", "9"], "retracts from 1.2 to 2 m"),
         (["--vary", "mass=1", "--tension-limits", "9,1"], "0 <= lowest < highest"),
         (["--vary", "mass=1", "--criterion", "best"], "is not one of"),
-        (["--vary", "mass=1", "--criterion", "static", "--cable", "rope"], "is not one of"),
+        (["--vary", "mass=1", "--criterion", "static", "--cable", "cord"], "is not one of"),
         (["--vary", "mass=1", "--count", "cells"], "is not one of"),
         (["--vary", "mass=1", "--grid", "0"], "grid 0: 3 to 400 nodes"),
         (["--vary", "mass=1", "--boundary-grid", "500"], "grid 500: 3 to 121 nodes"),

@@ -159,7 +159,7 @@ def test_a_volume_that_does_not_converge_is_a_no(cli, tmp_path) -> None:
     assert answer.json["volume"] <= answer.json["volume_error"] < 1e-4
 
 
-def test_progress_is_told_after_two_seconds(cli, monkeypatch) -> None:
+def test_progress_is_reported_after_two_seconds(cli, monkeypatch) -> None:
     seconds = iter(range(100_000))
     monkeypatch.setattr("time.monotonic", lambda: float(next(seconds)))
     told = cli("workspace", "jung2020", "--grid", "60", "--count", "nodes").err

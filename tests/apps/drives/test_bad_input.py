@@ -68,7 +68,7 @@ def test_a_wrong_file_is_rejected_before_anything_is_sent(cli, old: str, new: st
     assert len(answer.err.strip().splitlines()) == 1
 
 
-def test_a_bus_that_nobody_answers_on_is_of_the_environment(cli, tmp_path: Path) -> None:
+def test_a_bus_without_answers_is_an_environment_fault(cli, tmp_path: Path) -> None:
     file = tmp_path / "machine.toml"
     file.write_text(EXAMPLE.read_text("utf-8").replace('"43113"', '"43998"'), encoding="utf-8")
     answer = cli("drives", "scan", "merlet2023", "--machine", str(file))
@@ -83,7 +83,7 @@ def test_a_bus_that_nobody_answers_on_is_of_the_environment(cli, tmp_path: Path)
 
 
 @pytest.mark.parametrize("action", ["write", "enable", "release", "tension", "home"])
-def test_a_real_bus_moves_nothing_that_nobody_has_acknowledged(cli, action: str, tmp_path: Path) -> None:
+def test_a_real_bus_moves_nothing_without_acknowledgement(cli, action: str, tmp_path: Path) -> None:
     file = tmp_path / "machine.toml"
     text = EXAMPLE.read_text("utf-8").replace('"loopback"', '"socketcan"').replace('"43113"', '"can7"')
     file.write_text(text, encoding="utf-8")

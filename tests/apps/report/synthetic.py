@@ -1,4 +1,4 @@
-"""A check that nobody computed: the path of a job, errors, tensions and winches of a plausible size."""
+"""A made-up check: the path of a job, errors, tensions and winches of a plausible size."""
 
 from __future__ import annotations
 

@@ -145,7 +145,7 @@ def test_figures_are_those_of_the_study(folder):
     assert "modulus of south-west 1 1 0.7 1.3" in text  # unit, nominal, min, max
 
 
-def test_limits_that_end_the_workspace_are_told(folder):
+def test_limits_that_end_the_workspace_are_reported(folder):
     study = studied("workspace")
     text = told(write(study, folder).read_text(encoding="utf-8"))
     for each in study.workspace.by_limit:
@@ -291,7 +291,7 @@ def test_region_of_any_dimension(axes):
         assert style.png(region_picture(found, points[::2])).startswith(b"\x89PNG")
 
 
-def test_wanted_place_is_told_where_it_is_too_far_to_draw():
+def test_wanted_place_is_reported_where_it_is_too_far_to_draw():
     found = placed().region
     far = dataclasses.replace(found, wanted=found.nominal + np.array([0.0, 0.0, 0.5]))
     near = dataclasses.replace(found, wanted=found.nominal + np.array([0.0, 0.0, 1e-3]))

@@ -182,7 +182,7 @@ def test_one_sample(small, folder):
     assert "<canvas" not in text
 
 
-def test_lines_that_differ_are_told_apart(tmp_path, folder):
+def test_lines_that_differ_are_distinguished(tmp_path, folder):
     mixed, plain = load("house-printer"), ring_robot(4)
     lines = (*mixed.lines[:2], *plain.lines[:2])
     text = told(page_of(make_check(mixed.model_copy(update={"lines": lines}), small_job(tmp_path)), folder))

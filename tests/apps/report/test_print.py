@@ -1,4 +1,4 @@
-"""The report of a print: whole in itself, honest about what is missing, with the structure as meshes."""
+"""The report of a print: whole in itself, honest about missing data, with the structure as meshes."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def test_the_structure_is_a_closed_body_of_its_volume(found: PrintRecord, folder
 
 
 @pytest.mark.parametrize("missing", [("truth",), ("estimate", "truth"), ("progress",)])
-def test_what_is_missing_is_left_out(missing: tuple[str, ...], tmp_path: Path) -> None:
+def test_missing_data_is_left_out(missing: tuple[str, ...], tmp_path: Path) -> None:
     entries, track, _ = standard()
     found = record(without(entries[:1200], *missing), head(), track, print_speed=SPEED)
     page = write(found, tmp_path, "part").read_text()

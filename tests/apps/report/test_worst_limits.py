@@ -58,7 +58,7 @@ def test_each_kind_in_words(small, finding, words):
 
 
 @pytest.mark.parametrize("name", [*(limit.name for limit in LIMITS), "frame, x", "frame, y", "frame, z"])
-def test_every_limit_says_what_it_is_for(small, name):
+def test_every_limit_states_its_purpose(small, name):
     [row] = rows(small, replace(HIGH, limit=name))
     assert len(row[0].removeprefix(name).split()) > 4
 

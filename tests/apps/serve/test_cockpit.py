@@ -1,4 +1,5 @@
-"""Tasks of an operator in a browser, each to its end: one primary action at a time, and a reason at what is grey."""
+"""Tasks of an operator in a browser, each to its end: one primary action at a time, and a reason at each grey
+button."""
 
 from __future__ import annotations
 

@@ -126,7 +126,7 @@ def test_a_camera_that_is_gone_is_said_and_the_page_goes_on(server: Served) -> N
     with browser() as chromium, chromium.page(server.address, 1280) as page:
         page.until("location.pathname === '/' && window.operate && !document.body.classList.contains('stale')")
         page.run("operate.camera.begin('/static/none.png?snapshot')")
-        page.until("document.getElementById('camera-told').textContent.includes('No picture comes')", 20.0)
+        page.until("document.querySelector('#camera-section p').textContent.includes('No picture comes')", 20.0)
         assert page.run("document.getElementById('camera').hidden")
         before = page.run("operate.link.beat")
         page.until(f"operate.link.beat > {before}", 5.0)

@@ -1,4 +1,4 @@
-"""What ends badly is an event with what to do: full disks, removed folders, torn lines, uploads that are too large."""
+"""Failures are events with the next step: full disks, removed folders, torn lines, uploads that are too large."""
 
 from __future__ import annotations
 

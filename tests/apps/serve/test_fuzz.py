@@ -30,7 +30,7 @@ def fuzzer() -> ModuleType:
     return made
 
 
-def test_nothing_foul_is_obeyed(server: Served, fuzzer: ModuleType) -> None:
+def test_no_malformed_message_is_obeyed(server: Served, fuzzer: ModuleType) -> None:
     kept = server.folder / "orders.jsonl"
     keys = [make_key(server), make_key(server, "operate")]
     before, jobs = kept.stat().st_size, sorted((server.folder / "jobs").rglob("*"))

@@ -1,4 +1,4 @@
-"""Control and server that hang or are killed: what people asked for meanwhile moves nothing, and drives brake."""
+"""Control and server that hang or are killed: orders given meanwhile move nothing, and drives brake."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def stands(page: Client, place: list[float], seconds: float = 3.0) -> None:
     assert np.allclose(page.state["platform"]["position"], place, atol=2e-3)
 
 
-def test_nothing_moves_by_what_was_asked_of_a_control_that_hung(server: Served) -> None:
+def test_orders_to_a_hung_control_move_nothing(server: Served) -> None:
     with client(server) as page:
         page.ready()
         place = page.state["platform"]["position"]
@@ -83,7 +83,7 @@ def test_nothing_moves_by_what_was_asked_of_a_control_that_hung(server: Served) 
         assert page.state["time"] - before < time.monotonic() - resumed + 2.0  # no step was made up for
 
 
-def test_nothing_moves_by_what_was_asked_of_a_server_that_hung(server: Served) -> None:
+def test_orders_to_a_hung_server_move_nothing(server: Served) -> None:
     with client(server) as page:
         page.ready()
         place = page.state["platform"]["position"]
@@ -184,7 +184,7 @@ acceleration = 0.1
 
 
 class Typed:
-    """A print whose orders are typed, and what it says."""
+    """A print whose orders are typed, and its output."""
 
     def __init__(self, command: list[str]) -> None:
         self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True)

@@ -38,7 +38,7 @@ def reported(*states: dict[str, Any]) -> list[tuple[str, Any]]:
     return [(each["what"], each["state"]) for one in states for each in watching.look(one, SITTING)]
 
 
-def test_layers_pauses_and_faults_are_told_once() -> None:
+def test_layers_pauses_and_faults_are_reported_once() -> None:
     states = [
         state("fault", fresh=True), state("off"), state("idle"), state("ready"), state("printing", 1),
         state("printing", 1), state("printing", 2), state("paused", 2), state("paused", 2), state("ready", 2),
@@ -50,7 +50,7 @@ def test_layers_pauses_and_faults_are_told_once() -> None:
     assert reported({"sitting": 0, "state": "closed"}) == []
 
 
-def test_the_end_of_a_run_is_told_though_its_last_state_was_not_seen() -> None:
+def test_the_end_of_a_run_is_reported_though_its_last_state_was_not_seen() -> None:
     watching = Watching()
     before = [[7, 1.0, "run", "run a ends: finished"]]
     assert watching.look(state("printing", events=before), SITTING) == []  # what was before is not new

@@ -1,4 +1,4 @@
-"""The operator's page in a browser: what it shows, what it lets one do, and what it does when it is left alone."""
+"""The operator's page in a browser: its display, its actions, and its behaviour without input."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def test_it_fits_is_named_and_can_be_read(chromium: Browser, server: Served, wid
         assert box["right"] <= width  # Stop is always in view
         page.until("operate.view.drawn > 5")
         assert page.run("[...document.querySelectorAll('#lines tr')].length") == 4
-        assert page.run("document.querySelectorAll('#view input[type=range]').length") == 0  # nothing of what is live
+        assert page.run("document.querySelectorAll('#view input[type=range]').length") == 0  # nothing of the live state
 
 
 def test_states_and_reasons_are_shown(chromium: Browser, server: Served) -> None:

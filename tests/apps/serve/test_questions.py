@@ -194,8 +194,8 @@ def test_a_question_ends_with_its_situation_and_orders_nothing_in_another(chromi
     with opened(chromium, server) as page:
         for ends in (
             "operate.link.order('release')",  # another state
-            "operate.link.send({ t: 'release' })",  # another operates, or nobody
-            "operate.link.socket.close()",  # nobody knows the state
+            "operate.link.send({ t: 'release' })",  # another operates, or no user
+            "operate.link.socket.close()",  # the state is unknown
         ):
             page.until("!document.getElementById('take').disabled")
             if not page.run("operate.orders.mine"):
@@ -220,7 +220,7 @@ def test_a_question_ends_with_its_situation_and_orders_nothing_in_another(chromi
         )
         page.until("operate.orders.control.state === 'idle'")  # by the next message
         ask(page, "home")
-        clicked(page, "ask-yes", count=2)  # the second click of a double click on what asked
+        clicked(page, "ask-yes", count=2)  # the second click of a double click on the asking button
         assert page.run(OPEN)
         assert "home" not in page.run("window.sent")
         clicked(page, "ask-yes")
@@ -234,7 +234,7 @@ def test_all_that_moves_asks_and_nothing_that_stops_does(chromium: Browser, serv
             page.run(f"void operate.orders.asked({kind!r})")
             assert page.run(OPEN), kind
             page.run("document.getElementById('ask-no').click()")
-        asked = page.run(  # at once: the next message ends the situation, and the question with it
+        asked = page.run(  # without delay: the next message ends the situation, and the question with it
             "operate.orders.control = { ...operate.orders.control, share: 0, state: 'printing' };"
             f"void operate.orders.shared(0.5), {OPEN}"
         )

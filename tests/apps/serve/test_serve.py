@@ -43,7 +43,7 @@ def test_foreign_hosts_and_origins_are_rejected(server: Served) -> None:
             pass
 
 
-def test_nothing_is_told_without_the_token(server: Served) -> None:
+def test_nothing_is_served_without_the_token(server: Served) -> None:
     for path in ("/jobs", "/runs", "/scene", "/static/main.js"):
         status, text, _ = server.ask("GET", path, accept="*/*")
         assert status == 401
@@ -284,5 +284,5 @@ def test_a_machine_that_is_not_there(tmp_path: Path, cli) -> None:
     assert "no drive answers there" in done.err.splitlines()[-1]
 
 
-def test_nothing_went_wrong_unseen(server: Served) -> None:
+def test_no_error_was_missed(server: Served) -> None:
     assert not [line for line in server.said if "Traceback" in line or "Error" in line]

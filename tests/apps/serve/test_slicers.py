@@ -58,7 +58,7 @@ def test_prusaslicer_and_orcaslicer_upload_by_octoprint(server: Served, key: str
     assert headers["location"].partition("/api/")[2] == "files/local/square.gcode"  # Cura's plugin splits it there
     told = json.loads(text)
     assert told["done"]
-    assert not told["effectivePrint"]  # it was asked for, and a person decides
+    assert not told["effectivePrint"]  # it was requested, and a person decides
     job = json.loads(server.ask("GET", "/api/job", x_api_key=key)[1])
     assert job["job"]["file"]["name"] == "square.gcode"
     assert job["state"] == "Operational"
@@ -78,7 +78,7 @@ def test_prusaslicer_and_orcaslicer_upload_by_octoprint(server: Served, key: str
     assert "slicer (key" in kept["by"]
 
 
-def test_verdict_and_expected_error_are_told_in_words() -> None:
+def test_verdict_and_expected_error_are_reported_in_words() -> None:
     check: dict[str, Any] = {"answer": "yes", "why": "it can", "expected_error": 8.34e-3}
     job = {"file": "a.gcode", "name": "a", "busy": "", "check": check}
     assert verdict_of(job) == "a.gcode: check says yes; expected error 8.34 mm; a person starts it on the page"
@@ -90,7 +90,7 @@ def test_verdict_and_expected_error_are_told_in_words() -> None:
 
 
 @pytest.mark.slow
-def test_an_upload_is_checked_and_its_verdict_is_told(server: Served, key: str) -> None:
+def test_an_upload_is_checked_and_its_verdict_is_reported(server: Served, key: str) -> None:
     assert send(server, "/api/files/local", key, "checked.gcode", sliced(), print="true")[0] == 201
     found = checked(server, key, "checked.gcode")
     check = found["cablewright"]["check"]
@@ -168,7 +168,7 @@ def test_orcaslicer_reads_the_state_by_websocket(server: Served, key: str) -> No
             news = json.loads(socket.recv(timeout=20))
             if news["params"][0].get("print_stats", {}).get("filename") == "news.gcode":
                 return
-    raise AssertionError("the new file was not told")
+    raise AssertionError("the new file was not reported")
 
 
 def test_nothing_that_a_key_may_do_starts_motion(server: Served) -> None:
@@ -233,7 +233,7 @@ def test_what_is_rejected_is_rejected_readably(server: Served, key: str) -> None
     assert not [job for job in json.loads(server.ask("GET", "/jobs")[1]) if not job["parts"]]  # nothing is left of them
 
 
-def test_two_gigabytes_are_rejected_at_once(server: Served, key: str) -> None:
+def test_two_gigabytes_are_rejected_immediately(server: Served, key: str) -> None:
     head = (
         f"POST /api/files/local HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\nX-Api-Key: {key}\r\n"
         f"Content-Type: multipart/form-data; boundary=x\r\nContent-Length: {2 << 30}\r\n\r\n"

@@ -179,7 +179,7 @@ def test_turning_by_mouse_and_keys(chromium, pages, kind: str) -> None:
         assert _changed(before, page.pixels(".stage")) < 60
 
 
-def test_a_line_tells_its_tension(chromium, pages) -> None:
+def test_a_line_shows_its_tension(chromium, pages) -> None:
     with chromium.page(pages["robot"], 1280) as page:
         page.settled()
         at = page.run(MIDDLE_OF_A_LINE)

@@ -47,7 +47,7 @@ def test_lidars_see_the_walls_and_the_floor_where_the_log_has_them(loop: SceneDe
         share = np.clip((points[:, :2] - start) @ way / (way @ way), 0.0, 1.0)
         gaps.append(np.linalg.norm(points[:, :2] - start - share[:, None] * way, axis=1))
     assert np.median(np.min(gaps, axis=0)) < 0.01
-    assert np.quantile(np.min(gaps, axis=0), 0.9) < 0.05  # the rest: rays that tell any distance, and people
+    assert np.quantile(np.min(gaps, axis=0), 0.9) < 0.05  # the rest: rays of random distance, and people
 
 
 def test_points_of_each_state_are_in_the_page(loop: SceneDescription) -> None:

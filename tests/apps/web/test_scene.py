@@ -1,4 +1,4 @@
-"""What a scene says of a robot is what the robot's statics say."""
+"""The scene of a robot agrees with the robot's statics."""
 
 import json
 import re
@@ -160,7 +160,7 @@ def test_states_are_the_first_the_last_and_the_worst():
     assert len(at) <= 23
 
 
-def test_a_pose_that_cannot_be_held_is_told():
+def test_a_pose_that_cannot_be_held_is_reported():
     found = inverse(load("wang2021"), [0.0, 0.0, 40.0])
     scene = one_state(found, "high", f"not in equilibrium: {found.sentence()}")
     assert not found.ok

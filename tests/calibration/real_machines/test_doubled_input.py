@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from cablewright.calibration.calibrate import calibrate
-from cablewright.calibration.measurements import read_measured, write_measured
+from cablewright.calibration.measurements import Measured, read_measured, write_measured
 from cablewright.calibration.plan import Bound, CalibrationPlan, Group, Known, load_plan
 from cablewright.calibration.poses.problem import StraightProblem
 from cablewright.calibration.poses.simulation import SensorNoise, simulate_calibration
@@ -17,7 +18,12 @@ from cablewright.foundation.errors import InputError
 from cablewright.robot import Eyelet, Line, Robot, load
 
 WANG = load("wang2021")
-MADE = simulate_calibration(WANG, 20, 1e-4, seed=1, sensors=SensorNoise(swivel=1e-3)).measured
+
+
+@cache
+def made() -> Measured:
+    """Lengths and angles at 20 poses."""
+    return simulate_calibration(WANG, 20, 1e-4, seed=1, sensors=SensorNoise(swivel=1e-3)).measured
 
 
 def with_first(robot: Robot, **own: object) -> Robot:
@@ -64,13 +70,13 @@ def test_of_several_lines_the_widest_deviation_counts_for_a_shared_number() -> N
         Known(name="build_up", lines=tuple(names[:2]), deviation=0.0),
         Known(name="build_up", lines=tuple(names[2:]), deviation=1e-3),
     )
-    found = calibrate(WANG, MADE, CalibrationPlan(known=known), rough=0.05, outliers=False)
+    found = calibrate(WANG, made(), CalibrationPlan(known=known), rough=0.05, outliers=False)
     assert "build_up" in {each.name for each in found.doubt.considered}
 
 
 def test_a_copied_row_is_rejected(tmp_path: Path) -> None:
     file = tmp_path / "data.csv"
-    text = write_measured(MADE, WANG).splitlines()
+    text = write_measured(made(), WANG).splitlines()
     file.write_text("\n".join([*text, text[7]]) + "\n")
     with pytest.raises(InputError, match="line 22: repeats all measurements of line 8: a copy measures nothing new"):
         calibrate(WANG, file)
@@ -79,11 +85,11 @@ def test_a_copied_row_is_rejected(tmp_path: Path) -> None:
 
 
 def test_home_may_be_measured_again() -> None:
-    counted = MADE.counted - MADE.counted[0]
+    counted = made().counted - made().counted[0]
     counted[9] = 0.0
-    assert MADE.guess is not None
+    assert made().guess is not None
     data = replace(
-        MADE, counted=counted, swivel=None, guess=np.vstack([MADE.guess[:9], MADE.guess[:1], MADE.guess[10:]])
+        made(), counted=counted, swivel=None, guess=np.vstack([made().guess[:9], made().guess[:1], made().guess[10:]])
     )
     assert calibrate(WANG, data, rough=0.05, outliers=False).status == "ok"
 
@@ -97,14 +103,14 @@ def test_a_group_is_of_lines_with_the_same_parts() -> None:
         )
 
     with pytest.raises(InputError, match=f"groups: sheave_radius: line '{first}' has none; leave it out of the group"):
-        StraightProblem.of(with_first(WANG, sheave=Eyelet()), replace(MADE, swivel=None), plan("sheave_radius"))
+        StraightProblem.of(with_first(WANG, sheave=Eyelet()), replace(made(), swivel=None), plan("sheave_radius"))
     spools = load("hangprinter-v4")
     lines = (drummed(spools.lines[0], 0.09), *(drummed(line, 0.05) for line in spools.lines[1:]))
     other = spools.model_copy(update={"lines": lines})
     names = tuple(line.name for line in spools.lines[:2])
-    made = simulate_calibration(other, 20, 1e-4, seed=1).measured
+    counted = simulate_calibration(other, 20, 1e-4, seed=1).measured
     both = CalibrationPlan(
         unknowns=("exit_point", "length_offset", "build_up"), groups=(Group(name="build_up", lines=names),)
     )
     with pytest.raises(InputError, match=r"groups: build_up of .*: of different drums or cables"):
-        StraightProblem.of(other, made, both)
+        StraightProblem.of(other, counted, both)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
-from benchmarks.campaigns.twins import errors, joint, suspended
+from benchmarks.campaigns.twins import Twin, errors, joint, suspended
 
 from cablewright.calibration.calibrate import calibrate
 from cablewright.calibration.measurements import Measured
@@ -14,20 +16,24 @@ from cablewright.calibration.poses.simulation import SensorNoise, simulate_calib
 from cablewright.foundation.errors import InputError
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
-from cablewright.robot import Robot, load
+from cablewright.robot import load
 from cablewright.solvers.inverse import solve_inverse
 
-TWIN = suspended(3, 12)
+
+@cache
+def twin() -> Twin:
+    """A machine with 12 poses."""
+    return suspended(3, 12)
 
 
 def test_a_suspended_body_finds_where_it_hangs() -> None:
     """Gravity 0.5 deg off the survey, zeros of all sensors off, centre of mass 5 mm off, lengths with 3 mm of noise."""
-    found = calibrate(TWIN.file, TWIN.measured, TWIN.plan, rough=0.05, need=5e-3, cable="elastic")
+    found = calibrate(twin().file, twin().measured, twin().plan, rough=0.05, need=5e-3, cable="elastic")
     assert found.status == "ok"
     assert found.verdict != "bad"
-    assert np.linalg.norm(found.poses[0, :3] - TWIN.start) < 15e-3
-    assert np.median(errors(TWIN, found, TWIN.counts)) < 12e-3
-    assert joint(TWIN, found)[0]
+    assert np.linalg.norm(found.poses[0, :3] - twin().start) < 15e-3
+    assert np.median(errors(twin(), found, twin().counts)) < 12e-3
+    assert joint(twin(), found)[0]
     centre = np.array([each.name == "centre_of_mass" for each in found.unknowns])
     assert centre.sum() == 3
     written = np.array(found.robot.platform.centre_of_mass)  # type: ignore[union-attr]
@@ -44,13 +50,13 @@ def test_poses_that_are_simulated_hang_in_balance() -> None:
 
 
 def test_straight_lines_say_that_gravity_would_determine_more() -> None:
-    made = simulate_calibration(TWIN.file, 30, 1e-4, seed=2, sensors=SensorNoise(swivel=1e-3, pose=1e-3)).measured
-    found = calibrate(TWIN.file, made, CalibrationPlan(), rough=0.02, outliers=False)
+    made = simulate_calibration(twin().file, 30, 1e-4, seed=2, sensors=SensorNoise(swivel=1e-3, pose=1e-3)).measured
+    found = calibrate(twin().file, made, CalibrationPlan(), rough=0.02, outliers=False)
     assert any("--cable elastic" in each for each in found.notes)
 
 
-@pytest.mark.parametrize("robot", [TWIN.file], ids=["swivels about horizontal axes"])
-def test_derivatives_by_centre_of_mass_and_exit_points_are_those_of_differences(robot: Robot) -> None:
+def test_derivatives_by_centre_of_mass_and_exit_points_are_those_of_differences() -> None:
+    robot = twin().file
     model = Model(robot, Fidelity.of("elastic"))
     made = simulate_calibration(model, 3, 0.0, seed=4, sensors=SensorNoise(swivel=0.0, tension=0.0, tilt=0.0)).measured
     plan = CalibrationPlan(unknowns=("exit_point", "length_offset", "centre_of_mass", "sheave_radius"))
@@ -68,7 +74,7 @@ def test_derivatives_by_centre_of_mass_and_exit_points_are_those_of_differences(
 
 
 def test_a_prior_up_to_a_tilt_leaves_the_tilt_open() -> None:
-    file, poses = TWIN.file, np.zeros((3, 6))
+    file, poses = twin().file, np.zeros((3, 6))
     plan = CalibrationPlan(priors=(Prior(name="exit_point", deviation=1e-3, tilted=True),))
     problem = ElasticProblem.of(Model(file, Fidelity.of("elastic")), Measured(np.zeros((3, 4)), poses), plan)
     points = np.array([line.exit_point for line in file.lines])
@@ -84,4 +90,4 @@ def test_a_prior_up_to_a_tilt_leaves_the_tilt_open() -> None:
 def test_what_no_straight_line_depends_on_is_rejected() -> None:
     plan = CalibrationPlan(unknowns=("exit_point", "length_offset", "centre_of_mass"), sigma=Sigmas(encoder=1e-3))
     with pytest.raises(InputError, match="only equilibria depend on it"):
-        calibrate(TWIN.file, TWIN.measured, plan)
+        calibrate(twin().file, twin().measured, plan)

@@ -1,4 +1,4 @@
-"""What a check judges is what a print holds: one choice of tensions, which leaves a sled pressed on its board."""
+"""A check and a print have the same tensions: one choice of tensions, which leaves a sled pressed on its board."""
 
 from __future__ import annotations
 

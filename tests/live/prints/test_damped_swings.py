@@ -1,4 +1,4 @@
-"""On the nonlinear plant the swing after a load that comes at once decays sooner by load cells, with late readings."""
+"""On the nonlinear plant the swing after a sudden load decays sooner with load cells, with late readings."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ WINDOW = 0.6  # s
 
 
 def left(damping: bool) -> float:
-    """What is left of the vertical swing of the house printer after 1.8 s, as a share."""
+    """The remaining vertical swing of the house printer after 1.8 s, as a share."""
     machine = cw.load_twin("house-printer")
     drum = machine.owner.point_drum.model_copy(
         update={"powder": 26.0, "capacity": 26.0, "radius": 0.3, "powder_density": 1500.0}
@@ -53,7 +53,7 @@ def left(damping: bool) -> float:
 
 
 @pytest.mark.slow
-def test_a_load_that_comes_at_once_swings_for_less_than_half_of_the_time() -> None:
+def test_a_sudden_load_swings_for_less_than_half_of_the_time() -> None:
     damped, free = left(True), left(False)
     assert free > 0.4
     assert np.log(damped) <= 2.0 * np.log(free)

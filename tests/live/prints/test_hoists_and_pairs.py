@@ -41,7 +41,7 @@ def test_an_ideal_machine_prints_on_its_path_with_tensions_within_limits(robot: 
     assert (found.tensions <= limits[:, 1]).all()
 
 
-def test_a_print_with_a_counterweight_goes_on_from_what_was_saved() -> None:
+def test_a_print_with_a_counterweight_continues_from_its_snapshot() -> None:
     robot = shared_winch_robots.hoist()
     twin = twin_of(robot, small(0.5), None, PrintOptions("encoders", layers=1, seed=0))
     plan = plan_print(twin)
@@ -77,7 +77,7 @@ def test_the_guard_counts_winches_and_names_their_lines() -> None:
     assert guard.judge(settings, GuardState(), frame([0, 0, 0])) is None
     wrong = guard.judge(settings, GuardState(), frame([0] * 6))
     assert wrong is not None
-    assert wrong.reason == "the encoders do not tell 3 numbers, one for each winch"
+    assert wrong.reason == "the encoders do not report 3 numbers, one for each winch"
     states = (DriveState.ENABLED, DriveState.FAULT, DriveState.ENABLED)
     none = np.zeros(3)
     drives = Drives(1.0, states, none, none, none, none, ("", "overheated", ""))

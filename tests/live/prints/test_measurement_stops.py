@@ -1,4 +1,4 @@
-"""Places that are measured on the way: where a print stops for them, and what it learns from them."""
+"""Positions measured during a print: where it stops for them, and the corrections learnt from them."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_places_by_layers_divide_each_layer() -> None:
     np.testing.assert_allclose(stops(resumed, begin + 0.3 * length, path().length, 0.1), wanted[2:], atol=0.11)
 
 
-def test_places_by_time_begin_at_once_and_divide_a_layer_s_length() -> None:
+def test_places_by_time_begin_immediately_and_divide_a_layer_s_length() -> None:
     _, length = layer(1, path())
     found = stops(PlaceVisits(every=2000.0, stops=4), 0.0, path().length, 0.1)
     gaps = np.diff(found)

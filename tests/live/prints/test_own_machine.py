@@ -1,4 +1,4 @@
-"""The loop prints on a machine that is no simulation to it: on a thread, late, lossy, and without a truth to tell."""
+"""The loop prints on a machine that is no simulation to it: on a thread, late, lossy, and without truth."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def twin(plant: str) -> MachineTwin:
 
 
 class OwnMachine:
-    """A plant on a thread of its own: it goes on with its last command while nobody sends another.
+    """A plant on a thread of its own: it goes on with its last command until the next one.
 
     Of a hundred steps five are late, by one or two periods; of a hundred readings two are lost.
     """
@@ -209,7 +209,7 @@ def test_a_gap_in_the_jog_stops_it() -> None:
     assert abs(moved[1]) < 0.02
 
 
-def test_the_speed_is_overridden_and_nobody_overrides_beyond_the_plan() -> None:
+def test_the_speed_is_overridden_and_never_beyond_the_plan() -> None:
     half = Order(OrderKind.OVERRIDE, arguments={"share": (0.5,)})
     more = Order(OrderKind.OVERRIDE, arguments={"share": (1.5,)})
     steps = run({1: (*ON, START, half), 2: (more,)}, 1500)

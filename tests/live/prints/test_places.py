@@ -65,8 +65,8 @@ def test_it_is_where_it_was_measured_and_counts_on_from_there() -> None:
 
 
 @pytest.mark.parametrize("source", ["load_cells", "motor_torques"])
-def test_tensions_tell_what_one_place_leaves_open(source: str) -> None:
-    """Of four lengths that are off, a place alone finds three numbers; with tensions it is right elsewhere too."""
+def test_tensions_determine_the_lengths_that_one_place_leaves_open(source: str) -> None:
+    """Of four wrong lengths, a place alone finds three numbers; with tensions it is right elsewhere too."""
     owner = OWNER.model_copy(update={source: TensionSensor(rate=1.0, deviation=1e-3, most=1e4)})
     settings, counts = reckoning_of(ROBOT, owner), np.zeros(4, dtype=np.int64)
     off = 3e-3 * np.array([1.0, -1.0, 1.0, -0.5])
@@ -94,7 +94,7 @@ def test_a_place_that_fits_changes_nothing() -> None:
     np.testing.assert_allclose(known.start_lengths, state.lengths, atol=1e-9)
 
 
-def test_before_the_first_counts_nothing_can_be_told() -> None:
+def test_before_the_first_counts_no_place_can_be_given() -> None:
     settings = reckoning_of(ROBOT, OWNER)
     with pytest.raises(AnswerError, match="has read no encoder yet"):
         dead_reckoning.placed(settings, dead_reckoning.start(settings, PLACE), PLACE)
@@ -144,7 +144,7 @@ def test_a_print_stops_after_each_layer_and_goes_on() -> None:
     assert printer.finished
     assert len(kept.pauses) == 2
     assert len(apart) == 2
-    assert min(apart) > 1e-3  # what the machine believed before it was told
+    assert min(apart) > 1e-3  # the estimate before the measurement
     assert isinstance(printer.estimator, DeadReckoning)
 
 
@@ -175,7 +175,7 @@ def test_other_estimators_take_no_place() -> None:
 
 
 def crept(compliance: float) -> Robot:
-    """The house printer with cables that creep so much in an hour, 1/N, by all parts of the law."""
+    """The house printer with cables of this creep in an hour, 1/N, by all parts of the law."""
     law = Creep(retardations=(60.0, 1200.0), compliances=(0.2 * compliance, 0.2 * compliance),
                 logarithmic=0.6 * compliance)  # fmt: skip
     lines = (line.model_copy(update={"cable": line.cable.model_copy(update={"creep": law})}) for line in ROBOT.lines)
@@ -183,7 +183,7 @@ def crept(compliance: float) -> Robot:
 
 
 def test_creep_as_described_is_counted() -> None:
-    """The machine creeps as its robot says, and encoders alone know: with what no one described they do not."""
+    """The machine creeps as its robot says, and encoders alone know: with undescribed creep they do not."""
     robot, twin = crept(3e-7), load_twin("house-printer")
     machine = SimulatedMachine(robot, twin, PLACE, seed=1, plant="quasi-static")
     settings = reckoning_of(robot, twin.owner)

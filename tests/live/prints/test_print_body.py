@@ -69,10 +69,10 @@ def test_a_body_prints_within_its_tensions_and_better_than_by_lengths_alone(tmp_
     assert closed.orientation_max < np.radians(0.3)
     assert closed.min_tension_margin > 20.0
     assert open_.min_tension_margin < closed.min_tension_margin - 50.0
-    assert closed.tension_error_rms < 15.0  # N of 100 N to 5 kN: the cells are off by 5 N, and by 0.5 %
+    assert closed.tension_error_rms < 15.0  # N of 100 N to 5 kN: the cells have errors of 5 N and 0.5 %
     assert closed.tension_error_max < 40.0
     assert open_.tension_error_rms > 5.0 * closed.tension_error_rms
-    assert by_cells.min_tension_margin > 20.0  # encoders alone tell the pose, cells what moves nothing
+    assert by_cells.min_tension_margin > 20.0  # encoders alone determine the pose, cells the tensions that move nothing
     assert by_cells.tension_error_rms < 15.0
 
 

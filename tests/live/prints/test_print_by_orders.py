@@ -53,7 +53,7 @@ def test_a_ring_is_printed_by_orders_and_its_log_is_that_of_a_real_machine(tmp_p
     assert any("no valve opens: nothing is laid" in line for line in typist.said)
     assert found.rig.plant.truth.powder == before
     assert not found.rig.valve_open
-    assert any("refused: start: has no effect while the state is off" in line for line in typist.said)
+    assert any("rejected: start: has no effect while the state is off" in line for line in typist.said)
     assert any(line.startswith("no order 'dance'") for line in typist.said)
     assert all(drive.brake_closed for drive in found.rig.drives)
     assert abs(answer.to_dict()["estimated_max_path_error"]) < 2e-3
@@ -79,7 +79,7 @@ def test_a_print_pours_where_the_file_names_a_valve_and_says_where_it_cannot(tmp
     assert poured == pytest.approx(laid, rel=0.05)  # on while it prints, with ramps laid to half
 
 
-def test_a_page_tells_the_same_of_the_valve(tmp_path: Path) -> None:
+def test_a_page_shows_the_same_warning_of_the_valve(tmp_path: Path) -> None:
     for valve, says in ((None, "nothing is laid"), ({"line": "north-east", "bit": 17, "closes_alone": False}, "false")):
         found = bench(valve=valve)
         own = found.twin.owner.drives
@@ -205,7 +205,7 @@ def test_who_is_there_and_what_they_watch(tmp_path: Path) -> None:
     assert {value.object for value in left} == {"0x1016:1 consumer heartbeat"}  # disarmed at the end
 
 
-def test_the_chain_that_is_opened_stops_and_brakes_all(tmp_path: Path) -> None:
+def test_an_open_safety_circuit_stops_and_brakes_all(tmp_path: Path) -> None:
     found, steps = bench(inputs={"chain": 17, "brake": 16}), [0]
 
     def ends() -> bool:

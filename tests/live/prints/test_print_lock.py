@@ -1,4 +1,4 @@
-"""One program at a time in the folder of a print: whoever comes second is told, and a killed one leaves nothing."""
+"""One program at a time in the folder of a print: the second one is rejected, and a killed one leaves nothing."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def refuse(folder: Path) -> None:
 
 
 def admit(folder: Path) -> None:
-    """Nobody has it."""
+    """Free the lock."""
     with alone_in(folder):
         pass
 

@@ -99,7 +99,7 @@ def test_it_comes_to_its_end_and_nothing_is_lost(estimator: str) -> None:
 
 
 def test_encoders_alone_carry_their_errors_along() -> None:
-    """They cannot see how cable lies on the drums, so they are off by more than with lidars, and know nothing of it."""
+    """They cannot see how cable lies on the drums, so their errors are larger than with lidars, and unknown to them."""
     made = Print(twin(estimator="encoders", plant="quasi-static", seed=3))
     off, seen = [], []
     for step in made.steps(400):
@@ -143,7 +143,7 @@ def test_an_empty_drum_is_refilled_where_it_stands() -> None:
     assert running.machine.truth.powder > 0.2
 
 
-def test_its_filter_is_told_of_the_powder_and_a_replay_of_its_log_is_too(tmp_path: Path) -> None:
+def test_its_filter_and_a_replay_of_its_log_receive_the_mass_of_powder(tmp_path: Path) -> None:
     """Valve and refills are in the log: the estimates of a replay are those of the print."""
     made = twin(plant="quasi-static", estimator="filter", severity="rough", seed=1)
     little = made.settings.owner.drum.model_copy(update={"powder": 1.0})
@@ -192,7 +192,7 @@ def test_a_platform_that_was_moved_meanwhile_comes_back_before_it_prints() -> No
     assert all(valve == 0.0 for state, off, valve in steps if abs(off) > 0.02)
 
 
-def test_what_cannot_be_printed_is_said_at_once() -> None:
+def test_a_job_that_cannot_be_printed_is_rejected_at_the_start() -> None:
     far = RING.model_copy(update={"origin": (2.3, -0.5, 0.0)})
     with pytest.raises(AnswerError, match=r"leaves the frame of 'merlet2023' at 2\.7"):
         plan_print(twin_of(ROBOT, far, None, PrintOptions()))

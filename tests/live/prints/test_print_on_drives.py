@@ -50,7 +50,7 @@ def ring(machine: Machine, plant: SimulatedMachine) -> Kept:
 def test_a_ring_on_drives_is_that_of_the_plant_itself() -> None:
     on = bench()
     there = ring(on.machine, on.rig.plant)
-    wired = on.twin.with_simulation(wire=Link())  # encoders at once, as on the bus
+    wired = on.twin.with_simulation(wire=Link())  # encoders without delay, as on the bus
     plant = SimulatedMachine(on.robot, wired, RING_BEGIN["merlet2023"], seed=0)
     here = ring(plant, plant)
     at = np.linspace(0.1, 1.2, 200)  # m along the path

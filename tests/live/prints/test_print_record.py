@@ -78,7 +78,7 @@ def test_states_and_stops_are_counted(made, found) -> None:
     assert found.layers_begun == 1
 
 
-def test_lines_are_told_as_they_were(made, found) -> None:
+def test_lines_are_reported_as_they_were(made, found) -> None:
     entries, _, _ = made
     steps = printing(entries)
     valid = [each.estimate for each in steps if each.estimate.valid]
@@ -102,7 +102,7 @@ def test_what_is_drawn_is_of_the_steps(made, found) -> None:
 
 
 @pytest.mark.parametrize("missing", ["truth", "estimate", "progress"])
-def test_what_a_log_lacks_is_not_told(made, missing: str) -> None:
+def test_quantities_without_data_in_the_log_are_not_reported(made, missing: str) -> None:
     entries, track, _ = made
     found = record(without(entries, missing), head(), track, print_speed=SPEED)
     assert found.steps == len(entries)
@@ -124,7 +124,7 @@ def test_metrics_are_json_with_all_keys(found) -> None:
     assert {line["name"] for line in result["lines"]} == {"south-west", "south-east", "north-east", "north-west"}
 
 
-def test_a_log_gives_what_its_steps_give(made, found, tmp_path: Path) -> None:
+def test_a_log_has_the_record_of_its_steps(made, found, tmp_path: Path) -> None:
     entries, track, _ = made
     path = tmp_path / "print.mcap"
     with path.open("wb") as file, LogWriter(file, head()) as log:
@@ -213,7 +213,7 @@ def test_beads_finer_than_the_cells_are_said(found) -> None:
 
 
 def test_a_scan_without_errors_rebuilds_the_heap() -> None:
-    """What is left on the heap is the cells' size: 2 cm of a flank of 22 degrees are 8 mm high."""
+    """The error on the heap is the cells' size: 2 cm of a flank of 22 degrees are 8 mm high."""
     entries, track, twin = printed(20.0, perfect(), seed=5, heap=6.0)
     known = [
         replace(e, estimate=replace(e.estimate, position=e.truth.position, rotation=e.truth.rotation, valid=True))
@@ -246,7 +246,7 @@ def test_a_tone_is_found_and_noise_is_not() -> None:
         angles[rng.random(2000) < 0.01] = np.nan
         assert peak_frequency(times, angles, 1.1 * tone) == pytest.approx(tone, abs=0.01)
     assert np.isnan(peak_frequency(times, noise, 15.0))
-    assert np.isnan(peak_frequency(times, noise, 45.0)), "beyond what the rate tells"
+    assert np.isnan(peak_frequency(times, noise, 45.0)), "beyond the range of the rate"
     assert np.isnan(peak_frequency(times[::20], noise[::20], 9.3)), "a rate of 5 Hz"
 
 

@@ -1,4 +1,4 @@
-"""A redundant point platform holds the tensions that the control chooses by what its load cells measure."""
+"""A redundant point platform holds the tensions that the control chooses by its load cells."""
 
 from __future__ import annotations
 

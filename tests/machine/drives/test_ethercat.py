@@ -140,7 +140,7 @@ def test_a_ring_of_four_reaches_operation_and_prints_a_ring(drives: Drives) -> N
     machine = DriveMachine(EthercatDrives(ROBOT, settings.owner), settings.owner)
     printed(machine, lambda: drives.do("tell")["position"], there, 10)
     assert machine.drives.statistics.cycles > 600
-    held_up = max(np.diff(times))  # s: for so long the winches go on as they were told last
+    held_up = max(np.diff(times))  # s: for so long the winches go on as last commanded
     after = drives.do("tell")
     assert all(after["brakes"])
     assert machine.left == ""
@@ -242,7 +242,7 @@ REFUSALS = {
         r"0x1C12:2 assigned PDO = 0, not 5633",
     ),
     "a shorter ring": (("cut", 3, True), EnvironmentFault, r"id = 4: the ring has 3 devices"),
-    "no ring": (("cut", 0, True), EnvironmentFault, r"id = 1: nobody answers"),
+    "no ring": (("cut", 0, True), EnvironmentFault, r"id = 1: no device answers"),
 }
 
 

@@ -168,7 +168,7 @@ def test_a_drive_that_restarts_is_not_commanded_on() -> None:
     assert found.machine.tripped
 
 
-def test_a_fault_is_reset_by_an_order_alone_and_only_while_all_are_off() -> None:
+def test_a_fault_is_reset_by_an_order_alone_and_only_with_all_drives_disabled() -> None:
     found = moving()
     found.rig.drives[0].fail(0x4310)
     found.step(WinchMode.VELOCITY, SPEEDS, 50)
@@ -218,7 +218,7 @@ def test_closing_a_machine_that_moves_stops_it_first() -> None:
     found.machine.close()
     assert all(drive.brake_closed and drive.state is not PowerState.FAULT for drive in found.rig.drives)
     found.hang(2.0)
-    assert not any(drive.state is PowerState.FAULT for drive in found.rig.drives)  # nobody is missed any more
+    assert not any(drive.state is PowerState.FAULT for drive in found.rig.drives)  # no node is missed any more
 
 
 def test_a_mode_is_changed_at_rest_alone_and_its_speed_is_limited_in_the_drive() -> None:
@@ -284,7 +284,7 @@ def test_drives_that_are_not_those_of_the_file_are_rejected() -> None:
     wrong(profile, "has the profile 401, not 402")
     wrong(twice, "two drives have this number")
     wrong(modes, "no cyclic synchronous torque")
-    wrong(motor, "tells 500 N m")
+    wrong(motor, "reports 500 N m")
     wrong(stubborn, "0x605A quick stop = 2, not 6 as it should be")
 
 

@@ -128,7 +128,7 @@ def test_an_encoder_with_other_counts_is_rejected_and_never_overwritten() -> Non
 
 @pytest.mark.parametrize("late", [0.012, 0.05, 0.15, 0.3])
 def test_a_command_that_comes_late_after_off_opens_no_brake(late: float) -> None:
-    """The last commands to move overtake nothing: whenever they come, the next one is off again."""
+    """The last commands to move overtake nothing: whenever they come, the next one disables again."""
     after = [False]
 
     def disturb(frame: CanFrame, now: float) -> tuple[float, ...]:
@@ -151,7 +151,9 @@ def test_a_brake_that_slips_under_a_load_is_said() -> None:
     found.step(WinchMode.OFF, steps=60)
     assert not found.machine.tripped
     for _ in range(200):
-        found.rig._base[2] += found.rig.signs[2] * 0.0002 / 0.05 * found.rig.per_radian  # 20 mm/s, as its encoder tells
+        found.rig._base[2] += (
+            found.rig.signs[2] * 0.0002 / 0.05 * found.rig.per_radian
+        )  # 20 mm/s, as its encoder reports
         frame = found.step(WinchMode.OFF)
     assert "north-east: its winch is 20 mm" in found.machine.tripped
     assert "which its brake should hold: secure the load" in found.machine.tripped
@@ -162,7 +164,7 @@ def test_a_brake_that_slips_under_a_load_is_said() -> None:
 
 
 def test_brakes_of_the_plant_that_give_are_seen_by_the_counts() -> None:
-    """What the drives' own encoders count is what the drums have paid out; with brakes that hold it is nothing."""
+    """Counts of the drives' own encoders are the length paid out; with brakes that hold it is nothing."""
     for torque, slips in ((0.0, False), (1e4, False), (15.0, True)):
         found = moving(brakes=WinchBrakes(torque=torque))
         found.step(WinchMode.HOLD, steps=10)

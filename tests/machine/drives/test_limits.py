@@ -26,7 +26,7 @@ from virtual_drives import virtual_twin
         ),
     ],
 )
-def test_what_the_robot_does_not_bear_is_rejected(key: str, value: float, says: str) -> None:
+def test_limits_beyond_the_robot_file_are_rejected(key: str, value: float, says: str) -> None:
     robot, owner = load("merlet2023"), virtual_twin().owner
     require_limits(robot, owner)
     with pytest.raises(InputError) as error:

@@ -1,4 +1,4 @@
-"""Off is proven by what drives tell, and never cuts the torque of one that moves; who does not obey stops by itself."""
+"""Drives must report that they are disabled; the torque of a moving one is never cut; a deaf one stops by itself."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def unsendable(found: Bench) -> None:
 
 @pytest.mark.parametrize("harm", [preoperational, other_master, deaf, unsendable])
 def test_a_drive_that_cannot_be_switched_off_stops_by_its_own_watch(harm: Callable[[Bench], None]) -> None:
-    """Without proof that it is off there is no heartbeat, so that it does what it does when the host is gone."""
+    """Without proof that it is disabled the heartbeat ends, so that it stops as if the host were gone."""
     found = moving()
     harm(found)
     found.step(WinchMode.OFF, steps=3)
@@ -99,7 +99,7 @@ def test_closing_waits_for_a_drive_that_has_to_stop_by_itself() -> None:
     assert found.rig.drives[0].dictionary[o.ERROR_CODE] == 0x8130
 
 
-def test_an_orderly_end_leaves_nobody_waiting_for_a_heartbeat() -> None:
+def test_an_orderly_end_leaves_no_drive_waiting_for_a_heartbeat() -> None:
     found = moving()
     found.machine.close()
     assert not found.machine.left
@@ -134,7 +134,7 @@ def test_a_drive_that_ramps_slowly_is_waited_for() -> None:
 @pytest.mark.parametrize("early", [False, True])
 @pytest.mark.parametrize("how", ["off", "stop", "fault", "reset"])
 def test_torque_stays_until_the_brake_has_closed(how: str, early: bool) -> None:
-    """Also of drives that tell that they are off while it closes: the platform, which would fall, does not move."""
+    """Also of drives that report to be disabled while it closes: the platform, which would fall, does not move."""
     found = moving()
     found.step(WinchMode.HOLD, steps=50)
     for drive in found.rig.drives:
@@ -166,7 +166,7 @@ def test_torque_stays_until_the_brake_has_closed(how: str, early: bool) -> None:
 
 @pytest.mark.parametrize("clears", [True, False])
 def test_a_drive_that_stops_by_its_own_input_is_ramped_held_and_braked(clears: bool) -> None:
-    """It is never told to disable voltage; where its input stays, its watch over the heartbeat ends it."""
+    """It never gets the command to disable voltage; where its input stays, its watch over the heartbeat ends it."""
     found = moving()
     words = words_to(found)
     found.rig.drives[0].stop_input = True
@@ -200,7 +200,7 @@ def test_drives_that_an_earlier_program_left_enabled_are_braked_before_anything_
         drive.dictionary[o.CONSUMER_HEARTBEAT] = 0
         drive.dictionary.entries[0x1400, 5].data = bytes(2)
         drive._commanded = drive._beat_heard = float("nan")
-        drive.dictionary[o.DISABLE_OPTION] = 0  # torque off at once
+        drive.dictionary[o.DISABLE_OPTION] = 0  # torque off without delay
     found.drives._leave()
     again = DriveMachine(CanopenDrives(found.robot, found.twin.owner, lambda: found.port), found.twin.owner)
     high, words = found.rig.plant.truth.position[2], words_to(found)
@@ -238,7 +238,7 @@ def test_whatever_happens_while_winches_are_enabled_leaves_all_braked(stage: int
         if count[0] == stage + 1:
             drive = found.rig.drives[1]
             if how == "silent":
-                drive.hear = lambda *_: None  # type: ignore[method-assign]  # its cable is off
+                drive.hear = lambda *_: None  # type: ignore[method-assign]  # its cable is unplugged
             found.port.down = how == "bus"
             if how == "master":
                 found.port.inject(CanFrame(o.SYNC))

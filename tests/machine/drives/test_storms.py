@@ -1,4 +1,4 @@
-"""Many things go wrong at once: whatever frames are lost, late or doubled, no load is ever without torque and brake."""
+"""Many simultaneous faults: whatever frames are lost, late or doubled, no load is ever without torque and brake."""
 
 from __future__ import annotations
 

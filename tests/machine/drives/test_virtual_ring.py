@@ -1,4 +1,4 @@
-"""The emulated EtherCAT ring without a network: what its slaves do with datagrams, and with what is none."""
+"""The emulated EtherCAT ring without a network: its slaves handle datagrams, and data that are none."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def test_all_are_counted_found_by_place_and_given_addresses(ring: VirtualRing) -
     assert answers(back, 2, 2, 2, 2, 2)[4][0] == struct.pack("<H", 0x1003)
 
 
-def test_no_state_is_left_out_on_the_way_up(ring: VirtualRing) -> None:
+def test_no_state_is_skipped_on_the_rise_to_operational(ring: VirtualRing) -> None:
     back = ring.passed(frame((8, 0, m.AL_CONTROL, b"\x08\x00"), (7, 0, m.AL_STATUS, bytes(6))), 0.0)
     assert back is not None
     status = answers(back, 2, 6)[1][0]

@@ -34,7 +34,7 @@ def test_a_winch_whose_speed_is_a_little_off_is_not_stopped_while_it_moves() -> 
     assert not found.machine.tripped
 
 
-def test_cycles_stay_alike_after_days() -> None:
+def test_cycles_stay_equal_after_days() -> None:
     """Nothing adds up: twelve days after the bus began, when a clock has ten digits left behind the period."""
     found = bench()
     found.rig.ticks = 500_000_000

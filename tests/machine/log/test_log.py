@@ -1,4 +1,4 @@
-"""A log gives back what was told, to the bit; a cut or damaged one as far as it goes, and says so."""
+"""A log returns its written signals to the bit; a cut or damaged one up to the damage, which it reports."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ SPEEDS = np.array([0.4, -0.3, 0.1, -0.2])
 
 
 def write(path: Path, steps: int = 150, plant: Any = "dynamic") -> list[Entry]:
-    """A log at *path*, and what went into it."""
+    """A log at *path*, and its entries."""
     twin, entries = machine(plant=plant), []
     with path.open("wb") as file, LogWriter(file, head(plant=plant)) as log:
         for _ in range(steps):
@@ -58,7 +58,7 @@ def write(path: Path, steps: int = 150, plant: Any = "dynamic") -> list[Entry]:
 
 
 def beside(time: float) -> tuple[Estimate, Progress]:
-    """What somebody made of a frame; values that stand for others' too."""
+    """An estimate of a user's own estimator, with a value of each kind."""
     some, line = frozen([0.1, np.nan, time]), frozen(SPEEDS)
     covariance = frozen(time * np.eye(9)) if time > 0.5 else None
     fault = Fault("north", 0.25, "it is dark")
@@ -92,7 +92,7 @@ def same(a: Any, b: Any) -> bool:
     return a == b or (a != a and b != b)
 
 
-def test_what_was_told_comes_out_again(written: tuple[Path, list[Entry]]) -> None:
+def test_written_signals_are_read_back(written: tuple[Path, list[Entry]]) -> None:
     path, entries = written
     found, notes = read(path)
     assert notes == []
@@ -150,7 +150,7 @@ def test_a_cut_log_is_read_up_to_there(written: tuple[Path, list[Entry]], tmp_pa
 
 
 def test_a_log_whose_writer_died_is_read_up_to_its_last_chunk(tmp_path: Path) -> None:
-    """As a crash leaves it: no footer, nothing of what was not written yet."""
+    """As a crash leaves it: no footer, nothing of unwritten messages."""
     path, twin = tmp_path / "died.mcap", machine(plant="quasi-static")
     with path.open("wb") as file:
         log = LogWriter(file, head(plant="quasi-static"))

@@ -83,8 +83,8 @@ def test_the_first_schema_is_taken_apart() -> None:
     flaws = {"wifi": {"gaps": ((2.0, 3.0),)}, "barrier": {"intrusions": ((30.0, 50.0),)}, "room": {"cell": 0.03}}
     expected = changed(TWIN, **flaws).with_owner(distance=None).with_simulation(faults=faults)
     assert found.settings == expected.owner
-    assert found.settings.winch.radius_deviation == 1e-3  # the filter of then was told the walk itself
-    bare = type(found.simulation.distance)()  # the old head has no sensor whose flaws it could tell
+    assert found.settings.winch.radius_deviation == 1e-3  # the earlier filter received the walk itself
+    bare = type(found.simulation.distance)()  # the old head has no sensor whose flaws it could have
     assert found.simulation == expected.simulation.model_copy(update={"distance": bare})
     assert (found.kind, found.plant, found.seed, found.period) == ("simulated", "dynamic", 7, 0.01)
     assert (found.epoch, found.versions) == (None, {})

@@ -28,7 +28,7 @@ HEAD = head()
 
 
 def steps(path: Path, begin: int, end: int, mark: float = 0.0, told: LogHead = HEAD, *, ends: bool = True) -> None:
-    """A file at *path* of steps *begin* to *end*, whose readings tell *mark*; cut off where it does not end."""
+    """A file at *path* of steps *begin* to *end*, whose readings are *mark*; cut off where it does not end."""
     with path.open("wb") as file:
         log = LogWriter(file, told, flush_every=0.05)
         for k in range(begin, end):
@@ -53,7 +53,7 @@ EXPECTED = [(k, 0.0) for k in range(1, 71)] + [(k, 3.0) for k in range(71, 101)]
 
 
 def killed(folder: Path) -> None:
-    """Killed four times: the second had not written a step yet; the fourth went on from before the third began."""
+    """Killed four times: the second had not written a step yet; the fourth resumed before the third began."""
     steps(folder / "log-000.mcap", 0, 100, 0.0, ends=False)
     (folder / "log-001.mcap").write_bytes((folder / "log-000.mcap").read_bytes()[:200])
     steps(folder / "log-002.mcap", 80, 110, 2.0, ends=False)
@@ -203,7 +203,7 @@ class Full(io.RawIOBase):
 
 
 @pytest.mark.parametrize("room", [10, 3000, 40_000])
-def test_a_full_disk_is_told_in_one_line(room: int) -> None:
+def test_a_full_disk_is_reported_in_one_line(room: int) -> None:
     twin, logs = machine(plant="quasi-static"), list[LogWriter]()
 
     def fill() -> None:

@@ -37,7 +37,7 @@ def processes() -> Iterator[Processes]:
     executor.close()
 
 
-def test_items_are_what_the_function_gives_and_faults_name_why() -> None:
+def test_items_have_the_results_of_the_function_and_faults_name_the_reason() -> None:
     for item, outcome in zip(ITEMS, EXPECTED, strict=True):
         if item == 7:
             assert outcome.fault == "seven has no answer"
@@ -91,7 +91,7 @@ def test_a_worker_killed_from_outside_changes_nothing(tmp_path: Path) -> None:
 
 
 class _EndedError(Exception):
-    """Stands for an interruption."""
+    """Represents an interruption."""
 
 
 @pytest.mark.parametrize("resumes", ["serial", "processes"])

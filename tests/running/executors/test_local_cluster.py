@@ -1,4 +1,4 @@
-"""A local cluster takes nothing from a network: while it computes, nobody of its processes listens anywhere."""
+"""A local cluster takes nothing from a network: while it computes, none of its processes listens anywhere."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The margins of a workspace: the same surface to the bit whoever computes them, and resumed from what was kept."""
+"""The margins of a workspace: the same surface to the bit whoever computes them, and resumed from stored results."""
 
 from __future__ import annotations
 

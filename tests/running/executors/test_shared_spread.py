@@ -1,4 +1,4 @@
-"""The spread of errors over many places: the same bytes whoever computes it, and resumed from what was kept."""
+"""The spread of errors over many places: the same bytes whoever computes it, and resumed from stored results."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def test_the_errors_of_a_plane_are_the_same_to_the_bit(method: Method | str, pro
     require_same(accuracy(HOUSE, where, method=method, executor=processes).accuracy, own)
 
 
-def test_poses_of_a_body_that_retracts_are_resumed_from_what_was_kept(tmp_path: Path, processes: Processes) -> None:
+def test_poses_of_a_retracting_body_are_resumed_from_stored_results(tmp_path: Path, processes: Processes) -> None:
     own = accuracy(JUNG, POSES, retraction=RETRACTION)
     file = tmp_path / "kept.jsonl"
 

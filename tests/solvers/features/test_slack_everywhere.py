@@ -26,7 +26,7 @@ BODY = np.array([0.4, -0.3, 1.6, 0.0, 0.0, 0.02])
 
 
 def hung(robot: Robot, index: int, share: float, pose: np.ndarray) -> Robot:
-    """The robot with a counterweight that pulls a *share* of what a winch would there."""
+    """The robot with a counterweight that pulls a *share* of a winch's tension there."""
     mass = share * float(cw.inverse(robot, pose).checked().winch_tensions[index]) / 9.81
     lines = list(robot.lines)
     changes = {"counterweight": mass, "winch": Winch(), "tension_limits": (0.0, robot.lines[index].tension_limits[1])}

@@ -74,7 +74,7 @@ def test_prices_that_are_missing_or_make_no_sense_are_rejected() -> None:
         design(HOUSE, JOB, HEIGHT, ["cost"], prices={"winch": -1.0})
 
 
-def test_places_stand_for_the_whole_path() -> None:
+def test_places_represent_the_whole_path() -> None:
     samples = check(HOUSE, JOB).samples
     places = np.array(places_of(samples))
     assert len(places) < 0.4 * len(samples)
@@ -161,7 +161,7 @@ def test_constraints_that_cannot_be_met_are_named_with_how_close_it_came() -> No
     assert found.chosen == ()
 
 
-def test_constraints_that_exclude_each_other_are_told_as_such() -> None:
+def test_constraints_that_exclude_each_other_are_reported_as_such() -> None:
     bounds = [DesignConstraint.read("frame_height<=9"), DesignConstraint.read("cable_length>=115")]
     found = design(HOUSE, JOB, HEIGHT, ["expected_error"], bounds, evaluations=10, population=10)
     assert found.refusal.endswith("each can be met, but not all together")
@@ -219,7 +219,7 @@ def test_a_package_that_is_missing_is_said(monkeypatch: pytest.MonkeyPatch) -> N
             OPTIMISERS[name](lambda _: (np.zeros((1, 1)), np.zeros(1)), 2, 1, Budget(10, 5, 0))
 
 
-def test_every_figure_declares_what_it_is() -> None:
+def test_every_figure_declares_its_meaning() -> None:
     for key, each in MEASURES.items():
         assert each.figure.key == key
         assert each.scale > 0.0

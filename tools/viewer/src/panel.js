@@ -1,4 +1,4 @@
-// What stands around the canvas: names, scales of colours, sliders, what the pointer is at, and the state in figures.
+// The panel around the canvas: names, scales of colours, sliders, the object at the pointer, and the state in figures.
 import { pick } from "./pick.js";
 import { clock, fixed, make, number, quantity } from "./words.js";
 
@@ -212,7 +212,7 @@ export class Panel {
   }
 
   state() {
-    if (this.view.live) return; // the operator's page tells it by itself
+    if (this.view.live) return; // the operator's page shows it itself
     const { view } = this, { given, path } = view, frame = view.frame, told = [];
     const item = (what, value, kind = "") => told.push(make("div", { className: `item ${kind}` }, make("span", { className: "what", textContent: what }), make("span", { textContent: value })));
     const pose = view.pose(), turned = pose.length > 3;

@@ -15,7 +15,7 @@ const CHUNK = 512; // vertices of a part that is drawn or not
 const ROW = 2048; // texels in a row of the textures
 const SHADES = 249; // last step of a colour scale
 
-// An instance, or a vertex of plain lines, is told by the numbers of its piece's vertices.
+// An instance, or a vertex of plain lines, has the numbers of its piece's vertices.
 const COMMON = `
   uniform highp usampler2D uPlaces; uniform highp usampler2D uMarks; uniform vec3 uOrigin; uniform float uStep;
   uniform float uNow; uniform vec3 uPlain; uniform vec3 uUnknown; uniform vec3 uAhead; uniform vec3 uTravel;
@@ -70,7 +70,7 @@ export class Path {
     for (const key of ["origin", "step", "tolerances", "layers", "bead", "line_name"]) made[key] = given[key];
     made.n = made.kind.length;
     made.wideUpTo = software ? { still: 12_000, moving: 300 } : { still: 150_000, moving: 150_000 }; // pieces
-    made.most = software ? 400_000 : 4_000_000; // pieces at once, but for those of the coarsest level
+    made.most = software ? 400_000 : 4_000_000; // pieces in one frame, without those of the coarsest level
     made.prepare();
     return made;
   }
@@ -235,7 +235,7 @@ export class Path {
     }
   }
 
-  value(quantity, i) { // as far as the steps of a scale tell it; null where it is not known
+  value(quantity, i) { // to the resolution of the scale; null where it is not known
     const step = quantity.values[i];
     return step === UNKNOWN ? null : quantity.low + (quantity.high - quantity.low) * step / SHADES;
   }

@@ -12,7 +12,7 @@ export function pick(view, x, y) {
 
 function nearestVertex(view, x, y) {
   const { path, camera } = view, m = new Matrix4().multiplyMatrices(camera.eye.projectionMatrix, camera.eye.matrixWorldInverse).elements;
-  const { pairs, pieces } = path, every = Math.max(1, Math.ceil(pieces / MOST)); // of what is drawn
+  const { pairs, pieces } = path, every = Math.max(1, Math.ceil(pieces / MOST)); // of drawn pieces
   let best = null;
   for (let k = 0; k < pieces; k += every) {
     const i = pairs[2 * k + 1];

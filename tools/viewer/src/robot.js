@@ -1,4 +1,4 @@
-// The robot: frame, beams, walls, sheaves, sagging lines, platform, and what is told beside them.
+// The robot: frame, beams, walls, sheaves, sagging lines, platform, and the labels beside them.
 import {
   BoxGeometry, BufferAttribute, BufferGeometry, CylinderGeometry, DoubleSide, Group, Matrix4, Mesh, MeshLambertMaterial,
   Quaternion, SphereGeometry, TorusGeometry, Vector3,

@@ -220,7 +220,7 @@ export class View {
     for (const told of this.listeners) told("drawn");
   }
 
-  pace() { // coarser while one turns what is too much to draw at once
+  pace() { // coarser while a large scene is rotated
     const began = performance.now();
     requestAnimationFrame(() => {
       this.took = performance.now() - began;

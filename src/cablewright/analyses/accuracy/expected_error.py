@@ -86,7 +86,7 @@ class ErrorCause:
 
     @property
     def words(self) -> str:
-        """What people call it."""
+        """Name of the cause for people."""
         return "interpolation between samples" if self.name == INTERPOLATION else self.name.replace("_", " ")
 
     FIGURES: ClassVar = (
@@ -115,14 +115,14 @@ class ExpectedError:
 
     @property
     def unknown(self) -> str:
-        """Why the value is not stated, in words; empty where it is, and where no sample is known."""
+        """Reason why the value is not stated; empty where it is stated, or no sample is known."""
         if self.sample is None or np.isfinite(self.value):
             return ""
         return f"{self.unsolved} of {DRAWS} drawn machines have no sound equilibrium somewhere on the path"
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What would reduce it, and what to know before the figures are used."""
+        """Remedies that would reduce the error, and cautions on the figures."""
         if self.unknown:
             return (f"expected error is not stated: {self.unknown}",)
         notes = []

@@ -36,7 +36,7 @@ def _most(values: Array) -> float:
 
 
 class Contribution(NamedTuple):
-    """One uncertain parameter: its range, and what it alone does to the nozzle."""
+    """One uncertain parameter: its range, and its own effect on the nozzle."""
 
     range: Range
     offset: Array  # (3,) m, displacement of the nozzle by half the range, at the pose where it is largest
@@ -140,7 +140,7 @@ class Accuracy(Result):
 
     @property
     def columns(self) -> dict[str, Array]:
-        """(N,) each: where the nozzle is wanted, m, and errors there, m; what `to_frame` shows."""
+        """Columns (N,) of `to_frame`: wanted positions of the nozzle, m, and errors there, m."""
         places = dict(zip("xyz", Model(self.robot).nozzle(self.wanted).T, strict=True))
         own = {"nominal_error": self.nominal_error, "max_error": self.spread.max_error, "difference": self.difference}
         return places | own | {"max_deviation": self.spread.max_deviation}
@@ -221,7 +221,7 @@ class Accuracy(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What to know before the figures are used."""
+        """Cautions on the figures."""
         curved, lost = _most(self.spread.nonlinearity), int(self.spread.unsolved.sum())
         off = f"first order deviates by up to {100.0 * curved:.2g} % of the spread"
         notes = []
@@ -335,7 +335,7 @@ class AccuracyQuestion:
         return self._answered(self._errors(there, self.progress), there.wanted, there.retraction)
 
     def answer_in(self, room: Room, poses: Array, retraction: Array | None) -> Accuracy:
-        """As `answer` of the `hold` of neighbouring poses, which are solved some at a time, with arrays in a *room*."""
+        """Return the `answer` of the `hold` of neighbouring poses, solved in blocks, with arrays in a *room*."""
         rows = len(poses)
         found: _Errors | None = None
         for at in blocks(rows, BLOCK):

@@ -93,7 +93,7 @@ class Method(Protocol):
 
     @property
     def name(self) -> str:
-        """Its name on the command line and in reports."""
+        """Name of the method on the command line and in reports."""
         ...
 
     def __call__(self, problem: SpreadProblem) -> Spread:

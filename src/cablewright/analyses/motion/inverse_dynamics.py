@@ -22,7 +22,7 @@ from cablewright.solvers.inverse import solve_inverse
 
 @dataclass(frozen=True, eq=False, repr=False)
 class InverseDynamics(Pictured):
-    """What lines and winches do along a trajectory of k times.
+    """Lengths, tensions and winch speeds of lines along a trajectory of k times.
 
     ``held``: the equilibria of all forces, those of inertia among them, as a batch: ``lengths`` and ``tensions`` (k, m)
     are theirs. ``length_rates`` (k, m): m/s, at which lengths grow, by the Jacobian of straight cables.
@@ -91,7 +91,7 @@ class InverseDynamics(Pictured):
 
     @property
     def refusal(self) -> str:
-        """Why the answer is no, in a sentence; empty where it is yes."""
+        """Reason for a no, in a sentence; empty for a yes."""
         if self.feasible:
             return ""
         row = int(np.flatnonzero(~self.held.ok)[0])
@@ -99,22 +99,22 @@ class InverseDynamics(Pictured):
 
     @property
     def min_tension(self) -> Array:
-        """(m,) N."""
+        """Smallest tension (m,) of each line, N."""
         return np.asarray(np.nanmin(self.tensions, axis=0))
 
     @property
     def max_tension(self) -> Array:
-        """(m,) N."""
+        """Largest tension (m,) of each line, N."""
         return np.asarray(np.nanmax(self.tensions, axis=0))
 
     @property
     def max_speed(self) -> Array:
-        """(m,) m/s."""
+        """Largest speed (m,) of each winch's cable, m/s."""
         return np.asarray(np.nanmax(np.abs(self.length_rates), axis=0))
 
     @property
     def max_power(self) -> Array:
-        """(m,) W."""
+        """Largest power (m,) of each winch, W."""
         return np.asarray(np.nanmax(self.power, axis=0))
 
 

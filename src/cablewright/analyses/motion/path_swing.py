@@ -39,7 +39,7 @@ class SwingExtremes:
     plane_rise: Array  # (b,) N, at least 0: what these changes together add at most to the force along a plane's normal
 
     def beside(self, changes: Array) -> Self:
-        """Return the same for tensions about which the platform swings that differ from those at rest (b, m), N."""
+        """Return the extremes for tensions at the centre of the swing that differ from those at rest (b, m), N."""
         drop, rise = self.tension_drop + np.minimum(changes, 0.0), self.tension_rise + np.maximum(changes, 0.0)
         return replace(self, tension_drop=drop, tension_rise=rise)
 

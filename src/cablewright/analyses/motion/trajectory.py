@@ -61,7 +61,7 @@ class Trajectory(Pictured):
 
     @property
     def columns(self) -> dict[str, Array]:
-        """(k,) each: the time, the pose, and after v and a its rates and their rates; what `to_frame` shows."""
+        """Columns (k,) of `to_frame`: time, pose, velocities (v) and accelerations (a)."""
         names = COORDINATES[: self.poses.shape[1]]
         found = {"time": self.times}
         for prefix, values in (("", self.poses), ("v.", self.velocities), ("a.", self.accelerations)):

@@ -62,7 +62,7 @@ class WorkspaceArea(Pictured):
 
     @property
     def refusal(self) -> str:
-        """Why the answer is no, in a sentence; empty where it is yes."""
+        """Reason for a no, in a sentence; empty for a yes."""
         return VERDICTS.get(self.status, "")
 
     @property

@@ -89,7 +89,7 @@ class Boundary(Pictured):
 
     @property
     def refusal(self) -> str:
-        """Why there are no modes, in a sentence; empty where there are."""
+        """Reason why there are no modes; empty where there are."""
         sentences = {"ok": "", "empty": "no node of the grid is inside"}
         return sentences.get(self.status, "no node of the boundary can be held")
 

@@ -38,7 +38,7 @@ HALF_TURN = math.pi * (1.0 + 1e-9)  # rad, with room for rounding
 
 
 class Margins(Protocol):
-    """Who computes the margins of a criterion in its place."""
+    """Interface of an object that computes the margins of a criterion, such as an executor."""
 
     def __call__(self, criterion: Criterion, places: Array, progress: Progress | None, stage: str) -> Array:
         """Return what `Criterion.margin` of the criterion alone would."""
@@ -82,7 +82,7 @@ class RetractionLaw:
 
 @dataclass(frozen=True, eq=False)
 class Criterion:
-    """What has to hold at a position for it to be in the workspace. `Criterion.of` makes one, its arguments checked."""
+    """The condition for a position to be in the workspace. `Criterion.of` makes one and checks its arguments."""
 
     model: Model
     name: str  # one of CRITERIA
@@ -180,7 +180,7 @@ class Criterion:
         return found
 
     def continuous_margin(self, places: Array, progress: Progress | None, stage: str) -> Array:
-        """As `margin`, or its sign where it is not continuous and cannot be interpolated."""
+        """Return the `margin`, or its sign where it is not continuous and cannot be interpolated."""
         margins = self.margin(places, progress, stage)
         return margins if self.continuous else np.where(margins >= 0.0, 1.0, -1.0)
 
@@ -214,7 +214,7 @@ class Criterion:
 
     @property
     def turned_by_gravity(self) -> bool:
-        """Whether a body's lines share so many winches that its position is given, and gravity decides its rotation."""
+        """Whether a body's lines share winches such that its position is given, and gravity decides its rotation."""
         model = self.model
         free = bool(model.robot.sharing) and model.n == 6 and model.robot.platform.plane is None
         return free and 3 <= model.winches < model.freedoms

@@ -55,7 +55,7 @@ class SearchBox:
 
     @property
     def is_flat(self) -> bool:
-        """Whether it is a rectangle: its ends along one axis are equal."""
+        """Whether the box is a rectangle: its ends along one axis are equal."""
         return bool((self.low == self.high).any())
 
     @property
@@ -65,7 +65,7 @@ class SearchBox:
 
     @property
     def volume(self) -> float:
-        """Its volume, m^3."""
+        """Volume of the box, m^3."""
         return float(np.prod(self.high - self.low))
 
     def at(self, shares: Array) -> Array:

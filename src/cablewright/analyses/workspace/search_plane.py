@@ -39,7 +39,7 @@ class SearchPlane:
 
     @property
     def is_tilted(self) -> bool:
-        """Whether it is across none of the world's axes."""
+        """Whether the plane is perpendicular to none of the world's axes."""
         return bool(np.count_nonzero(self.normal) > 1)
 
     @property

@@ -75,7 +75,7 @@ class Workspace(Pictured):
 
     @property
     def refusal(self) -> str:
-        """Why the answer is no, in a sentence; empty where it is yes."""
+        """Reason for a no, in a sentence; empty for a yes."""
         return VERDICTS.get(self.status, "")
 
     @property
@@ -110,7 +110,7 @@ class Workspace(Pictured):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class NodeCount(Result):
-    """Which nodes of a grid over a box are in the workspace."""
+    """Nodes of a grid over a box that are in the workspace."""
 
     FIGURES: ClassVar = (
         Figure("status", "", "ok, or empty."),
@@ -127,7 +127,7 @@ class NodeCount(Result):
 
     @property
     def columns(self) -> dict[str, Array | Mask]:
-        """(k,) each: the nodes, m, and whether they are inside; what `to_frame` shows."""
+        """Columns (k,) of `to_frame`: the nodes, m, and whether they are inside."""
         nodes = self.box.grid(self.inside.shape).reshape(-1, 3)
         return dict(zip("xyz", nodes.T, strict=True)) | {"inside": self.inside.ravel()}
 
@@ -138,7 +138,7 @@ class NodeCount(Result):
 
     @property
     def refusal(self) -> str:
-        """Why the answer is no, in a sentence; empty where it is yes."""
+        """Reason for a no, in a sentence; empty for a yes."""
         return VERDICTS.get(self.status, "")
 
     @property

@@ -38,7 +38,7 @@ STEPS = 40
 
 @options("Places")
 class PlaceOptions:
-    """Where the error is computed: one of a pose, a helix, a path, a plane or the workspace."""
+    """Options of the positions: a pose, a helix, a path, a plane or the workspace."""
 
     at: Annotated[
         str | None,
@@ -89,7 +89,7 @@ class PlaceOptions:
         return given[0]
 
     def of(self, machine: cw.Robot) -> cw.Places:
-        """The places of a helix, a plane or the workspace of a robot. Raises `InputError`."""
+        """Return the positions of a helix, a plane or the workspace of a robot. Raises `InputError`."""
         from cablewright.live import places
 
         if self.helix is not None:
@@ -106,7 +106,7 @@ class PlaceOptions:
 
 @options("Uncertain parameters")
 class UncertaintyOptions:
-    """What is uncertain, and how the spread is found."""
+    """Options of the uncertain parameters, and of the method for the spread."""
 
     modulus_range: Annotated[
         str | None,
@@ -131,7 +131,7 @@ class UncertaintyOptions:
     seed: Seed = 0
 
     def ranges(self, machine: cw.Robot) -> tuple[cw.Range, ...]:
-        """What is uncertain of a robot. Raises `InputError`."""
+        """Return the uncertain parameters of a robot with their ranges. Raises `InputError`."""
         from cablewright.robot.uncertainty import load_uncertainty, modulus_ranges
 
         if self.uncertainty is not None:

@@ -27,7 +27,7 @@ _PANELS: dict[type, str | None] = {}
 
 
 class DeclaredCommand(NamedTuple):
-    """A command: what runs it and returns the exit code, the example in its help, which tests run, and its results.
+    """A declared command: its function, the example of its help, its tests, and its results.
 
     ``answers`` names the classes of the results, ``module:class`` below `cablewright`.
     """

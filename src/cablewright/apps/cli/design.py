@@ -20,7 +20,7 @@ RESULTS = "results.jsonl"
 
 @options("Search")
 class SearchOptions:
-    """How the search goes."""
+    """Options of the search."""
 
     method: Annotated[
         OptimiserName | None,
@@ -47,7 +47,7 @@ class SearchOptions:
     ] = 9
 
     def workspace(self) -> cw.TradeSettings:
-        """How workspaces are found. Raises `InputError`."""
+        """Return the settings of workspaces. Raises `InputError`."""
         return cw.TradeSettings(
             criterion=self.criterion, count="nodes", grid=self.grid, boundary_grid=self.grid, inertia=self.inertia
         )
@@ -55,7 +55,7 @@ class SearchOptions:
 
 @options()
 class GoalOptions:
-    """What varies, and what is to be good."""
+    """Options of design variables, objectives and constraints."""
 
     vary: Annotated[
         list[str],

@@ -89,7 +89,7 @@ AT_A_POSE: Final = ("mjcf", "urdf", "stl", "glb")
 
 @options("Firmware")
 class MotionOptions:
-    """For klipper, reprapfirmware, linuxcnc and gcode."""
+    """Options for klipper, reprapfirmware, linuxcnc and gcode."""
 
     machine: Annotated[
         str | None,

@@ -198,8 +198,7 @@ def _look_again(_number: int, frame: FrameType | None) -> None:
 
 
 def _is_in_llvm(frame: FrameType | None) -> bool:
-    """Whether *frame* is, or is called by, LLVM's wrapper: an object left half made there may end the process
-    immediately.
+    """Whether *frame* is, or is called by, LLVM's wrapper: an object left half made there may end the process.
 
     The interruption is looked at again until it comes between two of its calls; without another check, never.
     """

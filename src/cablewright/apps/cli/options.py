@@ -149,7 +149,7 @@ Tensions = Annotated[
 
 @options("Robot and load")
 class RobotOptions:
-    """The robot and what pulls at its platform."""
+    """Options of the robot and the external wrench on its platform."""
 
     robot: RobotName
     lines: Annotated[
@@ -195,13 +195,13 @@ class LawOptions:
     tension_limits: Limits = None
 
     def laws(self) -> dict[str, Any]:
-        """What the verbs of `cablewright` take of a model."""
+        """Keyword arguments on the model for functions of `cablewright`."""
         return {"cable": self.cable, "sheave": self.sheave, "tension_limits": tension_range(self.tension_limits)}
 
 
 @options("Workspace")
 class RegionOptions(LawOptions):
-    """What has to hold at a place of the workspace, and where places are searched."""
+    """Options of the workspace criterion, and of the region to search."""
 
     criterion: Annotated[
         CriterionName | None,
@@ -223,17 +223,17 @@ class RegionOptions(LawOptions):
         return self.criterion or "exact"
 
     def places(self) -> dict[str, Any]:
-        """What the verbs of `cablewright` take of places."""
+        """Keyword arguments on the region for functions of `cablewright`."""
         return {"box": numbers(self.box, "--box"), "point": self.point or "nozzle"}
 
     def as_arguments(self) -> dict[str, Any]:
-        """What the verbs of `cablewright` take, but for the criterion."""
+        """Keyword arguments for functions of `cablewright`, without the criterion."""
         return self.laws() | self.places()
 
 
 @options("Workspace")
 class OrientedRegionOptions(RegionOptions):
-    """The same for any orientation and retraction."""
+    """Options of the region, for any orientation and retraction."""
 
     orientations: Annotated[
         str | None,
@@ -254,7 +254,7 @@ class OrientedRegionOptions(RegionOptions):
     ] = None
 
     def places(self) -> dict[str, Any]:
-        """What the verbs of `cablewright` take of places."""
+        """Keyword arguments on the region and its orientations for functions of `cablewright`."""
         more = {"orientations": rotations(self.orientations), "retraction": self.retraction_at_heights()}
         return super().places() | more
 
@@ -276,7 +276,7 @@ class OrientedRegionOptions(RegionOptions):
 
 @options("Volume")
 class CountOptions:
-    """How a volume is found."""
+    """Options of a volume's computation."""
 
     count: Annotated[
         CountName, typer.Option("--count", help="Compute a volume with an error, or count the nodes of a grid.")
@@ -293,7 +293,7 @@ class CountOptions:
 
 @options("Output")
 class OutputOptions:
-    """What is printed and written."""
+    """Options of printed and written output."""
 
     plot: Plot = None
     plot_width: PlotWidth = None
@@ -329,7 +329,7 @@ class OutputOptions:
 
 @options("Who computes")
 class ExecutorOptions:
-    """Who computes."""
+    """Options of the executor that computes."""
 
     workers: Annotated[
         int | None,
@@ -351,7 +351,7 @@ class ExecutorOptions:
 
     @contextmanager
     def working(self, kept: Path, *kernels: str) -> Iterator[tuple[Executor, Progress]]:
-        """Who computes, until the block ends, and its progress; an interruption says that *kept* has what is done.
+        """Context with the executor and its progress. An interruption reports that *kept* has the results so far.
 
         Raises `InputError`, `EnvironmentFault`.
         """

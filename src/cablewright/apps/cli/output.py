@@ -47,7 +47,7 @@ def answer(found: Result, as_json: bool, **files: object) -> int:
 
 @contextmanager
 def refused(status: str, **known: object) -> Iterator[None]:
-    """What is *known*, and the status of the error or else *status*, are in the JSON of an `AnswerError` inside."""
+    """Context that adds *known* values and a status to the JSON of an `AnswerError` inside."""
     try:
         yield
     except AnswerError as reason:
@@ -209,6 +209,6 @@ def compiling(*kernels: str, then: Callable[[], None] | None = None) -> Iterator
 
 
 def tell_compiling(done: int, count: int, seconds: float) -> None:
-    """Say that so many kernels of *count* are compiled, and how long the others may take."""
+    """Report the number of compiled kernels of *count*, and the estimated remaining time."""
     if done < count:
         tell(f"compiling kernels (once): {done + 1} of {count}, about {max(1.0, seconds):.0f} s")

@@ -37,13 +37,13 @@ def numbers(text: str | None, option: str, count: int | None = None, *, free: bo
 
 
 def begin_of(text: str | None, option: str, robot: cw.Robot) -> list[float] | None:
-    """The place, m, of an *option*, or of a rigid platform its pose, m and rad. Raises `InputError`."""
+    """Return the position, m, of an *option*, or the pose, m and rad, of a rigid platform. Raises `InputError`."""
     given = numbers(text, option)
     return numbers(text, option, robot.n if given is not None and len(given) != 3 else 3)
 
 
 def pose_of(text: str | None, robot: cw.Robot) -> list[float] | None:
-    """The value of --at, m and rad, for a *robot*; `FREE` is NaN. Raises `InputError`, also for what must be in mm.
+    """Return the value of --at, m and rad, for a *robot*; `FREE` is NaN. Raises `InputError`, also for a length in mm.
 
     A place outside of the robot, and a rotation of over half a turn, are noted with the units that explain them.
     """
@@ -59,7 +59,7 @@ def pose_of(text: str | None, robot: cw.Robot) -> list[float] | None:
 
 
 def lengths_of(text: str, robot: cw.Robot) -> list[float]:
-    """The value of --lengths, m, of the lines of a *robot*. Raises `InputError`, also for what must be in mm.
+    """Return the value of --lengths, m, of the lines of a *robot*. Raises `InputError`, also for lengths in mm.
 
     Lengths that reach across the robot and beyond are noted with the units that explain them.
     """
@@ -154,19 +154,19 @@ def rotations(text: str | None) -> list[list[float]] | None:
 
 
 def named_lengths(text: str, option: str, expected: str) -> list[tuple[str, float]]:
-    """Pairs of a name and a length, m. Raises `InputError`, which says what is *expected*."""
+    """Return pairs of a name and a length, m. Raises `InputError` with the *expected* form."""
     return [named_number(part, f"{option} = {text!r}: expected {expected}") for part in text.split(",")]
 
 
-def named_number(text: str, refusal: str) -> tuple[str, float]:
-    """The name and the number of ``NAME=VALUE``. Raises `InputError` with the text *refusal*."""
+def named_number(text: str, why: str) -> tuple[str, float]:
+    """The name and the number of ``NAME=VALUE``. Raises `InputError` with the text *why*."""
     name, equals, value = (each.strip() for each in text.rpartition("="))
     try:
         number = float(value)
     except ValueError:
         name, number = "", 0.0
     if not (equals and name):
-        raise InputError(refusal)
+        raise InputError(why)
     return name, number
 
 

@@ -30,7 +30,7 @@ from cablewright.foundation.errors import InputError
 
 @options()
 class SimulatedOptions:
-    """How a simulated machine moves, and what happens to it; not for real drives."""
+    """Options of a simulated machine and of events during its print; not for real drives."""
 
     plant: Plant = "dynamic"
     period: Period = 1.0
@@ -96,7 +96,7 @@ class SimulatedOptions:
 
 @options()
 class RunOptions:
-    """The run folder, and whether a print in it goes on."""
+    """Options of the run folder, and of resuming the print in it."""
 
     out: Annotated[
         Path | None,
@@ -117,7 +117,7 @@ class RunOptions:
 
     @property
     def log_every(self) -> int:
-        """Of so many steps one is logged. Raises `InputError` for a text that does not say it."""
+        """Return N: the first of each N steps is logged. Raises `InputError` for another text."""
         from cablewright.machine.log.head import MAX_EVERY
 
         name, _, number = self.log.partition("=")

@@ -191,13 +191,13 @@ class RobotList(Result):
 
 @dataclass(frozen=True)
 class RobotSupport(Result):
-    """How far each capability covers a robot."""
+    """Coverage of a robot by each capability."""
 
     FIGURES: ClassVar = (
         Figure("robot", "", "Name of the robot."),
         Figure("capabilities", "", "Each capability.", parts=(
             Figure("capability", "", "What is done with the robot."),
-            Figure("verdict", "", "works, not certified, not checked, lost or rejected."),
+            Figure("verdict", "", "works, not checked, lost or rejected."),
             Figure("because", "", "What of the robot decides it."),
             Figure("instead", "", "Alternative, or the omitted effect."),
         )),
@@ -208,7 +208,7 @@ class RobotSupport(Result):
 
     @classmethod
     def of(cls, robot: cw.Robot) -> RobotSupport:
-        """Return what `cablewright.models.support` says of a robot."""
+        """Return the support of a robot by `cablewright.models.support`."""
         from cablewright.models.support import Capability, support
 
         found = ((capability, support(robot, capability)) for capability in Capability)

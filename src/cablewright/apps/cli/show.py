@@ -102,7 +102,7 @@ def _robot_alone(robot: cw.Robot, at: str | None) -> SceneDescription:
 
 @dataclass(frozen=True, repr=False)
 class Shown(Result):
-    """What a page shows."""
+    """Contents of a page of `show`."""
 
     FIGURES: ClassVar = (
         Figure("robot", "", "Name of the robot.", "scene.robot.name"),

@@ -64,7 +64,7 @@ class MachineList(Result):
 
 @options("Path")
 class DriveOptions:
-    """Where and how the machine is driven."""
+    """Options of the machine's motion."""
 
     loop: Annotated[
         float | None, typer.Option("--loop", metavar="L", help="Length of a random closed path to follow, m.")
@@ -85,7 +85,7 @@ class DriveOptions:
     ] = 1.0
 
     def require(self) -> None:
-        """Reject what contradicts itself, before any work. Raises `InputError`."""
+        """Reject contradictory options, before any work. Raises `InputError`."""
         if (self.loop is None) == (self.hold is None):
             raise InputError("simulate: expected either --loop or --hold")
         if self.hold is not None and self.duration is None:
@@ -117,7 +117,7 @@ class FaultOptions:
     ] = None
 
     def of(self, settings: cw.TwinSettings) -> cw.TwinSettings:
-        """The machine with these faults besides its own. Raises `InputError`."""
+        """Return the machine with these faults in addition to its own. Raises `InputError`."""
         from cablewright.foundation.validation import validated
         from cablewright.machine.simulated.settings import Link
 

@@ -28,7 +28,7 @@ MAX_VALUES = 10_000  # values of one parameter
 
 @options("Frequencies")
 class FrequencyOptions:
-    """How the frequencies along the boundary are found."""
+    """Options of the frequencies along the boundary."""
 
     boundary_grid: Annotated[
         int, typer.Option("--boundary-grid", metavar="N", help="Nodes along each side of the box, for boundaries.")

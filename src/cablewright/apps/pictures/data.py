@@ -21,7 +21,7 @@ Row = tuple[str, int, str, Any, Any, Any, Any]
 
 
 def table_of(drawn: Figure) -> bytes:
-    """Return what the panels of a figure show as CSV: one row a point, in the units of the axes; the columns of `HEAD`.
+    """Return the data of a figure's panels as CSV: one row a point, in the units of the axes; the columns of `HEAD`.
 
     Curves, bars, markers, maps, surfaces and areas are there, texts and frames are not. *number* counts the pieces of
     a kind; *value* is what a colour shows.

@@ -74,6 +74,6 @@ def draw(
 
 
 def save(drawn: Figure, path: Path) -> None:
-    """Write a picture in the format of its ending, and its data beside it. Raises `EnvironmentFault`."""
+    """Write a picture in the format of its file ending, and its data as CSV. Raises `EnvironmentFault`."""
     write_whole(path, look.written(drawn, path.suffix.lower()))
     write_whole(path.with_name(f"{path.name}.csv"), table_of(drawn))

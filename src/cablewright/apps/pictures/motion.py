@@ -20,7 +20,7 @@ def motion(digest: Digest) -> Figure | None:
     """
     check, starts = digest.check, digest.stretches
     found = check.motion
-    if found is None or found.largest == 0.0:
+    if found is None or not found.largest > 0.0:  # NaN where no sample is held
         return None
     seconds, unit = style.time_unit(check.law.duration)
     time = np.append(check.law.time[starts], check.law.duration) / seconds
@@ -42,7 +42,11 @@ def motion(digest: Digest) -> Figure | None:
     frequency = grouped(median, swinging, starts)
     rates.plot(time[:-1], frequency, ".", color=style.BLUE, markersize=4)
     rates.plot(at, found.frequency, markeredgewidth=1.6, **style.RING)
-    rates.set(xlabel=f"time in {unit}", ylabel="frequency in Hz", ylim=(0.0, 1.25 * float(np.nanmax(frequency))))
+    rates.set(
+        xlabel=f"time in {unit}",
+        ylabel="frequency in Hz",
+        ylim=(0.0, 1.25 * float(np.nanmax([found.frequency, *frequency]))),
+    )
     rates.margins(x=0)
     style.legend_below(drawn, errors, columns=3)
     return drawn

@@ -90,7 +90,7 @@ _TICKS: Final = {
 
 
 def creep_picture(result: CreepResult) -> Figure:
-    """Draw the strain besides the elastic one by time, and the creep per load."""
+    """Draw the strain without its elastic part by time, and the creep per load."""
     drawn, (history, law) = style.subplots(9.0, 4.2, 1, 2, width_ratios=(1.25, 1))
     _draw_history(history, result)
     _draw_law(law, result)

@@ -20,7 +20,7 @@ _SAME_PLANE = 1e-6  # difference of unit normals under which triangles are of on
 
 
 def polytope_picture(found: WrenchPolytope) -> Figure:
-    """Draw the forces that lines can apply beside the moment that balances the loads; in a plane a polygon."""
+    """Draw the forces that lines can apply together with the moment that balances the loads; in a plane a polygon."""
     corners = found.vertices()
     forces = found.basis[:3, np.abs(found.basis[:3]).any(axis=0)]
     unit, name = (1e3, "kN") if np.abs(corners).max() >= 2e4 else (1.0, "N")

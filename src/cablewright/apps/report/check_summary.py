@@ -47,7 +47,7 @@ class Heights(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Digest:
-    """A check, its layers and what is worked out of them once."""
+    """A check, its layers, and values computed from them once."""
 
     check: Check
     layers: LayerTable
@@ -74,7 +74,7 @@ class Digest:
 
     @property
     def nothing_drawn(self) -> str:
-        """Why there may be nothing to draw."""
+        """Reason why there may be nothing to draw."""
         return "no error is known" if self.check.samples.extruding.any() else "nothing is extruded"
 
     @cached_property
@@ -127,7 +127,7 @@ def band(values: Array, starts: Indices) -> Band:
 
 
 def grouped(choose: Callable[[Array], Array], values: Array, starts: Indices) -> Array:
-    """Return what is chosen of ``values`` (k,) or (k, m), (g,) or (g, m), of each of g groups from ``starts`` on."""
+    """Return a statistic of ``values`` (k,) or (k, m) for each of g groups from ``starts`` on: (g,) or (g, m)."""
     if len(starts) == 0:
         return np.empty((0, *values.shape[1:]))
     bounds = zip(starts, [*starts[1:], len(values)], strict=True)

@@ -50,7 +50,7 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], *, numbers: Sequen
 
 
 def notice(text: str) -> Html:
-    """Return what has to be known before a figure is used, as a sentence."""
+    """Return a caution on figures, as a sentence."""
     return element("p", f"{text[:1].upper()}{text[1:]}.", class_="notice")
 
 
@@ -60,7 +60,7 @@ def short_name(name: str) -> str:
 
 
 def cards(figures: Iterable[tuple[str, str, str]]) -> Html:
-    """Return key figures: what, how much, and a note that may be empty."""
+    """Return cards of key figures: name, value, and a note that may be empty."""
     shown = [
         element("div", element("dt", what), element("dd", value, element("small", note)), class_="card")
         for what, value, note in figures

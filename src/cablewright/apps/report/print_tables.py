@@ -39,7 +39,7 @@ def following_table(found: PrintRecord) -> Html:
 
 
 def paper_table(found: PrintRecord) -> Html | None:
-    """The figures that Merlet and Papegay 2023 print beside the same of this print; None for another robot."""
+    """The figures of Merlet and Papegay 2023 beside those of this print; None for another robot."""
     if found.head.robot.name != _OF_THE_PAPER:
         return None
     structure = found.structure
@@ -89,7 +89,7 @@ def lines_table(found: PrintRecord) -> Html:
 
 
 def faults_table(found: PrintRecord) -> Html:
-    """What the estimation reported, and what the machine noticed."""
+    """Table of faults of the estimation, and of notices of the machine."""
     if not found.faults and not found.notices:
         return element("p", "The estimation reported no faults, and the machine nothing else.")
     faults, notices = (next(each for each in found.figures if each.key == key) for key in ("faults", "notices"))

@@ -51,7 +51,7 @@ def robot_rows(robot: Robot) -> list[tuple[str, str]]:
 
 
 def assumptions(robot: Robot) -> list[str]:
-    """Return what the model assumes, line by line where the lines differ."""
+    """Return the model's assumptions, line by line where the lines differ."""
     return [
         (
             "Lengths and tensions are those of hanging, elastic cables (catenaries) in equilibrium with the platform. "

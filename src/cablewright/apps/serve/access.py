@@ -48,7 +48,7 @@ REPORT_POLICY: Final = (
 
 
 def policy_with(camera: str) -> bytes:
-    """What the page may load, where it shows the picture at the address *camera* too; empty: none."""
+    """Content security policy of the page; *camera*: address of the camera picture, or empty."""
     if not camera:
         return POLICY
     parts = urlsplit(camera)
@@ -56,13 +56,13 @@ def policy_with(camera: str) -> bytes:
 
 
 def new_token() -> str:
-    """A token that nobody can guess."""
+    """A random token of 256 bits."""
     return secrets.token_urlsafe(32)
 
 
 @dataclass(eq=False)
 class Bucket:
-    """So many at once, and so many a second."""
+    """A token bucket that limits rates: a burst, and a number a second."""
 
     most: float
     rate: float
@@ -86,10 +86,12 @@ class Bucket:
 
 @dataclass(eq=False)
 class Access:
-    """What a server with these *hosts* lets in. ``key``: of cookies, known to this start alone.
+    """Access rules of a server with these *hosts*.
+
+    ``key``: of cookies, known to this start alone.
 
     ``token``: SHA-256 of the token. ``secure``: whether the page is served by TLS. ``port``: in the cookie's name, as
-    browsers do not tell ports apart.
+    browsers do not distinguish ports.
     """
 
     key: bytes
@@ -102,7 +104,7 @@ class Access:
 
     @property
     def cookie_name(self) -> str:
-        """Of this server."""
+        """Name of this server's cookie."""
         return f"cablewright-{self.port}"
 
     @property
@@ -116,7 +118,7 @@ class Access:
         return len(given) == 1 and given[0].decode("latin-1").lower() in self.hosts
 
     def origin_of(self, headers: Iterable[tuple[bytes, bytes]]) -> str | None:
-        """``own``, ``foxglove``, ``foreign``, or None where the request names none."""
+        """Return ``own``, ``foxglove``, ``foreign``, or None where the request names no origin."""
         given = [value.decode("latin-1").lower() for name, value in headers if name == b"origin"]
         if not given:
             return None
@@ -126,15 +128,15 @@ class Access:
         return "foxglove" if len(given) == 1 and given[0] in FOXGLOVE_ORIGINS else "foreign"
 
     def is_token(self, given: str) -> bool:
-        """Whether it is the token, in a time that tells nothing of it."""
+        """Whether the text is the token, compared in constant time."""
         return hmac.compare_digest(hashlib.sha256(given.encode("utf-8", "replace")).digest(), self.token)
 
     def may_guess(self) -> bool:
-        """Whether one more wrong token is answered at once."""
+        """Whether one more wrong token is answered immediately."""
         return self._guesses.take()
 
     def is_view_token(self, given: str) -> bool:
-        """Whether it lets read the live log."""
+        """Whether the text is the token that allows reading the live log."""
         return hmac.compare_digest(given.encode("utf-8", "replace"), self.view_token.encode())
 
     def new_cookie(self) -> tuple[str, str]:

@@ -106,7 +106,7 @@ class Page(Served):
                     self.checks.ask("report", name)
 
     async def _tell_others(self) -> None:
-        """Tell the receivers of news what has happened; nothing waits for them."""
+        """Send news to the receivers; nothing waits for them."""
         receivers, watching, version = receivers_of(self.news), Watching(), 0
         while receivers:
             version = await self.feed.next(version)
@@ -116,11 +116,11 @@ class Page(Served):
                         receiver.put(news)
 
     async def index(self, _request: Request) -> Response:
-        """The page."""
+        """Serve the operator's page."""
         return asset("index.html")
 
     async def enter(self, request: Request) -> Response:
-        """Where the token is entered, and taken."""
+        """Page on which the token is entered, and its check."""
         if request.method == "GET":
             return asset("enter.html")
         token = (await _body(request, _ENTER)).decode("utf-8", "replace").strip()
@@ -184,7 +184,7 @@ class Page(Served):
         return await _tried(make)
 
     async def put(self, request: Request) -> Response:
-        """Take a file of a job."""
+        """Receive a file of a job."""
         if self._operator(request) is None:
             return _not_operating()
         job, part = request.path_params["job"], request.path_params["part"]
@@ -200,7 +200,7 @@ class Page(Served):
         return await _tried(take)
 
     async def check(self, request: Request) -> Response:
-        """Check a job."""
+        """Queue the check of a job."""
         if self._operator(request) is None:
             return _not_operating()
         job = request.path_params["job"]
@@ -214,7 +214,7 @@ class Page(Served):
         return await _tried(ask)
 
     async def load(self, request: Request) -> Response:
-        """Take up a job, or none."""
+        """Load a job into the control, or none."""
         client = self._operator(request)
         if client is None:
             return _not_operating()
@@ -300,7 +300,7 @@ class Page(Served):
         return JSONResponse(await asyncio.to_thread(self.uploads.runs, self.checks.busy))
 
     async def notes(self, request: Request) -> Response:
-        """Keep what a person notes of a run."""
+        """Save a person's note on a run."""
         if self._operator(request) is None:
             return _not_operating()
         run = request.path_params["run"]
@@ -341,11 +341,11 @@ class Page(Served):
         return Response(found.content, media_type="image/png")
 
     async def run_report(self, request: Request) -> Response:
-        """The report of a run."""
+        """Serve the report of a run."""
         return await _report_of(self.uploads.run_report, request.path_params["run"])
 
     async def live(self, socket: WebSocket) -> None:
-        """One page that is open."""
+        """Serve one open page by WebSocket."""
         await Live(self, socket).run()
 
     async def foxglove(self, socket: WebSocket) -> None:

@@ -1,4 +1,4 @@
-"""The files of the page, read once: nothing else can be asked for by name."""
+"""The files of the page, read once: no other file can be requested."""
 
 from __future__ import annotations
 

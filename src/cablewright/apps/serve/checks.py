@@ -24,7 +24,7 @@ _NOTHING: Final = "0" * 64
 
 @dataclass(eq=False)
 class Checks:
-    """The queue of what is to be done for `Uploads`. ``busy``: what is done, by job or run."""
+    """The queue of checks and reports for `Uploads`. ``busy``: the present task, by job or run."""
 
     uploads: Uploads
     busy: dict[str, str] = field(default_factory=dict)
@@ -42,7 +42,7 @@ class Checks:
         return ""
 
     async def run(self) -> None:
-        """Do one after the other."""
+        """Run the queued checks and reports one after the other."""
         while True:
             what, subject = await self._queue.get()
             self.busy[subject] = "is being checked" if what == "check" else "is being written"

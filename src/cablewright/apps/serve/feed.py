@@ -30,7 +30,7 @@ STALE: Final = 0.5
 
 @dataclass(eq=False)
 class Feed:
-    """Reads the control's latest state, once for all pages. `text` is what they get."""
+    """Reader of the control's latest state, once for all pages. `text` is the message to them."""
 
     link: ServerLink
     operators: Operators
@@ -56,7 +56,7 @@ class Feed:
         return round(1e3 * (time.monotonic() - self._begin))
 
     async def run(self) -> None:
-        """Read again and again."""
+        """Read the control's latest state repeatedly."""
         while True:
             self.refresh()
             async with self._news:
@@ -97,7 +97,7 @@ class Feed:
         return self.version
 
     def answer_of(self, number: int, by: str) -> str | None:
-        """What the control answered to a message; None: nothing yet."""
+        """Return the control's answer to a message; None: none yet."""
         for known, who, refusal in reversed(self.state.get("answers", ())):
             if known == number and who == by:
                 return str(refusal)
@@ -110,7 +110,7 @@ class Feed:
         self._draws = asyncio.get_running_loop().create_task(self._draw(self.sitting, self.head))
 
     async def _draw(self, sitting: dict[str, Any], head: LogHead) -> None:
-        """Make the scene of a sitting, and what its lines are drawn by, beside all else: kernels may be compiled."""
+        """Make the scene of a sitting and the solver of its lines in a thread: kernels may be compiled."""
         try:
             scene, shapes = await asyncio.to_thread(_drawn, head, self._scene_file(sitting))
         except CablewrightError as error:

@@ -34,7 +34,7 @@ _MOST: Final = 200  # subscriptions of a client
 
 
 class Reader:
-    """One program that reads."""
+    """One connected client of the live log."""
 
     def __init__(self, socket: WebSocket, feed: Feed) -> None:
         """Not yet accepted."""
@@ -46,7 +46,7 @@ class Reader:
         self._views: Views | None = None
 
     async def run(self) -> None:
-        """Serve until it goes."""
+        """Serve until the client disconnects."""
         offered = self.socket.scope.get("subprotocols", [])
         chosen = next((each for each in PROTOCOLS if each in offered), None)
         if chosen is None:

@@ -44,10 +44,12 @@ _LOOPBACK: Final = ("localhost", "127.0.0.1", "[::1]")
 
 @dataclass(frozen=True)
 class Address:
-    """Where the page is served. ``names``: by which other computers call this one.
+    """Network address of the page.
+
+    ``names``: by which other computers call this one.
 
     ``certificate`` and ``certificate_key``: files for TLS. ``camera``: of a picture of the machine, MJPEG or still.
-    ``news``: file that names who is told of layers, pauses, faults and ends.
+    ``news``: file with the receivers of news on layers, pauses, faults and ends.
     """
 
     host: str = "127.0.0.1"
@@ -111,11 +113,11 @@ class Address:
 
     @property
     def scheme(self) -> str:
-        """Of its addresses."""
+        """URL scheme of its addresses."""
         return "http" if self.certificate is None else "https"
 
     def hosts(self, port: int) -> frozenset[str]:
-        """What requests may call the server."""
+        """Host names by which requests may address the server."""
         address = ipaddress.ip_address("127.0.0.1" if self.host == "localhost" else self.host)
         own = () if address.is_unspecified else (f"[{address}]" if address.version == 6 else str(address),)
         known = {*self.names, *own, *(_LOOPBACK if address.is_loopback or address.is_unspecified else ())}
@@ -125,7 +127,7 @@ class Address:
 
 
 def require_libraries() -> None:
-    """Raise `EnvironmentFault` where the extra ``web`` is not installed, or the system cannot share what is open."""
+    """Raise `EnvironmentFault` where the extra ``web`` is missing, or the system cannot share open files."""
     if sys.platform == "win32":
         raise EnvironmentFault("serve: needs Linux or macOS: control and server share sockets that are inherited")
     if missing := [name for name in _LIBRARIES if importlib.util.find_spec(name) is None]:
@@ -164,12 +166,12 @@ class Server:
 
     @property
     def port(self) -> int:
-        """At which it listens."""
+        """Port at which the server listens."""
         return int(self.listen.getsockname()[1])
 
     @property
     def access(self) -> Access:
-        """What it lets in."""
+        """Access rules of the server."""
         token = hashlib.sha256(self.token.encode()).digest()
         return Access(self.key, token, self.address.hosts(self.port), self.port, self.address.certificate is not None)
 
@@ -224,7 +226,7 @@ class Server:
                     logging.getLogger("cablewright").warning("the page's server cannot be started: %s", reason)
 
     def end(self) -> None:
-        """End it."""
+        """End the server's process."""
         self._over.set()
         if self.process is not None and self.process.stdin is not None:
             self.process.stdin.close()
@@ -243,7 +245,7 @@ def serve(
     say: Callable[[str], None],
     lock: Path | None = None,
 ) -> None:
-    """Serve until interrupted. *owner*: settings of the machine. *lock*: file that stands for one that is real.
+    """Serve until interrupted. *owner*: settings of the machine. *lock*: lock file of a real machine.
 
     Raises `EnvironmentFault` where the port is in use, or another program serves this folder or machine.
     """

@@ -24,7 +24,7 @@ ALL_MAY: Final = (OrderKind.EMERGENCY,)
 
 
 class Live:
-    """One page."""
+    """One open page: its connection, its lease and its messages."""
 
     def __init__(self, page: Served, socket: WebSocket) -> None:
         """Not yet accepted."""
@@ -32,7 +32,7 @@ class Live:
         self._waiting: set[asyncio.Task[None]] = set()
 
     async def run(self) -> None:
-        """Serve until it goes; then it operates no more."""
+        """Serve until the page disconnects; then its lease ends."""
         client = self.page.operators.join(self.socket.scope["session"])
         if client is None:
             await self.socket.close(1013)
@@ -74,7 +74,7 @@ class Live:
             if message["type"] != "websocket.receive" or data is None:
                 return  # it has gone, or sends what no page does
             if not client.messages.take():
-                return  # whoever sends so much is no person at a page
+                return  # too many messages: no person at a page
             try:
                 given = from_json(data)
             except ValueError:

@@ -95,7 +95,7 @@ class Shapes:
         self.step = max(float((high - self.low).max()), 1e-9) / STEPS
 
     def curves(self, state: dict[str, Any]) -> list[int] | None:
-        """Points of all lines, numbers of the grid one after the other; None where nobody knows them."""
+        """Points of all lines, numbers of the grid one after the other; None where they are unknown."""
         platform, lengths = state["platform"], state["lines"]["lengths"]
         pose = np.array([*platform["position"], *platform["rotation"]], dtype=float)[: self.robot.n]
         if lengths is None or not np.isfinite(pose).all() or None in lengths:

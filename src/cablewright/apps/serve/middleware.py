@@ -52,7 +52,7 @@ class Guard:
         await self.app(scope, receive, told)
 
     def _refusal(self, scope: Any) -> tuple[int, str, bool] | None:
-        """Status and text of what is not let in, and whether the page that asks for the token may answer."""
+        """Status and text of a rejected request, and whether the page that asks for the token may answer."""
         access, headers, path = self.access, scope["headers"], scope["path"]
         if not access.knows_host(headers):
             return 421, "this server does not answer to that name\n", False

@@ -40,7 +40,7 @@ class Client:
 
     @property
     def title(self) -> str:
-        """Who gives its orders."""
+        """Name of the operator in logs."""
         return f"{self.name or 'somebody'} (page {self.number})"
 
 
@@ -57,10 +57,10 @@ class Operators:
     _operator: Client | None = None
     _number: int = field(default_factory=lambda: round(1e3 * time.monotonic()))  # of the last lease
     _looked: float = field(default_factory=time.monotonic)  # s, when the server was last seen to run
-    _hung: float = -float("inf")  # s, when it went on after it had hung
+    _hung: float = -float("inf")  # s, when it continued after a hang
 
     def look(self) -> None:
-        """Note that the server runs, and whether it hung: the lease of a page that it did not hear for long ends."""
+        """Record that the server runs, and end the lease of a page that was silent for too long or during a hang."""
         before, self._looked = self._looked, time.monotonic()
         if self._looked - before > ORDER_LIFE:
             self._hung = self._looked
@@ -69,7 +69,7 @@ class Operators:
 
     @property
     def delayed(self) -> str:
-        """Why no order counts now: after a hang, what is read may have been sent long before; or an empty text."""
+        """Reason why orders are rejected now, after a hang: messages may be old; or an empty text."""
         self.look()
         return "the server hung: order it again" if self._looked - self._hung < ORDER_LIFE else ""
 
@@ -87,7 +87,7 @@ class Operators:
         return client
 
     def leave(self, client: Client) -> None:
-        """A page that has gone operates no more."""
+        """End the lease of a page that has disconnected."""
         self.clients.pop(client.secret, None)
         self.release(client)
 
@@ -111,7 +111,7 @@ class Operators:
         return ""
 
     def release(self, client: Client) -> None:
-        """Operate no more."""
+        """End the lease of the operator."""
         if self._operator is client:
             self._operator = None
 

@@ -23,7 +23,7 @@ from cablewright.live.serve.messages import OrderMessage
 
 _ANSWER: Final = 2.0  # s to wait for the control's answer
 _PARALLEL: Final = 2  # uploads at a time
-_ALIKE: Final = 0.05  # s in which one stop stands for all
+_ALIKE: Final = 0.05  # s in which repeated stops count as one
 
 
 @dataclass(eq=False, kw_only=True)
@@ -45,7 +45,7 @@ class Served:
     _stopped: float = -1.0
 
     def send_stop(self, by: str) -> bool:
-        """Send a stop by its own channel; whether the control can take it."""
+        """Send a stop by its own channel; return whether the control received it."""
         now = time.monotonic()
         self.feed.stops += 1
         if now - self._stopped < _ALIKE:
@@ -56,14 +56,14 @@ class Served:
         return sent
 
     async def calm(self, kind: OrderKind, by: str) -> str:
-        """Give one of the orders to come to rest, which need no lease; return why it was rejected, or an empty text."""
+        """Send an order to stop or pause, which needs no lease; return why it was rejected, or an empty text."""
         number = next(self.numbers)
         self.feed.stops += 1
         message = OrderMessage(by=by, number=number, at=time.monotonic(), kind=kind)
         return await self.answer(number, by) if self.link.send(message, "stops") else "the control does not answer"
 
     async def answer(self, number: int, by: str) -> str:
-        """Wait for what the control answers: why not, or an empty text."""
+        """Wait for the control's answer: the reason of a rejection, or an empty text."""
         end = time.monotonic() + _ANSWER
         while time.monotonic() < end:
             found = self.feed.answer_of(number, by)

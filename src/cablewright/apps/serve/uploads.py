@@ -1,4 +1,4 @@
-"""Jobs that people send, and the runs of them: names are made here, so that nobody's names a place."""
+"""Uploaded jobs and their runs: the server makes their names, so that no user's name is a path."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ DRAINED: Final = 1 << 30
 
 NOTES: Final = "notes.txt"
 MAX_NOTES: Final = 2000
-"""Letters that are kept of what a person notes of a run."""
+"""Largest number of letters of a person's note on a run."""
 
 METRICS: Final = "metrics.json"
 _RESULTS: Final = ("max_error_in_space", "max_path_error", "max_height_error", "duration")
@@ -80,7 +80,7 @@ class Uploads:
         return number
 
     async def put(self, number: str, part: str, data: AsyncIterator[bytes]) -> int:
-        """Write a file of a job from what is sent; return its size. Raises `InputError`, `TooLarge` by name."""
+        """Write a file of a job from an upload; return its size. Raises `InputError`, `TooLarge` by name."""
         folder, name = self.job(number), PARTS[part]
         if (folder / name).exists():
             raise InputError(f"{part}: was sent already; a changed file is another job")
@@ -117,7 +117,7 @@ class Uploads:
             raise InputError(f"{part} of {self.name(number)!r}: is empty")
 
     def remove(self, number: str) -> None:
-        """Remove a job. Raises `InputError` for one that is not there."""
+        """Remove a job. Raises `InputError` for a job that does not exist."""
         shutil.rmtree(self.job(number))
 
     def job(self, number: str) -> Path:
@@ -125,11 +125,11 @@ class Uploads:
         return folder_of(self.folder / JOBS, number)
 
     def name(self, number: str) -> str:
-        """What people call a job."""
+        """Name of a job for people."""
         return str(_values(self.job(number) / ABOUT).get("name", number))[:40]
 
     def jobs(self, busy: dict[str, str]) -> list[dict[str, Any]]:
-        """All jobs, the newest first. *busy*: what is being done, by number."""
+        """Return all jobs, the newest first. *busy*: the present task of each, by number."""
         found = []
         for folder in (self.folder / JOBS).iterdir():
             about = _values(folder / ABOUT)
@@ -152,7 +152,7 @@ class Uploads:
         return sorted(found, key=lambda each: -each["utc"])
 
     def runs(self, busy: dict[str, str], most: int = _MOST_RUNS) -> list[dict[str, Any]]:
-        """The newest runs, at *most* so many, the newest first."""
+        """Return the newest runs, at most *most*, the newest first."""
         found = []
         folders = sorted((each for each in (self.folder / RUNS).iterdir() if _RUN.fullmatch(each.name)), reverse=True)
         for folder in folders[:most]:
@@ -173,7 +173,7 @@ class Uploads:
         return found
 
     def keep_notes(self, name: str, text: str) -> str:
-        """Keep what a person notes of a run; return it. Raises `InputError`, `EnvironmentFault`."""
+        """Save a person's note on a run; return it. Raises `InputError`, `EnvironmentFault`."""
         lines = [printable(line.rstrip()) for line in text[:MAX_NOTES].splitlines()]
         kept = "\n".join(lines).strip()
         write_whole(self.run_folder(name) / NOTES, kept.encode())

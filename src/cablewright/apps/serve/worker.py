@@ -20,7 +20,7 @@ from cablewright.foundation.file_output import whole_folder, write_whole
 from cablewright.live.serve.jobs import JobCheck, digest_of, load_served, subject_of, write_check
 
 STATION: Final = "station.json"
-"""File in the served folder with the robot and what its owner knows of the machine."""
+"""File in the served folder with the robot and the owner's settings of the machine."""
 
 SCENE: Final = "scene.json"
 """File in a job's folder with the scene of its path."""
@@ -63,7 +63,7 @@ def station_of(folder: Path) -> Any:
 
 
 def write_station(folder: Path, robot: Any, owner: Any) -> None:
-    """Keep what checks are about. Raises `EnvironmentFault`."""
+    """Write the subject of checks, robot and machine, to a file. Raises `EnvironmentFault`."""
     about = {"robot": robot.model_dump_json(), "machine": owner.model_dump_json(by_alias=True)}
     write_whole(folder / STATION, json.dumps(about).encode())
 

@@ -115,7 +115,7 @@ def check_scene(check: Check) -> SceneDescription:
 
 
 def check_folder_scene(robot: Robot, folder: Path) -> SceneDescription:
-    """The same from the ``samples.parquet`` that a check wrote to its run folder. Raises `InputError` for another."""
+    """The scene of a check by the ``samples.parquet`` in its run folder. Raises `InputError` for another file."""
     column = _columns(folder / "samples.parquet")
     try:
         positions = _points(column, "")

@@ -1,6 +1,4 @@
-"""Colours of scales, from small to large values, for light and for dark pages. Colour-blind readers can distinguish
-them.
-"""
+"""Colours of scales, from small to large values, for light and dark pages; colour-blind readers can use them."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ _MOST_OF_A_TRACK: Final = 5000  # points
 
 @dataclass(frozen=True, eq=False)
 class Gone:
-    """The way that the nozzle has gone, k steps; NaN: not known."""
+    """Past path of the nozzle, k steps; NaN: unknown."""
 
     time: Array  # (k,) s
     true: Array  # (k, 3) m
@@ -66,7 +66,10 @@ def motion_scene(
     faults: Sequence[str] = (),
     bodies: Sequence[SceneBody] = (),
 ) -> SceneDescription:
-    """The scene of a machine in motion; *faults*: of its log, a sentence each; *bodies*: what else stands in it."""
+    """The scene of a machine in motion.
+
+    *faults*: of its log, a sentence each; *bodies*: other objects in it.
+    """
     has_truth = bool(np.isfinite(gone.true).any())
     more = list(bodies)
     if has_truth and np.isfinite(gone.told).any():

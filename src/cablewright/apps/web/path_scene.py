@@ -45,7 +45,10 @@ class Quantity:
 
     @classmethod
     def of(cls, key: str, label: str, unit: str, values: Array | RowExtremes, **more: Any) -> Quantity:
-        """With a scale from the smallest to the largest value; few outliers do not stretch it, and the note says so."""
+        """Return the quantity with a scale from the smallest to the largest value.
+
+        The scale cuts off few outliers, with a note.
+        """
         low, high, known = _spread(values)
         if low > high:
             return cls(key, label, unit, values, 0.0, 1.0, **more)
@@ -93,7 +96,7 @@ class PathScene:
 
     @cached_property
     def known(self) -> Mask:
-        """(k,) whether each point is known."""
+        """Mask (k,) of known points."""
         known = np.empty(len(self.positions), dtype=np.bool_)
         for at in blocks(len(known)):
             known[at] = np.isfinite(self.positions[at]).all(axis=1)
@@ -102,7 +105,7 @@ class PathScene:
 
     @cached_property
     def tolerances(self) -> Array:
-        """(L,) m: how far from the path each level is at most."""
+        """Largest distance (L,), m, of each level from the path."""
         return np.asarray(self.extent / _ACROSS * _FINER ** (_COARSER - np.arange(_LEVELS, dtype=float)))
 
     @property
@@ -112,7 +115,7 @@ class PathScene:
 
     @cached_property
     def kind(self) -> NDArray[np.uint8]:
-        """(k,) what the piece that ends at each point is; lifted at the first, and where a point is not known."""
+        """Type (k,) of the piece that ends at each point; lifted at the first, and at an unknown point."""
         known = self.known
         made = np.where(self.extruding, LAID, TRAVEL).astype(np.uint8)
         made[:1] = LIFTED
@@ -122,7 +125,7 @@ class PathScene:
 
     @cached_property
     def level(self) -> NDArray[np.uint8]:
-        """(k,) the first level that has each point."""
+        """First level of detail (k,) that contains each point."""
         known = self.known
         fixed: Mask = np.asarray(~known)
         fixed[:-1] |= (self.kind[1:] != self.kind[:-1]) | (self.layer[1:] != self.layer[:-1]) | ~known[1:]

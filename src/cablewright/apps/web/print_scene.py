@@ -53,7 +53,7 @@ def print_scene(found: PrintRecord, title: str) -> SceneDescription | None:
 
 
 def structure_mesh(field: HeightField, found: PrintRecord) -> TriangleMesh:
-    """The structure about the path as a body on a plate; what no scan saw is floor."""
+    """The structure about the path as a body on a plate; unscanned parts are floor."""
     low = np.maximum(field.cells_of(found.track.positions[:, :2].min(axis=0)[None] - 0.5)[0], 0)
     high = np.minimum(field.cells_of(found.track.positions[:, :2].max(axis=0)[None] + 0.5)[0] + 1, field.shape)
     corner = (field.low[0] + field.cell * int(low[0]), field.low[1] + field.cell * int(low[1]))

@@ -107,6 +107,6 @@ def study_scene(study: AccuracyStudy, title: str) -> SceneDescription:
 
 
 def place_scene(found: AccuracyAtPose, title: str) -> SceneDescription:
-    """The robot at the pose."""
+    """Return the scene of the robot at the pose."""
     own = solve_inverse(Model(found.accuracy.robot), found.accuracy.wanted[0])
     return one_state(own, title, "at the requested pose, at rest")

@@ -43,7 +43,7 @@ class SceneBody:
 
 @dataclass(frozen=True)
 class Mark:
-    """A place with a name in the scene."""
+    """A named position in the scene."""
 
     label: str
     place: tuple[float, float, float]
@@ -51,7 +51,7 @@ class Mark:
 
 @dataclass(frozen=True, eq=False)
 class SceneDescription:
-    """A robot in one or more states, and what stands beside it."""
+    """A robot in one or more states, and other objects of the scene."""
 
     title: str
     robot: Robot
@@ -128,7 +128,7 @@ def route(line: Any) -> list[tuple[float, float, float]]:
 
 
 def lines_of(robot: Robot) -> list[dict[str, Any]]:
-    """What is fixed of each line: the way of its cable to the exit point, the sheave's size, its limits."""
+    """Return the constant data of each line: its guides up to the exit point, the sheave's size, its limits."""
     return [
         {
             "name": line.name,

@@ -75,7 +75,7 @@ class States:
         return len(self.poses)
 
     def with_estimates(self, poses: Array, covariances: Array | None, times: float) -> States:
-        """The states beside the estimates: *poses* (F, n), *covariances* (F, 3, 3) of the position, m^2."""
+        """Return the states with estimates: *poses* (F, n), *covariances* (F, 3, 3) of the position, m^2."""
         axes = None if covariances is None else _half_axes(covariances)
         return replace(self, estimates=poses, ellipsoids=axes, ellipsoid_times=times)
 

@@ -53,7 +53,7 @@ FALSE_ALARM: Final = 0.01
 """Default share of checks that say that something moved though nothing did."""
 
 _FREED: Final = ("exit_point", "length_offset")
-_NAMED: Final = 2  # numbers that a pose leaves over with which a wrong line of it can be told
+_NAMED: Final = 2  # redundant numbers of a pose with which its wrong line can be identified
 
 
 def states_at(problem: CalibrationProblem, theta: Array, new_home: bool) -> tuple[Array, Array]:
@@ -120,7 +120,7 @@ def with_new_home(problem: CalibrationProblem, theta: Array) -> Array:
 
 @dataclass(frozen=True)
 class LineDrift:
-    """By how much a line's length seems to have changed, as if it alone did, and how little would be found."""
+    """Apparent length change of a line, if no other changed, and the smallest change that the test detects."""
 
     line: str
     change: float  # m
@@ -152,7 +152,10 @@ FIGURES = (
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Drift(Result):
-    """What moved since a calibration, `changes`, if the `probability` that nothing did is under `false_alarm`."""
+    """The result of a drift check: `changes` since the calibration.
+
+    There are some if the `probability` of no change is under `false_alarm`.
+    """
 
     FIGURES: ClassVar = FIGURES
     HEADLINES: ClassVar = ("verdict", "probability", "poses")
@@ -177,7 +180,7 @@ class Drift(Result):
 
     @property
     def refusal(self) -> str:
-        """What moved, in a sentence; empty where nothing did."""
+        """The changes in a sentence; empty without any."""
         if self.verdict == "unchanged":
             return ""
         named = "; ".join(each.sentence for each in self.changes) or "no single change explains how"
@@ -251,7 +254,7 @@ def check_drift(
 def _problem(model: Model, measured: Measured, known: CalibrationRecord) -> CalibrationProblem:
     """Return the equations with the record's unknowns, what it considers, exit points and home lengths.
 
-    And with what is believed of sensors that the calibration did not have.
+    And with the assumed errors of sensors that the calibration did not have.
     """
     plan, considered = known.plan, [each for each in known.considered if each.name in NAMES]
     names = (*plan.unknowns, *(each.name.partition(".")[0] for each in considered), *_FREED)
@@ -275,7 +278,7 @@ def _problem(model: Model, measured: Measured, known: CalibrationRecord) -> Cali
 def _of_record(problem: CalibrationProblem, known: CalibrationRecord) -> tuple[Array, Array]:
     """Return the unknowns (k,) at the record's values, and their covariance (k + 1, k + 1), SI, the stretch's last.
 
-    It is 0 of what the record does not know to be uncertain, and what is believed of sensors that it does not know.
+    It is 0 for values without uncertainty in the record, and the assumed error for sensors that it does not have.
     """
     its = {(each.name, each.line): at for at, each in enumerate((*known.values, *known.considered))}
     mine = [*((each.kind, each.line) for each in problem.unknowns), (STRETCH, None)]
@@ -283,7 +286,7 @@ def _of_record(problem: CalibrationProblem, known: CalibrationRecord) -> tuple[A
     here, there = (np.array(side) for side in zip(*both, strict=True))
     theta, by = problem.start.copy(), np.ones(len(both))
     for at, (mine_at, its_at) in enumerate(both):
-        if its_at >= len(known.values):  # considered: its value is how far off it may be
+        if its_at >= len(known.values):  # considered: its value is its possible error
             continue
         value, unknown = known.values[its_at].value, problem.unknowns[mine_at]
         if unknown.name == "modulus":  # relative to the file, which the calibration changed
@@ -352,7 +355,7 @@ def _suspects(problem: CalibrationProblem, eliminated: _Eliminated, new_home: bo
 
 
 def _readings(problem: CalibrationProblem, eliminated: _Eliminated) -> Iterator[Suspect]:
-    """Yield single readings that may be wrong; where a pose leaves one number over, its line cannot be told."""
+    """Yield single readings that may be wrong; where a pose has one redundant number, its line cannot be identified."""
     kinds, which = kind_of(problem), problem.rows.line[: problem.per_pose]
     weights = problem.of_poses(problem.weights)
     effects = -eliminated.turned.reshape(-1, problem.poses, problem.per_pose) * weights

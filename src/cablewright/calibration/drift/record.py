@@ -52,10 +52,10 @@ class KnownValue(Description):
 
 
 class CalibrationRecord(FileDescription):
-    """What a calibration found, when and from what.
+    """Results of a calibration, with its date and data.
 
-    ``sigma``: of the sensors, as their residuals say. ``redundancy``: the numbers left over that the encoders' sigma is
-    estimated from; absent where it was given. ``considered``: numbers that count as known, by how far they are off.
+    ``sigma``: of the sensors, as their residuals say. ``redundancy``: the redundant numbers from which the encoders'
+    sigma is estimated; absent where it was given. ``considered``: numbers that count as known, by their errors.
     ``covariance``: the rows of the lower triangle of that of values and considered, SI.
     """
 
@@ -102,7 +102,7 @@ class CalibrationRecord(FileDescription):
 
     @property
     def freedom(self) -> float:
-        """How many numbers the encoders' sigma is estimated from; inf where it was given."""
+        """Number of degrees of freedom for the encoders' sigma; inf where it was given."""
         return math.inf if self.redundancy is None else float(self.redundancy)
 
     @property
@@ -170,17 +170,17 @@ def record_text(record: CalibrationRecord) -> str:
 
 
 def record_path(robot: str | Path) -> Path:
-    """Return where the record of a robot's file is: ``mine.calibration.toml`` beside ``mine.toml``."""
+    """Return the path of the record of a robot's file: ``mine.calibration.toml`` for ``mine.toml``."""
     return Path(robot).with_suffix(".calibration.toml")
 
 
 def load_record(path: str | Path) -> CalibrationRecord:
-    """Read a record. Raises `InputError`, one line naming file, key, value and what is allowed."""
+    """Read a record. Raises `InputError`, one line naming file, key, value and the allowed range."""
     return load_model(CalibrationRecord, path)
 
 
 def compared(found: Calibration, last: CalibrationRecord, level: float = LEVEL) -> Explanation:
-    """Return what changed since the *last* calibration. Raises `InputError` where they have no unknown in common."""
+    """Return the changes since the *last* calibration. Raises `InputError` where they have no unknown in common."""
     before = {(each.name, each.line): at for at, each in enumerate(last.values)}
     both = [
         (at, before[each.kind, each.line])

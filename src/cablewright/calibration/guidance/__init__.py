@@ -1,1 +1,1 @@
-"""A calibration step by step: which poses to measure next, what is known by now, and when to stop."""
+"""A calibration step by step: which poses to measure next, present knowledge, and when to stop."""

@@ -1,4 +1,4 @@
-"""A calibration step by step: which poses to measure next, what is known by now, and when to stop.
+"""A calibration step by step: the poses to measure next, the present knowledge, and when to stop.
 
 Poses are chosen one by one, each the one after which the least known coordinate of an exit point is known best. They
 are feasible within the tension limits for the robot as it is known by now, and for several that it may be instead.
@@ -34,10 +34,10 @@ from cablewright.models.statics import Model
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
 
-_SPARE: Final = 5  # poses more than there must be, before anything is said to be known
+_SPARE: Final = 5  # poses more than there must be, before anything counts as known
 _ROBOTS: Final = 6  # that it may be
 _CANDIDATES: Final = 300
-_MAX_MORE: Final = 60  # poses within which what is needed must be reached
+_MAX_MORE: Final = 60  # poses within which the required accuracy must be reached
 _RIDGE: Final = (1e-8, 1e-12)  # of the mean information, so that it is regular: before there are enough poses, and then
 MAX_NEXT: Final = 50
 """The most poses at a time."""
@@ -48,7 +48,7 @@ NEXT: Final = 4
 
 @dataclass(frozen=True, eq=False)
 class Knowledge:
-    """What is known by now: the robot, the rows of information on its unknowns, and robots that it may be instead."""
+    """Present knowledge: the robot, the rows of information on its unknowns, and robots that it may be instead."""
 
     problem: CalibrationProblem
     theta: Array  # (k,)
@@ -56,7 +56,7 @@ class Knowledge:
     sigma: float  # m, of the encoders
     rough: float  # m, max error of the file, where nothing is known yet; else 0
     poses: int
-    missing: int  # poses until anything can be told
+    missing: int  # poses until a result is possible
     last: Array | None  # (n,) the last pose
     found: Calibration | None
 
@@ -71,7 +71,7 @@ class Knowledge:
         seed: int,
         progress: Progress,
     ) -> Knowledge:
-        """Calibrate where there are enough poses; else what is known is the file, to *rough*."""
+        """Calibrate where there are enough poses; else the knowledge is the file, to *rough*."""
         blank = Measured(np.zeros((1, robot.m)), np.zeros((1, robot.n)))
         count = 0 if measured is None else len(measured.counted)
         own = _of_encoders(plan, count)
@@ -109,7 +109,7 @@ class Knowledge:
 
 
 def _of_encoders(plan: CalibrationPlan, count: int) -> CalibrationPlan:
-    """Return the plan without what is measured at poses that are not there yet."""
+    """Return the plan without data of poses that were not measured yet."""
     kept = {
         name: tuple(each for each in getattr(plan, name) if max(each.poses) <= count) for name in ("planes", "ranges")
     }
@@ -157,12 +157,12 @@ class PoseCandidates:
         return cls(places, every, rows * (wanted.encoder_sigma / known.sigma))
 
     def ordered(self, chosen: list[int], last: Array | None) -> list[int]:
-        """Return them in an order with short travel: the next is the nearest."""
+        """Return the poses in an order with short travel: the next is the nearest."""
         begin = self.places.mean(axis=0) if last is None else last
         return [chosen[at] for at in nearest_order(self.places[chosen, :3], begin[:3])]
 
     def told(self, ordered: list[int], known: Knowledge) -> tuple[NextPose, ...]:
-        """Return poses as people are told of them; where nothing is measured the first is home, of counts 0."""
+        """Return poses in the form for people; where nothing is measured the first is home, of counts 0."""
         problem, places, given = known.problem, self.places[ordered], np.zeros(1)
         if problem.is_soft:  # with the tensions of the robots that hold the pose
             given = problem.given(known.theta, places, np.nanmean(self.tensions[:, ordered], axis=0))
@@ -177,7 +177,7 @@ class PoseCandidates:
 
 
 class _NextSearch(PoseSearch):
-    """Choice of poses one by one, in the space of what data and candidates determine together."""
+    """Choice of poses one by one, in the space that data and candidates determine together."""
 
     def __init__(self, known: Knowledge, candidates: PoseCandidates) -> None:
         exits, self.line_of = exit_rows(known.problem.robot, known.problem.free_unknowns)
@@ -230,7 +230,7 @@ def _inverse(root: Array) -> Array:
 
 @dataclass(frozen=True)
 class KnownExit:
-    """How well the least known coordinate of an exit point is known now, and after the next poses."""
+    """Sigma of the least known coordinate of an exit point, now and after the next poses."""
 
     line: str
     now: float  # m
@@ -266,7 +266,7 @@ FIGURES = (
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Guidance(Result):
-    """What to measure next, and what is known by now; `found` is the calibration so far, if there is one."""
+    """The poses to measure next, and the present knowledge; `found` is the calibration so far, if there is one."""
 
     FIGURES: ClassVar = FIGURES
     HEADLINES: ClassVar = ("advice", "poses", "sigma")
@@ -290,12 +290,12 @@ class Guidance(Result):
 
     @property
     def reasons(self) -> tuple[str, ...]:
-        """What speaks against the answer so far."""
+        """Reasons against the present result."""
         return () if self.found is None else self.found.reasons
 
     @property
     def refusal(self) -> str:
-        """Why no further pose helps, in a sentence."""
+        """Reason why no further pose helps."""
         return self.words if self.advice == "mend" else ""
 
 
@@ -311,7 +311,7 @@ def guide(
     seed: int = 0,
     progress: Progress = silent,
 ) -> Guidance:
-    """Tell which *count* poses to measure next, after those in *data*: a file, or None where nothing is measured yet.
+    """Return the *count* poses to measure next, after those in *data*: a file, or None where nothing is measured yet.
 
     *need*, *rough*: as for `calibrate`. *tension_limits*: min and max, N, that all poses keep, by default those of the
     lines. Lines are straight and rigid. Raises `InputError` as `calibrate`, and if hardly any pose is feasible.

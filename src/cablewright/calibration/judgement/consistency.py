@@ -1,7 +1,7 @@
 """Parts of the data that test one another: halves of the rows, and the lengths beside all other rows.
 
 Halves: what the unknowns from one half of the rows, in their order, predict of the other half. To first order about the
-answer, so no half is fitted again. A slip or a drift between the halves shows; an error that is alike in both does not.
+answer, so no half is fitted again. A slip or a drift between the halves shows; an equal error in both does not.
 
 Lengths alone: how well they fit without any other row, and whether they do so together with the others. The encoders'
 sigma beside other sensors is estimated, and would grow until everything fits: this is what tests it.
@@ -25,14 +25,14 @@ from cablewright.foundation.arrays import Array, Mask
 
 ENOUGH: Final = 5  # redundant lengths with which they test their sigma
 _KINDS: Final = {"level": "the level", "priors": "the priors", "distances": "the distances"}
-_SHORT: Final = 1e-6  # m: smaller sigmas are alike
+_SHORT: Final = 1e-6  # m: smaller sigmas count as equal
 _FEW: Final = 5  # redundant rows of a half
 _NULL: Final = 1e-9  # relative size of a singular value that counts as zero
 
 
 @dataclass(frozen=True)
 class HalfPrediction:
-    """How far one half is from what the other predicts, over what noise explains; and how probable so much is."""
+    """Distance of one half from the prediction by the other, over that by noise; and its probability."""
 
     poses: tuple[int, int]  # first and last one predicted, from 0
     ratio: float
@@ -98,16 +98,16 @@ class Together:
     alone: float
     joint: float
     growth: float  # of the residuals per redundant number that the other rows add, over what noise explains
-    probability: float  # that noise makes them grow so much (F test)
+    probability: float  # that noise makes them grow as much (F test)
 
     @property
     def ratio(self) -> float:
-        """By how much the sigma grows."""
+        """Factor by which the sigma grows."""
         return self.joint / self.alone
 
 
 def others_of(problem: CalibrationProblem) -> str:
-    """Return what there is besides lengths, in words."""
+    """Return the kinds of measurements other than lengths, in words."""
     names = ["the surveyed points"] * bool(problem.plan.points)
     names += [words for key, words in _KINDS.items() if getattr(problem.plan, key)]
     names += [f"the {name}" for name in dict.fromkeys(kind_of(problem).tolist()) if name != "lengths"]

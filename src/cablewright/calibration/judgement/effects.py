@@ -62,7 +62,7 @@ class Effect:
 
     @property
     def fall(self) -> float:
-        """By how much the held-out error falls, as a share."""
+        """Decrease of the held-out error, as a share."""
         return 1.0 - self.after / self.before if self.before > 0.0 else 0.0
 
 
@@ -76,7 +76,7 @@ class _Candidate(NamedTuple):
 def effects_of(problem: CalibrationProblem, found: PoseFit, already: Collection[str] = ()) -> tuple[Effect, ...]:
     """Return the effects of the family that this machine can have, those in the model first.
 
-    *already*: names of those that counts are corrected by; their numbers are how far off these corrections are.
+    *already*: names of those that counts are corrected by; their numbers are the errors of these corrections.
     """
     left = _candidates(problem, found)
     data = _data(problem, found, left)
@@ -183,7 +183,7 @@ def _candidates(problem: CalibrationProblem, found: PoseFit) -> list[_Candidate]
 
 
 def alternatives(problem: CalibrationProblem, found: PoseFit, effects: Iterable[Effect]) -> list[Alternative]:
-    """Return what the *effects* that were weighed do to the rows at a fit that has the chosen ones."""
+    """Return the changes of the rows by the tested *effects*, at a fit that has the chosen ones."""
     chosen = {each.name: each.chosen for each in effects}
     named = (each for each in _candidates(problem, found) if each.name in chosen) if chosen else ()
     return [Alternative(*each, USUAL[each.name], chosen[each.name]) for each in named]

@@ -1,8 +1,8 @@
 """Gross errors: found after a plain fit by fits that they cannot move, then tested against all other poses.
 
-Noise alone seldom rejects any: these are F tests, with the level shared out. A pose is tested by what its degrees of
-freedom do not explain. A set of poses is the worst of all sets of its size, so its level is divided by their number
-(Bonferroni): the false alarms of a whole file are at most `FALSE_ALARM`, to first order.
+Noise alone seldom rejects any: these are F tests, with the level shared out. A pose is tested by the residuals that its
+degrees of freedom do not explain. A set of poses is the worst of all sets of its size, so its level is divided by their
+number (Bonferroni): the false alarms of a whole file are at most `FALSE_ALARM`, to first order.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _TOO_MANY: Final = 0.4  # share of rejected poses beyond which the model is wron
 
 @dataclass(frozen=True, eq=False)
 class Unexplained:
-    """What of each pose no change of it explains, at a fit of those that are not `out`, and what that fit determines.
+    """Residuals of each pose that no change of the pose explains, at a fit without the poses `out`.
 
     Each row is of sigma 1 or less: the weights are those of `sigmas.evened`.
     """
@@ -53,7 +53,7 @@ class Unexplained:
 
     @classmethod
     def of(cls, problem: CalibrationProblem, found: PoseFit, out: Mask) -> Unexplained:
-        """Return it at a fit *found*, whose weights leave something out of the poses *out*."""
+        """Return these residuals at a fit *found* without the poses *out*."""
         poses = found.poses
         if out.any():  # at the place that fits all its rows best, for the equations are linear only near it
             poses = np.where(out[:, None], fitted_poses(problem, found.theta, poses), poses)
@@ -95,7 +95,7 @@ class Unexplained:
         return float(rest @ np.linalg.solve(np.eye(len(rest)) + rows @ self.covariance @ rows.T, rest))
 
     def _improbable(self, square: float, surplus: int, others: float, freedom: float) -> float:
-        variance = max(others / freedom, 1.0)  # rows whose sigma is told too large would make it small
+        variance = max(others / freedom, 1.0)  # rows with a too large given sigma would make it small
         with np.errstate(divide="ignore"):  # what is too improbable for a number is infinitely so
             return -float(np.log(special.fdtrc(surplus, freedom, square / (surplus * variance))))
 
@@ -137,7 +137,7 @@ class Rejected:
 
     @property
     def unit(self) -> str:
-        """Of the size: m or N."""
+        """Unit of the size: m or N."""
         return "N" if self.sensor == "tension" else "m"
 
 
@@ -148,7 +148,7 @@ def without_outliers(
 
     The surplus of a pose, its rows less its degrees of freedom, limits what can be found: with 1, that the pose has an
     error; with more, in which line. With too few redundant measurements there is no search. Kinds of measurements count
-    in it as their residuals say, not as their sigmas do: rows whose sigma is told too large would always fit.
+    in it as their residuals say, not as their sigmas do: rows with a too large given sigma would always fit.
     """
     if _redundancy(problem, plain) < _TESTABLE:
         return plain, ()
@@ -191,7 +191,7 @@ def _settled(problem: CalibrationProblem, robust: PoseFit, out: Mask) -> tuple[M
 
 
 def _suspects(problem: CalibrationProblem, robust: PoseFit) -> Mask:
-    """Return which poses (N,) are far off at a fit that they did not move."""
+    """Return which poses (N,) have large residuals at a fit that they did not move."""
     squares, redundancy = unexplained(problem, robust)
     spread = max(spread_of(squares, redundancy), problem.floor)
     return np.asarray(squares > spread**2 * special.chdtri(redundancy, FALSE_ALARM / len(squares)))
@@ -302,7 +302,7 @@ def _rejected(problem: CalibrationProblem, found: PoseFit, rows: Mask) -> Iterat
 
 
 def _displacement(problem: CalibrationProblem, pose: int, rows: slice, error: Array) -> Array:
-    """Return the vector (3,) by which a measured position is off, m, from the errors of its *rows*."""
+    """Return the vector (3,) of the error of a measured position, m, from the errors of its *rows*."""
     if problem.robot.platform.plane is None:
         return error[:3]
     along = problem.rows.extra[pose * problem.per_pose : (pose + 1) * problem.per_pose][rows, :3]

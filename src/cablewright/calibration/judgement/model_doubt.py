@@ -50,13 +50,13 @@ _CHANCE: Final = 2.0  # standard deviations of a variance by scatter, up to whic
 
 @dataclass(frozen=True)
 class Considered:
-    """A number of the file that counts as known: how far off the data say it is."""
+    """A number of the file that counts as known: its error according to the data."""
 
     name: str  # in the registry, or `STRETCH`
     line: str | None
     words: str
     unit: str
-    value: float  # how far off, as far as it is believed and the data say
+    value: float  # its error, by prior and data
     sigma: float
     shift: float  # m, what that does to a coordinate of an exit point, at most
     probability: float = 0.0  # that its kind is in error, by the data, from an even chance
@@ -81,12 +81,12 @@ class Alternative(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ModelDoubt:
-    """The covariance of the free unknowns with what a wrong model adds, and the q numbers that were considered.
+    """The covariance of the free unknowns with the contribution of a wrong model, and the q considered numbers.
 
     `largest`: the variances (k,) if every number were in error as assumed, and scatter counted in full.
     """
 
-    joint: Array  # (k + q, k + q): of the unknowns, then of how far off these numbers are
+    joint: Array  # (k + q, k + q): of the unknowns, then of the errors of these numbers
     considered: tuple[Considered, ...]
     assumed: Array  # (k, k) covariance of the unknowns by these numbers, which more poses hardly make smaller
     largest: Array
@@ -266,7 +266,7 @@ def _by_scatter(
 def _considered(
     problem: CalibrationProblem, found: PoseFit, effects: Sequence[Alternative]
 ) -> tuple[Derivatives, Array, list[Considered]]:
-    """Return the rows with more unknowns, their derivatives (N, e, q) by what is considered, and what that is."""
+    """Return the rows with more unknowns, their derivatives (N, e, q) by the considered numbers, and these."""
     robot, plan, names = problem.robot, problem.plan, []
     if "sheave_radius" not in plan.unknowns and any(not isinstance(line.sheave, Eyelet) for line in robot.lines):
         names.append("sheave_radius")
@@ -338,7 +338,7 @@ def _gives(line: Line) -> bool:
 
 
 def believed_of_sensors(measured: Measured, sigma: Sigmas) -> dict[str, float]:
-    """Return what is believed of the sensors that measured: a zero that is off by as much as their noise, a scale."""
+    """Return the assumed errors of the sensors that measured: a zero with the size of their noise, a scale."""
     sensors = [name for name in SENSORS if measured.has(name)]
     found = {f"{name}_offset": float(getattr(sigma, name)) for name in sensors}
     return found | ({"tension_scale": CELL} if "tension" in sensors else {})

@@ -19,13 +19,13 @@ from cablewright.foundation.arrays import Array
 
 _ALL: Final = 4  # lines up to which every order is tried; with more: two exchanged, all shifted, all reversed
 _BETTER: Final = 0.4  # max ratio of the residuals to those of the file's order
-_NEARER: Final = 0.5  # max ratio of the motion of exit points and poses, where residuals are alike
+_NEARER: Final = 0.5  # max ratio of the motion of exit points and poses, where residuals are equal
 _CLEARLY: Final = 0.05  # m: min difference of that motion
-_AS_WELL: Final = 1.5  # max ratio of the residuals of what is nearer: so much is noise
-_SENSIBLE: Final = 1e-3  # of the frame's diagonal: max residuals of what is nearer
+_AS_WELL: Final = 1.5  # max ratio of the residuals of nearer arrangements: noise explains it
+_SENSIBLE: Final = 1e-3  # of the frame's diagonal: max residuals of nearer arrangements
 _ALIKE: Final = 2.0
-_NEAR: Final = 0.01  # m: arrangements as near as this are alike; the one that moves the fewest lines is named
-_EXACT: Final = 1e-9  # m: smaller residuals are alike
+_NEAR: Final = 0.01  # m: arrangements as near as this count as equal; the one that moves the fewest lines is named
+_EXACT: Final = 1e-9  # m: smaller residuals count as equal
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class _Trial:
 
     @property
     def away(self) -> float:
-        """How far it is from what was said, m."""
+        """Its distance from the given values, m."""
         return self.motion + self.stray
 
 

@@ -101,7 +101,7 @@ FIGURES = (
     Figure("effects", "", "Effects that the model may lack: which the data ask for, by the held-out error of lengths.",
            only=lambda of: bool(of.effects), parts=(
         Figure("name", "", "Name of the effect.", name="effect"),
-        Figure("words", "", "What it is.", name="number"),
+        Figure("words", "", "Description of the number.", name="number"),
         Figure("value", "SI", "The number by the data; of an unknown its change from the file.", digits=3),
         Figure("sigma", "SI", "Standard deviation of it.", digits=2),
         Figure("unit", "", "Unit of both."),
@@ -120,7 +120,7 @@ FIGURES = (
         Figure("row", "1", "Row of the file."),
         Figure("line", "", "Line of the reading; null where the whole pose is left out."),
         Figure("sensor", "", "Sensor of the reading."),
-        Figure("size", "SI", "Error of the reading.", name="off by", digits=3),
+        Figure("size", "SI", "Error of the reading.", name="error", digits=3),
         Figure("unit", "", "Unit of the error."),
         Figure("measured", "SI", "The reading; of a whole pose those of all encoders.", digits=6),
         Figure("expected", "SI", "What all others predict it to be.", digits=6),
@@ -198,7 +198,7 @@ class Calibration(Pictured):
 
     @property
     def refusal(self) -> str:
-        """Why the answer is no, in a sentence; empty where it is yes."""
+        """Reason for a no, in a sentence; empty for a yes."""
         if self.ok:
             return ""
         if self.verdict == "doubtful":
@@ -216,7 +216,7 @@ class Calibration(Pictured):
 
     @property
     def changes(self) -> Array:
-        """How far the values are from the robot file's (k,); NaN for lengths at home, which it does not have."""
+        """Differences of the values from the robot file (k,); NaN for lengths at home, which it does not have."""
         new = np.array([each.name == "length_offset" for each in self.unknowns])
         return np.where(new, np.nan, self.values - np.asarray(self.problem.start) * self._sizes)
 
@@ -262,7 +262,7 @@ class Calibration(Pictured):
 
     @property
     def sigma_advice(self) -> str:
-        """Which standard deviation to use, and which number that counts as known makes most of it, in a sentence."""
+        """Advice in a sentence: the standard deviation to use, and the known number that dominates it."""
         worst = max(self.doubt.considered, key=lambda each: each.share, default=None)
         if worst is None or worst.share < _MATTERS:
             return "use sigma: noise makes nearly all of it"
@@ -273,7 +273,7 @@ class Calibration(Pictured):
 
     @cached_property
     def doubt(self) -> ModelDoubt:
-        """What numbers of the robot file that are not among the unknowns, and scatter of the poses, add to sigmas."""
+        """Contribution to sigmas of known numbers of the robot file, and of scatter of the poses."""
         effects = alternatives(self.problem, self.fit, self.effects)
         return model_doubt(self.problem, self.fit, self.posterior, self.scale, effects)
 
@@ -315,7 +315,7 @@ class Calibration(Pictured):
 
     @property
     def used(self) -> Mask:
-        """Which lengths (N, m) count: those that are not rejected."""
+        """Mask (N, m) of the lengths that count: those that are not rejected."""
         return self.problem.of_poses(self.fit.weights)[:, : self.problem.robot.m] > 0.0
 
     @cached_property

@@ -1,4 +1,4 @@
-"""Weights from residuals: the sigma of each kind of measurement, and rows far off that pull no harder than others.
+"""Weights from residuals: the sigma of each kind of measurement, and rows with large residuals whose weight is reduced.
 
 The sigma of a kind is such that its squared residuals sum to its redundancy (Foerstner 1979): at the end of the rounds
 that is the variance component of restricted maximum likelihood.
@@ -24,22 +24,22 @@ from cablewright.foundation.arrays import Array, Mask
 
 _CARRIES: Final = 1e-3  # min leverage of a measured coordinate: below, others know it 30 times better
 _ROUNDS: Final = 8
-_EVENING: Final = 15  # rounds: a sigma told 1000 times too large falls by a few times in each
+_EVENING: Final = 15  # rounds: a sigma given 1000 times too large falls by a few times in each
 _SAME: Final = 0.02  # relative change of a sigma, or of weights, that ends the rounds
 _ROUGHLY: Final = 0.2  # such a change where gross errors may still be in
 ENOUGH: Final = 5.0  # redundancy of a kind with which its sigma can be estimated
-_LEAST: Final = 1.0  # redundancy with which a told sigma may grow
-_DENIED: Final = 0.05  # probability of residuals, by the told sigma, under which it grows
-_TESTED: Final = 0.05  # redundancy of a row whose residual tells of its sigma
+_LEAST: Final = 1.0  # redundancy with which a given sigma may grow
+_DENIED: Final = 0.05  # probability of residuals, by the given sigma, under which it grows
+_TESTED: Final = 0.05  # redundancy of a row whose residual shows its sigma
 _EXACT: Final = 1e-6  # m: min estimated sigma of the encoders
-_SMALLEST: Final = 1e-4  # min estimated sigma of another kind over the told one
+_SMALLEST: Final = 1e-4  # min estimated sigma of another kind over the given one
 _MEDIAN: Final = 0.6745  # median of the size of a standard normal number
 _HUBER: Final = 1.5  # sigmas beyond which a row of these pulls no harder: 96 % efficient where nothing is wrong
 
 
 @dataclass(frozen=True)
 class KindFit:
-    """How well one kind of measurement fits: rms residual over the told sigma, for its redundancy."""
+    """Goodness of fit of one kind of measurement: rms residual over the given sigma, for its redundancy."""
 
     name: str
     ratio: float
@@ -116,7 +116,7 @@ def estimates_encoders(problem: CalibrationProblem) -> bool:
 
 
 def roughly_weighed(problem: CalibrationProblem, found: PoseFit) -> tuple[CalibrationProblem, PoseFit]:
-    """Return problem and fit with sigmas that are not told from the median of residuals, which no few errors move.
+    """Return problem and fit with sigmas that were not given from the median of residuals, which no few errors move.
 
     They are those of the encoders beside other sensors, and of kinds that the plan leaves at their default.
     """
@@ -139,7 +139,7 @@ def roughly_weighed(problem: CalibrationProblem, found: PoseFit) -> tuple[Calibr
 
 
 def _is_open(problem: CalibrationProblem, name: str) -> bool:
-    """Whether the sigma of a kind is not told."""
+    """Whether the sigma of a kind was not given."""
     told = problem.plan.sigma.model_fields_set
     if name == "lengths":
         return problem.plan.sigma.encoder is None
@@ -147,15 +147,15 @@ def _is_open(problem: CalibrationProblem, name: str) -> bool:
 
 
 def _bounded(problem: CalibrationProblem, name: str, factor: float) -> float:
-    """Return a factor on a sigma that is not told, such that data without noise are not taken for exact."""
+    """Return a factor on a sigma that was not given, such that data without noise are not taken for exact."""
     return max(factor, _EXACT / problem.encoder_sigma if name == "lengths" else _SMALLEST)
 
 
 def weighed(problem: CalibrationProblem, found: PoseFit) -> tuple[CalibrationProblem, PoseFit]:
     """Return problem and fit with the sigma of each kind such that its residuals are as large as it predicts.
 
-    A told sigma never falls, for residuals do not show what is alike in all; it grows where residuals deny it. That of
-    the encoders, if it is not told, and those that the plan leaves at their default fall too. A kind with too little
+    A given sigma never falls, since residuals do not show common errors; it grows where residuals deny it. That of the
+    encoders, if it was not given, and those that the plan leaves at their default fall too. A kind with too little
     redundancy keeps its sigma. Lengths alone need no weight.
     """
     if not problem.has_other_sensors and problem.plan.sigma.encoder is None:
@@ -170,7 +170,7 @@ def weighed(problem: CalibrationProblem, found: PoseFit) -> tuple[CalibrationPro
 
 
 def _wanted(problem: CalibrationProblem, fit: KindFit) -> float:
-    """Return the factor on the told sigma of a kind that its residuals ask for."""
+    """Return the factor on the given sigma of a kind that its residuals require."""
     now = problem.factors.get(fit.name, 1.0)
     if _is_open(problem, fit.name):
         return _bounded(problem, fit.name, fit.ratio) if fit.redundancy >= ENOUGH else now
@@ -183,7 +183,7 @@ def _wanted(problem: CalibrationProblem, fit: KindFit) -> float:
 def _with_factors(
     problem: CalibrationProblem, found: PoseFit, wanted: Mapping[str, float]
 ) -> tuple[CalibrationProblem, PoseFit]:
-    """Return problem and fit with told sigmas times *wanted*, by kind."""
+    """Return problem and fit with given sigmas times *wanted*, by kind."""
     share = {name: factor / problem.factors.get(name, 1.0) for name, factor in wanted.items()}
     by_row = np.array([share.get(name, 1.0) for name in kind_of(problem).tolist()])
     survey = share.get(SURVEY, 1.0)
@@ -225,8 +225,8 @@ def _medians(problem: CalibrationProblem, found: PoseFit, group: NDArray[np.int6
 def evened(problem: CalibrationProblem, found: PoseFit) -> tuple[CalibrationProblem, PoseFit]:
     """Return problem and fit with the sigma of every kind from the median of its residuals, for comparing rows.
 
-    Positions told to a millimetre and those told to a metre are two kinds. A kind with too little redundancy keeps its
-    sigma.
+    Positions given to a millimetre and those given to a metre are two kinds. A kind with too little redundancy keeps
+    its sigma.
     """
     group, factor = _groups(problem), np.ones(problem.of_poses(problem.weights).shape)
     lengths = np.broadcast_to(kind_of(problem) == "lengths", factor.shape)
@@ -246,7 +246,7 @@ def evened(problem: CalibrationProblem, found: PoseFit) -> tuple[CalibrationProb
 
 
 def _groups(problem: CalibrationProblem) -> NDArray[np.int64]:
-    """Return the group of each row (N, e): its kind, and for positions the power of ten of the told sigma."""
+    """Return the group of each row (N, e): its kind, and for positions the power of ten of the given sigma."""
     names, weights = kind_of(problem), problem.of_poses(problem.weights)
     _, kinds = np.unique(names, return_inverse=True)
     group = np.broadcast_to(100 * kinds, weights.shape).copy()
@@ -256,7 +256,10 @@ def _groups(problem: CalibrationProblem) -> NDArray[np.int64]:
 
 
 def resisting(problem: CalibrationProblem, found: PoseFit) -> PoseFit:
-    """Return the fit in which a measured position, plane or range far off by its sigma pulls no harder than at 1.5."""
+    """Return the fit in which a measured position, plane or range with a large residual has a smaller weight.
+
+    Beyond 1.5 sigma the weight falls.
+    """
     soft = np.array([KINDS[int(code)].resists for code in problem.rows.kind[: problem.per_pose]])
     if not soft.any():
         return found

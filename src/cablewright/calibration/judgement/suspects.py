@@ -31,16 +31,16 @@ _UNITS: Final = {
     **{f"{READING}{angles}": "rad" for angles in ("swivel angles", "tilts", "yaw angles")},
 }
 _MAX_NAMED: Final = 4
-_MORE: Final = 1e-3  # probability of what more amounts explain by chance, under which they are said to be needed
+_MORE: Final = 1e-3  # probability of the gain of more amounts by chance, under which they are required
 _ALIKE: Final = 6.0  # difference of two scores under which a suspect is 20 times as likely as another, at most
 _NULL: Final = 1e-6  # relative size of an effect that counts as none
 _ZERO: Final = 1e-9  # relative size of a singular value that counts as zero
-_POWER: Final = 0.9  # probability with which a change of the size that is told is found
+_POWER: Final = 0.9  # probability with which a change of the reported size is found
 
 
 @dataclass(frozen=True, eq=False)
 class Suspect:
-    """A change that is possible: what changes, of which line or row, and the effect (d, r) of its r amounts.
+    """A possible change: its kind, its line or row, and the effect (d, r) of its r amounts.
 
     ``among``: how many changes of its kind are possible.
     """
@@ -55,7 +55,7 @@ class Suspect:
 
 @dataclass(frozen=True)
 class DriftChange:
-    """What moved, by how much (``amount`` is the length of ``vector``), and what else would explain it as well."""
+    """A detected change: its size (``amount`` is the length of ``vector``), and equally good explanations."""
 
     what: str
     line: str | None
@@ -72,7 +72,7 @@ class DriftChange:
 
     @property
     def sentence(self) -> str:
-        """All of it in words."""
+        """The change with its alternatives in words."""
         whose = "" if self.line is None else f" of {self.line}"
         where = "" if self.pose is None else f" at pose {self.pose + 1}"
         size, unit = (1e3, "mm") if self.unit == "m" else (1.0, self.unit.removeprefix("1"))
@@ -97,11 +97,11 @@ CHANGE_PARTS: Final = (
 
 @dataclass(frozen=True)
 class Explanation:
-    """How probable the numbers are if nothing changed, and what changed where that is less than the level."""
+    """Probability of the numbers without a change, and the changes where it is below the level."""
 
     probability: float
     changes: tuple[DriftChange, ...]
-    rest: float  # probability of what the changes leave, if they are all
+    rest: float  # probability of the residual besides the changes, if they are all
 
 
 class Evidence:
@@ -114,7 +114,7 @@ class Evidence:
         self.effects = [whitening @ each.effect for each in suspects]
 
     def explained(self, level: float) -> Explanation:
-        """Return what explains the numbers, by tests with a false alarm in a share *level* of cases."""
+        """Return the changes that explain the numbers, by tests with a false alarm in a share *level* of cases."""
         probability = self._probability([])
         named: list[int] = []
         rest = probability
@@ -143,11 +143,11 @@ class Evidence:
         return int(len(self.seen) - self._basis(named).shape[1])
 
     def _basis(self, named: list[int]) -> Array:
-        """Return an orthonormal basis (d, r) of what the *named* suspects explain."""
+        """Return an orthonormal basis (d, r) of the space that the *named* suspects explain."""
         return _span(np.concatenate([np.zeros((len(self.seen), 0)), *(self.effects[at] for at in named)], axis=1))
 
     def _probability(self, named: list[int]) -> float:
-        """Return the probability of what is left beside the *named* suspects by chance."""
+        """Return the probability of the residual beside the *named* suspects by chance."""
         basis = self._basis(named)
         rest, free = self.seen - basis @ (basis.T @ self.seen), len(self.seen) - basis.shape[1]
         if free < 1:
@@ -228,7 +228,7 @@ class Evidence:
 
 
 def beside(columns: Array) -> Array:
-    """Return an orthonormal basis (d, r) of what is orthogonal to all *columns* (d, c)."""
+    """Return an orthonormal basis (d, r) of the space orthogonal to all *columns* (d, c)."""
     left, values, _ = np.linalg.svd(columns, full_matrices=True)
     return np.asarray(left[:, int((values > _ZERO * values.max(initial=1e-300)).sum()) :])
 

@@ -34,16 +34,16 @@ _TOO_LARGE: Final = 10.0  # max rms over the given sigma
 _ACROSS: Final = 1.0 / 3.0  # max sigma of an exit point's distance from the plane, over that distance
 _LARGE: Final = 0.05  # part of an unknown in a direction of length 1 that counts
 NEED: Final = 2e-3
-"""Default of what printing needs: max sigma of a coordinate of an exit point, m."""
+"""Default requirement of printing: max sigma of a coordinate of an exit point, m."""
 
-_BEYOND: Final = 5.0  # sigmas by which an exit point may be further off than it was said to be
+_BEYOND: Final = 5.0  # sigmas by which the error of an exit point may exceed its stated one
 _PRIOR: Final = (4.0, 10.0)  # deviations of its prior by which an unknown moves: doubtful, bad
 _LEFT_OUT: Final = (0.1, 0.25)  # share of poses that do not fit: doubtful, bad
 _OVERSTATED: Final = 1.0 / 3.0  # residuals of positions over their sigma: below, it is not theirs
 _FEW: Final = 12  # poses of which a share that is left out may be chance
 _RATIO: Final = (1.5, 10.0)  # residuals over what their sigmas explain: doubtful, bad
 _ROUNDING: Final = 1e-6  # of the frame's diagonal, of exit points
-_STRAY: Final = 0.05  # m: poses nearer to their start values are where they were said to be
+_STRAY: Final = 0.05  # m: poses nearer to their start values are where they were stated to be
 _LEVEL: Final = 1e-4  # probability of such residuals by chance
 
 
@@ -64,7 +64,7 @@ def status_of(
 
 
 def _undetermined_across(problem: CalibrationProblem, posterior: Information, chi: float) -> str:
-    """Return which exit points are off the platform's plane by an unknown amount; empty for none, or without a plane.
+    """Return which exit points have an unknown distance from the platform's plane; empty for none, or without a plane.
 
     Lengths depend on the square of that distance. Known to no better than a third of it from them alone, it is not
     known at all: its sign is open, and fits creep to where lengths no longer depend on it.
@@ -82,8 +82,8 @@ def _undetermined_across(problem: CalibrationProblem, posterior: Information, ch
         return ""
     names = ", ".join(robot.lines[at].name for at in lost)
     return (
-        f"lengths hardly tell how far exit points are off the plane {plane} ({names}): say in the plan how well the "
-        'robot file knows it, as in across = "2 mm"'
+        f"lengths hardly determine the distances of exit points from the plane {plane} ({names}): give in the plan the "
+        'accuracy of the robot file across it, as in across = "2 mm"'
     )
 
 
@@ -105,7 +105,7 @@ def _inconsistent(problem: CalibrationProblem, rms: float, chi: float) -> str:
 
 
 def zeros(problem: CalibrationProblem, of: Iterable[str] = SENSORS) -> str:
-    """Return what to try where zeros of the sensors *of* some names may be wrong; empty if none counts as right."""
+    """Return advice on zeros of the sensors *of* these names that may be wrong; empty if none counts as right."""
     unsure = [each for each in of if problem.measured.has(each) and f"{each}_offset" not in problem.plan.unknowns]
     names = " and ".join(f"{each}_offset" for each in unsure)
     return f"; if their zero is not sure, add {names} to the unknowns" if names else ""
@@ -167,7 +167,7 @@ def judged(found: Calibration, need: float, rough: float) -> tuple[str, tuple[st
 
 
 def _elsewhere(found: Calibration, rough: float) -> bool:
-    """Whether poses, or without start values of them exit points, are so far off that lines may be in another order."""
+    """Whether poses, or else exit points, have such large errors that lines may be in another order."""
     if found.problem.measured.guess is not None:
         return stray(found.problem, found.fit) > max(rough, _STRAY)
     moved = float(np.abs(motion(found.problem, found.fit.theta)).max())
@@ -232,7 +232,7 @@ def _moved(found: Calibration, rough: float) -> Iterator[_Reason]:
 
 
 def _turned(found: Calibration, rough: float) -> Iterator[_Reason]:
-    """A frame that azimuths alone place, and turn further than exit points are said to be off."""
+    """A frame that azimuths alone place, and rotate by more than the stated error of exit points."""
     problem = found.problem
     of = [each for each in ("swivel", "yaw") if problem.measured.has(each)]
     of = [each for each in of if f"{each}_offset" not in problem.plan.unknowns]
@@ -356,14 +356,14 @@ def _along_axes(found: Calibration) -> Iterator[_Reason]:
             wrong.append(name)
     for name in wrong if len(wrong) < len(ratios) else ():  # else it is not the axis
         yield _Reason(
-            f"positions are {ratios[name]:.3g} times as far off along {name} as their sigma explains, "
+            f"errors of positions along {name} are {ratios[name]:.3g} times as large as their sigma explains, "
             f"limit {_RATIO[0]:g}: the model has an error along {name}; --models auto looks for it",
             False,
         )
 
 
 def _denied(found: Calibration, need: float) -> Iterator[_Reason]:
-    """Numbers of the file that count as known and that the data deny, if that moves exit points by what matters."""
+    """Numbers of the file that count as known, and that the data deny with a relevant shift of exit points."""
     wrong = [each for each in found.doubt.considered if abs(each.value) > _BEYOND * each.sigma and each.shift > need]
     if wrong:
         worst = max(wrong, key=lambda each: each.shift)

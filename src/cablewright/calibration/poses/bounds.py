@@ -29,13 +29,13 @@ SHARES: Final = {
 
 OF_NOTHING: Final = {
     "build_up": (0.0, 0.2),  # 1/m: cable wound on a spool makes it thicker, never thinner
-    "exit_compliance": (0.0, 1e-3),  # m/N: a mount that gives more bends in the hand
+    "exit_compliance": (0.0, 1e-3),  # m/N: a softer mount bends in the hand
 }
 """Range of these, which most robot files do not have; of a compliance up to twice that of a file that has more."""
 
 AWAY: Final = 3.0  # frame diagonals: max distance of a coordinate from the file's, and a third of the longest line
 AZIMUTH: Final = 2.0 * math.pi  # rad: the zero of a sensor of azimuths may be anywhere
-TILT: Final = 0.3  # rad: a tilt that is that far off is of a sensor mounted the wrong way
+TILT: Final = 0.3  # rad: a tilt error as large is of a sensor mounted the wrong way
 _AT: Final = 1e-9  # of the range: nearer than this is at the bound
 
 
@@ -77,7 +77,7 @@ def ranges(robot: Robot, unknowns: Sequence[Unknown], plan: CalibrationPlan, sta
 
 
 def _bound(found: Array, robot: Robot, unknowns: Sequence[Unknown], plan: CalibrationPlan, start: Array) -> None:
-    """Write the bounds of the plan to what was *found*, (2, k). Raises `InputError` as `ranges`."""
+    """Write the bounds of the plan to the *found* ones, (2, k). Raises `InputError` as `ranges`."""
     for index, bound in enumerate(plan.bounds):
         where = f"bounds[{index}]"
         if bound.name not in plan.unknowns:

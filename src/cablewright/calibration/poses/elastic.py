@@ -218,7 +218,8 @@ def _raised(held: Equilibrium, linear: Linearisation) -> Array:
     lowered = -np.einsum("ncia,na->nci", linear.per_platform_point, matrices(held.pose[:, 3:])[:, 2])
     away = held.platform_points - held.lines.exit_point
     away[..., 2] = 0.0
-    pull = held.tensions * np.cos(held.line_states.free_angle) / np.linalg.norm(away, axis=2)
+    cables = np.array([line.advantage * line.cables for line in held.model.robot.lines])
+    pull = cables * held.tensions * np.cos(held.line_states.free_angle) / np.linalg.norm(away, axis=2)
     moment = np.cross(np.eye(3)[2], -pull[..., None] * away)
     return np.asarray(lowered + np.einsum("nca,nia->nci", linear.per_wrench[..., 3:], moment))
 

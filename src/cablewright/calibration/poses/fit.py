@@ -42,7 +42,7 @@ _YAWS: Final = {*(f"translation along {axis}" for axis in "xyz"), "yaw"}
 
 @dataclass(frozen=True, eq=False)
 class PoseFit:
-    """The result of a fit."""
+    """The result of a fit: values, poses, weights and residuals."""
 
     theta: Array  # (k,) the free unknowns
     poses: Array  # (N, n), or the states (N, ..) of the poses of an `ElasticProblem`
@@ -79,7 +79,7 @@ def fit(
 
 
 def refit(problem: CalibrationProblem, found: PoseFit, weights: Array | None = None) -> PoseFit:
-    """Fit again from a fit, with its weights or others (R,); its starts and steps stay told."""
+    """Fit again from a fit, with its weights or others (R,); the reported starts and steps stay."""
     again = fit(problem, found.theta, found.poses, found.weights if weights is None else weights)
     return replace(found, theta=again.theta, poses=again.poses, weights=again.weights, cost=again.cost, code=again.code)
 

@@ -66,7 +66,7 @@ class Information:
     exits: Array  # (m, 3) m, the fitted exit points
     ties: Array  # (m, 3) m, the fitted platform points
     rows: Array  # (r, k): their Gram matrix is the information matrix
-    null: Array  # (k, d): an orthonormal basis of what stays open
+    null: Array  # (k, d): an orthonormal basis of the undetermined space
     rank: int  # of all unknowns, those of the poses included
     total: int  # number of all unknowns, those of the poses included
     measurements: int
@@ -79,7 +79,7 @@ class Information:
 
 
 def projected(found: Derivatives) -> tuple[Array, Array, NDArray[np.int64]]:
-    """Return residuals (N, e) and derivatives (N, e, k) without what each pose explains, and the poses' ranks (N,).
+    """Return residuals (N, e) and derivatives (N, e, k) with the poses projected out, and the poses' ranks (N,).
 
     The rows are rotated within each pose; those that the pose explains are zero.
     """
@@ -185,7 +185,7 @@ def azimuth_offsets(unknowns: Sequence[Unknown]) -> Array:
 
 
 def beyond_frames(found: Information) -> Array:
-    """Return the part (k, d) of what stays open that is no motion of a frame: the data do not determine it."""
+    """Return the part (k, d) of the undetermined space that is no motion of a frame: the data do not determine it."""
     known = np.array(list(motions(found).values())).reshape(-1, len(found.unknowns))
     left, values, _ = np.linalg.svd(known.T, full_matrices=False)
     span = left[:, values > 1e-9 * max(values.max(initial=0.0), 1e-300)]
@@ -194,7 +194,7 @@ def beyond_frames(found: Information) -> Array:
 
 
 def frame_rows(found: Information, start: Array, weight: float) -> tuple[Array, Array]:
-    """Return rows (d, k) and values (d,) that hold what stays open near *start* (k,): the inner constraint.
+    """Return rows (d, k) and values (d,) that fix the undetermined directions near *start* (k,): the inner constraint.
 
     What a robot file does not have, home lengths and offsets of sensors, does not count.
     """
@@ -216,7 +216,7 @@ def open_freedoms(found: Information) -> tuple[str, ...]:
 
 
 def without(basis: Array, part: Array) -> Array:
-    """Return what of an orthonormal *basis* (k, d) is orthogonal to another, *part* (k, c), in its span."""
+    """Return the part of an orthonormal *basis* (k, d) that is orthogonal to another, *part* (k, c), in its span."""
     left, values, _ = np.linalg.svd(basis - part @ (part.T @ basis), full_matrices=False)
     return np.asarray(left[:, values > 0.5])
 
@@ -254,7 +254,7 @@ def suggestions(found: Information, scale: float) -> tuple[Suggestion, ...]:
     """Return the effect of one more measurement each, the most helpful first; *scale*: sigma over that of the weights.
 
     Rows of the measurement are added to the information. Sigmas before and after are in one frame: under the inner
-    constraint of what is open without the measurement.
+    constraint of the space that is undetermined without the measurement.
     """
     exits, _ = exit_rows(found.robot, found.unknowns)
     if not len(exits):
@@ -277,7 +277,7 @@ def _spread(rows: Array, null: Array, exits: Array) -> tuple[float, int]:
 
 
 def remedy(found: Information) -> str:
-    """Return the smallest measurement, in words, that determines more besides the place of frames; empty for none."""
+    """Return the smallest measurement, in words, that determines more than the frames; empty for none."""
     before, closing = beyond_frames(found).shape[1], []
     for words, rows in _measurements(found):
         _, right, kept = _spectrum(np.concatenate([found.rows, rows]))

@@ -66,11 +66,11 @@ class Derivatives:
 
     @property
     def whole(self) -> Mask:
-        """Which poses (N,) have a value: not those inside a sheave, or without an equilibrium."""
+        """Mask (N,) of poses with a value: not those inside a sheave, or without an equilibrium."""
         return np.asarray(np.isfinite(self.by_pose).all(axis=(1, 2)) & np.isfinite(self.residual).all(axis=1))
 
     def blank(self, poses: Mask) -> Derivatives:
-        """Return the same without anything of some *poses* (N,)."""
+        """Return the derivatives without those of some *poses* (N,)."""
         residual, by_pose, by_unknown = (
             np.where(poses[(..., *(None,) * (part.ndim - 1))], 0.0, part)
             for part in (self.residual, self.by_pose, self.by_unknown)
@@ -103,7 +103,7 @@ class CalibrationProblem(ABC):
     limits: Array  # (2, k) min and max of the free unknowns
     frame: tuple[Array, Array] = NO_FRAME
     found_encoder: float | None = None  # m, the encoders' sigma from the residuals
-    factors: Mapping[str, float] = field(default_factory=dict)  # on told sigmas, by kind of measurement
+    factors: Mapping[str, float] = field(default_factory=dict)  # on given sigmas, by kind of measurement
 
     @classmethod
     def of(
@@ -125,7 +125,7 @@ class CalibrationProblem(ABC):
         put_known(robot, lines, plan)
         start = np.array([nominal(robot, each) if each.column < 0 else each.entry.nominal or 0.0 for each in unknowns])
         start[target[target >= 0]] = lines[target >= 0]
-        if cls.elastic:  # equilibria count what gives
+        if cls.elastic:  # equilibria include compliance
             lines[:, straight_line.GIVING], target[:, straight_line.GIVING] = 0.0, -1
         held = held_by_datum(robot, unknowns, plan) if hold else np.zeros(len(unknowns), dtype=bool)
         if held.all():
@@ -179,21 +179,21 @@ class CalibrationProblem(ABC):
         return self.of(self.model, self.measured, plan, hold)
 
     def without_datum(self) -> Self:
-        """Return the same problem with no unknown held."""
+        """Return the problem with no unknown held."""
         return self.with_plan(self.plan, hold=False)
 
     def weighed_as(self, other: CalibrationProblem) -> Self:
-        """Return the same problem with the weights of another one of the same rows."""
+        """Return the problem with the weights of another one of the same rows."""
         again = self.with_survey_weighed(self.factors.get(SURVEY, 1.0) / other.factors.get(SURVEY, 1.0))
         return replace(again, weights=other.weights, found_encoder=other.found_encoder, factors=other.factors)
 
     def with_survey_weighed(self, share: float) -> Self:
-        """Return the same with *share* times the weight of surveyed points and the level; that of distances stays."""
+        """Return the problem with *share* times the weight of surveyed points and level; that of distances stays."""
         by, rows = np.where(self.is_prior[len(self.plan.distances) :], 1.0, share), self.rows
         return replace(self, rows=rows._replace(linear=rows.linear * by[:, None], wanted=rows.wanted * by))
 
     def for_poses_only(self, theta: Array) -> Self:
-        """Return the same problem with all unknowns held at *theta* (k,), so that only the poses are free."""
+        """Return the problem with all unknowns held at *theta* (k,), so that only the poses are free."""
         lines, nothing = self.line_numbers(theta), np.full_like(self.rows.target, -1)
         rows = self.rows._replace(lines=lines, target=nothing, linear=np.zeros((0, 0)), wanted=np.zeros(0))
         whole, held = self.whole(theta), np.ones_like(self.held)
@@ -268,12 +268,12 @@ class CalibrationProblem(ABC):
         return moved
 
     def in_frame(self) -> Self:
-        """Return the same with rows that hold what the data leave open: without them it creeps from step to step."""
+        """Return the problem with rows that fix the undetermined directions, which would drift from step to step."""
         held, wanted = self.frame
         return self if not len(held) else self.with_linear(held, wanted)
 
     def with_linear(self, linear: Array, wanted: Array) -> Self:
-        """Return the same with more rows *linear* (d, k) in the unknowns, and their values (d,)."""
+        """Return the problem with more rows *linear* (d, k) in the unknowns, and their values (d,)."""
         rows = self.rows
         both = np.concatenate([rows.linear, linear]), np.append(rows.wanted, wanted)
         return replace(self, rows=rows._replace(linear=both[0], wanted=both[1]))
@@ -290,7 +290,7 @@ class CalibrationProblem(ABC):
 
     @property
     def has_other_sensors(self) -> bool:
-        """Whether there are rows of known sigma besides the encoders'."""
+        """Whether there are rows of known sigma from sensors other than encoders."""
         return self.per_pose > self.robot.m or len(self.is_prior) > 0
 
     def line_numbers(self, theta: Array) -> Array:
@@ -300,7 +300,7 @@ class CalibrationProblem(ABC):
         return lines
 
     def counts_at(self, theta: Array, states: Array, given: Array | float = 0.0) -> Array:
-        """Return what the encoders (N, m) should read at these states of the poses, m.
+        """Return the expected readings of the encoders (N, m) at these states of the poses, m.
 
         *given* (N, m): how much less cable lies beyond the winches as mounts of exit points and springs give, m.
         """
@@ -334,12 +334,12 @@ class CalibrationProblem(ABC):
 
     @property
     def is_soft(self) -> bool:
-        """Whether mounts of exit points or springs give, or may give, besides what an equilibrium counts."""
+        """Whether mounts of exit points or springs are compliant beyond the equilibrium's own compliance."""
         unknown, known = (each[:, straight_line.GIVING] for each in (self.rows.target >= 0, self.rows.lines))
         return bool(unknown.any() or known.any())
 
     def given(self, theta: Array, states: Array, tensions: Array | None = None) -> Array:
-        """Return how much less cable (N, m) lies beyond the winches as mounts and springs give, m, at all N poses.
+        """Return the length (N, m), m, by which mounts and springs shorten the cable beyond the winches at N poses.
 
         By *tensions* (N, m), N, or those that are measured.
         """
@@ -431,7 +431,7 @@ class StraightProblem(CalibrationProblem):
     def adjust(
         self, theta: Array, states: Array, weights: Array, settings: StopRule
     ) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
-        """Minimise the cost by the kernel, from all starts at once; see `CalibrationProblem.adjust`."""
+        """Minimise the cost by the kernel, from all starts together; see `CalibrationProblem.adjust`."""
         states[:] = within(self.robot.platform.plane, states)
         codes, steps, costs = (*np.zeros((2, len(theta)), dtype=np.int64), np.zeros(len(theta)))
         pose_schur.adjust_runs(

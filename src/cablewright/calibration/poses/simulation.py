@@ -34,7 +34,7 @@ GUESS: Final = 0.05
 
 @dataclass(frozen=True)
 class SensorNoise:
-    """Standard deviations of the sensors besides the encoders; None: the robot does not have the sensor."""
+    """Standard deviations of the sensors other than encoders; None: the robot does not have the sensor."""
 
     tension: float | None = None  # N
     swivel: float | None = None  # rad

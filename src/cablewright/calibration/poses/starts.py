@@ -78,7 +78,7 @@ def best_fit(problem: CalibrationProblem, seed: int, rough: float, progress: Pro
     """Return the fit with the lowest cost from the file's numbers and random ones up to *rough* (m) from them.
 
     The search ends when the lowest cost was found several times. Lengths over sheaves are the same in a mirror: of
-    solutions that fit alike, the one with exit points nearest to the file's is returned.
+    solutions that fit equally, the one with exit points nearest to the file's is returned.
     """
     first = first_start(problem)
     problem = framed(problem, first.theta, first.poses)
@@ -282,7 +282,7 @@ def _fit_from(problem: ElasticProblem, straight: CalibrationProblem, found: Pose
 
 
 def straight_plan(problem: ElasticProblem) -> CalibrationPlan:
-    """Return the plan for straight lines: without what loads do to lengths, with sigmas that allow for sag."""
+    """Return the plan for straight lines: without the effect of loads on lengths, with sigmas that allow for sag."""
     plan, robot = problem.plan, problem.robot
     min_tension = _SAGGING * robot.platform.mass * robot.scene.gravity
     exact = {"encoder": max(plan.sigma.encoder or 0.0, _SAG), "tension": max(plan.sigma.tension, min_tension)}

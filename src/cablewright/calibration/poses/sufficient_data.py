@@ -78,8 +78,8 @@ def surplus_per_pose(problem: CalibrationProblem) -> int:
 def min_poses(problem: CalibrationProblem) -> int:
     """Return how many different poses are required to determine the unknowns, except for the gauge degrees of freedom.
 
-    Unknowns that nothing tells do not count: zeros of sensors that did not measure. Raises `InputError` where no number
-    of poses is enough.
+    Unknowns that no measurement determines do not count: zeros of sensors that did not measure. Raises `InputError`
+    where no number of poses is enough.
     """
     surplus = surplus_per_pose(problem)
     if surplus < 1:
@@ -98,7 +98,7 @@ def min_poses(problem: CalibrationProblem) -> int:
 
 
 def _lacks(problem: CalibrationProblem, unknown: str) -> str | None:
-    """Return the column without which nothing tells an *unknown*: of its sensor, or of what loads straight lines."""
+    """Return the column without which no data determine an *unknown*: of its sensor, or of the lines' load."""
     by_loads = unknown == "exit_compliance" and not problem.elastic
     sensor = "tension" if by_loads else unknown.partition("_")[0]
     return SENSORS[sensor][1] if sensor in SENSORS and not problem.measured.has(sensor) else None
@@ -149,7 +149,7 @@ def _check_repeats(measured: Measured) -> None:
 
 
 def check(problem: CalibrationProblem) -> None:
-    """Raise `InputError` for too few poses, too few different ones, and for what only a sensor without data tells."""
+    """Raise `InputError` for too few or too similar poses, and for unknowns that only a missing sensor determines."""
     measured, count = problem.measured, problem.poses
     for name in problem.plan.unknowns:
         column = _lacks(problem, name)

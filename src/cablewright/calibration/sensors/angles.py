@@ -15,7 +15,7 @@ from cablewright.robot import Robot
 
 
 def angle_rows(robot: Robot, measured: Measured, sigma: Sigmas) -> Iterator[SensorRows]:
-    """Yield the rows of swivels, then of tilt and yaw. Raises `InputError` for what this robot cannot have measured."""
+    """Yield the rows of swivels, then of tilt and yaw. Raises `InputError` for sensors that this robot cannot have."""
     if measured.swivel is not None:
         _require_fixed_exits(robot, measured)
         yield SensorRows(calibration_residuals.SWIVEL, *present(measured.swivel, sigma.swivel), np.arange(robot.m))

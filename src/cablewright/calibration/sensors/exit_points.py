@@ -18,7 +18,7 @@ from cablewright.kernels.fitting import calibration_residuals
 from cablewright.robot import Robot
 from cablewright.robot.parameter_values import AXES
 
-_YAW: Final = 1e-5  # rad: how well the frame's own yaw is known, where only mounts would tell it
+_YAW: Final = 1e-5  # rad: how well the frame's own yaw is known, where only mounts would determine it
 
 
 def distance_rows(robot: Robot, plan: CalibrationPlan) -> SensorRows:
@@ -40,7 +40,7 @@ def tilt_rows(robot: Robot, unknowns: Sequence[Unknown]) -> Array:
 
 
 def across_rows(robot: Robot, unknowns: Sequence[Unknown]) -> Array:
-    """Return rows (m, k): how far each exit point is off the platform's plane, by the unknowns among its coordinates.
+    """Return rows (m, k): the distance of each exit point from the platform's plane, by its unknown coordinates.
 
     Raises `InputError` for a robot without a plane, and where none is among the unknowns.
     """
@@ -66,7 +66,7 @@ def _arms(robot: Robot) -> Array:
 
 
 def mounts_tell_yaw(robot: Robot, unknowns: Sequence[Unknown], plan: CalibrationPlan, measured: Measured) -> bool:
-    """Whether nothing but matrices of mounts tells the yaw: badly, and these are in the frame of the file."""
+    """Whether only matrices of mounts determine the yaw: badly, and these are in the frame of the file."""
     if not any(line.mount_gives and not isinstance(line.exit_compliance, float) for line in robot.lines):
         return False
     if plan.points or measured.positioned or robot.platform.plane is not None:
@@ -104,7 +104,7 @@ def linear_rows(
         own = np.diag(weights)[np.flatnonzero(weights)]
         axes = [unknown.axis for unknown in unknowns if each.is_of(unknown)]
         if len(axes) <= each.alike * len(set(axes)):
-            why = "alike requires at least two numbers" if axes else "none of the unknowns is of these lines"
+            why = "`alike` requires at least two numbers" if axes else "none of the unknowns is of these lines"
             raise InputError(f"priors[{at}]: {each.name}: {why}")
         for axis in set(axes) if each.alike else ():
             same = [one == axis for one in axes]

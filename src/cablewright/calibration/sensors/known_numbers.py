@@ -9,7 +9,7 @@ from cablewright.robot import Robot
 
 
 def put_known(robot: Robot, lines: Array, plan: CalibrationPlan) -> None:
-    """Write the values that a plan gives to the numbers *lines* (m, COLUMNS).
+    """Write the values of a plan into the numbers *lines* (m, COLUMNS).
 
     Raises `InputError` for a line that the robot does not have.
     """

@@ -22,7 +22,7 @@ _UNKNOWN: Final = 1e6  # N: sigma of a blank cell where directions are chosen
 
 
 def require_tensions(robot: Robot, measured: Measured) -> None:
-    """Raise `InputError` for straight lines whose ends give, where nothing measured by which forces.
+    """Raise `InputError` for straight lines with compliant ends without measured tensions.
 
     Lines that stretch count mounts and springs in their equilibria, straight ones to first order by measured tensions.
     """
@@ -43,7 +43,7 @@ def tension_rows(robot: Robot, measured: Measured, sigma: Sigmas) -> Iterator[Se
 
 
 def _deviations(measured: Measured, sigma: Sigmas) -> Array:
-    """Return the standard deviation (N, m) of tensions, N: of the load cell and the friction on the way, or its own."""
+    """Return the standard deviation (N, m) of tensions, N: of the load cell and the friction before it, or its own."""
     assert measured.tensions is not None
     of_cell = np.hypot(sigma.tension, sigma.friction * np.nan_to_num(measured.tensions))
     own = np.nan if measured.tension_sigma is None else measured.tension_sigma
@@ -89,7 +89,7 @@ def _start_poses(robot: Robot, measured: Measured) -> Array:
 
 
 def _wrenches(robot: Robot, poses: Array) -> Array:
-    """Return the wrench (N, m, p) of a tension of 1 N in each line at *poses* (N, n), in what the platform is free.
+    """Return the wrench (N, m, p) of a tension of 1 N in each line at *poses* (N, n), along the free directions.
 
     A line goes from its sheave to its platform point; where that is inside the sheave, from the exit point.
     """

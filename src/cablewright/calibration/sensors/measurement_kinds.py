@@ -13,7 +13,7 @@ from cablewright.kernels.fitting import calibration_residuals as rows
 
 
 class SensorRows(NamedTuple):
-    """Rows of one sensor, r at each of N poses; what is not an array is the same in all rows, see `MeasurementRows`."""
+    """Rows of one sensor, r at each of N poses; scalars are the same in all rows, see `MeasurementRows`."""
 
     kind: int
     values: Array  # (N, r)
@@ -33,7 +33,7 @@ class MeasurementKind:
     """A kind of measurement.
 
     ``words``: what people call it. ``sigma``: the key of the plan's sigma, where that has a default. ``reading``: what
-    of a pose may be wrong alone. ``resists``: whether rows far off by their sigma pull no harder than others.
+    of a pose may be wrong alone. ``resists``: whether the weight of rows with large residuals is reduced.
     """
 
     words: str

@@ -1,7 +1,7 @@
 """Rows of measured poses, and whether they are in the plane of a platform that has one.
 
-The unknowns of a pose are those that the plane leaves: 2 of a point, 3 of a body. Of a measured position counts what it
-says of them; how far it is off the plane tests the plane alone, and is looked at before any fit.
+The unknowns of a pose are those that the plane leaves: 2 of a point, 3 of a body. Of a measured position these
+components count; its distance from the plane tests the plane alone, before any fit.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ START_OFF: Final = 0.1
 def check_plane(robot: Robot, measured: Measured) -> None:
     """Raise `InputError` for a position off the platform's plane, or a rotation out of it, that noise cannot explain.
 
-    Start values, which are no measurements, may be off by `START_OFF`.
+    Start values, which are no measurements, may have errors up to `START_OFF`.
     """
     plane = robot.platform.plane
     if plane is None or measured.guess is None:

@@ -1,1 +1,1 @@
-"""Exits, axes and walls from a total station's shots at markers."""
+"""Exit points, axes and walls from a total station's shots at markers."""

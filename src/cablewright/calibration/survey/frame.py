@@ -32,7 +32,7 @@ class SurveyFrame:
 
     @property
     def rotation(self) -> Array:
-        """(3, 3), from the grid."""
+        """Rotation (3, 3) from the grid to the frame."""
         c, s = math.cos(self.azimuth.value[0]), math.sin(self.azimuth.value[0])
         return np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
 

@@ -36,7 +36,7 @@ _WALL_MARK = re.compile(r"(NORTH|EAST|SOUTH|WEST|FLOOR|CEIL(?:ING)?)[-._]?([0-9]
 
 
 class MarkedFeature(NamedTuple):
-    """What a marker is on: a kind of feature, and the line's or wall's name ("" for floor and ceiling)."""
+    """The feature that a marker is on: its kind, and the line's or wall's name ("" for floor and ceiling)."""
 
     kind: Kind
     name: str
@@ -48,7 +48,7 @@ class MarkedFeature(NamedTuple):
 
 
 class Instrument(Description):
-    """The accuracy of the total station, as its data sheet gives it, and its position.
+    """The accuracy of the total station by its data sheet, and its position.
 
     ``angle``: sigma of a direction, of both circles. ``distance`` and ``ppm``: sigma of a slope distance, its constant
     part and millionths of the distance. ``marker``: sigma per axis of a marker's own place. ``height``: of the
@@ -97,7 +97,7 @@ class Frame(Description):
 
 
 class SurveyPlan(FileDescription):
-    """A survey's plan. ``points`` says what markers are on whose names do not: ``P17 = "exit south-west"``."""
+    """A survey's plan. ``points`` assigns markers whose names do not: ``P17 = "exit south-west"``."""
 
     instrument: Instrument = Instrument()
     exit: Placing = Placing()
@@ -126,7 +126,7 @@ def load_plan(path: str | Path) -> SurveyPlan:
 
 
 def feature_of(point: str, plan: SurveyPlan, lines: Sequence[str] | None) -> MarkedFeature | None:
-    """Return the feature that a marker is on; None if neither its name nor the plan gives it.
+    """Return the feature that a marker is on, by its name or the plan; None without one.
 
     ``lines``: the names of the robot's lines in their order. None without a robot: then a line's name is its number.
     Raises `InputError` for a line that the robot does not have.

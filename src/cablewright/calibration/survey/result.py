@@ -117,7 +117,7 @@ class SurveyedWall:
 
     @property
     def words(self) -> str:
-        """What messages call it: ``wall west``, ``floor``."""
+        """Name of the wall in messages: ``wall west``, ``floor``."""
         return self.name if self.name in ("floor", "ceiling") else f"wall {self.name}"
 
 
@@ -184,12 +184,12 @@ class Survey(Pictured):
 
     @property
     def unchecked(self) -> int:
-        """How many markers nothing checks."""
+        """Number of markers that no other measurement checks."""
         return sum(math.isnan(row.residual) and math.isnan(row.repeat) for row in self.residuals)
 
 
 def surveyed(robot: Robot, found: Survey) -> tuple[Robot, tuple[str, ...]]:
-    """Return the robot with the surveyed exit points of its lines, and sentences on what could not be taken over.
+    """Return the robot with the surveyed exit points of its lines, and sentences on data that could not be transferred.
 
     A robot file has the winch exit of a swivelling sheave straight below or above the exit point. Where the winch is
     beside that axis, only its height is taken, with a note. Dead spans that are given as lengths get the surveyed

@@ -27,7 +27,7 @@ class Linear:
     jacobian: Array  # (k, 3 N)
 
     def covariance(self, of_markers: Array) -> Array:
-        """(k, k), from the (3 N, 3 N) of the markers."""
+        """Return the covariance (k, k) of the fit from that of the markers (3 N, 3 N)."""
         return np.asarray(self.jacobian @ of_markers @ self.jacobian.T)
 
     def sigma(self, of_markers: Array) -> Array:

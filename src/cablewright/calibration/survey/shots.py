@@ -60,7 +60,7 @@ class Shot:
 
 
 class Shots(NamedTuple):
-    """The shots of a file, and sentences on what was left out."""
+    """The shots of a file, and sentences on omitted shots."""
 
     shots: tuple[Shot, ...]
     notes: tuple[str, ...]

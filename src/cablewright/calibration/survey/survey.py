@@ -245,7 +245,7 @@ class _Evaluation:
         for i in which:
             self.residuals[self.markers.all[i].point] = 0.5 * abs(found - spacing), 0.5 * sigma
 
-    # Markers of a feature, and what its fit says of them.
+    # Markers of a feature, and the results of its fit.
 
     def _enough(self, feature: MarkedFeature, minimum: int, why: str) -> list[int]:
         which = self.markers.on(feature)

@@ -84,8 +84,8 @@ MAX_SAMPLES: Final = 100_000
 _LOADED: Final = 0.5  # of the largest change of force, from which on a specimen counts as under load
 _PER_RETARDATION: Final = 3.0  # samples in a retardation time, at the beginning of the load
 _DECADES: Final = 100.0  # times the start, for which logarithmic creep must be seen
-_ALIKE: Final = 1e10  # condition number of the columns from which on they are not told apart
-_VARIES: Final = 0.5  # K: smaller changes of temperature tell no expansion
+_ALIKE: Final = 1e10  # condition number of the columns from which on they are indistinguishable
+_VARIES: Final = 0.5  # K: smaller changes of temperature do not determine the expansion
 _WANDERS: Final = 5.0  # widening of the variances, from which a note says that the law does not fit
 _BELOW_ZERO: Final = -3.0  # sigmas
 
@@ -97,7 +97,7 @@ class CreepResult(Pictured):
     ``compliances`` (j + 1,), 1/N: after an hour, of the Voigt elements with their ``retardations`` and of logarithmic
     creep, at the mean ``temperature`` (degrees Celsius) and ``humidity`` (relative) under load; None: not recorded.
     ``covariance``: of 1 / EA (1/N), the compliances, the strain at the first sample, and those of expansion, activation
-    energy and humidity exponent that are told.
+    energy and humidity exponent that are reported.
     ``residuals`` (k,): strains that the law leaves.
     """
 
@@ -124,7 +124,7 @@ class CreepResult(Pictured):
 
     @property
     def stiffness(self) -> float:
-        """EA, N."""
+        """Axial stiffness EA, N."""
         return 1.0 / self.elastic
 
     @property
@@ -134,13 +134,13 @@ class CreepResult(Pictured):
 
     @property
     def activation_energy_sigma(self) -> float | None:
-        """Standard deviation of the activation energy, J/mol, where that is told."""
+        """Standard deviation of the activation energy, J/mol, where that is reported."""
         last = -1 if self.humidity_exponent is None else -2
         return None if self.activation_energy is None else math.sqrt(self.covariance.diagonal()[last])
 
     @property
     def humidity_exponent_sigma(self) -> float | None:
-        """Standard deviation of the humidity exponent, where that is told."""
+        """Standard deviation of the humidity exponent, where that is reported."""
         return None if self.humidity_exponent is None else math.sqrt(self.covariance.diagonal()[-1])
 
     @property
@@ -180,7 +180,7 @@ class CreepResult(Pictured):
 
     @property
     def robot_file_text(self) -> str:
-        """The `[cable.creep]` of a robot file; what is below 0 but may not be is left at 0."""
+        """The `[cable.creep]` of a robot file; non-physical negative values are set to 0."""
         sizes = [f"{max(each, 0.0):.4g}" for each in self.compliances.tolist()]
         times = ", ".join(f"{tau:g}" for tau in self.retardations)
         elements = f"retardations = [{times}]\ncompliances = [{', '.join(sizes[:-1])}]"
@@ -202,7 +202,7 @@ class CreepResult(Pictured):
         return f'[[parameters]]\nname = "creep_compliance"\nrange = [0.0, {max(size, 0.0) + _COVERAGE * sigma:.2g}]'
 
     def crept(self) -> Array:
-        """Return the strain (k,) by creep at the samples, by the law found: what all else leaves of the elongation."""
+        """Return the strain (k,) by creep at the samples: the elongation without all other parts of the law."""
         strain = self.test.elongation / self.initial_length - self.offset - self.residuals
         strain = strain - self.elastic * (self.test.force - self.test.force[0])
         if self.expansion is not None and self.test.temperature is not None:
@@ -230,7 +230,7 @@ def creep(
     as over.
 
     Raises `InputError` for a test without times, too short or too coarse for an element (it says which), without a
-    change of force, or whose columns cannot be told apart. Source: `cablewright.models.creep`
+    change of force, or whose columns are indistinguishable. Source: `cablewright.models.creep`
     and `cablewright.models.creep_pace`.
 
     Examples
@@ -283,7 +283,7 @@ def creep(
 
 
 class _Fit(NamedTuple):
-    """Numbers found, the ``linear`` ones first, then those of the pace; their covariance, and what is left."""
+    """Numbers found, the ``linear`` ones first, then those of the pace; their covariance, and the residual."""
 
     found: Array
     linear: int
@@ -304,7 +304,7 @@ def _told(
     strain: Array,
     progress: Progress,
 ) -> tuple[ClimateOfTest, _Fit]:
-    """Fit the *strain* (k,) with as many unknowns of the pace as the test tells."""
+    """Fit the *strain* (k,) with as many unknowns of the pace as the test determines."""
     for choice in climate.choices():
         pace = search(choice, columns_of, strain, progress)
         if pace is None:
@@ -368,13 +368,13 @@ def _require_time(test: TensileTest, times: Array, under: Mask, taus: tuple[floa
     if taus:
         early = times[first:][times[first:] <= times[first] + taus[0]]
         if len(early) < _PER_RETARDATION:
-            why = f"has {len(early)} samples within {_spell(taus[0])} of the load: {_PER_RETARDATION:g} tell it"
+            why = f"has {len(early)} samples within {_spell(taus[0])} of the load: {_PER_RETARDATION:g} determine it"
             raise InputError(f"{test.origin}: the element of {_spell(taus[0])} {why}")
     return loaded
 
 
 def _fitted(test: TensileTest, columns: Array, strain: Array) -> _Fit:
-    """Fit the *strain* (k,) by *columns* (k, j). Raises `InputError` where they are not told apart."""
+    """Fit the *strain* (k,) by *columns* (k, j). Raises `InputError` where they are indistinguishable."""
     sizes = np.linalg.norm(columns, axis=0)
     if len(strain) <= columns.shape[1] or not (sizes > 0.0).all():
         raise InputError(f"{test.origin}: {len(strain)} samples are too few for {columns.shape[1]} numbers")

@@ -92,7 +92,7 @@ class TensileResult(Pictured):
 
     FIGURES: ClassVar = FIGURES
     HEADLINES: ClassVar = ("modulus", "modulus_range", "cycles", "r_squared")
-    PASTED: ClassVar = ("for the robot file",)  # labels of what people copy, line by line
+    PASTED: ClassVar = ("for the robot file",)  # labels of lines that people copy
 
     test: TensileTest
     modulus: float  # Pa, nominal: secant of the last full loading
@@ -103,7 +103,7 @@ class TensileResult(Pictured):
     hysteresis: tuple[float, ...]  # of each full cycle: area of the loop over that under the loading, within the band
     permanent_set: tuple[float, ...]  # m, from each full loading to the next, at the band's lower load
     partial: int  # branches that do not span the band
-    notes: tuple[str, ...]  # sentences on what limits the result
+    notes: tuple[str, ...]  # sentences on the limits of the result
     initial_length: float  # m
     section: float  # m^2
     breaking_load: float  # N
@@ -163,7 +163,7 @@ class TensileResult(Pictured):
 
     @property
     def against_paper(self) -> str:
-        """How the range compares with the one that Paty 2021 assumes, and the option of `accuracy` for it."""
+        """Comparison of the range with that of Paty 2021, and the option of `accuracy` for it."""
         low, high = 1 - PAPER_SPREAD, 1 + PAPER_SPREAD
         kind = "within" if low <= self.modulus_range[0] and self.modulus_range[1] <= high else "wider than"
         return (
@@ -409,7 +409,7 @@ def _r_squared(branch: Branch, loads: tuple[float, float]) -> float:
 
 
 def _notes(branches: Sequence[Branch], nominal: Branch, initial_length: float) -> Iterator[str]:
-    """Yield sentences on what limits the result."""
+    """Yield sentences on the limits of the result."""
     loadings = [branch.modulus for branch in branches if branch.rising]
     if len(loadings) == 1:
         yield "one full loading only: a new cable still settles in it, and appears softer than it will be in service"

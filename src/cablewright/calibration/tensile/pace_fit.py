@@ -24,7 +24,7 @@ _DAMPER: Final = 0.05  # likewise, of relative humidity
 _KELVIN: Final = 170.0  # from which temperatures are not in degrees Celsius
 _LARGEST: Final = 30.0  # logarithm of a pace
 _EVALUATIONS: Final = 100  # of a search at most; some 25 are usual
-_ROUNDING: Final = 1e-9  # of the strain, below which residuals tell nothing
+_ROUNDING: Final = 1e-9  # of the strain, below which residuals are noise
 _STEP: Final = 1e-4  # of the size of an unknown, for derivatives
 
 
@@ -32,7 +32,7 @@ _STEP: Final = 1e-4  # of the size of an unknown, for derivatives
 class PaceUnknown:
     """``size`` of its scale; over it ``starts`` of a search, and ``most`` on both sides of 0.
 
-    ``sure``: the largest sigma of one that is told. Of a cable that does not creep noise tells one with a larger sigma.
+    ``sure``: the largest sigma of a reported one. Without creep, noise yields one with a larger sigma.
     """
 
     name: str
@@ -48,7 +48,7 @@ EXPONENT: Final = PaceUnknown("humidity_exponent", 1.0, (-6.0, 0.0, 6.0), 20.0, 
 
 @dataclass(frozen=True, eq=False)
 class ClimateOfTest:
-    """The climate of a test under load, and what its pace depends on: logarithms of the pace per each of p unknowns.
+    """The climate of a test under load, and its p columns of the logarithm of the pace.
 
     ``temperature`` (degrees Celsius) and ``humidity``: means under load, at which the pace is 1; None: not known.
     """
@@ -63,7 +63,7 @@ class ClimateOfTest:
         return np.asarray(np.exp(np.clip(self.logarithms @ found, -_LARGEST, _LARGEST)))
 
     def choices(self) -> Iterator[ClimateOfTest]:
-        """Yield it with all of its unknowns, with each of several alone, and with none."""
+        """Yield the climate with all of its unknowns, with each of several alone, and with none."""
         yield self
         p = len(self.unknowns)
         for kept in ([j] for j in range(p) if p > 1):
@@ -102,9 +102,9 @@ def _celsius(test: TensileTest) -> Array | None:
 def pace_notes(
     test: TensileTest, whole: ClimateOfTest, told: ClimateOfTest, found: Array, sigmas: Array
 ) -> Iterator[str]:
-    """Yield a sentence on what the climate of a *test* might tell, the *whole*, and is not *told*.
+    """Yield a sentence on unknowns of the *whole* that the climate of a *test* might determine and that are not *told*.
 
-    And on what was *found* (p,), with *sigmas* (p,), and may not be.
+    And on *found* values (p,), with *sigmas* (p,), that may be noise.
     """
     for each, size, sigma in zip(told.unknowns, found, sigmas, strict=True):
         if each is ENERGY and size < -3.0 * sigma:
@@ -125,7 +125,7 @@ def search(
 ) -> Array | None:
     """Return the unknowns (p,) by least squares of a *strain* (k,); None where the search ends nowhere.
 
-    *columns_of* paces (k,): what the strain is linear in, (k, j).
+    *columns_of* paces (k,): columns in which the strain is linear, (k, j).
     """
     asked, calls = climate.unknowns, count(1)
     if not asked:

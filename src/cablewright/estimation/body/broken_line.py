@@ -38,7 +38,7 @@ def hanging_without(robot: Robot, lengths: Array, line: int, pose: Array, retrac
 
 
 def sentence(robot: Robot, line: int, pose: Array, found: Hanging | None) -> str:
-    """Say that a *line* is lost at *pose* (6,), and where the platform is *found* to hang."""
+    """Return a sentence on a lost *line* at *pose* (6,), and the pose *found* at which the platform hangs."""
     name = robot.lines[line].name
     if found is None:
         return f"line {name} pulls nothing: it broke, or left its sheave; no equilibrium of the other lines is found"

@@ -1,7 +1,7 @@
 """Correction of the unknowns by a measurement, linearised again until it no longer moves.
 
 Tensions are not linear in the lengths: a line that sags is several times softer than one that does not. Homed lengths
-are off by more than a line's stretch, so that one linear step would leave the unknowns wrong and sure of it.
+have errors above a line's stretch, so that one linear step would leave the unknowns wrong and sure of it.
 """
 
 from __future__ import annotations

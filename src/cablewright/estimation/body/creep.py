@@ -1,6 +1,6 @@
 """Creep and hysteresis of a rigid platform's cables, which no encoder sees, by each line's tension as estimated.
 
-Creep as it is described lengthens the lines; how far it is off that is one unknown for each line, in standard
+Creep as it is described lengthens the lines; its deviation from that is one unknown for each line, in standard
 deviations of its law. Hysteresis is nowhere described: a strain that is another one after each change of load.
 """
 
@@ -20,8 +20,8 @@ from cablewright.robot import Robot
 from cablewright.robot.cable import Creep
 
 ASSUMED: Final = 2e-4
-"""Standard deviation of a strain after an hour under the mean tension at home that nobody describes, assumed: what
-the severity `typical` of a simulated machine has, and the same law."""
+"""Standard deviation of a strain after an hour under the mean tension at home, where the file has none: that of the
+severity `typical`, with the same law."""
 
 UNSURE: Final = 0.3
 """Standard deviation of creep and mounts that are described, as a share of them, assumed."""
@@ -65,7 +65,7 @@ class BodyCreep:
 
 
 class LoadPath:
-    """How far the loads of m lines have gone, back and forth, but for small ways (a play operator)."""
+    """Path of the loads of m lines, up and down, without small changes (a play operator)."""
 
     SAVED = ("home", "places")
 
@@ -81,22 +81,22 @@ class LoadPath:
         return np.asarray((self.places - before) / self._whole)
 
 
-def creep_of(robot: Robot, loads: Array, told: float | None) -> BodyCreep:
+def creep_of(robot: Robot, loads: Array, deviation: float | None) -> BodyCreep:
     """Return the creep of cables that rest, of lines that pull by *loads* (m,), N, at home.
 
-    *told*: standard deviation of the strain after an hour under their mean, besides what *robot* describes; None:
-    `UNSURE` of that, or `ASSUMED` where nothing is described.
+    *deviation*: standard deviation of the strain after an hour under their mean, besides the creep of *robot*;
+    None: `UNSURE` of that, or `ASSUMED` where nothing is described.
     """
     laws = [line.cable.creep for line in robot.lines]
     mean = float(loads.mean())
-    doubt = memory_of([_doubt(law, mean, told) for law in laws])
+    doubt = memory_of([_doubt(law, mean, deviation) for law in laws])
     assert doubt is not None  # a law of each line
     return BodyCreep(memory_of(laws), doubt, loads.copy())
 
 
-def _doubt(law: Creep | None, mean: float, told: float | None) -> Creep:
-    """The law of one standard deviation of what is not known of a cable's creep."""
+def _doubt(law: Creep | None, mean: float, deviation: float | None) -> Creep:
+    """The law of one standard deviation of the unknown part of a cable's creep."""
     if law is None or hour_compliance(law) == 0.0:
-        share = told if told is not None else ASSUMED if law is None else 0.0
+        share = deviation if deviation is not None else ASSUMED if law is None else 0.0
         return usual_creep(share / mean)
-    return scaled_creep(law, UNSURE if told is None else told / mean / hour_compliance(law))
+    return scaled_creep(law, UNSURE if deviation is None else deviation / mean / hour_compliance(law))

@@ -1,10 +1,10 @@
-"""Readings that contradict the statics: which cell is off, or which line is not as long as it should be, or broken.
+"""Diagnosis of readings that contradict the statics: a wrong load cell, a line of wrong length, or a broken line.
 
-Each single cause predicts its own pattern of tensions, tilt and swivels. A cell that is off changes one number alone; a
-line that is longer or shorter than its encoder says changes all tensions at once, by the equilibrium of the changed
-length; a line that broke pulls nothing, and the others carry the platform. The cause that leaves least of the
-contradiction is named. After a line is lost the platform swings, and readings with it: then the machine is to stop at
-once, and the line is named by the mean of some measurements that follow.
+Each single cause predicts its own pattern of tensions, tilt and swivels. A wrong cell changes one number alone; a
+line that is longer or shorter than its encoder says changes all tensions together, by the equilibrium of the changed
+length; a line that broke pulls nothing, and the others carry the platform. The cause with the smallest residual is
+named. After a line is lost the platform swings, and readings with it: then the machine must stop immediately, and the
+line is named by the mean of some measurements that follow.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ _SIGMAS: Final = 5.5  # of a normal distribution: how unlikely readings must be
 _DOUBTS: Final = 2  # measurements in a row that contradict before a cause is named
 _SWINGING: Final = 0.3  # m/s^2: acceleration of a platform that swings
 _SEARCHED: Final = 8  # further measurements from which a line is named where it does
-_PATIENCE: Final = (5.0, 30)  # s and frames after which nobody waits for them any more
+_PATIENCE: Final = (5.0, 30)  # s and frames after which waiting for them ends
 _SHIFTS: Final = (0.003, 0.006, 0.01, 0.015, 0.02, 0.03, 0.04, 0.06)  # m
 _TRIED: Final = np.array([*(-shift for shift in reversed(_SHIFTS)), *_SHIFTS])
 _LEFT: Final = 0.5  # share of the contradiction that a cause may leave
-_ALIKE: Final = 25.0  # of the sum of squares: causes that differ by less cannot be told apart
+_ALIKE: Final = 25.0  # of the sum of squares: causes that differ by less are indistinguishable
 _TORN: Final = 0.055  # m: a line that seems longer by more may have broken ...
 _PULLS: Final = 2.0  # sigmas of its cell: ... if it pulls no more than this
-_LOOSE: Final = 1.0  # m: by so much a broken line is taken to be longer
+_LOOSE: Final = 1.0  # m: assumed extra length of a broken line
 _OWN_SIGMA: Final = 2e-3  # m, of a length that was found to be off
 
 
@@ -129,7 +129,7 @@ def _causes(
 
 
 def _name(settings: BodySettings, state: BodyState, measured: Measurement, causes: list[Cause], whole: float) -> None:
-    """Name the first of the *causes* of a contradiction, and go on with what is left to be trusted."""
+    """Name the first of the *causes* of a contradiction, and go on with the other sensors."""
     best = _slackest(state, measured, causes, causes[0])
     robot = settings.model.robot
     name = robot.lines[best.line].name
@@ -144,7 +144,7 @@ def _name(settings: BodySettings, state: BodyState, measured: Measurement, cause
         state.judged.danger = why
     elif best.kind == "cell":
         off = float(measured.innovation[np.flatnonzero(measured.cells == best.line)[0]])
-        what = f"the cell of line {name} is off by {off:.0f} N, against the statics of the others: not used"
+        what = f"the load cell of line {name} contradicts the others by {off:.0f} N: its readings are ignored"
         state.monitor.report("load_cells", f"off {name}", what)
         state.judged.cells_used[best.line], state.judged.doubts = False, 0
         if state.judged.danger:  # it stands already
@@ -154,7 +154,7 @@ def _name(settings: BodySettings, state: BodyState, measured: Measurement, cause
     elif best.kind == "length":
         what = f"line {name} is {1e3 * best.shift:+.1f} mm longer than its encoder says: it slipped, or left its sheave"
         if alike:
-            what += f"; line {' or '.join(alike)} off by as much would show the same"
+            what += f"; the same error of line {' or '.join(alike)} would show the same"
         state.monitor.report("encoders", f"length {name}", what)
         state.judged.danger = what
         _shift(state, best.line, best.shift, _OWN_SIGMA)
@@ -191,7 +191,7 @@ def _shift(state: BodyState, line: int, shift: float, sigma: float) -> None:
 
 
 def _cells(measured: Measurement, inverse: Array, whole: float) -> list[Cause]:
-    """What is left of the contradiction without each one of the cells."""
+    """The residual without each one of the cells."""
     weighted = inverse @ measured.innovation
     return [
         Cause(whole - float(weighted[k]) ** 2 / float(inverse[k, k]), "cell", int(line))
@@ -200,7 +200,7 @@ def _cells(measured: Measurement, inverse: Array, whole: float) -> list[Cause]:
 
 
 def _lines(settings: BodySettings, state: BodyState, measured: Measurement, inverse: Array) -> list[Cause]:
-    """What is left with each line longer or shorter than by its encoder, and with each one broken."""
+    """The residual with each line longer or shorter than by its encoder, and with each one broken."""
     m, found = state.layout.m, []
     here = _solved(settings, state, state.lengths[None])
     shifted = state.lengths + np.kron(np.eye(m), _TRIED[:, None])
@@ -251,7 +251,7 @@ def _shown(
 
 
 def _left(measured: Measurement, inverse: Array, here: Array, after: Array) -> Array:
-    """What is left (k,) of the contradiction where predictions were *after* (k, s), not *here* (1, s).
+    """The residual (k,) of the contradiction where predictions were *after* (k, s), not *here* (1, s).
 
     Where they are not known, nothing is left.
     """

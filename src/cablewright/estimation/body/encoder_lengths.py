@@ -21,7 +21,7 @@ _LEAST: Final = 0.05  # rad: ... and by this much of a drum at least
 
 
 def read(settings: BodySettings, state: BodyState, reading: Encoders) -> None:
-    """Take one reading of all encoders; *state* changes in place.
+    """Process one reading of all encoders; *state* changes in place.
 
     Counts that jump are believed once they are read again: then they have slipped, and the jump is left out.
     """

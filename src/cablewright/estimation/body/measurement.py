@@ -52,7 +52,7 @@ def slopes_of(state: BodyState) -> Slopes | None:
 
 
 def set_gradients(state: BodyState) -> None:
-    """Compute again what the unknowns do to the lengths."""
+    """Compute again the effect of the unknowns on the lengths."""
     toward = state.taut.toward
     if np.isfinite(toward).all():
         lines, crept = LineNumbers(state.tracker.packed.lines), state.creep.doubt.strain
@@ -92,7 +92,7 @@ def predicted(settings: BodySettings, state: BodyState) -> list[Array]:
 
 
 def predictions(settings: BodySettings, state: BodyState) -> Array:
-    """Return the same as one array."""
+    """Return the predictions as one array."""
     return np.concatenate([np.zeros(0), *predicted(settings, state)])
 
 
@@ -107,7 +107,7 @@ def gain_of(covariance: Array, measured: Measurement) -> tuple[Array, Array]:
 def pose_covariance(state: BodyState, slopes: Slopes) -> Array:
     """Return the covariance (6, 6) of the pose: translation, m, and rotation in space, rad.
 
-    Creep, softness and mounts follow no law exactly: of what measurements seem to tell of them a share is not believed.
+    Creep, softness and mounts follow no law exactly: a share of their apparent corrections is not believed.
     Nor is their size, where it comes out larger than the settings state (`strangeness`).
     """
     belief, layout, laws = state.belief, state.layout, state.layout.laws

@@ -1,4 +1,4 @@
-"""What the estimator of a rigid platform is told: its model, its sensors, and how far all of it may be off."""
+"""Settings of the estimator of a rigid platform: its model, its sensors, and their standard deviations."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ class Deviations:
     m, of cable. ``model``: N, of a tension that a perfect description would predict, for what no model has. ``creep``:
     strain of each cable after an hour under the mean tension at home, besides what the robot file describes; None: see
     `creep_of`. ``hysteresis``: strain between the ways up and down of a large cycle of loads. ``exit_compliance``: m/N,
-    by which the mount of each exit gives besides what is described; None: see `prior`. ``friction``: share of a tension
-    by which a cell shows less while cable is paid out over its sheave, and more while it is wound.
+    compliance of the mount of each exit point besides the described one; None: see `prior`. ``friction``: share of a
+    tension by which a cell shows less while cable is paid out over its sheave, and more while it is wound.
     """
 
     home_length: float = 2e-3
@@ -52,12 +52,12 @@ class BodySettings:
 
     ``counts_per_radian``: encoder counts for a radian of a winch drum. ``coils``: each line's cable on its
     drum, wound regularly; None: it has no winch.
-    ``total_length``: m of cable of a winch, wound and paid out. ``max_drum_speed``: rad/s. ``sensors``: what
-    is told of those that are used besides encoders, in the order of `UPDATES`. ``beam_deviation``: m, of a
-    reading of the length of a platform that retracts. ``interval``: s of readings that are one measurement.
-    ``smoothing_time``: s, of the velocity. ``slack_threshold``: m of excess from which a line counts as slack.
-    ``clock``: of that on the platform, which stamps what comes over the wireless link; None: it is the machine's.
-    ``cells``: source of tensions that correct nothing, where the pose is by encoders alone; None: none are read.
+    ``total_length``: m of cable of a winch, wound and paid out. ``max_drum_speed``: rad/s. ``sensors``: data of those
+    that are used besides encoders, in the order of `UPDATES`. ``beam_deviation``: m, of a reading of the length of a
+    platform that retracts. ``interval``: s of readings that are one measurement. ``smoothing_time``: s, of the
+    velocity. ``slack_threshold``: m of excess from which a line counts as slack. ``clock``: of that on the platform,
+    which stamps what comes over the wireless link; None: it is the machine's. ``cells``: source of tensions that
+    correct nothing, where the pose is by encoders alone; None: none are read.
     """
 
     model: Model

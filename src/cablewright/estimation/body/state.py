@@ -28,7 +28,7 @@ from cablewright.solvers.taut import Taut, mount_share, stretches, taut_of
 
 @dataclass(eq=False)
 class Window:
-    """Readings less what was predicted of them, since the last measurement."""
+    """Readings less their predictions, since the last measurement."""
 
     begin: float = math.nan  # s
     readings: dict[Update, list[Array]] = field(default_factory=dict)  # (k,) each
@@ -59,7 +59,7 @@ class Contradiction:
 
 @dataclass(eq=False)
 class Belief:
-    """What is believed of the unknown numbers of the machine, by `BodyLayout`."""
+    """Estimated values of the unknown numbers of the machine, by `BodyLayout`."""
 
     SAVED = ("unknowns", "covariance", "gradients", "pose_covariance")
 
@@ -72,7 +72,7 @@ class Belief:
 
 @dataclass(eq=False)
 class Home:
-    """Where the platform was homed."""
+    """Pose and lengths at the last homing."""
 
     SAVED = ("lengths", "angles", "toward", "counts", "known")
 
@@ -110,7 +110,10 @@ class BodySwing:
 
 @dataclass(eq=False)
 class Doubts:
-    """How measurements contradict the statics. Begins again where state is loaded, but for cells that are off."""
+    """Contradictions between measurements and statics.
+
+    They begin again where state is loaded, except for wrong cells.
+    """
 
     SAVED = ("cells_used",)
 
@@ -220,7 +223,7 @@ def start(
 
 
 def resumed(settings: BodySettings, state: BodyState) -> None:
-    """Let a *state* go on with what was loaded."""
+    """Let a *state* go on with the loaded data."""
     crept, home, places = state.creep.memories, state.load_path.home, state.load_path.places
     state.load_path, state.creep = LoadPath(home), creep_of(settings.model.robot, home, settings.deviations.creep)
     state.load_path.places = places
@@ -242,7 +245,7 @@ def _tracker_near(model: Model, lengths: Array, pose: Array) -> Tracker:
 
 
 def corrected(state: BodyState) -> Array:
-    """Return the lengths (m,), m, by the encoders, creep as described, and what is known of the unknowns."""
+    """Return the lengths (m,), m, by the encoders, creep as described, and the estimated unknowns."""
     counted, of_lengths, described = (
         state.home.lengths + state.wound.paid,
         state.layout.softness.start,

@@ -1,4 +1,4 @@
-"""The unknown numbers of the machine, and what they do to the lengths of its lines.
+"""The unknown numbers of the machine, and their effect on the lengths of its lines.
 
 Of each line: error of its home length, share of its drum's radius, error of its exit point, gain and zero of its load
 cell, friction of its sheave, zero of its swivel, creep, and how far the mount of its exit gives. Of all: turn of the
@@ -21,9 +21,9 @@ from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.updates.update import Update
 from cablewright.foundation.arrays import Array
 
-_COMPLIANCE: Final = 1e-6  # m/N, of a mount that nobody describes, assumed: what the severity `typical` has
-_SAME_CABLE: Final = 0.9  # assumed: correlation of how far the creep of two lines, of one kind of cable, is off ...
-_SAME_FRAME: Final = 0.5  # ... of two mounts, and of the hysteresis of two lines whose loads went the same way
+_COMPLIANCE: Final = 1e-6  # m/N, of a mount that no file describes, assumed: that of the severity `typical`
+_SAME_CABLE: Final = 0.9  # assumed: correlation of the errors of creep of two lines of one kind of cable ...
+_SAME_FRAME: Final = 0.5  # ... of two mounts, and of the hysteresis of two lines with load changes of one sign
 
 
 class BodyLayout:
@@ -49,7 +49,7 @@ class BodyLayout:
 def prior(settings: BodySettings, layout: BodyLayout) -> Array:
     """Return the covariance (size, size) of the unknowns before any measurement.
 
-    Mounts, where nothing is told of them, are off by `UNSURE` of what the robot file describes, or by 1 um/N.
+    The compliance of mounts is uncertain by `UNSURE` of that of the robot file, or by 1 um/N, unless specified.
     """
     told, platform = settings.deviations, settings.model.robot.platform
     weight = platform.mass * settings.model.robot.scene.gravity
@@ -83,12 +83,12 @@ def length_gradients(
     changed: Array,
     given: Array,
 ) -> Array:
-    """Return what the unknowns do to the lengths: (m, size), m per unit.
+    """Return the derivatives of the lengths by the unknowns: (m, size), m per unit.
 
     *paid* (m,): m of cable since home. *toward*, *toward_home* (m, 3): directions of the lines now and at home, where
     an exit point's error was part of the home length. *lengths* (m,): m, now. *crept* (m,): strain by one standard
-    deviation of creep. *changed* (m,): change of each load since home over their mean there. *given* (m,), N: by which
-    a mount that gives more moves the platform as that much more length would.
+    deviation of creep. *changed* (m,): change of each load since home over their mean there. *given* (m,), N: at which
+    a softer mount moves the platform as additional length would.
     """
     m = layout.m
     found, lines = np.zeros((m, layout.size)), np.arange(m)

@@ -47,7 +47,7 @@ def predict(settings: FilterSettings, state: FilterState, reading: Inertial) -> 
     kernel.turn(state.mean.x, state.P, state.mean.at, rate, dt, settings.gyro_noise, turned.angular_rate)
     turned.gyro_yaw += dt * float(turned.angular_rate[2])
     turned.last_imu_time = reading.time
-    if dt > _MAX_INTERVAL:  # one rate does not tell how a swing ends
+    if dt > _MAX_INTERVAL:  # one rate does not determine the end of a swing
         _predict_upright(settings, state)
     state.turns.attitudes.add(reading.time, (state.attitude.gyro_yaw, *state.attitude.tilt.tolist()))
     fx, fy, _ = reading.acceleration.tolist()

@@ -13,7 +13,7 @@ from cablewright.models.coil import TURN, Coil
 
 _STEP: Final = 0.02  # m, of the table
 _QUANTILES: Final = np.array([NormalDist().inv_cdf((k + 0.5) / 41.0) for k in range(41)])
-_SURE: Final = 0.1  # turns: by which an end is off at least
+_SURE: Final = 0.1  # revolutions: smallest error of an end
 
 
 class CoilLayers:
@@ -21,7 +21,7 @@ class CoilLayers:
 
     Where a layer ends is known with the standard deviation that irregular turns add up to: *deviation* of each radius,
     m, correlated over *turns*. There the expected radius goes from one layer's to the next, and `doubt` is how much of
-    the step may come at once.
+    the step may come within one revolution.
     """
 
     def __init__(
@@ -49,9 +49,9 @@ class CoilLayers:
 
 
 def _expected(coil: Coil, wound: Array, deviation: float, turns: float) -> Array:
-    """Mean radius (k,), m, over all places where the layers of a *coil* may end, with so much cable *wound* (k,), m."""
+    """Mean radius (k,), m, over all places where the layers of a *coil* may end, with the length *wound* (k,), m."""
     regular = np.array([coil.angle(float(each)) / TURN for each in wound])
     radii = np.interp(regular, np.arange(len(coil.radii)), coil.radii)
-    off = deviation / radii * np.sqrt(2.0 * turns * regular)  # turns, that the sum of so many is off by
+    off = deviation / radii * np.sqrt(2.0 * turns * regular)  # revolutions, error of the sum of all
     places = regular[:, None] + np.maximum(off, _SURE)[:, None] * _QUANTILES
     return np.asarray(np.interp(places, np.arange(len(coil.radii)), coil.radii).mean(axis=1))

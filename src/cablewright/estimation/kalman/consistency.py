@@ -1,7 +1,7 @@
 """Whether each sensor's innovations are as large as the filter expects them to be.
 
 Normalised innovations squared have a mean of 1 for each degree of freedom where model and noise are right. Far larger
-ones say that a sensor, or what is told of it, is worse than the covariance knows.
+ones say that a sensor, or its data sheet, is worse than the covariance knows.
 """
 
 from __future__ import annotations

@@ -72,7 +72,7 @@ _MAX_GROUND_REJECTIONS: Final = 5  # readings of the distance sensor in a row, a
 
 
 class FirstState(NamedTuple):
-    """What the filter begins with."""
+    """Initial state of the filter."""
 
     time: float  # s
     position: Array  # (3,) m, world, of B
@@ -337,7 +337,7 @@ def _predict_coasting(settings: FilterSettings, state: FilterState, dt: float) -
 
 
 def _process_turn(settings: FilterSettings, state: FilterState) -> None:
-    """Do the next part of the work on the queued lidar turns: as much as one time step has time for."""
+    """Do the next part of the work on the queued lidar scans: as much as one time step has time for."""
     if state.turns.extracted is not None:
         source = state.turns.extracted.source
         lidar_update.update(settings, state)

@@ -1,4 +1,4 @@
-"""What was learnt fades where no model is exact: states as Gauss-Markov processes about what was told.
+"""Decay of learnt corrections: states as Gauss-Markov processes about the values of the machine file.
 
 Lidars see no shift of all walls and mounts together. Without fading, what is wrong in the models of lines, the same in
 each layer of a print, would move them farther and farther.
@@ -37,7 +37,7 @@ def fade_clock(state: FilterState, dt: float) -> None:
 
 
 def fade_survey(state: FilterState, dt: float) -> None:
-    """Predict walls and mounts by *dt*, s, about where the owner was told that they are."""
+    """Predict walls and mounts by *dt*, s, about the positions of the machine file."""
     state.built.unfaded += dt
     if state.built.unfaded < _INTERVAL:
         return

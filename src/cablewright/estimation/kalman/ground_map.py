@@ -16,8 +16,8 @@ FLOOR: Final = 5e-3
 _CELL: Final = 0.025  # m
 _SIDE: Final = 1024  # cells; places that are 25.6 m apart share one, which knows whose it is
 _NOBODY: Final = np.iinfo(np.int32).min
-_REACH: Final = 0.15  # m beside the nozzle, of what it lays ...
-_FOOT: Final = 0.5  # ... and of the foot of what has been laid
+_REACH: Final = 0.15  # m beside the nozzle, of laid material ...
+_FOOT: Final = 0.5  # ... and of the foot of earlier material
 _STRIDE: Final = 0.05  # m along its path, between two places from which ground is reached
 _MAX_LEAP: Final = 5.0  # m from one place to the next, along which nothing is known to be laid
 _FOOT_PATH: Final = 2.0  # m of path since the floor was seen, whose foot may have come as far
@@ -25,7 +25,7 @@ _RECENT: Final = 0.5  # m that the nozzle has gone since ground was seen, in whi
 _GROWS: Final = 3e-4  # m for each metre of path, from which something is laid
 _MAX_GROWTH: Final = 0.02  # m by which ground may have grown, to be known
 _MAX_RISE: Final = 0.03  # m, of ground that was seen again, and not of who stands on it or of a wall
-_MIN_PATH: Final = 0.5  # m of path, of ground that tells how fast it grows ...
+_MIN_PATH: Final = 0.5  # m of path, of ground that shows how fast it grows ...
 _MIN_POINTS: Final = 16  # ... and so many points of it
 _GAIN: Final = 0.05  # of each time it was seen, in how fast the ground grows on average
 _OWN_PATH: Final = 6.0  # m of path near a cell, over which its own growth is averaged
@@ -35,7 +35,7 @@ _KEPT: Final = np.dtype([
     ("height", np.float32),  # m over the floor as last seen; NaN: never
     ("growth", np.float32),  # m by which it rises for each metre of path; NaN: as all
     ("laid", np.float32),  # m of the nozzle's path so near that it lays there
-    ("path", np.float32),  # m of the path so near that the foot of what it lays comes there ...
+    ("path", np.float32),  # m of the path so near that the foot of its material comes there ...
     ("path_seen", np.float32),  # ... when it was last seen
     ("seen_at", np.float32),  # m that the nozzle had gone then
 ])  # fmt: skip
@@ -43,7 +43,7 @@ _UNSEEN: Final = np.array((_NOBODY, np.nan, np.nan, 0.0, 0.0, 0.0, 0.0), dtype=_
 
 
 class KnownGround(NamedTuple):
-    """What is expected at some places."""
+    """Expected heights of the ground at some positions."""
 
     heights: Array  # (k,) m over the floor
     may_have_grown: Array  # (k,) m, since it was seen
@@ -81,7 +81,7 @@ class GroundMap:
             np.add.at(self._kept[kind], cells, away / steps)
 
     def interrupt(self) -> None:
-        """How the nozzle comes to its next place is not known."""
+        """Record that the nozzle's path to its next position is unknown."""
         self._place = None
 
     def write(self, places: Array, heights: Array) -> None:
@@ -101,7 +101,7 @@ class GroundMap:
         self._kept[chosen] = kept
 
     def at(self, places: Array) -> KnownGround:
-        """Return what is expected at *places* (k, 2), m, world."""
+        """Return the expected ground at *places* (k, 2), m, world."""
         kept, ours = self._find(places)
         growths, paths = self._growths(kept), (kept["path"] - kept["path_seen"]).astype(np.float64)
         may_have_grown = np.maximum(growths, self.growth) * paths

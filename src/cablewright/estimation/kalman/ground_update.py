@@ -1,4 +1,4 @@
-"""Ground that the vertical lidar saw before, which tells the height where no floor is in sight."""
+"""Update by ground that the vertical lidar saw before: a height reference where no floor is in sight."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from cablewright.foundation.arrays import Array, Mask
 _MIN_GROUND: Final = 40  # points on ground that was seen before
 _GROUND_BAND: Final = 0.02  # m from the median, of points on such ground: cells are coarse, and some lie on flanks
 _GROUND_REACH: Final = 0.03  # m, of their median, besides the uncertainty of the height
-_LAID_SIGMA: Final = 2e-3  # m, of their mean, by what was laid since ...
-_GROWTH_SHARE: Final = 0.3  # ... and a share of what that is expected to be
+_LAID_SIGMA: Final = 2e-3  # m, of their mean, by material laid since ...
+_GROWTH_SHARE: Final = 0.3  # ... and a share of its expected height
 _LOWEST: Final = -0.1  # m over the floor, of points that are seen on the ground
 
 
@@ -35,7 +35,7 @@ def remember_ground(state: FilterState, height: HeightSettings, turn: VerticalTu
 
 
 def _ground_points(state: FilterState, height: HeightSettings, turn: VerticalTurn) -> tuple[Mask, Array]:
-    """Which points (k,) of a *turn* are near enough to tell heights of the ground, and these (j,), m over the floor."""
+    """Which points (k,) of a *turn* are near enough to measure the ground; and their heights (j,), m."""
     heights = heights_of(state, height, turn)
     near = (turn.axis_cosine > math.cos(math.radians(CONE))) & (heights > _LOWEST)
     return near, heights[near]
@@ -47,7 +47,7 @@ def _known_ground(
     """Points (k,) of a *turn* whose ground was seen before, how far over it they are, m, and how sure it is, m.
 
     At least half of them are about equally far over it, and, by a height known to *before*, m, not very far: others are
-    of what has come or gone. None: too few are.
+    on objects that have come or gone. None: too few are.
     """
     near, heights = _ground_points(state, height, turn)
     expected = state.built.ground_map.at(places_of(state, turn, near))
@@ -67,7 +67,7 @@ def _known_ground(
 
 
 def update_by_ground(settings: FilterSettings, state: FilterState, height: HeightSettings, turn: VerticalTurn) -> None:
-    """Update by the ground that was seen before, where no floor tells the height.
+    """Update by the ground that was seen before, where no floor shows the height.
 
     What is wrong in it is the same in each turn. So it is used where the state is less sure of the height than the
     ground is, never believed against the state, and corrects only where B is and how long lines are (Schmidt 1966).

@@ -32,7 +32,7 @@ from cablewright.kernels.filtering import hanging
 from cablewright.kernels.filtering import predict as predicting
 from cablewright.kernels.filtering.estimate import excess_of
 from cablewright.kernels.filtering.hanging import LAWS
-from cablewright.solvers.taut import Taut
+from cablewright.solvers.taut import taut_at
 
 _JACOBIAN_INTERVAL: Final = 0.05  # s between computations of the Jacobian
 _ANGLE_INTERVAL: Final = 0.2  # s between updates by the angles, which are smoothed over as long
@@ -56,21 +56,18 @@ def update_jacobian(settings: FilterSettings, state: FilterState, *, at_once: bo
     _spread_compliances(state)
     if settings.layers is not None:
         _predict_layers(settings.layers, state)
-    model, (x, _, at) = settings.machine.model, state.mean
-    there, straight, planes, toward, per_motion = (
-        np.empty(shape) for shape in (3, (3, model.m), (model.m, 4), (model.m, 3), (model.m, 3))
-    )
-    laws, jacobian, by_compliance = np.empty((LAWS, model.m)), np.empty((3, model.m)), np.empty((3, model.m))
-    rising = hanging.hang(
-        model.packed, x, at, settings.hanging, settings.machine.slackness.from_platform, there, straight, planes,
-        toward, per_motion, laws, jacobian, by_compliance,
-    )  # fmt: skip
-    if math.isnan(rising[0]):
+    model, (x, _, at), there = settings.machine.model, state.mean, state.motion.position.copy()
+    taut = taut_at(model, there)
+    if not np.isfinite(taut.toward).all():
         state.monitor.report("encoders", "lost", "a line has no tangent at the estimated position")
         return
     state.monitor.clear("encoders", "lost")
-    state.taut = Taut(*straight, toward, planes, per_motion)
-    state.hung = Hung(there, state.time, Sag(laws), jacobian, rising, by_compliance)
+    laws, jacobian, by_compliance = np.empty((LAWS, model.m)), np.empty((3, model.m)), np.empty((3, model.m))
+    rising = hanging.hang(
+        model.packed.lines, x, at, settings.hanging, settings.machine.slackness.from_platform, there,
+        taut.angles, taut.free, taut.lengths, taut.toward, laws, jacobian, by_compliance,
+    )  # fmt: skip
+    state.taut, state.hung = taut, Hung(there, state.time, Sag(laws), jacobian, rising, by_compliance)
     if settings.hung is not None:
         _hang_weights(state, model.lines.counterweight)
 
@@ -140,7 +137,8 @@ def _spread_stretch(settings: FilterSettings, state: FilterState) -> None:
 def _spread_compliances(state: FilterState) -> None:
     """Predict what compliances did to the covariance of B, since the last time.
 
-    A line that gives more than its stiffness k tells moves B by less for a change e of its excess: (u'Ku) dp = u e dk.
+    A line that is more compliant than its stiffness k says moves B by less for a change e of its excess: (u'Ku) dp = u
+    e dk.
     """
     lay = state.layout
     add_multiples(state.P, lay.position.start, lay.compliances.start, state.hung.by_compliance * state.lines.loosened)
@@ -189,14 +187,14 @@ def update(settings: FilterSettings, state: FilterState) -> None:
         diagonal(state.P)[lay.lengths] += found.innovation[:m] ** 2
         _doubt_zeros(settings, state, lines, found.innovation[m:] ** 2)
     judge(state, "line_angles", found.nis, len(found.innovation) - 1)
-    # a length is off by what no model has, which over hours would tell where lidars are, wrongly
+    # lengths have unmodelled errors, which over hours would move the lidars' estimated positions wrongly
     apply_update(state, H, found.innovation, found.noise, found.spread, lay.surveyed)
 
 
 def _doubt_zeros(settings: FilterSettings, state: FilterState, lines: NDArray[np.intp], more: Array) -> None:
-    """Make the zeros of j *lines* less sure by variances *more* (j,), rad^2, and as much less far from what was told.
+    """Make the zeros of j *lines* less sure by variances *more* (j,), rad^2, and as much nearer to the specified value.
 
-    What was learnt of a zero besides what its owner was told counts less: without that it would wander off in steps.
+    The learnt deviation of a zero from its specified value counts less: without that it would wander off in steps.
     """
     first = settings.zero_sigma**2
     if first > 0.0:

@@ -9,16 +9,16 @@ from cablewright.estimation.kalman.line_update import update_jacobian
 from cablewright.estimation.kalman.state import FilterSettings, FilterState, diagonal
 
 _SHARE: Final = 0.05  # of the weight, up to which lines' stiffnesses are as before
-_MUCH: Final = 1e-3  # m at once, after which B bounces
+_MUCH: Final = 1e-3  # m in one step, after which B bounces
 _BOUNCE: Final = 0.5  # s, of steps in which one can be seen
 _MOST_PARTS: Final = 50
 
 
 def weigh(settings: FilterSettings, state: FilterState, mass: float) -> None:
-    """Take the drum to be of *mass*, kg, from now on: lines stretch by the change, and no encoder shows it.
+    """Set the mass of the drum to *mass*, kg: lines stretch by the change, and no encoder shows it.
 
     With K the stiffness of all lines at B, B moves by K^-1 times the change of weight. Much of it changes K: slack
-    lines get taut. What is off by the same share in each of many small changes is not counted: B is measured meanwhile.
+    lines get taut. An error of the same share in each of many small changes is not counted: B is measured meanwhile.
     """
     before, state.motion.mass = state.motion.mass, mass
     if mass == before or state.taut is None:

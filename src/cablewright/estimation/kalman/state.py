@@ -32,7 +32,7 @@ _CHI2: Final = {1: 15.1, 2: 18.4, 3: 21.1, 4: 23.5}  # by degrees of freedom, ex
 
 @dataclass(frozen=True, eq=False)
 class FilterSettings:
-    """Standard deviations and random walks, beside what is known of the ``machine``.
+    """Settings of the filter: standard deviations, random walks, and the settings of the ``machine``.
 
     docs/estimation.md gives the source of each number.
 
@@ -50,8 +50,8 @@ class FilterSettings:
     ``height_sigma`` m of the floor, ``distance_sigma`` m of the distance sensor, ``gravity_sigma`` rad of the mean over
     a tenth of a second, ``swing_sigma`` rad of the drum's swing and ``swing_period`` s, ``line_angle_sigma`` rad of a
     smoothed line angle, ``excess_sigma`` m, ``stretch_sigma`` (besides the compliance), ``mass_sigma`` and
-    ``load_sigma`` (how far B sinks for more mass at once) as shares, ``velocity_sigma`` m/s and ``attitude_sigma`` rad
-    of the estimate.
+    ``load_sigma`` (how far B sinks for a sudden increase of mass) as shares, ``velocity_sigma`` m/s and
+    ``attitude_sigma`` rad of the estimate.
 
     Without the IMU: ``turn_rate_sigma`` rad/s of the drum, ``skew_time`` s: error of a wall's distance, m, for each
     rad/s during the turn. ``layers``: where radii step; None: not known. ``max_position_sigma``: m in space, beyond
@@ -103,7 +103,7 @@ class FilterSettings:
 
     @cached_property
     def hung(self) -> Mask | None:
-        """Which lines have a counterweight, (m,); None: none has."""
+        """Mask (m,) of lines with a counterweight; None without any."""
         found = np.asarray(self.machine.model.lines.counterweight > 0.0)
         return found if found.any() else None
 
@@ -126,7 +126,7 @@ class FilterSettings:
 class FilterLayout(NamedTuple):
     """Slices of the error state; ``range_bias`` has one entry for each horizontal lidar, then the vertical one.
 
-    From ``walls`` on they are constants of a machine as built: errors of what its owner was told.
+    From ``walls`` on they are constants of a machine as built: errors of its specified values.
     """
 
     position: slice
@@ -149,7 +149,7 @@ class FilterLayout(NamedTuple):
 
     @classmethod
     def of(cls, m: int, lidars: int, walls: int) -> FilterLayout:
-        """Return the layout for *m* lines and so many horizontal *lidars* and *walls*."""
+        """Return the layout for *m* lines, *lidars* horizontal lidars and *walls* walls."""
         sizes = [3, 3, 3, m, m, 3, 2, lidars + 1, 1, m, 2 * walls, 3 * lidars, 6, m, m, 1]
         ends = np.cumsum(sizes).tolist()
         at = [slice(end - size, end) for size, end in zip(sizes, ends, strict=True)]
@@ -162,12 +162,12 @@ class FilterLayout(NamedTuple):
 
     @property
     def surveyed(self) -> slice:
-        """What an owner measured with a tape: walls and mounts of lidars."""
+        """Indices of quantities that an owner measures by tape: walls and mounts of lidars."""
         return slice(self.walls.start, self.vertical_mount.stop)
 
     @property
     def tilt(self) -> slice:
-        """The first two of the attitude."""
+        """Indices of the tilt: the first two coordinates of the attitude."""
         return slice(self.attitude.start, self.attitude.start + 2)
 
     @property
@@ -177,7 +177,7 @@ class FilterLayout(NamedTuple):
 
 
 class Mean(NamedTuple):
-    """The state itself, packed as its error is: what kernels take."""
+    """State vector of the filter, packed like its error, for kernels."""
 
     x: Array  # (size,)
     layout: FilterLayout
@@ -243,7 +243,7 @@ class DrumMotionState:
     last_encoder_time: float = -math.inf  # of the last encoder reading ...
     last_motion_time: float = -math.inf  # ... and the last in which the counts had changed
     settling_start: float = -math.inf  # when the first state, or encoders after a gap, were first used
-    bounce_end: float = -math.inf  # of the drum, after its mass changed by much at once
+    bounce_end: float = -math.inf  # of the drum, after a large sudden change of its mass
 
 
 @dataclass(eq=False)
@@ -297,7 +297,7 @@ class Hung:
 
 @dataclass(eq=False)
 class AsBuilt:
-    """Errors of sensors and of what the owner was told, and the ground.
+    """Errors of sensors and of specified values, and the ground.
 
     ``wall_errors``: (w, 2) m and rad; ``mount_errors``: (l, 3) m, m and rad; ``vertical_mount_error``: (6,) m and rad;
     ``clock_error``: s; ``ground_height``: m, under the valve.
@@ -316,7 +316,7 @@ class AsBuilt:
 
 @dataclass(eq=False)
 class Judged:
-    """How measurements agree with the state. Times are in s."""
+    """Agreement of measurements with the state. Times are in s."""
 
     consistency: Consistency = field(default_factory=Consistency)
     rejections: dict[str, int] = field(default_factory=dict)  # in a row, by measurement
@@ -326,7 +326,7 @@ class Judged:
 
 @dataclass(eq=False, kw_only=True)
 class FilterState(ClockedState):
-    """Changed in place by `step`. Position, velocity, tilt and so on are what `FilterLayout` names.
+    """State of the filter, changed in place by `step`. `FilterLayout` names the parts of its vector.
 
     The motion of its ``turns`` is `DrumMotionState.drum_angles` and `DrumMotionState.coasted`.
     """
@@ -361,7 +361,7 @@ class FilterState(ClockedState):
         return np.concatenate([self.motion.drum_angles, self.motion.coasted]) - self.turns.motion.at(times)
 
     def displacement(self, change: Array) -> Array:
-        """Return the displacement of B (k, 3), m, that a *change* (k, m + 4) gives with the present radii."""
+        """Return the displacement of B (k, 3), m, by a *change* (k, m + 4) of the state with the present radii."""
         m = len(self.motion.drum_angles)
         return np.asarray((change[:, :m] * self.lines.radii) @ self.hung.jacobian.T + change[:, m : m + 3])
 
@@ -413,7 +413,7 @@ def apply_update(
 
 
 def moving_velocity(state: FilterState) -> Array:
-    """Velocity (3,) of B, m/s: by the winches, or its own state while no encoder tells it."""
+    """Velocity (3,) of B, m/s: by the winches, or its own state while no encoder reports it."""
     return (
         state.motion.velocity
         if state.motion.coasting
@@ -439,7 +439,7 @@ def inject_correction(state: FilterState, correction: Array) -> None:
 
 
 def inflate_shaken(state: FilterState, most: float = math.inf) -> None:
-    """Take B to have moved by what encoders do not show, at *most* so far, m, until it is measured again."""
+    """Take B to have moved without the encoders, at *most* so far, m, until it is measured again."""
     position, deviation = state.layout.position, min(most, _SHAKEN_SIGMA)
     if float(np.trace(state.P[position, position])) < deviation**2:
         inflate_position(state, deviation)

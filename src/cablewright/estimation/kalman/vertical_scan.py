@@ -39,7 +39,7 @@ class VerticalTurn(NamedTuple):
 def turn_of(
     state: FilterState, height: HeightSettings, scan: Scan, attitudes: Array, motion: MotionSince
 ) -> VerticalTurn:
-    """Return what came back in one *scan*, by *attitudes* (k, 3), rad, of the drum and its *motion* since each ray."""
+    """Return the echoes of one *scan*, by *attitudes* (k, 3), rad, of the drum and its *motion* since each ray."""
     x, y = np.array(height.axes)
     good = np.flatnonzero(np.isfinite(scan.ranges) & (scan.ranges > 0.0))
     angles = scan.angles[good]
@@ -68,7 +68,7 @@ def turn_of(
 
 
 def moved(state: FilterState, turn: VerticalTurn) -> Array:
-    """By how much (3,), m, updates and the drum's clock have moved B's place at the rays of a *turn*."""
+    """Return by how much (3,), m, updates and clock corrections have moved B at the rays of a *turn*."""
     return state.motion.position - turn.estimate - state.built.clock_error * moving_velocity(state)
 
 
@@ -118,7 +118,7 @@ def mean_height(
 
 
 def level_sigma(state: FilterState) -> float:
-    """Standard deviation, m, of what a ray straight down adds up: height, range bias and mount."""
+    """Standard deviation, m, of the sum of errors of a vertical ray: height, range bias and mount."""
     lay = state.layout
     below = [lay.position.start + 2, lay.range_bias.stop - 1, lay.vertical_mount.start + 2]
     return math.sqrt(max(0.0, float(state.P[np.ix_(below, below)].sum())))

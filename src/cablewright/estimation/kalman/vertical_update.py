@@ -48,8 +48,8 @@ _MIN_SHARE: Final = 0.4  # of the points of the fullest level, for a level to be
 _WALL_BAND: Final = 0.03  # m from the expected wall, of its points
 _MINORITY_FACTOR: Final = 3.0  # times its height over the expected floor: standard deviation of a doubtful floor
 _REFUSALS: Final = 1  # turns before this one that rejected a floor that is lower, or was one before, to believe it
-_TRUSTED: Final = 3e-3  # m from the expected floor, of one that tells the heights of all ground in sight ...
-_TRUSTED_SIGMA: Final = 1.5e-3  # m, of the height before: less than where ground alone tells it
+_TRUSTED: Final = 3e-3  # m from the expected floor, of one that is a reference for all ground in sight ...
+_TRUSTED_SIGMA: Final = 1.5e-3  # m, of the height before: less than with ground alone
 _FLOOR_BAND: Final = 0.01  # m from the expected floor, besides the uncertainty of the height
 
 
@@ -79,7 +79,7 @@ class _Floor(NamedTuple):
 def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSettings, turn: VerticalTurn) -> None:
     """Update by the points near the expected floor, in two rings: below and aside, where the bias counts less.
 
-    What was seen of the ground before tells what is no floor, and the height where none is in sight.
+    Earlier scans of the ground show which points are no floor, and give the height where none is in sight.
     """
     before = level_sigma(state)
     floors = [floor for ring in _RINGS if (floor := _floor_in(settings, state, height, turn, ring, before)) is not None]

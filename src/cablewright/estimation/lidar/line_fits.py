@@ -32,9 +32,9 @@ _MIN_STEEPNESS: Final = 0.12  # sine of the angle between ray and line: noise is
 _GROWTHS: Final = 6  # fits of one line
 _SKIPPED: Final = 4.0  # rays beyond a line's end, between which its next point is sought
 _WIDEST: Final = 3.0  # m, of an opening or a pane in a wall
-_MIN_FRAME: Final = 0.15  # m, of what is on the line past it
+_MIN_FRAME: Final = 0.15  # m, of points on the line past it
 _MIN_PAST: Final = 4  # points there
-_MIN_WALL: Final = 1.2  # m, length of what can have a pane
+_MIN_WALL: Final = 1.2  # m, length of a wall that can have a pane
 _MIN_GAP: Final = 0.4  # m, between two pieces of a line
 _SKIPPED_IN_PIECE: Final = 6.0  # rays, likewise
 _PIECE_TO_GAP: Final = 0.3  # length of a piece, at least, in the gap before it
@@ -50,7 +50,7 @@ _MERGE_SIGMAS: Final = 4.0  # of a cluster's ends from the line of another one
 
 
 class Rules(NamedTuple):
-    """What `LineSearch` says, beside clusters."""
+    """Limits of `LineSearch`, and of clusters."""
 
     angle_sigma: float  # rad
     merge_distance: float  # m
@@ -157,7 +157,7 @@ def _in_one_piece(points: Points, sigmas: Array, own: Indices, row: Array) -> In
 
 
 def _is_along(place: Array, off: Array, noise: Array) -> bool:
-    """Whether points, m along a line and beside it, have its direction, and can tell."""
+    """Whether points, m along a line and beside it, have its direction, and suffice to decide."""
     d = place - place.mean()
     spread = float(d @ d)
     sigma = float(np.median(noise)) / math.sqrt(max(spread, 1e-12))
@@ -183,7 +183,7 @@ def _past_openings(points: Points, sigmas: Array, free: Mask, row: Array, rules:
 def _grown(
     points: Points, sigmas: Array, own: Indices, mean: Array, along: Array, reach: float, rules: Rules
 ) -> _Fit | None:
-    """Fit a line to what is near its clusters, and again as long as points beyond its ends belong to it."""
+    """Fit a line to points near its clusters, and again as long as points beyond its ends belong to it."""
     found: _Fit | None = None
     used = own
     for _ in range(_GROWTHS):

@@ -33,7 +33,7 @@ WallStatus = Literal["ok", "ambiguous", "parallel", "no-wall"]
 
 _MAX_SCORED: Final = 240  # points of a turn that score candidates: evenly chosen, they give the same shares as all
 _LASER_GATE: Final = 3.0  # sigmas
-_MIN_SIGMA: Final = 1e-6  # m, of what is given as exact
+_MIN_SIGMA: Final = 1e-6  # m, of values given as exact
 
 SENTENCES: Final[dict[str, str]] = {
     "ok": "position and yaw are found",
@@ -53,7 +53,7 @@ class WallSettings:
     ``variance``, the paper's, or ``evidence``, the share of points that a candidate explains. ``near_distance``: m from
     a wall, of a point that it explains; ``recess``: m, depth of windows and doors. ``gate``: m from its wall, besides
     noise, of a line in the final fit. ``distinct_distance``: m, from which a second candidate is another place.
-    ``ambiguity``: the pose is ambiguous if another place explains so large a share of what the first one does: in a
+    ``ambiguity``: the pose is ambiguous if another pose explains this share of the lines of the first one: in a
     long room turned by half, both long walls and one end fit again. ``min_explained``: share that the first must
     explain.
     """
@@ -84,7 +84,7 @@ class WallSettings:
 
     @cached_property
     def visible(self) -> Mask:
-        """(l, w): which walls each lidar can see."""
+        """Mask (l, w) of the walls that each lidar can see."""
         names = [wall.name for wall in self.room.walls]
         seen = [names if each.visible_walls is None else each.visible_walls for each in self.lidars]
         return np.array([[name in visible for name in names] for visible in seen])
@@ -135,7 +135,7 @@ def step(
     and rad in the reference frame, motion since the last turn of any lidar by other sensors; older turns are shifted by
     it.
 
-    Raises `InputError` for a lidar or wall that does not exist; never for what a turn holds.
+    Raises `InputError` for a lidar or wall that does not exist; never for the content of a scan.
     """
     if not 0 <= turn.lidar < len(settings.lidars):
         raise InputError(f"scan: lidar {turn.lidar}: must be from 0 to {len(settings.lidars) - 1}")

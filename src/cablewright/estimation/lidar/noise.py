@@ -44,12 +44,12 @@ def estimate_noise_by_range(points: Points, low: float = 5e-4, high: float = 0.0
     Without growth, or where the scan does not show it with two sigma, ``per_metre`` is 0 and ``at_zero`` is that of
     `estimate_noise`.
     """
-    alike = Noise(estimate_noise(points, low, high), 0.0)
+    constant = Noise(estimate_noise(points, low, high), 0.0)
     if len(points) < 3 + 3 * _PER_GROUP:
-        return alike
+        return constant
     far, thirds = _neighbours(points)
     # Of four neighbours in a difference about two are new.
-    return _by_range(far, thirds / _THIRDS, 0.5, alike, low, high)
+    return _by_range(far, thirds / _THIRDS, 0.5, constant, low, high)
 
 
 def refine_noise(far: Array, errors: Array, first: Noise, low: float = 5e-4, high: float = 0.05) -> Noise:
@@ -60,8 +60,8 @@ def refine_noise(far: Array, errors: Array, first: Noise, low: float = 5e-4, hig
     """
     sizes = np.abs(errors)
     if not first.per_metre and len(sizes) >= _PER_GROUP:
-        alike = float(np.median(sizes)) / _MEDIAN_OF_NORMAL
-        first = first if alike > _TOO_LARGE * first.at_zero else Noise(max(alike, low), 0.0)
+        constant = float(np.median(sizes)) / _MEDIAN_OF_NORMAL
+        first = first if constant > _TOO_LARGE * first.at_zero else Noise(max(constant, low), 0.0)
     return _by_range(far, sizes, 1.0, first, low, high)
 
 
@@ -86,8 +86,8 @@ def _neighbours(points: Points) -> tuple[Array, Array]:
     return np.median(windows[whole], axis=1), np.abs(np.diff(points.distance, 3))[whole]
 
 
-def _line(r: Array, s: Array, relative: Array, alike: Noise, low: float, high: float) -> Noise:
-    """Fit ``s = a + b r`` with few outliers among the groups; *alike* where b is not significant."""
+def _line(r: Array, s: Array, relative: Array, constant: Noise, low: float, high: float) -> Noise:
+    """Fit ``s = a + b r`` with few outliers among the groups; *constant* where b is not significant."""
     columns = np.stack([np.ones_like(r), r], axis=1)
     robust, model = np.ones_like(r), np.full_like(r, np.median(s))
     for _ in range(20):
@@ -100,5 +100,5 @@ def _line(r: Array, s: Array, relative: Array, alike: Noise, low: float, high: f
     covariance = np.linalg.pinv((columns / (relative * model)[:, None]).T @ (columns / (relative * model)[:, None]))
     a, b = float(x[0]), float(x[1])
     if not b > _SIGNIFICANT * math.sqrt(covariance[1, 1]):
-        return alike
+        return constant
     return Noise(min(a, high), min(b, _MAX_GROWTH))

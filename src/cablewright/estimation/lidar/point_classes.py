@@ -31,13 +31,13 @@ _SOLID: Final = 0.4  # length in sight of a wall's solid parts, in that of its o
 _WIDEST: Final = 3.0  # m, of a pane at a wall's end
 _PANE_TO_WALL: Final = 1.0  # width of such a pane, at most, in the length of the wall beside it
 _MIN_WALL: Final = 1.2  # m, likewise
-_CLOSING: Final = 0.3  # m, from the wall's line, of what closes it
+_CLOSING: Final = 0.3  # m, from the wall's line, of points that close it
 _MIN_PAST: Final = 3  # points there
 _AT_CORNER: Final = 0.5  # m, from a line's end, of another line that it meets there
 _ACROSS: Final = 0.3  # sine of the angle between them
-_PANE: Final = 0.08  # of a line's points: how many single nearer ones tell a pane before it
+_PANE: Final = 0.08  # of a line's points: share of single nearer ones that indicates a pane before it
 _MIN_PANE: Final = 3
-_JOINED: Final = 0.25  # m, from a line's end, of the points of what it meets there
+_JOINED: Final = 0.25  # m, from a line's end, of the points of the next object
 _SHARE: Final = 0.6  # of a line's points, from which it is behind walls
 _ALL: Final = 0.9  # share of a line's points, on the far side of a wall
 _MIN_COSINE: Final = 0.03  # between a ray and a wall's normal: not along it
@@ -127,8 +127,8 @@ def _reach(met: _Crossing) -> tuple[float, float]:
 def drop_lines_behind(points: Points, sigmas: Array, lines: Sequence[WallLine]) -> list[WallLine]:
     """Return the *lines* that are not mostly behind others: those are outside, or mirrored by glass.
 
-    A line that meets something at an end, as the back of an alcove does, is kept. One that meets nothing is dropped
-    behind what is just past a wall's end too: a pane may reach to the corner.
+    A line whose end meets an object, such as the back of an alcove, is kept. Others are dropped
+    also behind points just past the end of a wall: a pane may reach to the corner.
     """
     met = [_crossing(points, sigmas, line) for line in lines]
     on = [each.on for each in met]
@@ -225,7 +225,7 @@ def _groups(points: Points, sigmas: Array, chosen: Mask) -> list[Array]:
 
 
 def _is_rough(far: Array, sigma: Array) -> bool:
-    """Whether successive ranges scatter more than noise does: by second differences, small on what is round."""
+    """Whether successive ranges scatter more than noise does: by second differences, small on round objects."""
     if len(far) < _MIN_GROUP + 2:
         return False
     second = np.abs(np.diff(far, 2)) / (math.sqrt(6.0) * sigma[1:-1])

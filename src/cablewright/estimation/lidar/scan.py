@@ -20,7 +20,7 @@ Levelled = tuple[Array, Array, Array, Array]
 
 @dataclass(frozen=True)
 class LidarModel:
-    """A planar lidar on the platform; the defaults are an RPLIDAR A1M8's, as Merlet and Papegay 2023 give them.
+    """A planar lidar on the platform; the defaults are an RPLIDAR A1M8's, by Merlet and Papegay 2023.
 
     ``mount``: (3,) m, from the platform point to its centre, platform frame. ``yaw``: rad, direction of its angle 0 in
     the platform frame. ``min_range`` and ``max_range``: m. ``sigma``: m, of one range at 0 m, and ``sigma_per_metre``:
@@ -104,7 +104,7 @@ def level_points(
     tilt: ArrayLike = (0.0, 0.0),
     drift: ArrayLike | None = None,
 ) -> Points:
-    """Return what `levelled` does, by name."""
+    """Return the level points of `levelled`, by name."""
     return Points(*levelled(lidar, angles, ranges, tilt, drift))
 
 

@@ -47,7 +47,7 @@ class FileScan(NamedTuple):
     ranges: Array  # (n,)
     length_unit: str  # of the file, or guessed
     angle_unit: str | None  # None for x and y
-    guessed: tuple[str, ...]  # sentences on units that were guessed, and on what was chosen
+    guessed: tuple[str, ...]  # sentences on guessed units, and on other choices
     device: str | None = None  # column, topic or frame that names it in the file
 
 

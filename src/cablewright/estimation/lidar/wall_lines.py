@@ -69,7 +69,7 @@ class WallLine(NamedTuple):
 
     @property
     def length(self) -> float:
-        """From end to end, m."""
+        """Length from end to end, m."""
         return float(np.hypot(*(self.ends[1] - self.ends[0])))
 
 
@@ -110,7 +110,7 @@ class LidarTurn:
 
     @property
     def lengths(self) -> Array:
-        """From end to end of each line, (k,) m."""
+        """Length from end to end of each line, (k,) m."""
         return np.asarray(np.hypot(*(self.ends[:, 1] - self.ends[:, 0]).T))
 
     @classmethod

@@ -1,4 +1,4 @@
-"""The machine's state by the chain of Merlet and Papegay 2023, section III: `step` takes a frame, returns an estimate.
+"""The estimator of Merlet and Papegay 2023, section III: `step` takes a frame and returns an estimate.
 
 About once a second lidars give the drum's pose and line accelerometers the slack line; from both follow the lengths
 (update). At every step in between encoders, and creep as described, predict the lengths, and a forward solve the
@@ -114,7 +114,7 @@ def step(settings: ObserverSettings, state: ObserverState, frame: SensorFrame) -
 
 
 def _process_turn(settings: ObserverSettings, state: ObserverState) -> None:
-    """Do the next part of the work on the queued lidar turns: as much as one time step has time for."""
+    """Do the next part of the work on the queued lidar scans: as much as one time step has time for."""
     if state.turns.extracted is not None:
         _localise(settings, state, state.turns.extracted)
     elif state.turns.pending:
@@ -225,7 +225,7 @@ def _creep(state: ObserverState, creep: KnownCreep, dt: float) -> None:
 
 
 def _extract(settings: ObserverSettings, state: ObserverState, scan: Scan) -> None:
-    """Process one lidar turn: height of a vertical one, lines of a horizontal one; its pose is the next step's work."""
+    """Process one lidar scan: height of a vertical one, lines of a horizontal one; its pose is the next step's work."""
     state.located.gathered_sources.add(scan.source)
     times = scan.times
     attitudes, positions = state.turns.attitudes.at(times), state.turns.motion.at(times)
@@ -235,7 +235,7 @@ def _extract(settings: ObserverSettings, state: ObserverState, scan: Scan) -> No
         return
     late = state.time - float(times[-1]) > _FRESH and state.odometry.last_motion_time > float(times[0])
     if state.tracker is None and late:
-        return  # nothing tells how far the platform has gone since
+        return  # the platform's motion since then is unknown
     _drop_stale_turns(settings, state, scan)
     end, yaw = positions[-1], float(attitudes[-1, 0])
     offset = state.located.yaw_offset if math.isfinite(state.located.yaw_offset) else 0.0

@@ -1,4 +1,4 @@
-"""Settings and state of the observer: the chain of Merlet and Papegay 2023, section III."""
+"""Settings and state of the observer: the estimator of Merlet and Papegay 2023, section III."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Odometry:
 
 @dataclass(eq=False)
 class Located:
-    """Where lidars place the drum, as offsets from odometry, and the turns from which lengths are found. Times in s."""
+    """Positions of the drum by lidars, as offsets from odometry, and the scans for finding lengths. Times in s."""
 
     wall_state: WallState
     wall_pose: WallPose | None = None

@@ -64,7 +64,7 @@ def klipper_turns(anchored: Robot, rotation_distances: Array) -> Turns:
 
 @dataclass(frozen=True, eq=False)
 class OwnModelPath:
-    """``path``: with the places to command; ``error``: m, the largest of the nozzle at points and half-way.
+    """A path for firmware kinematics. ``path``: positions to command; ``error``: m, the largest of the nozzle.
 
     ``difference``: m, the largest between the place commanded and the path; ``without``: m, the largest error of the
     nozzle without it. ``first``: (m,) N, tension of each line at the first point; ``tensions``: (2, m) N, the least and
@@ -142,7 +142,7 @@ class _Driven:
         return solve_forward(self.model, lengths, guess=poses, retraction=retraction)
 
     def commanded(self, wanted: Array) -> tuple[Array, Equilibrium]:
-        """Return the places (k, 3), m, to command for the nozzle to be at those *wanted*, and what holds it there."""
+        """Return the positions (k, 3), m, to command for the nozzle to reach those *wanted*, and equilibria there."""
         places = wanted.copy()
         held = self.held(places, wanted)
         for _ in range(_ROUNDS):

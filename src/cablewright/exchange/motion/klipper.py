@@ -60,7 +60,7 @@ def printer_config(robot: Robot, job: Job, stepper: Stepper) -> str:
 
 
 def klipper_job(robot: Robot, job: Job, path: WinchPath, besides: Beside) -> str:
-    """Return the G-code of a job: its motion, and the commands *besides* it in the job's own file, as of heaters."""
+    """Return the G-code of a job: its motion, and the commands *besides* motion of its own file, as of heaters."""
     letters = LETTERS[: robot.winches]
     start = path.samples.positions[0]
     x, y, z = (f"{1e3 * each:.4f}" for each in start)

@@ -13,7 +13,7 @@ from cablewright.studies.checks.winch_path import WinchPath
 
 
 def extent_notes(path: WinchPath, letters: Sequence[str], robot: Robot, extruded: str, mark: str = "; ") -> str:
-    """Return comments that describe the file: points, error, which letter is which line, and what E is."""
+    """Return comments that describe the file: points, error, the line of each letter, and the meaning of E."""
     text = f"{mark}{len(path.samples)} points; lengths between them are good to {1e6 * path.error:.3g} um\n"
     text += f"{mark}X Y Z: the nozzle, mm; winches: degrees of the drum, positive pays out; {extruded}\n"
     for letter, line, length in zip(letters, robot.winch_lines, path.lengths[0], strict=True):
@@ -63,7 +63,7 @@ def motion_lines(
 
 
 def extruder_words(besides: Beside) -> tuple[str, str, str]:
-    """Return the code for E, the word that sets it to zero, and what E is, in words."""
+    """Return the code for E, the word that sets it to zero, and the meaning of E in words."""
     if besides.feeds is not None:
         return "M83", "", "E: mm of filament, each line its own"
     return "M82", " E0", "E: mm of strand laid"

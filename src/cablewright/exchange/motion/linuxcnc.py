@@ -65,7 +65,7 @@ def linuxcnc_ini(robot: Robot, job: Job, path: WinchPath) -> str:
 
 
 def linuxcnc_config(robot: Robot) -> tuple[str, dict[str, str]]:
-    """Return what precedes `linuxcnc_ini` in a complete INI file, and the files that it names.
+    """Return the lines before `linuxcnc_ini` in a complete INI file, and the files that it names.
 
     The HAL file moves simulated joints: each follows its command. A machine's own puts its drives between the two.
     """
@@ -97,7 +97,7 @@ def linuxcnc_config(robot: Robot) -> tuple[str, dict[str, str]]:
 
 
 def linuxcnc_job(robot: Robot, job: Job, path: WinchPath, besides: Beside) -> str:
-    """Return the G-code of a job: its motion, and the commands *besides* it in the job's own file, as of heaters."""
+    """Return the G-code of a job: its motion, and the commands *besides* motion of its own file, as of heaters."""
     letters = LETTERS[: robot.winches]
     x, y, z = (f"{1e3 * each:.4f}" for each in path.samples.positions[0])
     text = f"; {printable(job.name)} on {printable(robot.name)}, for LinuxCNC\n"

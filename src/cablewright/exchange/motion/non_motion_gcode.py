@@ -86,7 +86,7 @@ _ACTIVE: Final = re.compile(r"[;\s]*(?:py|msg|debug|print|log\w*|probe\w*|abort)
 
 @dataclass(frozen=True, eq=False)
 class Beside:
-    """The lines of a job's file beside motion, for one target. ``dropped``: code to count, filled as lines are read.
+    """Lines of a job's file other than motion, for one target. ``dropped``: code to count, filled as lines are read.
 
     ``feeds``: (k,) mm of filament that each piece of the path feeds; None where E is mm of strand. ``whole``: whether
     comments are kept, as for all of the job. ``has_layers``: whether they mark the layers.
@@ -174,7 +174,7 @@ class Beside:
 
 
 def beside(job: Job, path: WinchPath, target: str) -> Beside:
-    """Return what the file of a *job* has beside the motion along *path*, for a *target* of `UNDERSTOOD`.
+    """Return the lines of a *job*'s file other than motion along *path*, for a *target* of `UNDERSTOOD`.
 
     E is filament as the file has it where its own axis extrudes and the job has no scale; else E is mm of strand.
     """

@@ -19,7 +19,7 @@ from cablewright.robot import Robot
 
 @dataclass(frozen=True)
 class Slicer:
-    """A slicer: ``largest``, m, side of a bed that it has, and what writes its files by name."""
+    """A slicer: ``largest``, m, side of a bed that it supports, and the function that writes its files by name."""
 
     largest: float
     write: Callable[[Profile], dict[str, str]]

@@ -78,7 +78,7 @@ class Profile:
 
     @property
     def begin(self) -> str:
-        """Code before a print: units alone, since the platform moves as its job says."""
+        """Code before a print: units only, since the job itself moves the platform."""
         return "G21 ; mm\nG90\nM83 ; each E by itself"
 
     @property
@@ -89,7 +89,7 @@ class Profile:
 
 
 def profile_of(robot: Robot, bead: Bead, largest: float, assumed: Notes, progress: Progress = silent) -> Profile:
-    """Return the profile of a robot for strands of *bead*, and note what is assumed.
+    """Return the profile of a robot for strands of *bead*, and note assumed values.
 
     *largest*: m, the longest side of a bed that the slicer has; a larger one is scaled down. Raises `InputError` for a
     robot in a plane, and `AnswerError` for one that reaches nothing.

@@ -68,7 +68,7 @@ class _Board:
         return round(lowest - self._zero_along(self.y), _TIDY) + 0.0
 
     def note_lean(self, degrees: float, program: str) -> None:
-        """Note that the plane leans otherwise from the vertical than a file of the *program* is read."""
+        """Note that the lean of the plane differs from the one that the *program* assumes."""
         lean = math.degrees(math.acos(min(1.0, abs(self.y[2]))))
         if abs(lean - degrees) > 0.01:
             self.notes.add(f"platform.plane: leans by {lean:.3g} degrees; {program} is read as {degrees:g}")

@@ -19,7 +19,7 @@ class DriveState(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class Drives(Reading, sources=[Source("drives", stream=11, topic="/drives")]):
-    """What the winches' drives report. Angles are of the winch drums; paying cable out is positive."""
+    """Reports of the winches' drives. Angles are of the winch drums; paying cable out is positive."""
 
     time: float  # s
     states: Annotated[tuple[DriveState, ...], PerLine(winch=True)]  # (w,)

@@ -34,7 +34,7 @@ OR_NAN: Final = "NaN: not measured"
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """A reading of a sensor: what a log, a simulation and the checks of readings need to know is in its declaration."""
+    """A reading of a sensor. Its declaration contains the data for logs, simulation and checks of readings."""
 
     SOURCES: ClassVar[tuple[Source, ...]]
     """Sensors that such readings come from; with several of them, a field ``source`` names the one."""
@@ -61,7 +61,10 @@ class Reading:
         return self.time
 
     def stamped(self, time: float, rate: float = 1.0) -> Self:
-        """Return the same with another stamp, s; times within it are by a clock that runs at a *rate* to the former."""
+        """Return the reading with another stamp, s.
+
+        Times within it are by a clock that runs at a *rate* to the former.
+        """
         del rate
         fields: dict[str, Any] = {"time": time}
         return replace(self, **fields)

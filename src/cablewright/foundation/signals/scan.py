@@ -33,7 +33,7 @@ class Scan(
         return self.begin
 
     def stamped(self, time: float, rate: float = 1.0) -> Self:
-        """As `Reading`."""
+        """Return the reading with another time stamp, s; see `Reading.stamped`."""
         return replace(self, begin=time, period=rate * self.period)
 
     @property

@@ -7,7 +7,7 @@ from cablewright.foundation.signals.reading import Reading, Source
 
 @dataclass(frozen=True, eq=False)
 class YawAngle(Reading, sources=[Source("yaw_encoder", stream=15, topic="/yaw_encoder")]):
-    """Measured angle of a drum's yaw drive, against what it hangs on."""
+    """Measured angle of a drum's yaw drive, relative to its suspension."""
 
     time: float  # s
     angle: float  # rad, counter-clockwise seen from above

@@ -12,7 +12,7 @@ and the platform. The rounding of floating-point sums with Y is bounded by GAMMA
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.interval import GAMMA, ROUNDING
 from cablewright.kernels.certificates.system_enclosure import jacobian_of_all, residual_of_all
-from cablewright.kernels.layout import BETA, UNKNOWNS
+from cablewright.kernels.layout import BETA
 from cablewright.kernels.newton import solve
 from cablewright.kernels.statics.line.enclosure import ENCLOSABLE, enclosable
 
@@ -39,7 +39,7 @@ def certify(packed, lengths, pose, states, tolerance, work):
         if code != ENCLOSABLE:
             return code
     residual_of_all(packed, lengths, pose, states, work)
-    _widen(packed, pose, states, work, WIDTH, False)
+    _widen(packed, pose, work, WIDTH, False)
     code = UNBOUNDED
     for tried in range(TRIES):
         jacobian_of_all(packed, pose, states, work)
@@ -57,7 +57,7 @@ def certify(packed, lengths, pose, states, tolerance, work):
             return CERTIFIED if _is_within(packed, tolerance, work) else IMPRECISE
         code = NOT_CONTRACTING
         if tried == 0:
-            _widen(packed, pose, states, work, GRAIN, True)
+            _widen(packed, pose, work, GRAIN, True)
         else:
             for k in range(work.radius.shape[0]):
                 work.radius[k] = 1.5 * max(work.radius[k], work.bound[k])
@@ -65,13 +65,13 @@ def certify(packed, lengths, pose, states, tolerance, work):
 
 
 @jit
-def _widen(packed, pose, states, work, width, stepped):
+def _widen(packed, pose, work, width, stepped):
     """Set the box to *width* of each unknown, and if *stepped* to at least WIDEN Newton steps."""
     m, n = packed.lines.shape[0], packed.freedoms
     first = work.offsets[m]
     for i in range(m):
-        for k in range(int(packed.lines[i, UNKNOWNS])):
-            work.radius[work.offsets[i] + k] = width * (1.0 + abs(states[i, k]))
+        for k in range(work.offsets[i], work.offsets[i + 1]):
+            work.radius[k] = width * (1.0 + abs(work.centre[k]))
     for k in range(n):
         work.radius[first + k] = width * (1.0 + (abs(pose[k]) if k < 3 else 0.0))
     if stepped:
@@ -143,7 +143,7 @@ def invert(packed, work):
                 work.block[a, b] = middle[start + a, start + b]
                 columns[a, b] = 1.0 if a == b else 0.0
             for b in range(n):
-                columns[a, k + b] = middle[start + a, first + b] if a < 2 else 0.0
+                columns[a, k + b] = middle[start + a, first + b] if a < work.coupled[i, 0] else 0.0
         if not solve(work.block, columns, k, k + n):
             return False
         for a in range(k):
@@ -154,11 +154,11 @@ def invert(packed, work):
         for a in range(n):
             for b in range(k):
                 total = 0.0
-                for c in range(3):
+                for c in range(work.coupled[i, 1]):
                     total += middle[first + a, start + c] * columns[c, b]
                 inverse[first + a, start + b] = total  # Z of `_assemble`
             for b in range(n):
-                for c in range(3):
+                for c in range(work.coupled[i, 1]):
                     work.schur[a, b] -= middle[first + a, start + c] * columns[c, k + b]
     if not solve(work.schur, work.identity, n, n):
         return False

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.held_rows import hold_jacobian, hold_residual
 from cablewright.kernels.certificates.interval import ROUNDING, add, div, inflate, mul, neg, point, root, sqr, sub
+from cablewright.kernels.certificates.spatial_system import enclose_spatial_line
 from cablewright.kernels.layout import (
     EXIT_X,
     FREE,
@@ -24,6 +25,7 @@ from cablewright.kernels.layout import (
     WRENCH,
 )
 from cablewright.kernels.statics.line.enclosure import ZERO, add_entry, enclose_jacobian, enclose_residual
+from cablewright.kernels.statics.line.spatial_enclosure import unknowns_of
 from cablewright.kernels.statics.platform_enclosure import (
     add_balance,
     add_wrench,
@@ -41,6 +43,8 @@ class CertificateWork(NamedTuple):
     """Scratch of one certifier. N unknowns: those of each line, then the platform's n."""
 
     offsets: NDArray[np.int64]  # (m + 1,): index of each line's first unknown, and of the platform's
+    coupled: NDArray[np.int64]  # (m, 2): a line's rows that the pose changes, and its unknowns that change its wrench
+    centre: NDArray[np.float64]  # (N,): the solution's unknowns, without the pose
     blocks: NDArray[np.int64]  # (3m + 1, 4): first and last row, then column, of the Jacobian's nonzero blocks
     low: NDArray[np.float64]  # (N, N): the Jacobian; only its nonzero blocks are used
     high: NDArray[np.float64]
@@ -68,8 +72,10 @@ class CertificateWork(NamedTuple):
 def certificate_pool(packed):
     """Memory of one certifier of *packed*; see `unfold`."""
     n = packed.freedoms
-    size = int(packed.lines[:, UNKNOWNS].sum()) + n
-    return np.zeros(5 * size * size + 7 * size + STATE * (2 * STATE + 6) + 2 * n * n + 48)
+    size = n
+    for row in packed.lines:
+        size += unknowns_of(row)[0]
+    return np.zeros(5 * size * size + 8 * size + STATE * (2 * STATE + 6) + 2 * n * n + 48)
 
 
 @jit
@@ -83,21 +89,23 @@ def unfold(packed, pool):
     """Scratch that fits *packed*, in the memory of *pool*: one array is passed from Python faster than many."""
     m, n = packed.lines.shape[0], packed.freedoms
     offsets, blocks = np.zeros(m + 1, dtype=np.int64), np.zeros((3 * m + 1, 4), dtype=np.int64)
+    coupled = np.zeros((m, 2), dtype=np.int64)
     for i in range(m):
-        offsets[i + 1] = offsets[i] + int(packed.lines[i, UNKNOWNS])
+        count, coupled[i, 0], coupled[i, 1] = unknowns_of(packed.lines[i])
+        offsets[i + 1] = offsets[i] + count
     first, size = offsets[m], offsets[m] + n
-    for i in range(m):  # a line's own block, two of its rows by the platform, and the platform's rows by three unknowns
+    for i in range(m):  # a line's own block, some of its rows by the platform, and the platform's rows by some unknowns
         start, end = offsets[i], offsets[i + 1]
         _frame(blocks[3 * i], start, end, start, end)
-        _frame(blocks[3 * i + 1], start, start + 2, first, size)
-        _frame(blocks[3 * i + 2], first, size, start, start + 3)
+        _frame(blocks[3 * i + 1], start, start + coupled[i, 0], first, size)
+        _frame(blocks[3 * i + 2], first, size, start, start + coupled[i, 1])
     _frame(blocks[3 * m], first, size, first, size)
     square = size * size
     matrices = pool[: 5 * square].reshape((5, size, size))
     rest = pool[5 * square :]
-    vectors = rest[: 5 * size].reshape((5, size))
-    residual = rest[5 * size : 7 * size].reshape((size, 2))
-    rest = rest[7 * size :]
+    vectors = rest[: 6 * size].reshape((6, size))
+    residual = rest[6 * size : 8 * size].reshape((size, 2))
+    rest = rest[8 * size :]
     block = rest[: STATE * STATE].reshape((STATE, STATE))
     rest = rest[STATE * STATE :]
     columns = rest[: STATE * (STATE + 6)].reshape((STATE, STATE + 6))
@@ -107,6 +115,8 @@ def unfold(packed, pool):
     points = rest[18:48].reshape((5, 3, 2))
     return CertificateWork(
         offsets,
+        coupled,
+        vectors[5],
         blocks,
         matrices[0],
         matrices[1],
@@ -144,6 +154,10 @@ def residual_of_all(packed, lengths, pose, states, work):
     add_balance(work.residual, first, n, work.arm, work.force)
     for i in range(m):
         row, start = packed.lines[i], work.offsets[i]
+        if enclose_spatial_line(packed.general, row, states[i], lengths[i], pose, 0.0, i, True, work):
+            continue
+        for k in range(start, work.offsets[i + 1]):
+            work.centre[k] = states[i, k - start]
         ex, ey, reach, z = place_line(row, pose, 0.0, n, work.radius[first:], work)
         end = start + int(row[UNKNOWNS])
         h, v = enclose_residual(row, states[i], reach, z, point(lengths[i]), work.residual[start:end])
@@ -173,6 +187,8 @@ def jacobian_of_all(packed, pose, states, work):
             add_entry(low, high, first + 3 + j, first + k, cross_component(work.moved, work.force, j))
     for i in range(m):
         row, start = packed.lines[i], work.offsets[i]
+        if enclose_spatial_line(packed.general, row, states[i], 0.0, pose, omega, i, False, work):
+            continue
         ex, ey, reach, _ = place_line(row, pose, omega, n, work.radius[first:], work)
         end = start + int(row[UNKNOWNS])
         box = work.radius[start:end]

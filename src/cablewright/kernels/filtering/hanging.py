@@ -1,16 +1,15 @@
 """Lines with sag at one position of B, for the filter: their laws, how B moves with lengths, and likely forces."""
 
-from math import atan, cos, exp, inf, isfinite, isnan, log, nan, tan
+from math import atan, cos, exp, inf, log, tan
 
 import numpy as np
 
 from cablewright.kernels import jit
 from cablewright.kernels.filtering.estimate import excess_of
-from cablewright.kernels.filtering.update import CLOCK, COMPLIANCES, POSITION
+from cablewright.kernels.filtering.update import CLOCK, COMPLIANCES
 from cablewright.kernels.layout import SPANS, WEIGHT
-from cablewright.kernels.newton import solve
-from cablewright.kernels.statics.taut import ANGLE as TAUT_ANGLE
-from cablewright.kernels.statics.taut import FOUND, REACH, SOFTNESS, STRETCH, WHOLE, draw, soften
+from cablewright.kernels.newton import copy_rows, solve
+from cablewright.kernels.statics.taut import SOFTNESS, STRETCH, soften
 
 # Rows of the laws of lines: N^2 m; m/N; N at the sensor; slope of the straight line, negative downwards; angle, rad.
 SAGGING, STRETCHING, RISING, SLOPE, ANGLE = 0, 1, 2, 3, 4
@@ -107,7 +106,7 @@ def soften_at(
         for k in range(3):
             for j in range(3):
                 work[k, j] += solved[k, i] * toward[i, j]
-    stiffness[:, :] = work
+    copy_rows(work, stiffness)
     solve(work, solved, 3, m)
     for i in range(m):
         for k in range(3):
@@ -116,35 +115,22 @@ def soften_at(
 
 
 @jit(allocates=True)
-def hang(
-    packed, x, at, hung, from_platform, there, straight, planes, toward, per_motion, laws, jacobian, by_compliance
-):
-    """Write the straight lines to B, their laws, and how B moves with lengths: see `taut.draw`, `laws_of`, `soften_at`.
+def hang(lines, x, at, hung, from_platform, there, angles, free, lengths, toward, laws, jacobian, by_compliance):
+    """Write the laws of lines that are straight so with B *there* (3,), m, and how B moves with lengths.
 
-    *x* (n,): the state, with its parts from *at* on. *there* (3,), m: becomes the place of B. *straight* (3, m): rad
-    and m, angles, free and whole lengths. Returns the motion (3,) of B, m/N, per force upwards; NaN where a line has no
-    tangent.
+    *x* (n,): the state, with its parts from *at* on; all others as of `laws_of` and `soften_at`. Returns the motion
+    (3,) of B, m/N, per force upwards.
     """
-    m, rising = packed.lines.shape[0], np.zeros((3, 1))
-    found, excess, stiffness = np.empty((m, FOUND)), np.empty(m), np.empty((3, 3))
-    for k in range(3):
-        there[k] = x[at[POSITION] + k]
-    draw(packed, there, found, planes, toward, per_motion)
-    for i in range(m):
-        for k in range(FOUND):
-            straight[k, i] = found[i, k]
-        if not isfinite(found[i, WHOLE]):
-            rising[0, 0] = nan
-    if isnan(rising[0, 0]):
-        return rising[:, 0].copy()
-    angles, free, lengths = straight[TAUT_ANGLE], straight[REACH], straight[WHOLE]
-    own = x[at[COMPLIANCES] : at[CLOCK]]
-    laws_of(packed.lines, angles, free, lengths, toward, own, from_platform, laws)
+    excess, stiffness, own = np.empty(lines.shape[0]), np.empty((3, 3)), x[at[COMPLIANCES] : at[CLOCK]]
+    laws_of(lines, angles, free, lengths, toward, own, from_platform, laws)
     excess_of(x, at, lengths, toward, there, excess)
-    soften_at(packed.lines, hung, angles, free, lengths, toward, own, laws, excess, stiffness, jacobian, by_compliance)
-    rising[2, 0] = 1.0
-    solve(stiffness, rising, 3, 1)
-    return rising[:, 0].copy()
+    soften_at(lines, hung, angles, free, lengths, toward, own, laws, excess, stiffness, jacobian, by_compliance)
+    solved, rising = np.zeros((3, 1)), np.empty(3)
+    solved[2, 0] = 1.0
+    solve(stiffness, solved, 3, 1)
+    for k in range(3):
+        rising[k] = solved[k, 0]
+    return rising
 
 
 @jit
@@ -186,19 +172,24 @@ def weigh_forces(laws, may_be, unsure, known, now, measured, sigmas, mean, noise
         if count >= ENOUGH:
             break
         low, high = at[max(first - 1, 0)], at[min(final + 1, last)]
-    weights = np.exp(-0.5 * (cost - best))
-    weights /= weights.sum()
-    mean[:], noise[:, :], spread[:, :], forces[:] = 0.0, 0.0, 0.0, 0.0
+    total = 0.0
     for p in range(PLACES):
-        for a in range(d):
-            mean[a] += weights[p] * off[p, a]
-        for i in range(m):
-            forces[i] += weights[p] * h[p, i]
-    for p in range(PLACES):
-        for a in range(d):
-            for b in range(d):
-                noise[a, b] += weights[p] * own[p, a, b]
-                spread[a, b] += weights[p] * (off[p, a] - mean[a]) * (off[p, b] - mean[b])
+        cost[p] = exp(-0.5 * (cost[p] - best))
+        total += cost[p]
+    for a in range(d):
+        mean[a] = 0.0
+        for p in range(PLACES):
+            mean[a] += cost[p] / total * off[p, a]
+    for i in range(m):
+        forces[i] = 0.0
+        for p in range(PLACES):
+            forces[i] += cost[p] / total * h[p, i]
+    for a in range(d):
+        for b in range(d):
+            noise[a, b] = spread[a, b] = 0.0
+            for p in range(PLACES):
+                noise[a, b] += cost[p] / total * own[p, a, b]
+                spread[a, b] += cost[p] / total * (off[p, a] - mean[a]) * (off[p, b] - mean[b])
     return sizes.min()
 
 

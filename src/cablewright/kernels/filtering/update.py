@@ -56,7 +56,8 @@ def size_of(P, H, innovation, R):
     k = H.shape[0]
     S, solved = np.empty((k, k)), np.empty((k, 1))
     project(P, H, R, entering(H), S)
-    solved[:, 0] = innovation
+    for a in range(k):
+        solved[a, 0] = innovation[a]
     if not solve(S, solved, k, 1):
         return inf
     total = 0.0
@@ -77,14 +78,16 @@ def correct(P, H, innovation, R, spread, considered, correction):
     S, W, own, used = np.empty((k, k)), np.empty(k), R.copy(), entering(H)
     PH = project(P, H, R, used, S)
     K = PH.copy()
-    correction[:] = 0.0
+    for i in range(n):
+        correction[i] = 0.0
     if not solve(S, K, k, n):
         return
     for i in range(considered.shape[0]):
-        if considered[i]:
-            K[:, i] = 0.0
-    if spread.shape[0]:
-        own += spread
+        for a in range(k):
+            K[a, i] = 0.0 if considered[i] else K[a, i]
+    for a in range(spread.shape[0]):
+        for b in range(k):
+            own[a, b] += spread[a, b]
     for i in range(n):
         for a in range(k):
             correction[i] += K[a, i] * innovation[a]

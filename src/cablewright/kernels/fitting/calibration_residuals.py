@@ -435,7 +435,7 @@ def lengths_at(rows, theta, poses, lengths):
 
 @jit(allocates=True)
 def given_at(rows, theta, poses, given):
-    """Write by how much less cable lies beyond each winch per tension as ends give, (N, m) m/N, at *poses* (N, n)."""
+    """Write the compliance of the ends of each line, m of cable per tension, (N, m) m/N, at *poses* (N, n)."""
     work = reading(rows.lines.shape[0])
     place_unknowns(rows, theta, work.lines)
     for j in range(poses.shape[0]):

@@ -99,7 +99,7 @@ def paid_out(line, counted):
 
 @jit
 def per_tension(line, free):
-    """By how much less cable lies beyond the winch per tension as mount and spring give, m/N, after `over_sheave`.
+    """Return the length that mount and spring add beyond the winch per tension, m/N, after `over_sheave`, negated.
 
     The force on the mount is p times the tension of one cable: of all spans, and of the cable that comes to the exit.
     The mount moves by its compliance times that force, and these cables become shorter by p times how far it moves.
@@ -110,7 +110,7 @@ def per_tension(line, free):
 
 @jit
 def by_mount(line, free):
-    """Energy p C p, m/kN, of the force p of one cable on its exit over its tension; the square of p; what turns with u.
+    """Energy p C p, m/kN, of the force p of one cable on its exit point over its tension; and its derivatives.
 
     The last is C p without what is along u: its product with a change of u is that of C p.
     """
@@ -127,7 +127,7 @@ def by_mount(line, free):
 
 @jit
 def gives(line):
-    """Whether the mount of the line's exit gives, or a spring."""
+    """Whether the line has a compliant mount or a spring."""
     if line[COMPLIANCE] != 0.0:
         return True
     for at in range(MOUNT, SPRING + 1):

@@ -73,7 +73,7 @@ def set_points(lines, beam, moved, fixed, length):
 
 @jit
 def set_part(body, beam, acceleration):
-    """Write what the moving part does to the *body*'s balance."""
+    """Write the effect of the moving part on the *body*'s balance."""
     for k in range(3):
         body[THRUST + k] = beam[MOVING_MASS] * acceleration * beam[ALONG + k]
         body[MOMENTUM + k] = beam[MOVING_MASS] * beam[SPEED] * beam[ALONG + k]

@@ -172,7 +172,7 @@ def _condense(packed, before, after, dt, states, work, swing):
 
 @jit
 def weigh(platform, rotation, turning):
-    """Add what the weight at the turned centre of mass adds to the stiffness."""
+    """Add the contribution of the weight at the rotated centre of mass to the stiffness."""
     x, y, z = rotate(rotation, platform[MASS_X], platform[MASS_X + 1], platform[MASS_X + 2])
     add_turning(turning, 0, x, y, z, 0.0, 0.0, -platform[PLATFORM_WEIGHT])
 

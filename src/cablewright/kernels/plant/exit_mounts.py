@@ -40,7 +40,7 @@ def give(packed, states, planes, ratio, compliance, displaced, steps, guide):
 
 @jit
 def propose(packed, states, planes, ratio, compliance, displaced, steps, guide):
-    """Write the *steps* of `give` and return the largest, m."""
+    """Write the *steps* of the mounts towards equilibrium and return the largest, m."""
     most = 0.0
     for i in range(packed.lines.shape[0]):
         found = directions_of_line(packed.lines[i], states[i], planes[i], guide, packed.general)

@@ -30,7 +30,7 @@ PUSHED = 2.0 / pi  # share of its end's acceleration that excites a line's first
 
 
 class Drive(NamedTuple):
-    """What retracts a platform; its *beam* is empty where nothing does."""
+    """Drive that retracts a platform; its *beam* is empty without one."""
 
     beam: NDArray[np.float64]  # (BEAM,) or (0,)
     moved: NDArray[np.float64]  # (m,): 1 of lines whose platform points move

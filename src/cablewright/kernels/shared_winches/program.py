@@ -81,7 +81,7 @@ def shared_workspace(packed, shares):
 
 @jit
 def missed(shares, r, lengths):
-    """By how much lengths (m,) miss the equation of row *r* of *shares*, m."""
+    """Return the residual of lengths (m,) in the equation of row *r* of *shares*, m."""
     share = shares[r]
     return share[OFFSET] + share[SENSE] * lengths[int(share[OTHER])] - lengths[int(share[LINE])]
 

@@ -186,7 +186,7 @@ def grains(lengths, pose):
 
 @jit
 def newton_step(packed, pose, states, work):
-    """Take one Newton step of the evaluated equations. Returns whether it exists, its length (m), if it is full."""
+    """Take one Newton step of the evaluated equations. Returns whether it exists, and the full step's length (m)."""
     lines, n = packed.lines, packed.freedoms
     if not condense(packed, states, work):
         return False, 0.0, False

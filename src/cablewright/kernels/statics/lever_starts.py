@@ -26,7 +26,7 @@ from cablewright.kernels.statics.platform import load_scale
 
 @jit
 def start_at(packed, lengths, pose, heads, pull, states, work):
-    """As `forward.guess_states`, with the levers marked in *heads* (m,) inverted. False if a guess does not exist."""
+    """Guess line states with the levers of *heads* (m,) inverted, see `forward.guess_states`. False if impossible."""
     if not guess_states(packed, lengths, pose, states, work, pull):
         return False
     share = pull * load_scale(packed) / packed.lines.shape[0]

@@ -292,7 +292,7 @@ def _normal(packed):
 
 @jit
 def keep_free(packed, wrench):
-    """Take from *wrench* (n,) what the plane carries."""
+    """Remove from *wrench* (n,) the part that the plane carries."""
     if not is_held(packed.general, packed.platform):
         return
     x, y, z = _normal(packed)
@@ -307,7 +307,7 @@ def keep_free(packed, wrench):
 
 @jit
 def keep_free_columns(packed, columns):
-    """As `keep_free`, of each column of a matrix (n, k). Of moves it takes what rounding left across the plane."""
+    """Remove from each column of a matrix (n, k) the part that the plane carries, and rounding of moves across it."""
     if not is_held(packed.general, packed.platform):
         return
     x, y, z = _normal(packed)
@@ -378,7 +378,7 @@ def least_and_arm(packed):
 
 @jit
 def load_in_plane(packed):
-    """As `load_scale`: the sum of the load in the plane and the largest minimum tension, or 1 N."""
+    """Return the `load_scale` in the plane: its load and the largest minimum tension, or 1 N."""
     platform = packed.platform
     x, y, z = _normal(packed)
     along = x * platform[WRENCH] + y * platform[WRENCH + 1] + z * platform[WRENCH + 2]

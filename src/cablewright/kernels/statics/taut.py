@@ -66,7 +66,7 @@ def draw(packed, pose, found, planes, toward, per_motion):
 
 @jit
 def soften(lines, lengths, toward, softness):
-    """Write by how much straight *lines* (m, COLUMNS) give per tension: *softness* (m, SOFTNESS), m/N.
+    """Write the compliance of straight *lines* (m, COLUMNS): *softness* (m, SOFTNESS), m/N.
 
     *lengths* (m,), m, from the winch, and *toward* (m, 3): as `draw` writes them. The mount of an exit is pulled along
     the free span and, where it is modelled, along the dead span, by all cables of the line.

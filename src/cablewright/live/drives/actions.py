@@ -44,7 +44,7 @@ def scan(robot: Robot, settings: MachineSettings, port: OpenPort = None) -> BusS
 
 
 def show(robot: Robot, settings: MachineSettings, port: OpenPort = None) -> DriveValues:
-    """Read what drives watch, and how they stop; nothing is written. Raises `EnvironmentFault`, `InputError`."""
+    """Read the supervision and stop options of drives; nothing is written. Raises `EnvironmentFault`, `InputError`."""
     drives = drives_of(robot, settings, port)
     return DriveValues(
         settings.name,
@@ -68,7 +68,7 @@ def write(robot: Robot, settings: MachineSettings, state: Path, port: OpenPort =
 
 
 def release(robot: Robot, settings: MachineSettings, state: Path, port: OpenPort = None) -> DriveSession:
-    """Take torque away from all winches, brakes closed, whatever an earlier program left. Raises as `write`."""
+    """Remove torque from all winches with closed brakes, in any state left by an earlier program. Raises as `write`."""
     machine = RealMachine.of(robot, settings, state, port)
     watching, loop_of = Watching(), _printer(machine, {})
     loop.run(loop_of, _Off(), watching)
@@ -175,12 +175,12 @@ class _Off:
     _steps = 30
 
     def orders(self, _printer: Printer, _now: float) -> tuple[Order, ...]:
-        """As `Operator`."""
+        """Return the orders since the last call, at *now*, s; see `Operator.orders`."""
         self._steps -= 1
         return ()
 
     def is_over(self, _printer: Printer) -> bool:
-        """As `Operator`."""
+        """Return whether the run ends; see `Operator.is_over`."""
         return self._steps <= 0
 
 
@@ -191,7 +191,7 @@ class _JogOperator(SessionOperator):
     held: Callable[[], bool]
 
     def orders(self, printer: Printer, now: float) -> tuple[Order, ...]:
-        """As `Operator`."""
+        """Return the orders since the last call, at *now*, s; see `Operator.orders`."""
         given, state = super().orders(printer, now), printer.supervisor.state
         if given or not self.homed or state not in (PrintState.IDLE, PrintState.MANUAL):
             return given
@@ -204,7 +204,7 @@ class _JogOperator(SessionOperator):
         return (Order(OrderKind.JOG, self.by, now, _STAND),) if state is PrintState.MANUAL else ()
 
     def is_over(self, printer: Printer) -> bool:
-        """As `Operator`."""
+        """Return whether the run ends; see `Operator.is_over`."""
         over = super().is_over(printer)
         self.homed = self.homed or (self._given and printer.supervisor.valid_since > 0.0)
         return over if not self.homed or self.reason else self.ends()

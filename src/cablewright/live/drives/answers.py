@@ -23,13 +23,13 @@ _IDENTITY: Final = (
 
 @dataclass(frozen=True)
 class Found:
-    """A node that answered, and the line that the machine file gives it."""
+    """A node that answered, and its line in the machine file."""
 
     identity: Identity
     line: str | None
 
     def row(self) -> dict[str, object]:
-        """As a row of the table."""
+        """Return the node as a row of the table."""
         own = self.identity
         return {
             "node": own.node,
@@ -44,7 +44,7 @@ class Found:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class BusScan(Result):
-    """Who answers on a bus."""
+    """Devices that answer on a bus."""
 
     FIGURES: ClassVar = (
         Figure("machine", "", "Name of the machine."),
@@ -58,7 +58,7 @@ class BusScan(Result):
 
     @property
     def refusal(self) -> str:
-        """Which drives are not there."""
+        """The missing drives, in a sentence."""
         return f"no drive answers for {', '.join(self.missing)}" if self.missing else ""
 
 
@@ -115,7 +115,7 @@ class DriveSession(Result):
     FIGURES: ClassVar = (
         Figure("machine", "", "Name of the machine."),
         Figure("action", "", "What was asked: write, enable, release, jog, tension or home."),
-        Figure("status", "", "done, or rejected."),
+        Figure("status", "", "`done` or `refused`."),
         Figure("reason", "", "Why it was not done; empty where it was.", detail=True),
         Figure("position", "m", "Measured position of the platform; null without a measurement.",
                only=lambda of: of.position is not None),
@@ -153,5 +153,5 @@ class DriveSession(Result):
 
     @property
     def refusal(self) -> str:
-        """Why it was not done."""
+        """Reason why the action was not done."""
         return self.reason

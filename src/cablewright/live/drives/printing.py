@@ -89,7 +89,10 @@ class PersonOperator:
     _shown: tuple[PrintState | None, str] = field(default=(None, ""), repr=False)
 
     def orders(self, printer: Printer, now: float) -> tuple[Order, ...]:
-        """As `Operator`; what is no order is said, and nothing more."""
+        """Return the orders since the last call, at *now*, s; see `Operator.orders`.
+
+        Other input is reported and ignored.
+        """
         shown = printer.supervisor.state, printer.supervisor.reason
         if shown != self._shown:
             self._shown = shown
@@ -108,24 +111,27 @@ class PersonOperator:
         return tuple(given)
 
     def is_over(self, printer: Printer) -> bool:
-        """As `Operator`: printed, or the person quits, or has gone."""
+        """Return whether the run ends; see `Operator.is_over`.
+
+        True after the print, or when the person quits or has gone.
+        """
         return printer.finished or self._quits or self.over()
 
 
 @dataclass(eq=False)
 class _Telling(FolderRecorder):
-    """A recorder that also tells why orders were rejected, and why the position is doubted."""
+    """A recorder that also reports why orders were rejected, and why the position is doubted."""
 
     say: Callable[[str], None] = lambda _line: None
     doubt: Callable[[], str] = lambda: ""
     _told: str = field(default="", repr=False)
 
     def add(self, printer: Printer, step: loop.Step, *, last: bool) -> None:
-        """As `StepRecorder`."""
+        """Record one step; see `StepRecorder.add`."""
         super().add(printer, step, last=last)
         for order in step.orders:
             if order.refusal:
-                self.say(f"refused: {order.refusal}")
+                self.say(f"rejected: {order.refusal}")
         if (doubt := self.doubt()) != self._told:
             self._told = doubt
             if doubt:

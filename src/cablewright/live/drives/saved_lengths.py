@@ -26,7 +26,6 @@ from cablewright.live.estimators import DeadReckoning, homed, homed_settings
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.winch_counts import CountsFile, Remembering
 from cablewright.models.rotation import rotations
-from cablewright.models.support import Capability, Coverage, support
 from cablewright.robot import Robot
 from cablewright.solvers.hanging_path import hung
 from cablewright.solvers.inverse import solve_inverse
@@ -37,7 +36,7 @@ _Number = Annotated[float, Field(ge=-1e5, le=1e5, allow_inf_nan=False)]
 
 
 class _File(CountsFile):
-    """What the file holds: lengths that were out at counts, and where the platform was then."""
+    """Content of the file: lengths at counts, and the position of the platform then."""
 
     lengths: tuple[_Number, ...]
     position: tuple[_Number, _Number, _Number]
@@ -61,7 +60,7 @@ class LengthKeeper:
 
     @property
     def pose(self) -> Array | None:
-        """Where the platform was at the last homing, (n,) m and rad; None: it never was homed."""
+        """Pose of the platform at the last homing, (n,) m and rad; None: it never was homed."""
         return None if self._saved is None else np.array([*self._saved.position, *(self._saved.rotation or ())])
 
     def lengths(self, counts: NDArray[np.int64]) -> Array | None:
@@ -135,14 +134,14 @@ class KeptEstimator:
     SAVED: ClassVar[Saved] = ()
 
     def __init__(self, keeper: LengthKeeper, guess: Array) -> None:
-        """*guess* (n,), m and rad: what is told as the pose while it is not known."""
+        """*guess* (n,), m and rad: the reported pose while it is unknown."""
         self._keeper, self._guess = keeper, guess
         self._carried = CarriedWatch(keeper.reckoning.model, keeper.tension_error)
         self._times = ReadingTimes()
         self._lengths: Array | None = None  # (m,) m, of the last estimate
 
     def step(self, frame: SensorFrame) -> Estimate:
-        """As `Estimator`."""
+        """Return the estimate after one frame; see `Estimator.step`."""
         found = self._keeper.found
         if found is not None:
             estimate = found.step(self._at_radii(frame))
@@ -204,19 +203,22 @@ class KeptEstimator:
 
     @property
     def tensions(self) -> Array | None:
-        """As `Estimator`."""
+        """Return the tensions at the sheaves (m,), N, at the estimated lengths; see `Estimator.tensions`."""
         found = self._keeper.found
         return None if found is None else found.tensions
 
     @property
     def measured(self) -> Array | None:
-        """As `Measuring`: by the torques of the drives."""
+        """Return the measured, smoothed tensions (m,), N; see `Measuring.measured`.
+
+        They are those of the drives' torques.
+        """
         found = self._keeper.found
         return found.measured if isinstance(found, DeadReckoning) else None
 
     @property
     def danger(self) -> str:
-        """Why the machine is to stop, as the estimator of a rigid platform finds it; empty: nothing."""
+        """Reason why the machine must stop, by the estimator of a rigid platform; empty: none."""
         found = self._keeper.found
         return "" if found is None else found.danger
 
@@ -228,9 +230,9 @@ class KeptEstimator:
 
 
 def warm(keeper: LengthKeeper, pose: Array) -> None:
-    """Compile, or load, what estimation and homing call, before a machine waits for it. Raises `AnswerError`."""
+    """Compile or load the kernels of estimation and homing, before a machine waits for them. Raises `AnswerError`."""
     from cablewright.control.length_check import check_lengths
-    from cablewright.solvers.continuation import Tracker, TrackerSettings
+    from cablewright.solvers.continuation import Tracker
 
     reckoning = keeper.reckoning
     held = solve_inverse(reckoning.model, hung(reckoning.model, pose[None]))[0].checked()
@@ -240,8 +242,7 @@ def warm(keeper: LengthKeeper, pose: Array) -> None:
         readings = (Encoders(now, counts), Tensions("motor_torques", now, held.tensions))
         begun.step(SensorFrame(now, readings))
     check_lengths(reckoning.model, lengths, np.full(len(lengths), 100.0), held.pose)
-    certifies = support(reckoning.model.robot, Capability.TRACKER).verdict is Coverage.WORKS
     try:
-        Tracker(reckoning.model, lengths, TrackerSettings(certify=certifies), begin=held).step(lengths)
+        Tracker(reckoning.model, lengths, begin=held).step(lengths)
     except AnswerError:
-        return  # said when it is asked for
+        return  # reported on request

@@ -52,7 +52,7 @@ _OVER: Final = 1.2  # of a drive's own limit: where the guard stops
 
 @dataclass(eq=False)
 class RealMachine:
-    """A machine on drives, with what belongs to it on disk: its counts, and its lengths."""
+    """A machine on drives, with its files on disk: its counts, and its lengths."""
 
     robot: Robot
     settings: MachineSettings
@@ -65,7 +65,7 @@ class RealMachine:
     def of(
         cls, robot: Robot, settings: MachineSettings, state: Path, port: Callable[[], Port] | None = None
     ) -> RealMachine:
-        """*state*: path without suffix of the two files. Raises `InputError` for files that do not fit each other."""
+        """Return the machine on drives. *state*: path of its two files, without suffix. Raises `InputError`."""
         require_robot(settings, robot.name)
         require(robot, Capability.HOMING)
         known = require_drives(settings, robot)
@@ -85,7 +85,7 @@ class RealMachine:
 
     @property
     def take_up(self) -> TakeUpSettings:
-        """How slack is taken up."""
+        """Settings for taking up slack."""
         assert self.settings.drives is not None
         radius = max(axis.scale.radii[1] for axis in self.drives.axes)
         return TakeUpSettings(
@@ -194,7 +194,7 @@ class RealMachine:
         )
 
     def reckon_powder(self, printer: Printer) -> None:
-        """From now on the drum has lost what *printer*, which prints, reckons; without a valve nothing leaves it."""
+        """Subtract from now on the powder that *printer* lays from the drum; without a valve nothing leaves it."""
         assert self.settings.drives is not None
         if self.settings.drives.valve is not None and printer.plan.flow > 0.0:
             self.keeper.laid = lambda: printer.load.poured
@@ -224,7 +224,7 @@ def session_path(robot: Robot, pose: Array | None) -> TimedPath:
 
 @dataclass(eq=False)
 class SessionOperator:
-    """Resets and enables the winches, gives one order, and ends when that is done, or anything goes wrong.
+    """Operator that resets and enables the winches, gives one order, and ends when it is done, or on an error.
 
     ``order``: None only enables. ``hold``: s for which the winches are then held. ``ends``: asked in each step.
     """
@@ -242,7 +242,7 @@ class SessionOperator:
     _done_time: float = np.inf
 
     def orders(self, printer: Printer, now: float) -> tuple[Order, ...]:
-        """As `Operator`."""
+        """Return the orders since the last call, at *now*, s; see `Operator.orders`."""
         self.each(printer)
         state = printer.supervisor.state
         if state is PrintState.FAULT and not self.enabled:
@@ -259,7 +259,7 @@ class SessionOperator:
         return ()
 
     def is_over(self, printer: Printer) -> bool:
-        """As `Operator`."""
+        """Return whether the run ends; see `Operator.is_over`."""
         state, now = printer.supervisor.state, printer.time
         if state is PrintState.FAULT:
             gone = self.enabled or (self._resets >= _RESETS and now - self._reset_time > _RESET_WAIT)
@@ -281,7 +281,7 @@ class Watching:
     refusals: list[str] = field(default_factory=list)
 
     def add(self, _printer: Printer, step: Step, *, last: bool) -> None:  # noqa: ARG002
-        """As `StepRecorder`."""
+        """Record one step; see `StepRecorder.add`."""
         self.last = step
         self.refusals += [order.refusal for order in step.orders if order.refusal]
 

@@ -107,7 +107,7 @@ def _inside(robot: Robot, poses: Array) -> NDArray[np.bool_]:
 
 
 def check_held(model: Model, path: TimedPath) -> tuple[Equilibrium, Linearisation]:
-    """Return what holds the path, and its linearisation.
+    """Return the equilibria along the path, and their linearisation.
 
     Raises `AnswerError` at the first place that is out of the frame, not held, or where the platform moves freely.
     """

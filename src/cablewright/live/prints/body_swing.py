@@ -2,7 +2,7 @@
 
 At a corner the nozzle's velocity jumps by v. The lengths follow, late by the lag of the winches, and the platform
 swings about where they would hold it: mode k, with the shape s (unit modal mass) and w rad/s, by s^T M v / w times what
-the lag leaves of it. An acceleration that begins at once moves it by up to twice what that acceleration does at rest.
+the lag leaves of it. A sudden acceleration moves it by up to twice its static displacement.
 Tensions change in proportion. There is no damping here, and the modes of a corner add as if they met; swings of one
 corner and of one change of speed are added, those of several are not.
 """
@@ -100,7 +100,7 @@ def smoothed(delay: Array) -> Array:
 
 
 def _worst_share(room: Array, needed: Array) -> Array:
-    """Return the share (k,) of what is *needed* (k, m), N, that half of the *room* (k, m), N, has for every line."""
+    """Return the share (k,) of the *needed* reserve (k, m), N, that half of the *room* (k, m), N, covers."""
     return np.asarray((_SHARE * np.maximum(room, 0.0) / np.maximum(needed, 1e-12)).min(axis=1))
 
 
@@ -119,7 +119,7 @@ def _held(model: Model, path: TimedPath, places: Array) -> tuple[Equilibrium, Li
 
 
 def _corners(model: Model, path: TimedPath) -> tuple[NDArray[np.int64], Array]:
-    """Return the points (c,) at which the path turns, and by what the twist jumps there (c, 6), per m/s."""
+    """Return the points (c,) at which the path turns, and the jump of the twist there (c, 6), per m/s."""
     poses, drawn = poses_at(model, path, path.track.positions)
     if np.isnan(poses).any():
         poses = solve_inverse(model, poses, path=True, retraction=drawn).pose

@@ -1,4 +1,4 @@
-"""Path, speeds and limits of a print, from what the machine's owner knows: checked before anything moves."""
+"""Path, speeds and limits of a print, from the owner's settings of the machine: checked before anything moves."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.shaping import SLOWEST, SlowestMode
 
 _SPEED_FACTOR: Final = 3.0  # speed limit as a multiple of the job's fastest motion ...
-_SWING_SPEED: Final = 0.05  # ... plus this, m/s, for a swinging drum
+_SWING_SPEED: Final = 0.05  # ... plus this, m/s, for a swinging platform
 _BODY_GAIN: Final = 4.0  # 1/s, of a rigid platform's errors: its estimate is by the lengths, and does not swing
 _BEYOND: Final = 0.02  # m beyond the frame where the platform's path is the nozzle's, and may begin on the floor
 _DRUM_SPEED: Final = 1.2  # of a winch's own limit: where the machine stops
@@ -157,7 +157,7 @@ def _by_hand(model: Model, path: TimedPath, speed: float) -> ManualSettings:
         return bool(solve_inverse(model, hung(model, pose[None]), path=True).ok[0])
 
     nozzle = attitude.nozzle
-    if plane is not None:  # of the nozzle, which stays as far off the origin's as it is
+    if plane is not None:  # of the nozzle, at its distance from the origin's plane
         plane = plane.model_copy(update={"distance": plane.distance + float(nozzle @ plane.across)})
     x, y, z = np.maximum(low, low + nozzle).tolist()
     far_x, far_y, far_z = np.minimum(high, high + nozzle).tolist()
@@ -254,7 +254,7 @@ def _limits(robot: Robot, settings: MachineSettings, path: TimedPath, period: fl
 
 
 def _guard(robot: Robot, settings: MachineSettings, path: TimedPath, period: float) -> GuardSettings:
-    """Limits of what is measured. A ramp takes as long as the path's acceleration needs from its fastest motion."""
+    """Limits of the measured quantities. A ramp lasts until the path's acceleration stops its fastest motion."""
     winch, fastest = settings.winch, max(path.print_speed, path.travel_speed)
     low, high = _RAMP_TIMES
     radii = [robot.lines[i].winch.drum_radius for i in robot.hosts]

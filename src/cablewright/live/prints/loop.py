@@ -59,11 +59,11 @@ class Learning(Protocol):
 
     @property
     def danger(self) -> str:
-        """Why the machine is to stop; empty: nothing. It may become more exact."""
+        """Reason why the machine must stop; empty: none. It may become more exact."""
 
     @property
     def searches(self) -> bool:
-        """Whether it still looks for the cause of that."""
+        """Whether the estimator still searches for the cause of the danger."""
 
 
 _TENSIONED: Final = 0.1  # share of the smallest chosen tension by which all may be off when a path begins ...
@@ -89,7 +89,7 @@ class PrintPlan:
     procedures: Mapping[PrintState, Procedure] = field(default_factory=dict)
     beam: BeamSettings | None = None  # of a platform that retracts
     yaw: YawSettings | None = None  # of a drum whose yaw is held
-    notes: tuple[str, ...] = ()  # what the path has that its job does not say
+    notes: tuple[str, ...] = ()  # properties of the path that its job does not have
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +119,7 @@ class Printer:
     ) -> None:
         """Start in a fault, to be reset, at the start of the path or as *saved*; *now*: machine time, s.
 
-        Raises `InputError` for a machine that lacks what the plan needs.
+        Raises `InputError` for a machine that lacks equipment of the plan.
         """
         robot, able = plan.velocity.model.robot, machine.abilities
         require_abilities(able, robot.winches, plan.sensors)
@@ -148,7 +148,7 @@ class Printer:
         self.learning = self.estimator if isinstance(self.estimator, Learning) else None
         self._weighing = self.estimator if isinstance(self.estimator, Weighing) else None
         self._measuring = self.estimator if isinstance(self.estimator, Measuring) else None
-        self._danger = ""  # that the estimator told last
+        self._danger = ""  # last one of the estimator
         if saved is not None and self.learning is not None and self.learning.SAVED:
             load(self.learning, saved["estimator"])
 
@@ -180,13 +180,13 @@ class Printer:
         return measured if measured is not None or self.plan.path.attitude is None else self.estimator.tensions
 
     def refilled(self) -> None:
-        """Take the drum to be full."""
+        """Set the drum to full."""
         self.load.refill()
 
     def place_measured(self, place: Array, *, by_tensions: bool = False) -> None:
-        """Tell the estimator where the standing platform is, (3,) m; *by_tensions*: see `dead_reckoning.placed`.
+        """Pass the measured position of the standing platform to the estimator, (3,) m.
 
-        Raises `InputError` if it takes no place.
+        *by_tensions*: see `dead_reckoning.placed`. Raises `InputError` if it takes no place.
         """
         if not isinstance(self.estimator, DeadReckoning):
             raise InputError("a measured place is for the estimator of encoders alone")
@@ -245,11 +245,11 @@ class Printer:
 
     @property
     def searches(self) -> bool:
-        """Whether the estimator still looks for what made it stop the machine."""
+        """Whether the estimator still searches for the cause of the stop."""
         return self.learning is not None and self.learning.searches
 
     def _cause(self, frame: SensorFrame, state: PrintState) -> StopCause | None:
-        """Why the machine is to stop: by what is measured, and by what the estimator makes of it."""
+        """Why the machine is to stop: by measured limits, and by the estimate."""
         lowest = state is PrintState.PRINTING
         inferred, best = self.estimator.tensions, self.tensions
         found = guard.judge(self.plan.guard, self._guard, frame, inferred, lowest=lowest, best=best)
@@ -370,7 +370,7 @@ class Printer:
         return mode is not WinchMode.VELOCITY and mode in self.machine.abilities.modes
 
     def _with_reset(self, verdict: Verdict, command: Command) -> Command:
-        """The command, with an order to reset for the machine's drives where winches are off.
+        """The command, with an order to reset for the machine's drives where winches are disabled.
 
         It reaches them even where it was rejected, as their own faults are a cause for that: it is ordered again then.
         """
@@ -420,7 +420,7 @@ _HANDLED: Final = (PrintState.TENSIONING, PrintState.HOMING, PrintState.MANUAL)
 
 
 class Operator(Protocol):
-    """Whoever gives orders: a person at a page or a terminal, or a simulated attendant."""
+    """Interface of the source of orders: a person at a page or a terminal, or a simulated operator."""
 
     def orders(self, printer: Printer, now: float) -> tuple[Order, ...]:
         """Return the orders since the last call, at *now*, s. Is called once in each step."""
@@ -430,16 +430,16 @@ class Operator(Protocol):
 
 
 class StepRecorder(Protocol):
-    """Whoever keeps what happens."""
+    """Interface of an object that records the steps."""
 
     def add(self, printer: Printer, step: Step, *, last: bool) -> None:
-        """Keep one step; *last*: of this run."""
+        """Record one step; *last*: of this run."""
 
 
 def run(printer: Printer, operator: Operator, recorder: StepRecorder) -> int:
     """Run until the operator ends it; return the number of steps.
 
-    The machine is opened before and closed after, whatever happens; an error on the way stops it first.
+    The machine is opened before and closed after, whatever happens; an error in between stops it first.
     """
     machine = printer.machine
     try:

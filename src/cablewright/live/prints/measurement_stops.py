@@ -1,4 +1,4 @@
-"""When a print stops to measure where the platform is: after so many layers or so much time, at several places."""
+"""Stops of a print to measure the platform's position: each N layers or each time interval, at several positions."""
 
 from __future__ import annotations
 

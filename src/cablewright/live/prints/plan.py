@@ -64,9 +64,9 @@ class PrintOptions:
     ``place_layers``: after each so many layers the platform stands and its place is measured, with ``place_sigma``, m,
     in each coordinate; 0: never. Of a point platform by encoders alone. ``place_every``: s of machine time after which
     it is too, first where the path begins; 0: never. ``place_stops``: at how many places each time, evenly along a
-    layer. ``place_tensions``: measured tensions tell what a place leaves open of its lengths. ``place_learn``: all
-    places together teach by how much lengths are off, creep and follow the mounts that give, see `length_corrections`.
-    ``damping``: of a swinging drum by the platform, where its tilt is measured, and of swings in which lines stretch,
+    layer. ``place_tensions``: measured tensions determine the lengths that a place leaves open. ``place_learn``: all
+    places together determine errors of lengths, creep and compliance of mounts, see `length_corrections`.
+    ``damping``: of a swinging platform by its lines, where its tilt is measured, and of swings in which lines stretch,
     where tensions are measured; on a plant that swings. ``log_every``: see `LogHead.every`.
     """
 
@@ -118,7 +118,7 @@ class MachineTwin:
     choices: PrintOptions
     estimator: str
     path: TimedPath
-    notes: tuple[str, ...]  # what it does not lay as the job says, and which machine was built for it
+    notes: tuple[str, ...]  # deviations from the job, and the machine that was built for it
     built: str = ""  # file of the machine that was built for the robot, where there was none
 
 
@@ -129,7 +129,7 @@ def twin_of(
     choices: PrintOptions,
     samples: Samples | None = None,
 ) -> MachineTwin:
-    """Return what a print needs of robot, job and machine.
+    """Return the simulated machine of a print from robot, job and machine.
 
     *machine*: settings, a file, or a library name; by default the library's machine of the robot's name, or where there
     is none the one that `built_machine` builds. *samples*: of the job's path; by default those of its file.

@@ -44,7 +44,7 @@ _STEP_TIME: Final = (
 
 @dataclass(frozen=True, repr=False)
 class LearntLine(Result):
-    """What measured places have taught of one line, and how well it is known; see `estimation.length_corrections`."""
+    """Corrections of one line learnt at measured positions, with sigmas; see `estimation.length_corrections`."""
 
     FIGURES: ClassVar = (
         Figure("name", "", "Name of the line.", name="line"),
@@ -94,7 +94,7 @@ class PrintedJob(Result):
 
     @property
     def learnt(self) -> tuple[LearntLine, ...]:
-        """What places taught of each line; empty where they were not to."""
+        """Corrections of each line learnt at measured positions; empty without learning."""
         printer = self.run.printer
         learnt = printer.estimator.learnt if isinstance(printer.estimator, DeadReckoning) else None
         if learnt is None:
@@ -105,12 +105,12 @@ class PrintedJob(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the path has that its job does not say, and errors of the log."""
+        """Notes on properties of the path that the job does not have, and on errors of the log."""
         return (*self.run.printer.plan.notes, *self.record.notes)
 
     @property
     def refusal(self) -> str:
-        """Why the answer is no."""
+        """Reason for a no, in a sentence."""
         return "" if self.finished else f"{self.status}: {self.run.reason}"
 
     @property
@@ -129,7 +129,7 @@ class PrintedJob(Result):
         return np.array(self.run.timing.wall)
 
     def with_report(self, page: Path) -> PrintedJob:
-        """Return the same with the path of its report, and write metrics.json again."""
+        """Return the print with the path of its report, and write metrics.json again."""
         return replace(self, report=page).written()
 
     def written(self) -> PrintedJob:
@@ -174,7 +174,7 @@ def print_job(
     )
     assert isinstance(run.machine, SimulatedMachine)
     structure = run.machine.rig.ground.field
-    with alone_in(run.folder):  # nobody resumes the print while its log is joined
+    with alone_in(run.folder):  # no process resumes the print while its log is joined
         record, log = finish(
             run.folder, twin.path.track, twin.path.print_speed, structure, progress, twin.path.attitude
         )

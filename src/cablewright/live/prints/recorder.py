@@ -72,7 +72,7 @@ class FolderRecorder:
     _steps: int = 0
 
     def add(self, printer: Printer, step: Step, *, last: bool) -> None:
-        """Keep one step."""
+        """Record one step."""
         truth = printer.machine.abilities.truth
         self.log.write(
             step.frame, step.command, None if truth is None else truth(), step.estimate, step.progress, step.orders
@@ -91,7 +91,7 @@ class FolderRecorder:
 
 
 def checkpoint_of(printer: Printer) -> dict[str, Snapshot]:
-    """The print at one time, and the machine with it if it can tell its whole state."""
+    """The print at one time, and the machine with it if it can save its whole state."""
     snapshot = printer.machine.abilities.snapshot
     whole = {} if snapshot is None else {"machine": snapshot()}
     learnt = {} if printer.learning is None else {"estimator": save(printer.learning)}
@@ -99,7 +99,7 @@ def checkpoint_of(printer: Printer) -> dict[str, Snapshot]:
 
 
 def read_checkpoint(path: Path) -> dict[str, Snapshot]:
-    """Return what `checkpoint_of` returned. Raises `InputError` for a file of something, or somebody, else.
+    """Return the data of `checkpoint_of`. Raises `InputError` for another file, or one of another user.
 
     So it does for one that another version of this program wrote in another layout.
     """

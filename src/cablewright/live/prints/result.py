@@ -263,7 +263,7 @@ class PrintRecord(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Errors of the log, and where the record says less than it seems."""
+        """Errors of the log, and limitations of the record."""
         return self.log_notes if self.structure is None else (*self.log_notes, *self.structure.notes)
 
     @property

@@ -104,7 +104,7 @@ def run_print(
     time, partly in a busy loop, which needs a core of its own.
 
     Raises `InputError` for a folder that holds something else, or nothing to resume, or has lost its checkpoint or its
-    log, so that nobody knows what is laid or was measured; `AnswerError` for a path that cannot be printed;
+    log, so that the laid material or the measurements are unknown; `AnswerError` for a path that cannot be printed;
     `EnvironmentFault` where the folder cannot be written: the print can then be resumed.
     """
     manifest, option = manifest_of("print", inputs, options), "--restart" if restart else "--resume" if resume else ""
@@ -274,7 +274,7 @@ def require_folder(folder: Path, manifest: Mapping[str, Any], option: str) -> No
 
 
 def make_folder(folder: Path) -> None:
-    """Make the folder of a new print, if it is not there."""
+    """Create the folder of a new print, if it does not exist."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as reason:
@@ -282,7 +282,7 @@ def make_folder(folder: Path) -> None:
 
 
 def clear_folder(folder: Path) -> None:
-    """Remove checkpoint and log of an earlier print, so that nobody resumes it or takes them for those of the new."""
+    """Remove checkpoint and log of an earlier print, so that they are not taken for those of the new one."""
     try:
         (folder / CHECKPOINT).unlink(missing_ok=True)  # first: a log without it is rejected by --resume
         for file in log_files(folder) if _has_log(folder) else ():

@@ -22,7 +22,7 @@ class Attendant:
     """Resets and starts the machine, refills it, and resumes once the light barrier is clear.
 
     It also stops the machine where its ``visits`` are due, and by ``measure``, with the layer and which place of it
-    this is, tells where the platform is.
+    this is, reports the position of the platform.
     """
 
     refill_drum: Callable[[], None]

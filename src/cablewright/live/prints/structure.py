@@ -70,7 +70,7 @@ class StructureScans:
             self._before, self._points, self._count, self._visit = self._points, [], 0, visit
 
     def add(self, scan: Scan) -> None:
-        """Add one turn."""
+        """Add one scan."""
         if scan.time - self._last < EVERY - 1e-6 or not len(self._poses) or self._count >= _MAX_POINTS:
             return
         self._last = scan.time
@@ -213,7 +213,7 @@ class PrintedStructure(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Where the scans, or the cells, tell less than is there."""
+        """Notes on parts that the scans or the cells do not cover."""
         notes = []
         if self.mass_seen < _SEEN:
             notes.append(

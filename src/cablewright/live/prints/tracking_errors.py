@@ -25,7 +25,7 @@ class WholeErrors(Result):
     """True values over every step; NaN where the log has no truth."""
 
     FIGURES: ClassVar = (
-        Figure("position_rms", "m", "Root of the mean square of the distance in space of what prints from its target, "
+        Figure("position_rms", "m", "Root mean square distance in space of the printing point from its target, "
                "in every step since the first that printed, pauses and stops included.", shown="mm"),
         Figure("position_max", "m", "Largest of these distances.", shown="mm"),
         Figure("orientation_max", "rad", "Largest angle of a rigid platform from its scheduled rotation in these "

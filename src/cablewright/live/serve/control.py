@@ -73,7 +73,7 @@ class Control:
         self._events.close()
 
     def run(self) -> None:
-        """Sit until `ends`. What goes wrong before the machine has run is raised, such as one that is not there."""
+        """Run sittings until `ends`. Raises errors before the machine has run, such as of a missing machine."""
         load: LoadMessage | None = None
         while not self.ends():
             try:

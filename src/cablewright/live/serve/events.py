@@ -15,12 +15,12 @@ from typing import Any, Final
 from cablewright.foundation.file_output import cannot_write
 
 KEPT: Final = 60
-"""Answers and events that are told."""
+"""Number of answers and events that are sent."""
 
 
 @dataclass(eq=False)
 class Events:
-    """What happened, the latest last, and every order in a file: a line of JSON each."""
+    """Events, the latest last, and every order in a file: a line of JSON each."""
 
     path: Path
     file: FileIO
@@ -30,24 +30,24 @@ class Events:
 
     @classmethod
     def at(cls, path: Path) -> Events:
-        """With orders kept at *path*, after those that are there. Raises `EnvironmentFault`."""
+        """Return events with orders written to *path*, after existing ones. Raises `EnvironmentFault`."""
         try:
             return cls(path, _opened(path))
         except OSError as reason:
             raise cannot_write(path, reason) from None
 
     def tell(self, kind: str, text: str) -> None:
-        """Say what happened, once in a row."""
+        """Record an event; repetitions count once."""
         if self.told and self.told[-1][2:] == (kind, text):
             return
         self._count += 1
         self.told.append((self._count, time.time(), kind, text))
 
     def keep(self, order: dict[str, Any]) -> None:
-        """Write an order, with UTC, down. Where that is impossible an event says so, and nothing else ends."""
+        """Write an order with its UTC to the file. On an error an event reports it, and the work continues."""
         stamp = {"utc": datetime.now(UTC).isoformat(timespec="milliseconds")}
         try:
-            if not os.fstat(self.file.fileno()).st_nlink:  # it was removed: what is written to it is lost
+            if not os.fstat(self.file.fileno()).st_nlink:  # it was removed: writes to it are lost
                 removed, self.file = self.file, _opened(self.path)
                 removed.close()
             end = os.fstat(self.file.fileno()).st_size

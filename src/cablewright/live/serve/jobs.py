@@ -32,7 +32,7 @@ _NUMBER: Final = re.compile(r"[0-9a-f]{16}")
 
 
 class JobCheck(BaseModel):
-    """What a check of a job has answered. ``subject`` identifies robot and files that it was about."""
+    """Answer of a check of a job. ``subject`` identifies its robot and files."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -69,7 +69,7 @@ class JobCheck(BaseModel):
 
 
 def folder_of(jobs: Path, number: str) -> Path:
-    """The folder of a job. Raises `InputError` for what is no number of one, or a link."""
+    """Return the folder of a job. Raises `InputError` for an invalid number, or a link."""
     folder = jobs / number
     if not _NUMBER.fullmatch(number) or folder.is_symlink() or not folder.is_dir():
         raise InputError("there is no such job")
@@ -77,7 +77,7 @@ def folder_of(jobs: Path, number: str) -> Path:
 
 
 def load_served(folder: Path, name: str) -> Job:
-    """The job in *folder*; of G-code alone with the defaults. Its path is its own file, whatever its settings name.
+    """Return the job in *folder*; of G-code alone with the defaults. Its path is its own file, for any settings.
 
     Raises `InputError`: for settings that name another file too.
     """
@@ -107,7 +107,7 @@ def digest_of(robot: Robot) -> str:
 
 
 def subject_of(folder: Path, robot: Robot) -> str:
-    """SHA-256 of the job's files and the robot: what a check is about. Raises `InputError`."""
+    """SHA-256 of the job's files and the robot: identifies the subject of a check. Raises `InputError`."""
     whole = hashlib.sha256(robot.model_dump_json().encode())
     for name, most in MAX_BYTES.items():
         data = read_bytes(folder / name, most, name) if is_file(folder / name) else b""
@@ -116,7 +116,7 @@ def subject_of(folder: Path, robot: Robot) -> str:
 
 
 def read_check(folder: Path) -> JobCheck | None:
-    """What the job's check answered; None where there is no answer yet."""
+    """Return the answer of the job's check; None: none yet."""
     try:
         return JobCheck.model_validate_json(read_bytes(folder / CHECK, _MAX_CHECK, "check"))
     except (InputError, ValidationError):

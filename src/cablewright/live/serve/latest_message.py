@@ -52,7 +52,7 @@ class Latest:
         return 0, b""
 
     def close(self) -> None:
-        """Give the memory back."""
+        """Free the shared memory."""
         self._memory.close()
         os.close(self.file_number)
 

@@ -1,7 +1,7 @@
-"""The two ends of what connects the control with the page's server: states one way, messages the other.
+"""The link between the control and the page's server, both ends: states one way, messages the other.
 
-Neither end ever waits for the other: states are replaced, messages that do not fit are rejected at once. Stops have a
-channel of their own, so that no other message is before them.
+Neither end ever waits for the other: states are replaced, messages that do not fit are rejected immediately. Stops have
+a channel of their own, so that no other message is before them.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ STATE_SIZE: Final = 4 << 20
 """Bytes of the state and its topics."""
 
 SITTING_SIZE: Final = 2 << 20
-"""Bytes of what is fixed for a sitting."""
+"""Bytes of the data that are fixed for a sitting."""
 
 LEASE: Final = struct.Struct("=Qd")
-"""Number of the lease, and when the server told it, s of the monotonic clock."""
+"""Number of the lease, and when the server reported it, s of the monotonic clock."""
 
 _MOST: Final = 32  # messages of a channel that are taken in one step
 
 
 @dataclass(eq=False)
 class ControlLink:
-    """The control's end. ``state``, ``sitting``: what it reports; ``told_lease``: by the server.
+    """The control's end of the link. ``state``, ``sitting``: its reports; ``told_lease``: of the server.
 
     It outlives the servers at its other end.
     """
@@ -48,11 +48,11 @@ class ControlLink:
 
     @classmethod
     def new(cls) -> ControlLink:
-        """Without a server yet."""
+        """Return a new link without a server."""
         return cls(shared(STATE_SIZE), shared(SITTING_SIZE), shared(LEASE.size))
 
     def connect(self) -> tuple[socket.socket, socket.socket]:
-        """The server's ends of new channels for orders and stops; what is in the old ones is dropped, and the lease."""
+        """Return the server's ends of new channels for orders and stops; old messages and the lease are dropped."""
         self.told_lease.write(LEASE.pack(0, 0.0))
         ours, theirs = zip(*(socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM) for _ in range(2)), strict=True)
         for each in ours:
@@ -65,7 +65,7 @@ class ControlLink:
         return theirs[0], theirs[1]
 
     def close(self) -> None:
-        """Give all of it back."""
+        """Free the shared memory and the channels."""
         for channel in (self._orders, self._stops):
             if channel is not None:
                 channel.close()
@@ -74,13 +74,13 @@ class ControlLink:
 
     @property
     def lease(self) -> int:
-        """Number of the lease under which somebody operates; 0: nobody does, or the server does not say so any more."""
+        """Number of the operator's lease; 0: no operator, or the server does not confirm it any more."""
         _, data = self.told_lease.read()
         number, time_told = LEASE.unpack(data) if data else (0, 0.0)
         return int(number) if self.clock() - time_told <= ORDER_LIFE else 0
 
     def age(self, message: Message) -> float:
-        """How long ago the server received a message, s, not under 0."""
+        """Age of the server's last message, s, not under 0."""
         return max(0.0, self.clock() - message.at)
 
     def untimely(self, message: Message) -> str:
@@ -96,7 +96,7 @@ class ControlLink:
         return f"it was ordered {old:.1f} s ago; at most {ORDER_LIFE:g} s are allowed" if old > ORDER_LIFE else ""
 
     def messages(self) -> Iterator[Message]:
-        """The messages that have arrived, stops first; what is no message is left out."""
+        """Return the messages that have arrived, stops first; invalid ones are left out."""
         for channel in (self._stops, self._orders):
             for _ in range(_MOST if channel is not None else 0):
                 assert channel is not None
@@ -124,7 +124,7 @@ class ServerLink:
 
     @classmethod
     def of(cls, state: int, sitting: int, lease: int, orders: int, stops: int) -> ServerLink:
-        """By the numbers of the files."""
+        """Return the link by the file descriptors."""
         ends = [socket.socket(fileno=number) for number in (orders, stops)]
         for each in ends:
             each.setblocking(False)
@@ -132,18 +132,18 @@ class ServerLink:
         return cls(*memories, ends[0], ends[1])
 
     def close(self) -> None:
-        """Give all of it back."""
+        """Free the shared memory and the channels."""
         for each in (self._orders, self._stops):
             each.close()
         for memory in (self.state, self.sitting, self.lease):
             memory.close()
 
     def tell_lease(self, number: int) -> None:
-        """Say under which lease somebody operates now; 0: nobody does. It holds for `ORDER_LIFE`."""
+        """Report the operator's lease; 0: no operator. It holds for `ORDER_LIFE`."""
         self.lease.write(LEASE.pack(number, self.clock()))
 
     def send(self, message: Message, channel: ChannelName = "orders") -> bool:
-        """Send a message; whether the control can take it now."""
+        """Send a message; return whether the control can receive it now."""
         data = message.model_dump_json().encode()
         with suppress(OSError):
             return (self._stops if channel == "stops" else self._orders).send(data) == len(data)

@@ -38,9 +38,9 @@ class OrderMessage(_Message):
 
 
 class LoadMessage(_Message):
-    """Take up another job, or none. ``confirmed``: the check's number that a person has read why not of.
+    """Message to load another job, or none. ``confirmed``: number of the check whose objections a person has read.
 
-    ``run``: name of a run of that job which was cut off, and goes on.
+    ``run``: name of an interrupted run of that job, to resume.
     """
 
     load: Annotated[str, Field(pattern=r"^[0-9a-f]{16}$")] | None
@@ -52,7 +52,7 @@ Message = OrderMessage | LoadMessage
 
 
 def parsed(data: bytes) -> Message | None:
-    """The message in *data*; None for what is none."""
+    """Return the message in *data*; None for an invalid one."""
     try:
         return LoadMessage.model_validate_json(data) if b'"load"' in data else OrderMessage.model_validate_json(data)
     except ValidationError:

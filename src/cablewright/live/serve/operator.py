@@ -53,11 +53,11 @@ class PageOperator:
 
     @property
     def jogged(self) -> float | None:
-        """Machine time of the last lease of a jog that goes on, s; None: nobody jogs."""
+        """Machine time of the last lease of the present jog, s; None: no jog."""
         return None if self._jog is None else self._jog[1]
 
     def orders(self, printer: Printer, now: float) -> tuple[Order, ...]:
-        """As `Operator`."""
+        """Return the orders since the last call, at *now*, s; see `Operator.orders`."""
         given = self._withdrawal(printer, now)
         for message in self.link.messages():
             if isinstance(message, LoadMessage):
@@ -74,11 +74,14 @@ class PageOperator:
         return tuple(given)
 
     def is_over(self, printer: Printer) -> bool:
-        """As `Operator`: another job is taken up, this one is printed, or all ends."""
+        """Return whether the run ends; see `Operator.is_over`.
+
+        True when another job is loaded, this one is printed, or the control ends.
+        """
         return self.load is not None or (self.has_job and printer.finished) or self.ends()
 
     def answered(self, printer: Printer, orders: tuple[Order, ...], now: float) -> None:
-        """Take note of what became of the orders of a step."""
+        """Record the results of the orders of a step."""
         waiting, self._waiting = self._waiting, []
         for (number, _), order in zip(waiting, orders, strict=True):
             if order.kind is OrderKind.JOG and not order.refusal:

@@ -61,7 +61,7 @@ class Sitting:
     refill: Callable[[], None] = lambda: None
     lateness: Callable[[], list[float]] = list
     home_at: Callable[[Array | None], None] = lambda _place: None
-    """Takes where a person has measured the platform, (3,) m or (n,), before an order to home; None: nobody has."""
+    """Takes where a person has measured the platform, (3,) m or (n,), before an order to home; None: not measured."""
 
     notes: tuple[str, ...] = ()
     winches: WinchByHand | None = None  # turns single winches; None: nothing measures their tensions
@@ -86,7 +86,7 @@ class Station(Protocol):
 
 
 def resting_pose(robot: Robot, place: Array | None = None) -> Array:
-    """Where the platform of a simulated machine begins, (n,) m and rad: at *place* (3,) or (n,), if that is given."""
+    """Return the initial pose of a simulated platform, (n,) m and rad: at *place* (3,) or (n,), if given."""
     return np.array(rest_pose(robot).equilibrium.pose) if place is None else np.pad(place, (0, robot.n - len(place)))
 
 
@@ -159,7 +159,7 @@ class DriveStation:
     begin: Array | None = None  # (n,) m and rad, roughly where the platform is if nothing is saved
 
     def sitting(self, job: Job | None, run: Path | None = None) -> Sitting:
-        """As `Station`."""
+        """Begin a sitting at the last position of the platform; see `Station.sitting`."""
         if job is not None and job.robot not in (None, self.robot.name):
             raise InputError(f"job {job.name!r}: robot = {job.robot!r}, but the robot is {self.robot.name!r}")
         samples, owner = None, self.settings

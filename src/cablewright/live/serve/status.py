@@ -1,4 +1,4 @@
-"""What the control tells all who watch: the latest state as JSON, and the latest message of each topic of the log."""
+"""Status messages to all pages: the latest state as JSON, and the latest message of each topic of the log."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ from cablewright.models.winch_lines import WinchLines
 from cablewright.robot import Plane
 
 STATE_STEPS: Final = 2
-"""Steps between two states that are told."""
+"""Steps between two states that are sent."""
 
 TOPIC_STEPS: Final = 5
 """Steps between two messages of a topic."""
@@ -65,7 +65,7 @@ def unpacked_state(message: bytes) -> tuple[bytes, bytes]:
 
 @dataclass(eq=False)
 class Telling:
-    """A `StepRecorder` that tells each step, beside one that keeps it.
+    """A `StepRecorder` that sends each step to the pages, in addition to one that saves it.
 
     ``lost``: why that one cannot keep the run any more. The machine is stopped then, and `gives_up` once it is at rest.
     """
@@ -84,7 +84,7 @@ class Telling:
     _shown: dict[str, Any] = field(default_factory=dict, repr=False)
 
     def add(self, printer: Printer, step: Step, *, last: bool) -> None:
-        """As `StepRecorder`."""
+        """Record one step; see `StepRecorder.add`."""
         if self.kept is not None:
             try:
                 self.kept.add(printer, step, last=last)
@@ -154,7 +154,7 @@ class Telling:
         self._topics[key] = b'["%s",%d,%s]' % (topic.encode(), stamp, data)
 
     def _note(self, step: Step) -> None:
-        """Tell changes of state, faults and notices as events."""
+        """Send changes of state, faults and notices as events."""
         state = f"{step.progress.state.value}{f': {step.progress.reason}' if step.progress.reason else ''}"
         if self._shown.get("state") != state:
             self._shown["state"] = state
@@ -248,7 +248,9 @@ def told_sitting(
     *,
     resumed: bool = False,
 ) -> bytes:
-    """What is fixed for a sitting, as JSON. *job*: number of its folder. *run*: name of the run's folder.
+    """Return the constant data of a sitting, as JSON.
+
+    *job*: number of its folder. *run*: name of the run's folder.
 
     *rejected*: number of a job that the machine could not take up before this sitting, and why. *resumed*: the run was
     cut off, and goes on.
@@ -293,7 +295,7 @@ def _plane_of(plane: Plane) -> dict[str, Any]:
 
 
 def allowed_orders() -> dict[str, list[str]]:
-    """The states in which each order has an effect, by the table of the supervisor; it is what decides in the end."""
+    """Return the states in which each order has an effect, by the table of the supervisor, which makes the decision."""
     found = {kind.value: [state.value for state in PrintState if (state, kind) in TRANSITIONS] for kind in OrderKind}
     found[OrderKind.RESUME.value] = [PrintState.PAUSED.value, PrintState.STOPPED.value]
     found[OrderKind.REFILLED.value] = [PrintState.REFILLING.value]

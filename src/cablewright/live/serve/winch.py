@@ -49,9 +49,9 @@ class WinchByHand:
                 self._jog.let_go()
 
     def begin(self, now: float) -> None:
-        """As `Procedure`."""
+        """Begin the procedure at *now*, s; see `Procedure.begin`."""
         (self._jog or self.take_up).begin(now)
 
     def step(self, frame: SensorFrame, estimate: Estimate, dt: float) -> ProcedureStep:
-        """As `Procedure`."""
+        """Return the winch commands for the next *dt*, s; see `Procedure.step`."""
         return (self._jog or self.take_up).step(frame, estimate, dt)

@@ -1,4 +1,4 @@
-"""What is asked of drives by single objects while they are not commanded in cycles, whatever carries the objects."""
+"""Acyclic requests to drives: single objects that are read or written outside the cycles, on any bus."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ class Carrier(Protocol):
         """The time, s."""
 
     def wait(self, seconds: float) -> None:
-        """Let so much time go by."""
+        """Wait for this time, s."""
 
     def finish(self, axis: Axis) -> None:
-        """Transfer what waits, no matter how long."""
+        """Finish all waiting transfers, however long they take."""
 
 
 def bring_off(carrier: Carrier, axes: Sequence[Axis], limit: float) -> None:
@@ -45,12 +45,12 @@ def bring_off(carrier: Carrier, axes: Sequence[Axis], limit: float) -> None:
         carrier.wait(_POLL)
         left = [axis for axis in left if _power(carrier, axis) in ENERGISED]
     if left:
-        why = "somebody left it under torque, and it does not switch off by request: use the emergency stop"
+        why = "it was left under torque, and it does not switch off on request: use the emergency stop"
         raise EnvironmentFault(f"the drive of line {left[0].name} (node {left[0].node}): {why}")
 
 
 def _power(carrier: Carrier, axis: Axis) -> PowerState:
-    """The state of a drive by request; one that does not tell counts as enabled."""
+    """The state of a drive by request; one that does not answer counts as enabled."""
     word = axis.transfers.add(Transfer(o.STATUSWORD))
     carrier.finish(axis)
     return PowerState.ENABLED if word.failure else state_of(word.result)
@@ -59,7 +59,7 @@ def _power(carrier: Carrier, axis: Axis) -> PowerState:
 def read_back(
     carrier: Carrier, axes: Sequence[Axis], wanted: Callable[[Axis], list[ObjectParameter]]
 ) -> dict[str, list[tuple[ObjectParameter, int | None]]]:
-    """What should be written, and what each drive has, by line; None: it has no such object."""
+    """The parameters to write, and the present value of each drive, by line; None: it has no such object."""
     found = {}
     for axis in axes:
         lasting = [each for each in wanted(axis) if each.lasts]

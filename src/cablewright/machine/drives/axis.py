@@ -31,7 +31,7 @@ FRESH: Final = 0.2
 
 
 class Setpoint(NamedTuple):
-    """What a winch is to do in the next cycle. ``speed``: rad/s, ``torque``: N m, of the drum; positive pays out.
+    """Setpoint of a winch for the next cycle. ``speed``: rad/s, ``torque``: N m, of the drum; positive pays out.
 
     The valve is that of the drive which has its output; of the others it is not read.
     """
@@ -45,7 +45,7 @@ class Setpoint(NamedTuple):
 
 @dataclass(eq=False)
 class Axis:
-    """A drive: what it told last, and what is asked of it.
+    """A drive: its last reported state, and the requests to it.
 
     ``rest``: s without torque after which its brake has closed. ``valve``: the bit of its outputs, as a mask, that
     opens the valve; 0: it has none.
@@ -70,7 +70,7 @@ class Axis:
     inputs_heard: float = -math.inf  # s
     energised: float = math.inf  # s, when it last had torque, or may have had it
     commanded: float = 0.0  # rad/s of the drum, as sent
-    restarted: bool = False  # it lost its settings, and has not been told them again
+    restarted: bool = False  # it lost its settings, and they were not written again
     pending: int = 0  # PDOs that this cycle has not brought yet, a bit each
     failure: str = ""  # of its parameters
     notes: list[str] = field(default_factory=list)
@@ -79,7 +79,7 @@ class Axis:
 
     @property
     def state(self) -> PowerState:
-        """By its statusword."""
+        """State of the drive by its statusword."""
         return state_of(self.statusword)
 
     @property
@@ -88,22 +88,22 @@ class Axis:
         return fault_line(self.error_code) if self.state in IN_FAULT else ""
 
     def rests(self, now: float) -> bool:
-        """Whether it is known to be without torque for so long that its brake has closed."""
+        """Whether the drive is known to be without torque for so long that its brake has closed."""
         return now - self.state_heard <= FRESH and now - self.energised >= self.rest
 
     def begin(self, now: float) -> None:
-        """Forget what it told: it may have torque."""
+        """Forget its reported state: it may have torque."""
         self.statusword, self.mode, self.restarted = 0, 0, False
         self.heard = self.state_heard = self.inputs_heard = -math.inf
         self.energised = now
         self.notes.clear()
 
     def begin_cycle(self) -> None:
-        """Expect all PDOs."""
+        """Begin a cycle: all PDOs are expected."""
         self.pending = (1 << len(o.FROM_DRIVES)) - 1
 
     def take_pdo(self, which: int, data: bytes, now: float) -> bool:
-        """Take a PDO; False: it has another length than it should."""
+        """Process a PDO; False: it has a wrong length."""
         values = o.unpacked(o.FROM_DRIVES[which], data)
         if values is None:
             return False
@@ -127,7 +127,7 @@ class Axis:
 
     @property
     def mapped(self) -> tuple[tuple[o.Object, ...], ...]:
-        """What its PDOs carry to it."""
+        """Objects that its PDOs carry to the drive."""
         return o.TO_DRIVE_WITH_VALVE if self.valve else o.TO_DRIVES
 
     def commands(self, setpoint: Setpoint, now: float, *, reset: bool) -> tuple[bytes, bytes]:
@@ -150,7 +150,7 @@ class Axis:
         return control, o.TARGET_TORQUE.pack(torque) + outputs
 
     def check(self, parameters: list[ObjectParameter], *, write: bool) -> None:
-        """Read parameters, after they were written if *write*; what is wrong is the `failure`."""
+        """Read parameters, after writing them if *write*; `failure` has the reason of an error."""
         for each in parameters:
             written = self.transfers.add(Transfer(each.object, each.value)) if write and not each.given else None
             self.checks.append((each, written, self.transfers.add(Transfer(each.object))))

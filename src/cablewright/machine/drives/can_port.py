@@ -11,7 +11,7 @@ from cablewright.machine.drives.bus import BusError, CanFrame
 
 
 class CanPort:
-    """A `Port` by a bus of python-can. Its clock is the computer's, which never goes back."""
+    """A `Port` to a CAN bus by python-can. Its clock is the computer's monotonic one."""
 
     def __init__(self, bus: Any) -> None:
         """*bus*: a `can.BusABC`."""
@@ -21,7 +21,7 @@ class CanPort:
 
     @classmethod
     def opened(cls, interface: str, channel: str, bitrate: int) -> CanPort:
-        """Open the bus. Raises `EnvironmentFault`, with what to install or set up."""
+        """Open the bus. Raises `EnvironmentFault`, with the package to install or the setup to do."""
         try:
             import can
         except ImportError:
@@ -35,11 +35,11 @@ class CanPort:
             raise EnvironmentFault(f"drives: the bus {interface} {channel} cannot be opened: {error}{hint}") from None
 
     def now(self) -> float:
-        """As `Port`."""
+        """Return the time, s, by the clock of `receive`; see `Port.now`."""
         return time.monotonic()
 
     def send(self, frame: CanFrame) -> None:
-        """As `Port`."""
+        """Send one frame; see `Port.send`."""
         message = self._can.Message(arbitration_id=frame.id, data=frame.data, is_extended_id=False, check=False)
         try:
             self._bus.send(message)
@@ -47,7 +47,10 @@ class CanPort:
             raise BusError(str(error)) from None
 
     def receive(self, until: float) -> CanFrame | None:
-        """As `Port`; frames that CANopen has not are left out, those that tell of an error are errors."""
+        """Return the next frame of other members until a time, s; see `Port.receive`.
+
+        Frames outside CANopen are left out, error frames raise errors.
+        """
         while True:
             left = until - time.monotonic()
             try:
@@ -64,6 +67,6 @@ class CanPort:
                 return CanFrame(message.arbitration_id, bytes(message.data))
 
     def close(self) -> None:
-        """As `Port`."""
+        """Leave the bus; see `Port.close`."""
         with suppress(self._can.CanError, OSError):
             self._bus.shutdown()

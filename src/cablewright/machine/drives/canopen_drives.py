@@ -59,12 +59,12 @@ class CanopenDrives:
 
     @property
     def statistics(self) -> BusStatistics:
-        """As `WinchDrives`."""
+        """Return the statistics of the bus; see `WinchDrives.statistics`."""
         return self._closed_statistics if self._network is None else self._network.statistics
 
     @property
     def trouble(self) -> str:
-        """As `WinchDrives`."""
+        """Return the reason why the bus cannot be commanded, or an empty text; see `WinchDrives.trouble`."""
         bus = self._bus
         return f"another master: {bus.master}" if bus.master else bus.error
 
@@ -74,7 +74,7 @@ class CanopenDrives:
         return self._network
 
     def now(self) -> float:
-        """As `WinchDrives`."""
+        """Return the time, s, by the clock of `cycle`; see `WinchDrives.now`."""
         return self._bus.port.now()
 
     def connect(self) -> Network:
@@ -99,7 +99,7 @@ class CanopenDrives:
         found.require(axis.name, self.settings.rated_torque)
 
     def scan(self) -> tuple[Identity, ...]:
-        """Who is on the bus, of this machine or not; nothing is written. Raises `EnvironmentFault`."""
+        """List all devices on the bus, of this machine or not; nothing is written. Raises `EnvironmentFault`."""
         self._network = Network(self._make_port(), self.axes, self.settings.host, self.settings.heartbeat_timeout)
         try:
             self._network.listen()
@@ -108,7 +108,7 @@ class CanopenDrives:
             self._leave()
 
     def read(self) -> dict[str, list[tuple[ObjectParameter, int | None]]]:
-        """What should be written, and what each drive has, by line; None: it has no such object. Raises as `open`."""
+        """The parameters to write, and each drive's value, by line; None: it has no such object. Raises as `open`."""
         bus = self.connect()
         try:
             return read_back(bus, self.axes, self.parameters)
@@ -123,7 +123,7 @@ class CanopenDrives:
         return communication(self.settings, self.settings.nodes[axis.name], axis.mapped)
 
     def open(self) -> None:
-        """As `WinchDrives`."""
+        """Find the drives, and write and read back their settings; see `WinchDrives.open`."""
         bus = self.connect()
         try:
             bring_off(bus, self.axes, self.settings.stop_time(max(axis.scale.speed_of_cable for axis in self.axes)))
@@ -146,7 +146,10 @@ class CanopenDrives:
         return own + shut(axis.valve)
 
     def begin_checks(self) -> None:
-        """As `WinchDrives`: PDOs are read, as they can be changed in another state alone; the rest is written too."""
+        """Begin to write and read back the drives' own supervision, within the cycles; see `WinchDrives.begin_checks`.
+
+        PDOs are only read, since they can be changed in another state alone.
+        """
         for axis in self.axes:
             axis.failure = ""
             talk = [each for each in self._communication(axis) if each.lasts]
@@ -154,20 +157,20 @@ class CanopenDrives:
             axis.check(self._guards(axis), write=True)
 
     def begin_speed_limits(self, tension: Sequence[bool]) -> None:
-        """As `WinchDrives`."""
+        """Begin to set the speed limits of drives for torque mode; see `WinchDrives.begin_speed_limits`."""
         begin_speed_limits(self.axes, tension, self.settings.tension_speed)
 
     @property
     def checking(self) -> bool:
-        """As `WinchDrives`."""
+        """Return whether parameters are still being transferred; see `WinchDrives.checking`."""
         return self._bus.checking
 
     def cycle(self, setpoints: tuple[Setpoint, ...], due: float, *, reset: bool = False, beats: bool = True) -> float:
-        """As `WinchDrives`."""
+        """Command *setpoints*, wait until *due*, s, and take the answers; see `WinchDrives.cycle`."""
         return self._bus.cycle(setpoints, due, self._machine.period, reset=reset, beats=beats)
 
     def close(self, *, proven: bool) -> None:
-        """As `WinchDrives`."""
+        """Leave the drives and the bus; see `WinchDrives.close`."""
         bus = self._network
         if bus is None:
             return

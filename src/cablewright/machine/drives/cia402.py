@@ -36,7 +36,7 @@ IN_FAULT: Final = (PowerState.FAULT, PowerState.FAULT_REACTION)
 
 
 def state_of(statusword: int) -> PowerState:
-    """The state that a statusword tells; one that is not in the standard counts as not ready."""
+    """The state by a statusword; one that is not in the standard counts as not ready."""
     for mask, value, state in _BY_STATUS:
         if statusword & mask == value:
             return state
@@ -53,7 +53,7 @@ def shown(state: PowerState) -> DriveState:
 
 
 class Wish(IntEnum):
-    """What a drive is to be brought to."""
+    """The state to which a drive is to be brought."""
 
     OFF = 0  # no torque, brake closed
     SWITCHED_ON = 1  # all but enabled
@@ -95,7 +95,8 @@ def controlword(wish: Wish, state: PowerState, *, rests: bool, held: bool = Fals
     """The controlword that leads a drive in that *state* towards the *wish*, a transition at a time.
 
     *rests*: it has had no torque for as long as its brake needs to close; until then nothing is sent that could cut
-    the torque: no shutdown, and never "disable voltage". *held*: it stands under torque, and would be told to stand.
+    the torque: no shutdown, and never "disable voltage". *held*: it stands under torque, and would be commanded to
+    stand.
 
     A fault is never reset by it, and a drive that stopped by itself is not taken up again without being off first: from
     its quick stop it is enabled for a moment, held, as that alone leads on to the ramp and the brake.

@@ -1,8 +1,8 @@
 """A machine of real winches: `WinchDrives` behind the interface of all machines.
 
-Winches are enabled together, or none is. What takes several cycles, to enable them or to change a mode, is done within
-one step, with all winches held; the frame tells the time that it took. After anything that went wrong the drives are
-off until a person has reset them.
+Winches are enabled together, or none is. Actions of several cycles, such as to enable them or to change a mode, are
+done within one step, with all winches held; the frame has the elapsed time. After any fault the drives stay disabled
+until a person resets them.
 """
 
 from __future__ import annotations
@@ -85,11 +85,14 @@ class DriveMachine:
 
     @property
     def drives(self) -> WinchDrives:
-        """Its drives."""
+        """Drives of the machine."""
         return self._drives
 
     def open(self) -> None:
-        """As `Machine`: drives are found and told what to watch, and are off. Raises `InputError` for wrong ones."""
+        """Connect to the machine; see `Machine.open`.
+
+        Drives are found and configured, and stay disabled. Raises `InputError` for wrong ones.
+        """
         self._drives.open()
         self._anchor, self._cycles = self._drives.now(), 0
         self._start = self._anchor - self.begin
@@ -101,7 +104,7 @@ class DriveMachine:
         self._strays.forget()
 
     def step(self, command: Command) -> SensorFrame:
-        """As `Machine`."""
+        """Send *command*, wait for the step, and return the readings that arrived; see `Machine.step`."""
         check_command(self._abilities, command, self._last_time)
         self._last_time = command.time
         self._limited = []
@@ -123,9 +126,11 @@ class DriveMachine:
         return self._frame()
 
     def stop(self) -> None:
-        """As `Machine`: each drive comes to rest by its own ramp and closes its brake before torque goes.
+        """Stop and hold all winches; see `Machine.stop`.
 
-        A quick stop would hold as well, but leads off by cutting the torque alone.
+        Each drive comes to rest by its own ramp and closes its brake before torque goes.
+
+        A quick stop would hold as well, but it ends only with the torque cut.
         """
         if not self._open:
             return
@@ -139,9 +144,12 @@ class DriveMachine:
                 return
 
     def close(self) -> None:
-        """As `Machine`: winches are stopped and braked before the bus is left.
+        """Disconnect from the machine; see `Machine.close`.
 
-        A drive that is not known to be off goes on watching this computer's heartbeat, which ends; ``left`` tells it.
+        Winches are stopped and braked before the bus is left.
+
+        A drive that is not known to be disabled goes on watching this computer's heartbeat, which ends; ``left``
+        reports it.
         """
         if not self._open:
             return
@@ -219,7 +227,7 @@ class DriveMachine:
         return None
 
     def _reached(self, wanted: tuple[Setpoint, ...], state: PowerState) -> bool:
-        """Cycle until all drives are in that state; False: one does not get there, and all are off."""
+        """Cycle until all drives are in that state; False: one does not reach it, and all are disabled."""
         end = self._drives.now() + _ENABLE_TIME
         while True:
             self._cycle(wanted)
@@ -236,7 +244,7 @@ class DriveMachine:
                 return not why
 
     def _settled(self, setpoints: tuple[Setpoint, ...], timeout: float, why: str) -> bool:
-        """Cycle until parameters are transferred; False: they could not be, and all are off."""
+        """Cycle until parameters are transferred; False: they could not be, and all are disabled."""
         end = self._drives.now() + timeout
         while self._drives.checking and self._drives.now() < end:
             self._cycle(setpoints)
@@ -277,7 +285,7 @@ class DriveMachine:
         return None
 
     def _limited_speeds(self, slow: list[bool], setpoints: tuple[Setpoint, ...]) -> bool:
-        """Limit the speeds of drives for torque mode where *slow*; False: one does not take it, and all are off."""
+        """Limit the speeds of drives for torque mode where *slow*; False: one rejects it, and all are disabled."""
         self._drives.begin_speed_limits(slow)
         return self._settled(setpoints, _MODE_TIME, "its speed limit could not be read in time")
 
@@ -420,7 +428,7 @@ def _sensors(drives: WinchDriveSettings) -> frozenset[str]:
 
 
 def _require_tensions(settings: MachineSettings, drives: WinchDriveSettings) -> None:
-    """Raise `InputError` where tensions are not read, or the file has sensors that nobody reads."""
+    """Raise `InputError` where tensions are not read, or the file has sensors that this machine cannot read."""
     if settings.sensor(MOTOR_TORQUES) is None:
         why = "drives are enabled only with measured tensions; add the table: drives report their torque"
         raise InputError(f"machine {settings.name!r}: no [motor_torques]: {why}")

@@ -6,7 +6,7 @@ from typing import Final, NamedTuple
 
 
 class FaultText(NamedTuple):
-    """What a code means, and what a person can do."""
+    """Meaning of an error code, and the next step for a person."""
 
     meaning: str
     remedy: str
@@ -55,7 +55,7 @@ _OTHER: Final = FaultText("a fault without a code", "look at the drive's own dis
 
 
 def fault_text(code: int) -> FaultText:
-    """What an error *code* means: by itself, or by the family of its first digit."""
+    """Return the meaning of an error *code*: its own, or that of the family of its first digit."""
     return _TEXTS.get(code) or _FAMILIES.get(code >> 12, _OTHER)
 
 

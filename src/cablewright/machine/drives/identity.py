@@ -1,4 +1,4 @@
-"""Who a drive is, by what it tells of itself."""
+"""Identity of a drive, by its own identity object."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _ASKED: Final = (
 
 
 class Identity(NamedTuple):
-    """Who answers at a node; None: it does not tell."""
+    """Identity of the device at a node; None: not reported."""
 
     node: int
     profile: int
@@ -42,7 +42,7 @@ class Identity(NamedTuple):
         found = self.rated_torque
         if found is None or abs(found - rated_torque) > _RATED * rated_torque:
             tells = "none" if found is None else f"{found:g} N m"
-            why = f"but the drive of line {line} tells {tells} (0x6076): check motor, file and unit"
+            why = f"but the drive of line {line} reports {tells} (0x6076): check motor, file and unit"
             raise InputError(f"drives.rated_torque = {rated_torque:g} N m: {why}")
 
 
@@ -54,7 +54,7 @@ class Asked:
         self._found = {each: transfers.add(Transfer(each)) for each in _ASKED}
 
     def identity(self, node: int, *, twice: bool = False) -> Identity | None:
-        """What the drive at *node* has told; None: nothing of its profile. *twice*: whether two have answered."""
+        """The identity reported by the drive at *node*, or None. *twice*: whether two devices have answered."""
         profile, rated = self._number(o.DEVICE_TYPE), self._number(o.RATED_TORQUE)
         if profile is None:
             return None

@@ -1,6 +1,6 @@
 """A bus on this computer alone, for virtual drives in a process of their own: UDP bound to 127.0.0.1.
 
-The process of the drives is the hub: it tells each frame to all others that take part. python-can's own UDP bus cannot
+The process of the drives is the hub: it passes each frame on to all other members. python-can's own UDP bus cannot
 be used for it, since that listens on all networks of the computer.
 """
 
@@ -16,7 +16,7 @@ from cablewright.machine.drives.bus import BusError, CanFrame
 
 _HOME: Final = "127.0.0.1"
 _HELLO: Final = b""  # joins the bus, and is answered by the same
-_MEMBER_TIME: Final = 10.0  # s without a frame after which the hub tells a program no more
+_MEMBER_TIME: Final = 10.0  # s without a frame after which the hub drops a member
 _MAX_MEMBERS: Final = 16
 _ANSWER_TIME: Final = 1.0  # s for the hub to answer
 _STANDARD: Final = 1 << 11  # identifiers
@@ -55,18 +55,18 @@ class LoopbackPort:
             raise EnvironmentFault(f"drives: the bus loopback {number} cannot be opened: {why}") from None
 
     def now(self) -> float:
-        """As `Port`."""
+        """Return the time, s, by the clock of `receive`; see `Port.now`."""
         return time.monotonic()
 
     def send(self, frame: CanFrame) -> None:
-        """As `Port`."""
+        """Send one frame; see `Port.send`."""
         try:
             self._socket.send(_packed(frame))
         except OSError as error:
             raise BusError(f"the virtual drives are gone: {error.strerror}") from None
 
     def receive(self, until: float) -> CanFrame | None:
-        """As `Port`."""
+        """Return the next frame of other members until a time, s; see `Port.receive`."""
         while True:
             if not _waits(self._socket, until):
                 return None
@@ -78,7 +78,7 @@ class LoopbackPort:
                 return frame
 
     def close(self) -> None:
-        """As `Port`."""
+        """Leave the bus; see `Port.close`."""
         self._socket.close()
 
 
@@ -96,15 +96,18 @@ class Hub:
         self._members: dict[tuple[str, int], float] = {}
 
     def now(self) -> float:
-        """As `Port`."""
+        """Return the time, s, by the clock of `receive`; see `Port.now`."""
         return time.monotonic()
 
     def send(self, frame: CanFrame) -> None:
-        """As `Port`: to all members."""
+        """Send one frame to all members; see `Port.send`."""
         self._tell(_packed(frame), None)
 
     def receive(self, until: float) -> CanFrame | None:
-        """As `Port`; what comes is told to the other members too."""
+        """Return the next frame of other members until a time, s; see `Port.receive`.
+
+        Received frames go to the other members too.
+        """
         while True:
             if not _waits(self._socket, until):
                 return None
@@ -122,7 +125,7 @@ class Hub:
                 return frame
 
     def close(self) -> None:
-        """As `Port`."""
+        """Leave the bus; see `Port.close`."""
         self._socket.close()
 
     def _reply(self, member: tuple[str, int]) -> None:

@@ -52,7 +52,7 @@ class Network:
             raise EnvironmentFault(f"drives: the bus fails: {self.error}")
 
     def send(self, frame: CanFrame) -> None:
-        """Send one frame; an error is kept."""
+        """Send one frame; an error is recorded."""
         self.statistics.sent += 1
         self.statistics.count(len(frame.data))
         try:
@@ -65,7 +65,7 @@ class Network:
         self.send(CanFrame(o.NMT, bytes([command, node])))
 
     def beat(self) -> None:
-        """Send this computer's heartbeat where it is due; by no thread of its own, so that it ends with the loop."""
+        """Send this computer's heartbeat when due; in the control loop, so that it ends with the loop."""
         now = self.port.now()
         if now - self._beaten >= self._interval - 1e-9:
             self._beaten = now
@@ -117,7 +117,7 @@ class Network:
         return now
 
     def identify(self, node: int) -> Identity | None:
-        """Ask a node who it is; None: nobody answers."""
+        """Ask a node for its identity; None: no answer."""
         peer = self._by_node.get(node)
         asked = _stranger(node) if peer is None else _Peer.of(Axis(f"node {node}", node, peer.axis.scale))
         known, self._by_node[node] = peer, asked
@@ -157,15 +157,15 @@ class Network:
         return tuple(each for each in found if each is not None)
 
     def now(self) -> float:
-        """As `Carrier`."""
+        """Return the time, s; see `Carrier.now`."""
         return self.port.now()
 
     def wait(self, seconds: float) -> None:
-        """As `Carrier`."""
+        """Wait for this time, s; see `Carrier.wait`."""
         self.pump(self.port.now() + seconds)
 
     def finish(self, axis: Axis) -> None:
-        """As `Carrier`."""
+        """Finish the waiting transfers; see `Carrier.finish`."""
         while not axis.transfers.idle:
             self.pump(self.port.now() + 0.1 * TIMEOUT)
 

@@ -1,4 +1,4 @@
-"""What is written into a drive, and read back: PDOs, what it watches by itself, and how it stops."""
+"""Parameters written into a drive and read back: PDOs, its own supervision, and how it stops."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ Mapped = tuple[tuple[Object, ...], ...]
 class ObjectParameter(NamedTuple):
     """A value of an object. ``mask``: bits of it that count. ``optional``: a drive may lack it.
 
-    ``lasts``: whether it still holds once all is written; others are steps on the way. ``given``: by the drive and its
-    motor: it is compared, and never written.
+    ``lasts``: whether it still holds once all is written; others are intermediate steps. ``given``: by the drive and
+    its motor: it is compared, and never written.
     """
 
     object: Object
@@ -47,7 +47,7 @@ class ObjectParameter(NamedTuple):
 
 
 def communication(settings: WinchDriveSettings, node: NodeSettings, to_drive: Mapped) -> list[ObjectParameter]:
-    """PDOs and heartbeats of a *node*, to be written before it is operational; *to_drive*: what it is sent."""
+    """PDOs and heartbeats of a *node*, to be written before it is operational; *to_drive*: objects sent to it."""
     consumer = settings.host << 16 | round(1e3 * settings.heartbeat_timeout)
     found = [ObjectParameter(o.CONSUMER_HEARTBEAT, consumer), ObjectParameter(o.PRODUCER_HEARTBEAT, _DRIVE_HEARTBEAT)]
     to_drives, from_drives = (o.CONTROL_PDO, o.TORQUE_PDO), (o.STATE_PDO, o.LOAD_PDO, o.INPUT_PDO)
@@ -74,7 +74,7 @@ def _pdo(
 
 
 def mapping(at: int, mapped: tuple[Object, ...]) -> list[ObjectParameter]:
-    """What a PDO with that mapping object carries."""
+    """Return the objects that a PDO with that mapping object carries."""
     number = Object(at, 0, 1, signed=False, name="number of mapped objects")
     entries = [Object(at, 1 + j, 4, signed=False, name="mapped object") for j in range(len(mapped))]
     found = [ObjectParameter(entry, each.mapping) for entry, each in zip(entries, mapped, strict=True)]
@@ -82,7 +82,7 @@ def mapping(at: int, mapped: tuple[Object, ...]) -> list[ObjectParameter]:
 
 
 def guards(settings: WinchDriveSettings, scale: Scale, counts: int, period: float) -> list[ObjectParameter]:
-    """What a drive watches by itself, its units, and how it stops: written and read back at each enable.
+    """Return the drive's own supervision, its units and stop options: written and read back at each enable.
 
     *counts*: of the encoder, for one turn of the motor. *period*: s, of the cycle.
     """
@@ -124,5 +124,5 @@ def shut(valve: int) -> list[ObjectParameter]:
 
 
 def disarmed() -> ObjectParameter:
-    """The end of the watch over this computer's heartbeat, of a drive that is off."""
+    """The end of the watch over this computer's heartbeat, of a disabled drive."""
     return ObjectParameter(o.CONSUMER_HEARTBEAT, 0)

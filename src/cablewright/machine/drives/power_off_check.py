@@ -1,4 +1,4 @@
-"""Whether drives that are to be off are known to be off: by what they tell, within the time that they need."""
+"""Check that disabled drives report that they are disabled, within the time that they need."""
 
 from __future__ import annotations
 
@@ -10,29 +10,29 @@ from cablewright.machine.drives.settings import WinchDriveSettings
 
 
 class OffWatch:
-    """A drive that does not obey, or that nobody hears, has to stop by itself: it is then left without heartbeat."""
+    """A drive that does not obey or answer must stop by itself: it is then left without heartbeat."""
 
     def __init__(self, axes: Sequence[Axis], settings: WinchDriveSettings) -> None:
         """*settings*: how long each may take."""
         self._axes, self._own = axes, settings
         self.limit = settings.stop_time(max(axis.scale.speed_of_cable for axis in axes))  # s
-        self._since = math.nan  # s, when all were first told to be off
+        self._since = math.nan  # s, when all were first commanded to be disabled
 
     def begin(self, now: float) -> None:
-        """All are told to be off, at *now*, s, or earlier."""
+        """All are commanded to be disabled, at *now*, s, or earlier."""
         if math.isnan(self._since):
             self._since = now
 
     def end(self) -> None:
-        """They may be on."""
+        """End the check: drives may be enabled."""
         self._since = math.nan
 
     def unproven(self, now: float) -> list[Axis]:
-        """Which are not known to be off."""
+        """Return the drives that have not confirmed that they are disabled."""
         return [axis for axis in self._axes if not axis.rests(now)]
 
     def disobeys(self, now: float) -> str:
-        """Which drive is not off in time, or cannot be heard; an empty text: none, or none is to be off."""
+        """Return a sentence on a drive that is not disabled in time, or silent; empty: none."""
         if math.isnan(self._since):
             return ""
         own = self._own

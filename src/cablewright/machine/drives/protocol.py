@@ -16,46 +16,46 @@ class WinchDrives(Protocol):
     """The drives of all winches, in the order of the lines that these are named for."""
 
     def scan(self) -> tuple[Identity, ...]:
-        """Who is on the bus, of this machine or not; no parameter is written. Raises `EnvironmentFault`."""
+        """List all devices on the bus, of this machine or not; no parameter is written. Raises `EnvironmentFault`."""
 
     def read(self) -> dict[str, list[tuple[ObjectParameter, int | None]]]:
-        """What should be written, and what each drive has, by line; None: it has no such object. Raises as `open`."""
+        """The parameters to write, and each drive's value, by line; None: it has no such object. Raises as `open`."""
 
     @property
     def winches(self) -> WinchLines:
-        """Which lines are on which drum."""
+        """Assignment of lines to drums."""
 
     @property
     def axes(self) -> Sequence[Axis]:
-        """What each drive has told last."""
+        """The last reported state of each drive."""
 
     @property
     def statistics(self) -> BusStatistics:
-        """What happened on the bus."""
+        """Statistics of the bus."""
 
     @property
     def trouble(self) -> str:
-        """What keeps the bus from being commanded now: an error of it, another master; empty: nothing."""
+        """Reason why the bus cannot be commanded now: an error, another master; empty: none."""
 
     def now(self) -> float:
         """The time, s, by the clock of `cycle`."""
 
     def open(self) -> None:
-        """Find the drives, and write and read back what they are to watch; nothing is enabled.
+        """Find the drives, and write and read back the settings of their own supervision; nothing is enabled.
 
         Raises `EnvironmentFault` where the bus cannot be had or somebody else commands it, `InputError` for drives
         that are not those of the machine file.
         """
 
     def begin_checks(self) -> None:
-        """Begin to write and read back, within the cycles, what each drive watches, before it is enabled."""
+        """Begin to write and read back the drives' own supervision, within the cycles, before they are enabled."""
 
     def begin_speed_limits(self, tension: Sequence[bool]) -> None:
         """Begin to limit the speed of each drive for torque mode where *tension*, else to that of the winch."""
 
     @property
     def checking(self) -> bool:
-        """Whether what was begun goes on. What failed is in `Axis.failure`."""
+        """Whether a started transfer still runs. `Axis.failure` has the reason of an error."""
 
     def cycle(self, setpoints: tuple[Setpoint, ...], due: float, *, reset: bool = False, beats: bool = True) -> float:
         """Command *setpoints*, wait until *due*, s, and take the answers; return the time of measurement, s.

@@ -47,7 +47,7 @@ class Scale:
         return -torque / (self.radii[0] * self.cables)
 
     def torque_of(self, tension: float) -> float:
-        """Torque, N m of the drum, that gives at most that *tension*, N, at any radius."""
+        """Torque, N m of the drum, at which the *tension*, N, is not exceeded at any radius."""
         return -tension * self.radii[0] * self.cables
 
 

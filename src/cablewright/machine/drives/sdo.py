@@ -1,6 +1,6 @@
 """Service data objects on CAN: single objects of a drive read and written.
 
-A client is a small state machine that is fed with frames, so that it waits for nobody. Numbers go in one frame each;
+A client is a small state machine that is fed with frames, so that it never blocks. Numbers go in one frame each;
 texts, which are only read, in segments.
 """
 
@@ -28,7 +28,7 @@ class SdoClient:
     def due(self, now: float) -> CanFrame | None:
         """The frame to send at *now*, s, if any. A drive that does not answer in time fails the transfer."""
         if self._now is not None and self._now is not self.transfers.first:
-            self._now = None  # nobody wants it any more
+            self._now = None  # it was dropped
         if self._now is not None and now - self._since > TIMEOUT:
             self._end(failure="does not answer")
         transfer = self.transfers.first
@@ -43,7 +43,7 @@ class SdoClient:
         return self._request(bytes([command]) + address + kind.pack(transfer.value).ljust(4, b"\0"))
 
     def take(self, data: bytes, now: float) -> CanFrame | None:
-        """Take a frame of the node's answers; return a further one to send, if any."""
+        """Process a frame of the node's answers; return a further one to send, if any."""
         transfer = self._now
         if len(data) != 8 or transfer is None or transfer is not self.transfers.first:
             return None

@@ -39,7 +39,7 @@ class InputBits(Description):
     """Bits of the digital inputs, object 0x60FD, that every drive reads; None: not wired. A set bit is the safe state.
 
     ``chain``: the emergency-stop chain is closed. ``torque_on``: safe torque off is not active. ``enabling``: the
-    enabling switch is pressed. ``brake``: the brake is closed. ``barrier``: nobody is in the light barrier.
+    enabling switch is pressed. ``brake``: the brake is closed. ``barrier``: the light barrier is clear.
     """
 
     chain: _Bit | None = None
@@ -69,10 +69,10 @@ class WinchDriveSettings(Description):
     one at which virtual drives answer; a node's id is its place in the ring. ``acknowledged``: a real bus is opened for
     motion only with `ACKNOWLEDGED`. ``host``: node of this computer. ``rated_torque``: of a motor, as each drive must
     have it (0x6076). ``speed_unit``: value of 0x60FF for a motor turn a second; None: counts a second.
-    ``heartbeat_timeout``, ``command_timeout``: after so much silence of this computer a drive stops by itself.
-    ``following_error`` (m of cable) for ``following_time``: a drive stops. ``deceleration``: of cable, of every stop by
-    a drive. ``brake_time``: until a brake has opened or closed. ``answer_timeout``: s until a drive that does not
-    answer is said to be silent. ``tension``: N, of a line that is taken up, at most; ``tension_speed``: of its
+    ``heartbeat_timeout``, ``command_timeout``: s without a message of this computer after which a drive stops by
+    itself. ``following_error`` (m of cable) for ``following_time``: a drive stops. ``deceleration``: of cable, of every
+    stop by a drive. ``brake_time``: until a brake has opened or closed. ``answer_timeout``: s until a drive that does
+    not answer counts as silent. ``tension``: N, of a line that is taken up, at most; ``tension_speed``: of its
     cable, at most, in torque mode. ``tension_error``: share of the platform's weight by which all tensions together may
     be off. ``jog_run_out``: m that a jog may go on after the last order. ``jog_tension``: N, up to which a winch reels
     in by hand; None: ``tension``.
@@ -102,12 +102,12 @@ class WinchDriveSettings(Description):
     valve: ValveSettings | None = None
 
     def stop_time(self, speed: float) -> float:
-        """Time, s, in which a drive stops from a *speed* of its cable, m/s, closes its brake, and has told so."""
+        """Time, s, in which a drive stops from a *speed* of its cable, m/s, closes its brake, and reports it."""
         return speed / self.deceleration + self.brake_time + self.answer_timeout + _MARGIN
 
     @property
     def valve_notes(self) -> tuple[str, ...]:
-        """What is to be said to whoever starts a print: what the file does not promise of the valve."""
+        """The warning to the operator at the start of a print: properties that the file does not state of the valve."""
         if self.valve is None:
             return ("drives.valve: is not named: the platform moves, but no valve opens: nothing is laid",)
         if self.valve.closes_alone:

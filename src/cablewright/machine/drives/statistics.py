@@ -38,7 +38,7 @@ class BusStatistics:
 
 
 def cyclic_load(drives: int, period: float, bitrate: int) -> float:
-    """Share of a bus that the cyclic frames of so many *drives* take, one of them with the valve's output."""
+    """Share of a bus that the cyclic frames of *drives* drives take, one of them with the valve's output."""
     sizes = (7, 2, 7, 8, 8)
     bits = drives * sum(_STUFFED * (_BITS + 8 * size) for size in sizes) + 2.0 * _STUFFED * (_BITS + 8)
     bits += _STUFFED * 32

@@ -36,7 +36,7 @@ _ABSENT: Final = (0x06020000, 0x06090011)
 
 @dataclass(eq=False)
 class Transfer:
-    """One object read, or written where there is a ``value``. ``failure``: why not; empty: it went well, if done."""
+    """One object read, or written where there is a ``value``. ``failure``: why not; empty: success, if done."""
 
     object: Object
     value: int | None = None
@@ -63,7 +63,7 @@ class Transfers:
 
     @property
     def first(self) -> Transfer | None:
-        """What is to be transferred next, or now; None: nothing."""
+        """Next or present transfer; None: none."""
         try:
             return self._waiting[0]
         except IndexError:
@@ -76,12 +76,12 @@ class Transfers:
         return transfer
 
     def clear(self) -> None:
-        """Forget what is left."""
+        """Drop the remaining transfers."""
         with self._changes:
             self._waiting.clear()
 
     def end(self, transfer: Transfer, failure: str = "") -> None:
-        """It is done; *failure*: why it could not be."""
+        """End the transfer; *failure*: why it failed."""
         transfer.failure = failure
         transfer.done = True
         with self._changes:
@@ -95,5 +95,5 @@ class Transfers:
 
 
 def text_of(data: bytes) -> str:
-    """A text, of the bytes that a drive has told."""
+    """A text, of the bytes of a drive's answer."""
     return data.split(b"\0")[0].decode("ascii", "replace")

@@ -21,7 +21,7 @@ _TOO_FAR: Final = 5e-3  # m that a winch may go beyond its speed limit under tor
 class StrayWatch:
     """Adds up how far each winch is from where its commands led, by its counts.
 
-    What it is off is forgotten along the way that is commanded, so that small errors of speeds do not add up, and never
+    Its deviation is forgotten along the commanded motion, so that small errors of speeds do not add up, and never
     while a winch is held: a creep is seen however slow it is. Under torque it is the way beyond the speed limit.
     """
 
@@ -32,11 +32,11 @@ class StrayWatch:
         self._off: Array = np.zeros(0)  # rad
 
     def forget(self) -> None:
-        """Begin again."""
+        """Forget earlier deviations."""
         self._before = None
 
     def judge(self, axes: Sequence[Axis], setpoints: Sequence[Setpoint], time: float) -> str:
-        """Which winch has gone astray by the answers of *time*, s; an empty text: none."""
+        """Return a sentence on a winch that deviates, by the answers of *time*, s; empty: none."""
         if any(axis.pending for axis in axes):
             return ""
         counts = np.array([axis.counts for axis in axes], dtype=np.int64)
@@ -69,7 +69,7 @@ class StrayWatch:
 
 
 def astray(name: str, length: float) -> str:
-    """Say that the winch of the line called *name* is off by a *length*, m."""
+    """Report that the winch of the line called *name* deviates by a *length*, m."""
     return f"{name}: its winch is {1e3 * length:.0f} mm from where it was commanded"
 
 

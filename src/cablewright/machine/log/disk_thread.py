@@ -27,7 +27,7 @@ class DiskThread:
         return len(self._waiting) >= MAX_WAITING
 
     def put(self, write: Callable[[], None]) -> None:
-        """Call *write* soon."""
+        """Queue the call *write* for the thread."""
         self._waiting.append(self._thread.submit(self._call, write))
 
     def last(self) -> Future[None] | None:
@@ -35,7 +35,7 @@ class DiskThread:
         return self._waiting[-1] if self._waiting else None
 
     def wait(self) -> None:
-        """Wait for all calls. Raises what one has raised."""
+        """Wait for all calls. Raises the error of a call."""
         while self._waiting:
             self._waiting[0].result()  # it still waits where this is interrupted
             self._waiting.popleft()

@@ -40,7 +40,7 @@ def array_schema(of: Any) -> dict[str, Any]:
 
 
 class FieldKind(NamedTuple):
-    """A kind of value. ``read`` takes what JSON holds, None for a missing key; it raises `ValueError`, a sentence.
+    """A kind of value. ``read`` converts a JSON value, None for a missing key; it raises `ValueError`, a sentence.
 
     ``write`` returns None for a value that leaves its key out.
     """

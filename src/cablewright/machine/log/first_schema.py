@@ -1,4 +1,4 @@
-"""Heads of logs of schema 1, whose settings did not tell what the owner knows from what only a simulation has."""
+"""Heads of logs of schema 1, which did not separate the owner's settings from those of the simulation."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""What a log holds for those who look at it in Foxglove: frames (/tf) and a scene (/scene). No reader of ours needs it.
+"""Views of a log for Foxglove: frames (/tf) and a scene (/scene). No reader of this package needs them.
 
-Lines are straight here, from the exit point to the platform: a log knows no sag. The scene shows what is true where the
-log has the truth, and else what the estimation told.
+Lines are straight here, from the exit point to the platform: a log knows no sag. The scene shows the truth where the
+log has it, and else the estimate.
 """
 
 from __future__ import annotations
@@ -105,14 +105,14 @@ class Views:
     def messages(
         self, time: float, truth: Truth | None, estimate: Estimate | None, progress: Progress | None
     ) -> Iterator[tuple[str, bytes]]:
-        """Yield topic and JSON of what is due at *time*, s; nothing while no pose is known."""
+        """Yield topic and JSON of the messages due at *time*, s; nothing while no pose is known."""
         for topic, content in self.content(time, truth, estimate, progress):
             yield topic, to_json(content)
 
     def content(
         self, time: float, truth: Truth | None, estimate: Estimate | None, progress: Progress | None
     ) -> Iterator[tuple[str, dict[str, Any]]]:
-        """Yield topic and content of what is due at *time*, s; nothing while no pose is known."""
+        """Yield topic and content of the messages due at *time*, s; nothing while no pose is known."""
         if time < self._due - 1e-9:
             return
         told = estimate if estimate is not None and estimate.valid else None

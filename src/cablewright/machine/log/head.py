@@ -51,7 +51,7 @@ _Text = Annotated[str, Field(min_length=1, max_length=60)]
 class LogHead:
     """Metadata of a log. ``robot`` is the description, not the truth; ``settings``: what the machine's owner knows.
 
-    ``epoch``: UTC of time 0; None where nobody needs it, as of a simulation, of which one input gives the same bytes.
+    ``epoch``: UTC of time 0; None for a simulation, so that one input gives the same bytes.
     ``versions``: of software and firmware, by name. ``simulation``, ``plant`` and ``seed`` are of simulated machines
     alone; a log may lack them. ``home``: pose, m and rad, at which the platform was homed; its retraction then is
     that of ``robot``. ``every``: the log has the first of so many steps.
@@ -79,30 +79,30 @@ class LogHead:
 
     @property
     def epoch_ns(self) -> int:
-        """Time 0 in ns since 1970, UTC; 0 where nobody knows it."""
+        """Time 0 in ns since 1970, UTC; 0 where unknown."""
         return 0 if self.epoch is None else round((self.epoch - _BEGIN) / timedelta(microseconds=1)) * 1000
 
     @property
     def nozzle(self) -> tuple[float, float, float]:
-        """Where the nozzle is, (3,) m, platform frame: below the drum that hangs from a point platform."""
+        """Position of the nozzle, (3,) m, platform frame: below the drum that hangs from a point platform."""
         drum = self.settings.drum
         return self.robot.platform.nozzle if drum is None else (0.0, 0.0, -drum.valve)
 
     @property
     def origin(self) -> str:
-        """How the log was made, in a few words."""
+        """Origin of the log in a few words."""
         if self.kind != "simulated" or self.plant is None:
             return f"{self.kind} machine"
         return f"{self.plant} plant" + ("" if self.seed is None else f", seed {self.seed}")
 
     @property
     def severity(self) -> str | None:
-        """How far the simulated machine was off what was described, see `severities`; None of any other."""
+        """The severity of the simulated machine's deviations, see `severities`; None of any other machine."""
         return None if self.simulation is None else severity_of(self.simulation)
 
     @property
     def built(self) -> str | None:
-        """What its severity says of the simulated machine; None of any other."""
+        """The meaning of the simulated machine's severity in words; None of any other machine."""
         return None if self.severity is None else MEANINGS[self.severity]
 
 

@@ -248,7 +248,7 @@ class Log:
 
     @property
     def size(self) -> int:
-        """Bytes in all."""
+        """Size of the log, bytes."""
         return self._segments.size
 
     def entries(self, without: Collection[type[Signal] | str] = ()) -> Iterator[Entry]:

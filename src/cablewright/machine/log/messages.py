@@ -104,7 +104,7 @@ def _letters(text: str, width: int) -> NDArray[np.uint8]:
 
 def _ranges(ranges: Array) -> bytes:
     """*ranges* as JSON. A lidar's are whole numbers of some grain, which tables write several times as fast."""
-    if (ranges < _MAX_RANGE).all():  # not of what is infinite
+    if (ranges < _MAX_RANGE).all():  # not with infinite values
         counts = np.rint(ranges * _STEPS).astype(np.int64)
         if (counts >= 0).all() and (counts / _STEPS == ranges).all():
             whole, rest = _tables()

@@ -23,9 +23,10 @@ class SensorSheet(Description):
 
 @dataclass(frozen=True, eq=False)
 class Sensor(Generic[_SheetT]):
-    """A sensor that machines may have: name of its source, and what its table in a machine file holds.
+    """A sensor that machines may have: name of its source, and keys of its table in a machine file.
 
-    ``key``: of that table; empty: the source's name. ``noise``: keys of what is less in a mean of readings.
+    ``key``: of that table; empty: the source's name. ``noise``: keys of quantities that are smaller in a mean of
+    readings.
     """
 
     source: str

@@ -1,4 +1,4 @@
-"""Data sheets of load cells, and of motors whose torques tell tensions."""
+"""Data sheets of load cells, and of motors whose torques measure tensions."""
 
 from typing import Final
 
@@ -7,7 +7,7 @@ from cablewright.machine.sensors.sensor import Sensor, SensorSheet
 
 
 class TensionSensor(SensorSheet):
-    """Tensions at the sheaves, N: by load cells, or by the torques of the motors. ``most``: what one shows at most.
+    """Tensions at the sheaves, N: by load cells, or by the torques of the motors. ``most``: largest reading.
 
     ``gain_deviation``: standard deviation of each one's scale, as a share. ``drift``: N, standard deviation by which a
     zero walks in an hour; None: a tenth of the scale's at ``most``, assumed.
@@ -22,7 +22,7 @@ class TensionSensor(SensorSheet):
 
     @property
     def walk(self) -> float:
-        """By how much a zero walks in an hour, as told or assumed, N."""
+        """Random walk of a zero in an hour, as specified or assumed, N."""
         return 0.1 * self.gain_deviation * self.most if self.drift is None else self.drift
 
 

@@ -13,7 +13,7 @@ from cablewright.robot.parameter_values import with_exit_point
 
 
 def as_built(robot: Robot, tolerances: Tolerances, seed: int) -> Robot:
-    """Return a robot that *robot* may be the description of; equal seeds give equal robots.
+    """Return a random robot as built whose description could be *robot*; equal seeds yield equal robots.
 
     Each coordinate of an anchor (exit point; a winch exit stays on its vertical) and each sheave's radius has a normal
     error, each modulus and each winch drum's radius a uniform one. Raises `InputError` where a robot with these errors
@@ -30,7 +30,7 @@ def as_built(robot: Robot, tolerances: Tolerances, seed: int) -> Robot:
 
 
 def _wound_on(line: Line, size: float) -> Line:
-    """*line* with a winch drum of that *size*, relative to what is told."""
+    """*line* with a winch drum of that *size*, relative to the specified one."""
     radius = line.winch.drum_radius
     if radius is None or size == 1.0:
         return line

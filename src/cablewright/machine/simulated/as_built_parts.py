@@ -1,4 +1,4 @@
-"""What hangs on a robot as built: room, mounts, masses, zeros and scales, off what the owner knows by the tolerances.
+"""Equipment of a robot as built: room, mounts, masses, zeros and scales, with deviations within the tolerances.
 
 Each error has a random generator of its own, so that changing one tolerance changes no other error. A tolerance of 0
 leaves the owner's own value, to the bit.
@@ -61,7 +61,7 @@ def as_built_machine(twin: TwinSettings, seed: int) -> TwinSettings:
 
 
 def mass_factors(tolerances: Tolerances, seed: int) -> tuple[float, float]:
-    """Return what the masses of the empty drum and of its powder are, relative to what is told."""
+    """Return the masses of the empty drum and of its powder, relative to the specified ones."""
     empty, powder = (1.0 + tolerances.mass * drawn(seed, _MASS).standard_normal(2)).tolist()
     return empty, powder
 
@@ -80,7 +80,7 @@ def mounting(source: str, tolerances: Tolerances, seed: int) -> Array:
 
 
 def angle_zeros(tolerances: Tolerances, seed: int, lines: int) -> Array:
-    """Return what each line's accelerometer shows too much, (m,) rad."""
+    """Return the zero errors of the lines' accelerometers, (m,) rad."""
     return np.asarray(tolerances.line_angle_bias * drawn(seed, _ZEROS).standard_normal(lines))
 
 
@@ -96,7 +96,7 @@ def tension_gains(source: str, tolerances: Tolerances, seed: int, lines: int) ->
 
 
 def as_built_room(room: RoomSettings, deviation: float, seed: int) -> RoomSettings:
-    """Return the *room* with walls off by independent errors of that *deviation*, m, at their ends, across them.
+    """Return the *room* with independent errors of that *deviation*, m, at the ends of walls, across them.
 
     Faces on one line are one wall, which stays straight. A wall shorter than 1 m is shifted, not turned.
     """

@@ -12,7 +12,7 @@ from cablewright.machine.simulated.as_built_parts import ROOM, drawn
 from cablewright.machine.simulated.people import WIDTH, Visits
 from cablewright.machine.simulated.settings import SimulationSettings
 
-_BEHIND: Final = 3.0  # m from glass to what is seen through it
+_BEHIND: Final = 3.0  # m from glass to the face seen through it
 _BESIDE: Final = 10.0  # m, by which that is longer on both sides
 _DETOUR: Final = 0.3  # m, mean of how much farther a ghost is
 _CORNERS: Final = np.radians(np.arange(0.0, 361.0, 45.0))
@@ -50,7 +50,7 @@ class FoundRoom:
         return np.vstack([self._walls, np.hstack([place + _BODY[:-1], place + _BODY[1:]])])
 
     def behind_glass(self, faces: Array) -> Array:
-        """The *faces*, with what is seen through glass in its place."""
+        """The *faces*, with those seen through glass in its place."""
         return np.vstack([self._behind, faces[len(self._walls) :]])
 
     def without(self, kind: str, faces: Array) -> Array | None:
@@ -59,10 +59,10 @@ class FoundRoom:
         return np.delete(faces, own, axis=0) if own else None
 
     def random(self, source: int, turn: int) -> np.random.Generator:
-        """Return the generator of what happens to the rays of one *turn* of one lidar."""
+        """Return the random generator for the rays of one *turn* of one lidar."""
         return drawn(self._seed, ROOM, source, turn)
 
 
 def detours(random: np.random.Generator, share: float, count: int) -> Array:
-    """Return how much farther than the first thing each of *count* rays tells, m; not 0 of a *share* of them."""
+    """Return the excess range of each of *count* rays, m; not 0 for a *share* of them."""
     return np.where(random.random(count) < share, random.exponential(_DETOUR, count), 0.0)

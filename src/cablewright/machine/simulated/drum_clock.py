@@ -23,7 +23,7 @@ class DrumClock:
         self._is_right = not (self.offset or self.drift or self._times)
 
     def shown(self, time: float) -> float:
-        """Return what it shows at a *time* of the machine's clock, s."""
+        """Return the drum clock's time at a *time* of the machine's clock, s."""
         return (1.0 + self.drift) * time + self.offset + self._sums[bisect.bisect_right(self._times, time)]
 
     def stamped(self, reading: Reading) -> Reading:

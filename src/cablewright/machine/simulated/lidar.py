@@ -91,7 +91,7 @@ class SimulatedLidar:
         return ranges
 
     def _find(self, ranges: Array, poses: Array, faces: Array, ground: Ground) -> Array:
-        """What the rays tell instead of *ranges* (k,), m: through glass, nothing of dark faces, ghosts."""
+        """The measured ranges of the rays instead of *ranges* (k,), m: through glass, nothing of dark faces, ghosts."""
         room, ghosts, count = self._room, self.flaws.ghosts, len(ranges)
         opaque, bright = room.without("glass", faces), room.without("dark", faces)
         if opaque is None and bright is None and not ghosts:

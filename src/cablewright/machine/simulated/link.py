@@ -32,7 +32,7 @@ class Gaps:
         self._spells = Spells(every, (length, length), seed, GAPS, number) if every and length else None
 
     def end(self, time: float) -> float:
-        """Return when there is a connection again from *time* on, s: at once, or at the end of a gap."""
+        """Return when there is a connection again from *time* on, s: *time*, or the end of a gap."""
         while True:
             later = time
             for begin, end in self._planned:
@@ -52,7 +52,7 @@ def encode_readings(readings: Iterable[tuple[float, Reading]]) -> list[tuple[flo
 
 
 def decode_readings(messages: Any) -> deque[tuple[float, Reading]]:
-    """Return what `encode_readings` encoded. Raises `InputError` for anything else."""
+    """Decode the output of `encode_readings`. Raises `InputError` for anything else."""
     try:
         rows = _MESSAGES.validate_python(messages)
     except ValidationError:

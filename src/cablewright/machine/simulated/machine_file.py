@@ -115,8 +115,8 @@ def _longest(robot: Robot) -> float:
 
 
 _TEMPLATE: Final = """\
-# A machine for the robot {name}. Numbers marked "robot" are from its file; all others are assumed: replace them by what
-# you know of yours.
+# A machine for the robot {name}. Numbers marked "robot" are from its file; all others are assumed: replace them by the
+# numbers of your machine.
 
 schema = 1
 name = {name}
@@ -125,7 +125,7 @@ period = "10 ms"                # of the control
 
 {carried}
 [extrusion]
-density = "2000 kg/m^3"         # of what is laid; the job sets width and height of the bead
+density = "2000 kg/m^3"         # of the laid material; the job sets width and height of the bead
 
 [winch]
 max_speed = {speed}             # rad/s of the drum: the robot's speed of the cable, or 1 m/s
@@ -155,13 +155,13 @@ humidity_deviation = 0.01
 [barrier]
 rate = 20.0
 
-# What only a simulation has, and nothing that estimates or controls is told: all assumed. A real machine needs none.
+# Parameters of the simulation alone, hidden from estimation and control: all assumed. A real machine needs none.
 
 [simulation]
 substep = "2 ms"
 quasi_static_period = "200 ms"
 
-[simulation.tolerances]         # how far the machine as built is off the robot file
+[simulation.tolerances]         # deviations of the machine as built from the robot file
 anchor = "1 mm"                 # each coordinate of an exit point, standard deviation
 sheave_radius = "0.1 mm"
 modulus = 0.05                  # uniform, +- this share

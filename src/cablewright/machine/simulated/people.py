@@ -41,9 +41,9 @@ class Visits:
         self._walk: tuple[int, Array, Array] | None = None  # of a visit: times (k,), s, and places (k, 2), m
 
     def place(self, time: float, drum: Array) -> Array | None:
-        """Return where the middle of a person is, (2,) m, at *time*, s, with the drum at (2,) m; None: nobody is there.
+        """Return the position (2,), m, of a person at *time*, s, with the drum at (2,) m; None: the room is empty.
 
-        Who would come too near the drum walks around it; in a room that is too small for that nobody is.
+        Who would come too near the drum walks around it; a room that is too small for that is empty.
         """
         visit = None if self.visits is None else self.visits.at(time)
         if visit is None:

@@ -21,7 +21,6 @@ from cablewright.kernels.statics.platform import between
 from cablewright.machine.simulated.motion.settling import settle
 from cablewright.machine.simulated.rig import Rig
 from cablewright.models.packed_views import LineStates
-from cablewright.models.support import Capability, Coverage, support
 from cablewright.solvers.continuation import TrackerSettings
 
 MAX_SUBSTEPS: Final = 1000
@@ -29,7 +28,7 @@ _TOLERANCE: Final = 1e-6  # m and rad, to which equilibria of bodies are certifi
 
 
 class Plant(Protocol):
-    """Advances a rig in time."""
+    """Interface of a plant, which advances a rig in time."""
 
     @property
     def period(self) -> float:
@@ -65,7 +64,7 @@ class DynamicPlant:
             own[counterweights.HELD] = held
 
     def advance(self, speeds: Array) -> list[Notice]:
-        """As `Plant`."""
+        """Turn the winches at *speeds* (w,), rad/s, for one period, and move the platform; see `Plant.advance`."""
         rig, winches = self.rig, self.rig.winches
         if len(rig.robot.hung):
             rig.swing.weights[:, counterweights.RATIO] = rig.unmodelled.ratio
@@ -110,9 +109,7 @@ class QuasiStaticPlant:
         self._pose = rig.pose
         self._whole = np.arange(rig.robot.m)
         self._fit()
-        tolerance = (
-            _TOLERANCE if rig.robot.n == 6 and support(rig.robot, Capability.TRACKER).verdict is Coverage.WORKS else 0.0
-        )
+        tolerance = _TOLERANCE if rig.robot.n == 6 else 0.0
         self._bounds = (TrackerSettings().jump, TrackerSettings().fold, tolerance)
 
     def _fit(self) -> None:
@@ -123,7 +120,7 @@ class QuasiStaticPlant:
         self._work, self._pool = workspace(packed), certificate_pool(packed)
 
     def advance(self, speeds: Array) -> list[Notice]:
-        """As `Plant`."""
+        """Turn the winches at *speeds* (w,), rad/s, for one period, and move the platform; see `Plant.advance`."""
         rig, winches, after = self.rig, self.rig.winches, self._lengths_after
         drums = (winches.state, winches.motor, winches.radii, winches.wound, winches.sideways)
         if rig.brakes is not None:

@@ -14,7 +14,7 @@ _LONGEST_PAUSE: Final = 1e12  # s
 
 
 class Spell(NamedTuple):
-    """One spell."""
+    """One random period: its begin and its end."""
 
     number: int
     begin: float  # s

@@ -39,7 +39,7 @@ from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 
 _DAY = 86400.0  # s
-_MAX_FALLING = 0.03  # kg, deposited at once
+_MAX_FALLING = 0.03  # kg, deposited in one step
 _FLAG_CONDITIONS = (
     (winding.LIMITED, Condition.LIMITED),
     (winding.STALLED, Condition.STALLED),
@@ -201,7 +201,7 @@ class Rig:
         return notices
 
     def _wander(self, period: float) -> None:
-        """Change the yaw at which the twist of a drum's lines rests, by the way that it went and by its drive."""
+        """Change the yaw at which the twist of a drum's lines rests, by its path and by its drive."""
         drum = self._twist
         if drum is None:
             return
@@ -215,12 +215,12 @@ class Rig:
         self.body[dynamics.YAW_REST] = rest + self.yaw.angle
 
     def advance_unmodelled(self, time: float, period: float) -> None:
-        """Advance what no model has by the *period*, s, that has passed from *time*, s, on, for the next one."""
+        """Advance the unmodelled effects by the *period*, s, that has passed from *time*, s, on, for the next one."""
         place, air = self.motion[:3], Air(*air_at(self.settings.simulation.climate, time))
         self.unmodelled.advance(self.packed, self.states, self.work.planes, self.winches, place, period, air)
 
     def brake(self, modes: Sequence[WinchMode], reset: bool) -> None:
-        """Close the brakes of winches whose *modes* are off, and open others; *reset*: what has slipped is known."""
+        """Close the brakes of winches whose *modes* are `OFF`, and open others; *reset*: reported slip is cleared."""
         if self.brakes is None:
             return
         if reset:
@@ -310,7 +310,7 @@ class Rig:
         self._weigh()
 
     def _weigh(self) -> None:
-        """Set mass, centre and inertia by what is in the platform and how long it is."""
+        """Set mass, centre and inertia by the content and the length of the platform."""
         kept, stuck = self.body[[dynamics.YAW_REST]], 0.0 if self.stuck is None else self.stuck.mass
         self.body = self.masses.numbers(self.powder, stuck, self.retraction.length)
         self.body[[dynamics.YAW_REST]] = kept

@@ -16,7 +16,7 @@ from cablewright.robot import Robot
 
 @dataclass(frozen=True, eq=False)
 class Mounted:
-    """What a simulated sensor is told of its machine, whose steps are a *period*, s, long."""
+    """Data of the machine for its simulated sensors. A step has the length *period*, s."""
 
     robot: Robot  # as built
     nozzle: Array  # (3,) m, drum
@@ -34,7 +34,7 @@ class Mounted:
         return mounting(source, self.tolerances, self.seed)
 
     def angle_zeros(self) -> Array:
-        """Return what each line's accelerometer shows too much, (m,) rad."""
+        """Return the zero errors of the lines' accelerometers, (m,) rad."""
         return angle_zeros(self.tolerances, self.seed, self.robot.m)
 
     def tension_gains(self, source: str) -> Array:

@@ -82,10 +82,9 @@ class Tolerances(Description):
     ``wall``: m, of each end of a wall, across it. ``mount_place``, m, and ``mount_turn``, rad: of each sensor's
     mounting, along and about each axis of the drum. ``clock_offset``, s, and ``clock_drift``, a share: of the clock on
     the drum and its rate. ``line_angle_bias``: rad, of each line accelerometer's zero. ``tension_gain``: of the scale
-    of each load cell or torque, a share; ``tension_drift``: of what a zero has drifted by after an hour, as a share of
-    what the sensor shows at most. ``mass``: of the empty drum and of its powder, a share. ``home_length``: m, largest
-    error of each line's length when the machine starts. ``drum_radius``: largest relative error of each winch drum's
-    radius.
+    of each load cell or torque, a share; ``tension_drift``: of a zero's drift after an hour, as a share of the sensor's
+    range. ``mass``: of the empty drum and of its powder, a share. ``home_length``: m, largest error of each line's
+    length when the machine starts. ``drum_radius``: largest relative error of each winch drum's radius.
     """
 
     anchor: Width
@@ -125,7 +124,7 @@ class BodyMotion(Description):
 class Winding(Description):
     """How irregularly the cable lies on the winches' drums.
 
-    ``slide``: share of what a drum winds or pays out by which cable slides out, at the reference load. ``crossing``: of
+    ``slide``: share of the wound or paid-out length by which cable slides out, at the reference load. ``crossing``: of
     the cable's diameter, by which it is lifted where it crosses the turn below it, once a turn of each layer but the
     first, within ``crossing_angle`` of the drum.
     """
@@ -159,7 +158,7 @@ class RoomLaw(Description):
     """The room as it is found. ``cell``: m, of the grid on which material lies.
 
     ``glass`` and ``dark``: names of faces of the room. A ray that meets glass passes with the chance ``glass_share``,
-    to what is 3 m behind; one that meets a dark face has no echo with the chance ``dark_share``.
+    to a face 3 m behind; one that meets a dark face has no echo with the chance ``dark_share``.
     """
 
     cell: Annotated[Length, Field(ge=1e-3, le=1.0)] = 0.02
@@ -214,7 +213,7 @@ class Link(Description):
 class LidarFlaws(SensorFlaws):
     """Flaws of a lidar's rays. ``bias``: standard deviation, m, of the unit's bias; None: as on the data sheet.
 
-    ``ghosts``: share of rays whose echo took a detour, so that they tell more than there is.
+    ``ghosts``: share of rays whose echo took a detour, so that their range is too long.
     """
 
     bias: Width | None = None
@@ -226,7 +225,7 @@ class FaultPlan(Description):
 
     ``size`` is of a ``slip``: m of cable that an encoder counts too much; of an ``offset``: N that a tension sensor
     shows too much. The source ``line`` is the line itself, for good: it is ``broken``, or ``off_sheave``: the cable
-    lies nearer to the sheave's axle by ``size``, m, or is held lower by so much than in its eyelet.
+    lies nearer to the sheave's axle by ``size``, m, or is held lower than in its eyelet by ``size``.
     """
 
     source: _FaultSource
@@ -323,7 +322,7 @@ class SimulationSettings(_WithSensors):
 
 
 class MachineFile(MachineSettings):
-    """A whole machine file: what the owner knows, and what only a simulation has."""
+    """A whole machine file: the owner's settings, and those of the simulation alone."""
 
     simulation: SimulationSettings | None = None
 
@@ -352,17 +351,17 @@ class MachineFile(MachineSettings):
 
 
 class TwinSettings(Description):
-    """A machine that can be simulated: what its ``owner`` knows of it, and what only its ``simulation`` has."""
+    """A machine that can be simulated: the settings of its ``owner``, and those of its ``simulation`` alone."""
 
     owner: MachineSettings
     simulation: SimulationSettings
 
     def with_owner(self, **changes: Any) -> Self:
-        """Return the same with other values of some fields of ``owner``, which are not checked."""
+        """Return the machine with other values of some fields of ``owner``, which are not checked."""
         return self.model_copy(update={"owner": self.owner.model_copy(update=changes)})
 
     def with_simulation(self, **changes: Any) -> Self:
-        """Return the same with other values of some fields of ``simulation``, which are not checked."""
+        """Return the machine with other values of some fields of ``simulation``, which are not checked."""
         return self.model_copy(update={"simulation": self.simulation.model_copy(update=changes)})
 
 
@@ -375,7 +374,7 @@ def load_twin(name_or_path: str | Path) -> TwinSettings:
 
 
 def twin_of_table(table: dict[str, Any], origin: str) -> TwinSettings:
-    """As `load_twin`, of the *table* of a machine file that is called *origin* in messages."""
+    """Return the machine of the *table* of a machine file, see `load_twin`; *origin*: its name in messages."""
     simulation = validated(MachineFile, table, origin).simulation
     if simulation is None:
         known = "`cablewright machines NAME` prints one that has it"
@@ -391,7 +390,7 @@ def whole_machine(machine: TwinSettings | str | Path) -> TwinSettings:
     if isinstance(machine, TwinSettings):
         return machine
     if isinstance(machine, MachineSettings):
-        why = "load_machine gives what the owner knows; load_twin gives that and what only a simulation has"
+        why = "load_machine returns the owner's settings; load_twin returns these and those of the simulation"
         raise InputError(f"machine {machine.name!r}: {why}")
     return load_twin(machine)
 

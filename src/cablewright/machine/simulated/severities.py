@@ -44,7 +44,7 @@ def _require_known(name: str, parts: Collection[str]) -> None:
 
 
 def _known(twin: TwinSettings, off: Mapping[str, float]) -> dict[str, Any]:
-    """What an owner knows who knows the tolerances *off*: new values of the owner's tables."""
+    """The settings of an owner who knows the tolerances *off*: new values of the owner's tables."""
     owner = twin.owner
     mounted = {"place_deviation": off["mount_place"], "turn_deviation": off["mount_turn"]}
     clock = {"offset": off["clock_offset"], "drift": off["clock_drift"], "latency": _LATENCY}

@@ -1,4 +1,4 @@
-"""The numbers of severities: how far a simulated machine, its room and its sensors are off what is described.
+"""The numbers of severities: deviations of a simulated machine, its room and its sensors from their description.
 
 One of three names, fixed before anything was estimated with them. An owner who knows how good the survey was knows the
 standard deviations, and nothing else.
@@ -40,7 +40,7 @@ MEANINGS: Final[Mapping[str, str]] = MappingProxyType({
     "rough": "walls, mounts, clocks, zeros, people, gaps of the link and what no model has, by the severity rough",
     OWN: "walls, mounts, clocks, zeros, people, gaps of the link and what no model has, by the machine's file",
 })  # fmt: skip
-"""What a severity says of the machine as built."""
+"""Tolerances of the machine as built, by severity."""
 
 
 def _severity(
@@ -92,7 +92,7 @@ SEVERITIES: Final[Mapping[str, Mapping[str, Mapping[str, float]]]] = MappingProx
 
 
 def filled(table: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a *table* ``[simulation]`` with the values of its severity for keys that it does not give."""
+    """Return a *table* ``[simulation]`` completed with the values of its severity."""
     name, whole = table.get("severity"), dict(table)
     for key, values in SEVERITIES.get(name, {}).items() if isinstance(name, str) else ():
         given = whole.get(key, {})

@@ -131,12 +131,12 @@ class SimulatedMachine:
 
     @property
     def settings(self) -> MachineSettings:
-        """What the owner knows of it; of a quasi-static one with its slower sensors."""
+        """The owner's settings; of a quasi-static machine with its slower sensors."""
         return self._twin.owner
 
     @property
     def simulation(self) -> SimulationSettings:
-        """What only the simulation has."""
+        """Settings of the simulation alone."""
         return self._twin.simulation
 
     @property
@@ -146,17 +146,17 @@ class SimulatedMachine:
 
     @property
     def abilities(self) -> Abilities:
-        """Those of the simulation, which takes no time and can tell the truth."""
+        """Abilities of the simulation, which takes no time and knows the truth."""
         return self._abilities
 
     def open(self) -> None:
-        """As `Machine`: a simulation is always there."""
+        """Connect to the machine; see `Machine.open`. A simulation needs no connection."""
 
     def stop(self) -> None:
-        """As `Machine`: its winches stand between two steps."""
+        """Stop and hold all winches; see `Machine.stop`. Its winches rest between two steps."""
 
     def close(self) -> None:
-        """As `Machine`."""
+        """Disconnect from the machine; see `Machine.close`."""
 
     @property
     def time(self) -> float:
@@ -182,7 +182,7 @@ class SimulatedMachine:
         self._rig_state = self.rig.observe(self.time)
 
     def step(self, command: Command) -> SensorFrame:
-        """As `Machine`."""
+        """Send *command*, wait for the step, and return the readings that arrived; see `Machine.step`."""
         speeds = self._checked(command)
         self.rig.retraction.command(command.outputs.get(RETRACTION, 0.0))
         self.rig.yaw.command(command.outputs.get(YAW, 0.0))
@@ -235,7 +235,7 @@ class SimulatedMachine:
         return machine
 
     def after_load(self) -> None:
-        """Observe the rig as it is now."""
+        """Compute the true state of the loaded rig."""
         self._rig_state = self.rig.observe(self.time)
 
     @property
@@ -309,7 +309,7 @@ class SimulatedMachine:
         return reading
 
     def _apply_shift(self, fault: FaultPlan, reading: Reading) -> Reading:
-        """Return *reading* with the numbers of the fault's lines off by its size."""
+        """Return *reading* with the fault's size added to the numbers of its lines."""
         sizes = [fault.size if fault.line in (None, name) else 0.0 for name in self._names_of(reading)]
         values = _of_lines(reading)
         return _with_lines(reading, values + _SHIFTS[fault.source, fault.kind](np.array(sizes), self._mounted))

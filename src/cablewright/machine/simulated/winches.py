@@ -19,7 +19,7 @@ from cablewright.models.winch_lines import WinchLines
 from cablewright.robot import Line, Robot
 
 _Number = TypeVar("_Number", np.float64, np.bool_)
-_TRIES: Final = 12  # each leaves of an error what a crossing is of the radius
+_TRIES: Final = 12  # each reduces the error to the ratio of crossing and radius
 
 
 class Winches:
@@ -122,7 +122,7 @@ class Winches:
             raise InputError(f"snapshot: a winch drum is wound by less than 0 or more than {last:g} rad")
 
     def set_strain(self, strains: Array) -> None:
-        """Set the strains (m,) of the cables besides elasticity."""
+        """Set the inelastic strains (m,) of the cables."""
         self.state[:, winding.STRAIN] = strains
 
     @property
@@ -137,7 +137,7 @@ class Winches:
         self.state[torques == 0.0, winding.PULL : winding.SLIP_BEFORE + 1] = 0.0
 
     def set_unmodelled(self, ratio: Array, stretch: Array | float, lag: Array | float) -> None:
-        """Set the pull on each drum over the tension at the platform, *ratio* (m,), and what changes the length out.
+        """Set the ratio (m,) of drum pull to tension at the platform, *ratio*, and the correction of the length out.
 
         *stretch* (m,): m, of the cable before the sheave by that tension; *lag* (m,): rad, of drums behind motors.
         """

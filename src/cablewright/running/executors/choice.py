@@ -16,7 +16,7 @@ LOCAL: Final = "local"
 
 @contextmanager
 def chosen(workers: int | None = None, cluster: str | None = None) -> Iterator[Executor]:
-    """Hold the executor: so many *workers* of this machine, those of a *cluster*, or by default this program alone.
+    """Context with the executor: *workers* of this machine, those of a *cluster*, or by default this program alone.
 
     *cluster*: the address of a dask scheduler, or ``local`` for so many *workers* of this machine (by default one for
     each core). Raises `InputError` for a contradiction, `EnvironmentFault` where no worker is available.

@@ -57,7 +57,7 @@ class Cluster:
 
     @property
     def workers(self) -> int:
-        """How many threads the workers have at present."""
+        """Present number of threads of the workers."""
         return max(1, int(sum(self._client.nthreads().values())))
 
     def run(self, chunks: Iterable[Chunk]) -> Iterator[Computed]:

@@ -22,7 +22,7 @@ _SPAWN: Final = get_context("spawn")  # a forked child would have locks of threa
 
 
 class Processes:
-    """Computes in so many worker processes of this machine."""
+    """Executor of worker processes on this machine."""
 
     def __init__(self, workers: int) -> None:
         if not 1 <= workers <= MAX_WORKERS:
@@ -87,7 +87,7 @@ class _Worker:
         other.close()  # or its end would not be seen here
 
     def begin(self, chunk: Chunk) -> bool:
-        """Send the chunk; whether there is anybody to take it."""
+        """Send the chunk; return whether the worker is alive."""
         try:
             self.pipe.send(chunk)
         except OSError:
@@ -96,7 +96,7 @@ class _Worker:
         return True
 
     def answer(self) -> Computed | EnvironmentFault | None:
-        """Return what the worker answers; None if it died."""
+        """Return the worker's answer; None if it died."""
         try:
             answer: Computed | EnvironmentFault = self.pipe.recv()
         except (EOFError, OSError):

@@ -40,7 +40,7 @@ class SharedMethod:
 
     @property
     def name(self) -> str:
-        """That of the method."""
+        """Name of the method."""
         return self.method.name
 
     def __call__(self, problem: SpreadProblem) -> Spread:

@@ -43,7 +43,7 @@ class KeptResults:
             self._unused = 0
 
     def add(self, results: Mapping[str, str]) -> None:
-        """Add JSON texts of results by key. Raises `EnvironmentFault` where the disk does not take them."""
+        """Add JSON texts of results by key. Raises `EnvironmentFault` where the disk is full or not writable."""
         self._known.update(results)
         if self._file is None:
             return
@@ -58,7 +58,7 @@ class KeptResults:
 
 @contextmanager
 def kept_in(path: Path | None) -> Iterator[KeptResults]:
-    """Hold the results in the file at *path*, which is made where it is not there; None: in memory alone.
+    """Context with the results in the file at *path*, created if missing; None: in memory alone.
 
     A last line that is not complete, as a killed program leaves, is dropped. Raises `InputError` for a file of another
     kind, `EnvironmentFault` where it cannot be written or another program uses it.

@@ -23,7 +23,7 @@ def evaluate(
     kept: KeptResults,
     progress: Progress | None = None,
 ) -> tuple[Outcome, ...]:
-    """Return what became of each item. An item that fails is an `Outcome` with its fault, and keeps none of the others.
+    """Return the outcome of each item. An item that fails is an `Outcome` with its fault, and stops none of the others.
 
     Results are added to *kept* chunk by chunk; faults are not, so that another call tries them again. Raises
     `EnvironmentFault` where no worker is available, or the results cannot be written.
@@ -69,7 +69,7 @@ def shared_blocks(
     kept: KeptResults,
     progress: Progress | None = None,
 ) -> list[Any]:
-    """Return what *function* gives of a *question* for *blocks* of places, by the place at which each begins.
+    """Return the results of *function* on a *question* for *blocks* of positions, by the first position of each.
 
     Raises `AnswerError` for a block that fails, `EnvironmentFault` where no worker is available.
     """

@@ -35,7 +35,7 @@ def digest(value: Any) -> str:
 
 @dataclass(frozen=True)
 class Task:
-    """One function, of a module of this package, and what all its calls have in common.
+    """One function, of a module of this package, and the common arguments of its calls.
 
     ``function(shared, item)`` returns what JSON can hold. ``shared`` and the items are frozen values that can be
     pickled and hashed by `digest`; ``noun`` is what one item is called.
@@ -53,7 +53,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of one item: the result as JSON text, or the reason why there is none.
+    """Outcome of one item: the result as JSON text, or the reason why there is none.
 
     ``refused``: whether that is an `InputError`.
     """
@@ -83,7 +83,7 @@ class Chunk:
         return Computed(self.numbers, tuple(Outcome(fault=why) for _ in self.items), 0.0)
 
     def parts(self) -> tuple[Chunk, ...]:
-        """Return its items one by one, for finding out which of them it is that no worker survives."""
+        """Return the items of the chunk one by one, to find the one that no worker survives."""
         return tuple(
             replace(self, items=(item,), numbers=(number,))
             for item, number in zip(self.items, self.numbers, strict=True)
@@ -123,7 +123,7 @@ def unlike(here: dict[str, str], there: dict[str, str]) -> str:
 
 
 def run_chunk(chunk: Chunk, threads: int | None = 1) -> Computed:
-    """Compute the items of a *chunk* on so many *threads*; None: as many as the program may use.
+    """Compute the items of a *chunk* on *threads* threads; None: as many as the program may use.
 
     Raises `EnvironmentFault` where this program is not the client's: its results would differ.
     """

@@ -41,7 +41,7 @@ def campaign(
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> Campaign:
-    """Print *job* on so many *machines*, built from the tolerances by the seeds from that of *options* on.
+    """Print *job* on *machines* machines, built from the tolerances with successive seeds from *options* on.
 
     *machine*: settings, a file or a library name (default: the robot's). *tried*: on how many of the machines each
     tolerance is also met exactly, with the same seeds; 0: none. *allowed_error*: m beside the path, with which a print

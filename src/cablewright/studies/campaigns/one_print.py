@@ -38,7 +38,7 @@ REMEDIES: Final[Mapping[str, str]] = {
 
 @dataclass(frozen=True)
 class CampaignPrint:
-    """What all prints of a campaign have in common. ``gcode_hash``: of the job's file; empty where it has none."""
+    """Common data of all prints of a campaign. ``gcode_hash``: of the job's file; empty where it has none."""
 
     robot: Robot
     job: Job
@@ -61,7 +61,7 @@ class CampaignPrint:
 
 
 def printed(shared: CampaignPrint, item: tuple[int, str]) -> dict[str, Any]:
-    """Print on the machine that a seed builds, and return what came of it: status, reason and errors, m."""
+    """Print on the machine that a seed builds, and return its result: status, reason and errors, m."""
     seed, exact = item
     _require_file(shared)
     twin = twin_of(shared.robot, shared.job, shared.exact_in(exact), replace(shared.options, seed=seed))

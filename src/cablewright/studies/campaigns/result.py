@@ -43,7 +43,7 @@ class MachinePrint:
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """What changes if one tolerance is met exactly, on the same machines."""
+    """Change of the result if one tolerance is met exactly, on the same machines."""
 
     tolerance: str
     value: float  # SI
@@ -107,12 +107,12 @@ class Campaign(Pictured):
 
     @property
     def succeeded(self) -> int:
-        """How many machines finish within the allowed error."""
+        """Number of machines that finish within the allowed error."""
         return sum(succeeds(each, self.allowed_error) for each in self.prints)
 
     @property
     def success_rate(self) -> float:
-        """Their share."""
+        """Share of successful machines."""
         return self.succeeded / len(self.prints)
 
     @property
@@ -130,7 +130,7 @@ class Campaign(Pictured):
 
     @property
     def refusal(self) -> str:
-        """Why the answer is no: not one machine succeeds."""
+        """Reason for a no: not one machine succeeds."""
         return "" if self.succeeded else "no machine finishes the print within the allowed error"
 
     def quantile(self, share: float) -> float | None:

@@ -33,7 +33,7 @@ CURVED: Final = 1.5
 
 
 class BetweenSamples:
-    """The k samples of a path, and what holds *poses* (k, n), *retraction* (k,), m, half-way between them."""
+    """The k samples of a path, and the equilibria of *poses* (k, n), *retraction* (k,), m, half-way between them."""
 
     def __init__(self, model: Model, poses: Array, statics: PathStatics, retraction: Array | None) -> None:
         self._model, self._poses, self._statics, self._retraction = model, poses, statics, retraction
@@ -122,7 +122,7 @@ class _Largest:
         self.rows, self._values = np.zeros(0, np.intp), np.zeros(0)
 
     def take(self, first: int, values: Array) -> None:
-        """Take the *values* of the rows from the *first* on; NaN counts as nothing."""
+        """Include the *values* of the rows from the *first* on; NaN is ignored."""
         rows = np.concatenate([self.rows, first + np.arange(len(values))])
         values = np.concatenate([self._values, np.nan_to_num(values)])
         kept = np.argsort(-values, kind="stable")[:MEASURED]

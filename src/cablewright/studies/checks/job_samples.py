@@ -41,7 +41,7 @@ the progress."""
 
 @dataclass(frozen=True, eq=False)
 class Walked:
-    """What was found along the path; None where it was not looked for."""
+    """Results along the path; None where they were not requested."""
 
     poses: Array  # (k, n), complete: as asked, and as equilibrium decides where it does
     statics: PathStatics

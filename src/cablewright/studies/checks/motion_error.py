@@ -18,7 +18,7 @@ RARE: Final = 0.95
 
 @dataclass(frozen=True, eq=False)
 class MotionError:
-    """Where material is laid, or along all of the path where none is laid."""
+    """Error by motion where material is laid, or along the whole path where none is laid."""
 
     largest: float  # m
     usual: float  # m, the 95th percentile over the length of path
@@ -27,7 +27,7 @@ class MotionError:
 
     @classmethod
     def of(cls, samples: Samples, statics: PathStatics) -> Self | None:
-        """Return what was found at the k samples; None where nothing is known."""
+        """Return the error at the k samples; None where nothing is known."""
         sample = largest_at(statics.displacement, samples.extruding)
         if sample is None:
             return None

@@ -40,7 +40,7 @@ _LEFT_OUT: Final = (
 def not_checked(
     robot: Robot, path: JobPath, uncertain: Uncertainty, statics: PathStatics, skip: Collection[str]
 ) -> list[str]:
-    """Return what a check of *robot* along a *path* does not cover."""
+    """Return the questions that a check of *robot* along a *path* leaves open."""
     found = [f"{what}: switched off" for name, what in SKIPPABLE.items() if name in skip]
     found += _without_limit(robot)
     stiff = [line.name for line in robot.lines if line.exit_compliance is None]

@@ -71,7 +71,7 @@ class PathStatics:
         )
 
     def moving(self, robot: Robot, swing: SwingExtremes, drum_arms: Array) -> Self:
-        """Return the same with the motion of the platform; *drum_arms* (..., m), m, NaN if unknown."""
+        """Return the statics with the motion of the platform; *drum_arms* (..., m), m, NaN if unknown."""
         lines, drop, rise = self.lines, swing.tension_drop, swing.tension_rise
         moved = replace(
             lines,
@@ -83,7 +83,7 @@ class PathStatics:
         return replace(self, lines=moved, displacement=swing.displacement, frequency=swing.frequency, plane_force=force)
 
     def fed_forward(self, moving: Equilibrium, rows: NDArray[np.intp]) -> Self:
-        """Return the same with the lengths that hold the *moving* platform at *rows* (r,)."""
+        """Return the statics with the lengths that hold the *moving* platform at *rows* (r,)."""
         commanded = self.commanded.copy()
         commanded[rows] = np.where(moving.ok[:, None], moving.lengths, commanded[rows])
         return replace(self, commanded=commanded)
@@ -95,7 +95,7 @@ def extreme(choose: np.ufunc, values: Array) -> float:
 
 
 def extremes(choose: np.ufunc, values: Array) -> Array:
-    """The same along the first axis, (...); it has at least one row."""
+    """Return the extremes along the first axis, (...); it has at least one row."""
     found = np.full(values.shape[1:], np.nan)
     for at in blocks(len(values)):
         found = choose(found, choose.reduce(values[at], axis=0))

@@ -295,27 +295,27 @@ class Check(Result):
 
     @property
     def lengths(self) -> Array:
-        """(k, m) m, compensated: what the winches should pay out to hold the platform at rest."""
+        """Compensated lengths (k, m), m: those that winches should pay out to hold the platform at rest."""
         return self.statics.lengths
 
     @property
     def commanded(self) -> Array:
-        """(k, m) m, what they should pay out to hold it as it moves; those at rest where it is not shaped for that."""
+        """Commanded lengths (k, m), m, for the moving platform; those at rest without compensation of motion."""
         return self.statics.commanded
 
     @property
     def error_uncompensated(self) -> Array:
-        """(k,) m, of the nozzle."""
+        """Nozzle error (k,), m, without compensation."""
         return self.errors.uncompensated
 
     @property
     def error_compensated(self) -> Array:
-        """(k,) m, of the nozzle."""
+        """Nozzle error (k,), m, with compensation."""
         return self.errors.compensated
 
     @property
     def error_elastic_only(self) -> Array:
-        """(k,) m, of the nozzle."""
+        """Nozzle error (k,), m, with compensation of elasticity alone."""
         return self.errors.elastic_only
 
     @property
@@ -325,7 +325,7 @@ class Check(Result):
 
     @property
     def turn_compensated(self) -> Array:
-        """(k,) rad."""
+        """Error of rotation (k,), rad, with compensation."""
         return self.errors.turn_compensated
 
     @cached_property
@@ -355,7 +355,7 @@ class Check(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was guessed of the G-code, what is doubtful, and what to know of the expected error."""
+        """Guesses on the G-code, doubtful values, and cautions on the expected error."""
         found = self.toolpath.layers_by == BY_HEIGHT and isinstance(self.job.path, Path)
         notes = ["layers are found by height: the file has no layer markers"] if found else []
         ends = SMALLEST(self.samples.positions), LARGEST(self.samples.positions)
@@ -401,7 +401,7 @@ class Check(Result):
 
     @property
     def nearest_place(self) -> Place | None:
-        """Where a line is nearest to something."""
+        """Position of the smallest distance of a line."""
         return None if self.nearest is None else self.place(self.nearest.row)
 
     @cached_property
@@ -411,12 +411,12 @@ class Check(Result):
 
     @property
     def motion_place(self) -> Place | None:
-        """Where the error by motion is largest."""
+        """Position of the largest error by motion."""
         return None if self.motion is None else self.place(self.motion.sample)
 
     @property
     def refusal(self) -> str:
-        """Why the answer is no."""
+        """Reason for a no, in a sentence."""
         return "" if self.feasible else self.verdict
 
     def where(self, sample: int) -> str:
@@ -424,6 +424,6 @@ class Check(Result):
         return f"{self.samples.where(sample)}, {self.job.move_name} {self.samples.line[sample]}"
 
     def place(self, sample: int) -> Place:
-        """Where a sample is: position, layer and line of the G-code file."""
+        """Location of a sample: position, layer and line of the G-code file."""
         x, y, z = (float(each) for each in self.samples.positions[sample])
         return Place((x, y, z), int(self.samples.layer[sample]), int(self.samples.line[sample]))

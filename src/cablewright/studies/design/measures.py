@@ -84,7 +84,7 @@ class DesignCandidate:
 
     @cached_property
     def shortfalls(self) -> dict[str, float]:
-        """By how much each limit of the hardware is broken at its worst place, as a share of it; 0: it holds.
+        """Violation of each limit of the hardware at its worst position, as a share of it; 0: it holds.
 
         That of poses which cannot be held is their share.
         """
@@ -173,11 +173,11 @@ class Measure:
 
     @property
     def key(self) -> str:
-        """Its name."""
+        """Name of the measure."""
         return self.figure.key
 
     def of(self, candidate: DesignCandidate) -> float:
-        """Return its value; NaN where it is not known."""
+        """Return the value of the measure; NaN where it is unknown."""
         value = self.figure.of(candidate)
         return float("nan") if value is None else float(value)
 
@@ -222,5 +222,5 @@ MEASURES: Final = {each.key: each for each in _ALL}
 
 
 def measured(candidate: DesignCandidate, keys: Iterable[str]) -> dict[str, float]:
-    """Return figures of a candidate by name. Raises what their analyses raise."""
+    """Return figures of a candidate by name. Raises the errors of their analyses."""
     return {key: MEASURES[key].of(candidate) for key in keys}

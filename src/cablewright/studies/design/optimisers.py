@@ -25,7 +25,7 @@ Batch = Callable[[Array], tuple[Array, Array]]
 
 @dataclass(frozen=True)
 class Budget:
-    """How long a search goes on: candidates in all, how many at a time, and the seed."""
+    """Budget of a search: candidates in all, candidates at a time, and the seed."""
 
     evaluations: int
     population: int
@@ -33,7 +33,7 @@ class Budget:
 
     @property
     def generations(self) -> int:
-        """How many batches that makes."""
+        """Number of batches."""
         return max(1, self.evaluations // self.population)
 
 
@@ -42,7 +42,7 @@ Optimiser = Callable[[Batch, int, int, Budget], None]
 
 
 def scores(objectives: Array, violations: Array) -> Array:
-    """Return one number (k,) for each candidate: the objective, or for those that break something how far from it.
+    """Return the score (k,) of each candidate: the objective, or for infeasible ones their violation.
 
     Any candidate that holds is better than all that do not (Deb 2000).
     """

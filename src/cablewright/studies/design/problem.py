@@ -45,12 +45,12 @@ class Variable:
 
     @property
     def name(self) -> str:
-        """Its name."""
+        """Name of the variable."""
         return self.change.name
 
     @property
     def unit(self) -> str:
-        """Its SI unit."""
+        """SI unit of the variable."""
         return self.change.unit
 
     @classmethod

@@ -98,7 +98,7 @@ class Designed(Pictured):
 
     @property
     def refusal(self) -> str:
-        """Which constraints stand against each other, and how close the nearest candidate came; empty if any holds."""
+        """Conflicting constraints, and violation of the nearest candidate; empty if a candidate meets all."""
         if self.holding:
             return ""
         known = [each for each in self.tried if not each.fault]
@@ -159,7 +159,7 @@ class Designed(Pictured):
         return float(np.sqrt(np.mean((self.shares(one.values) - self.shares(other.values)) ** 2)))
 
     def robot_of(self, tried: Tried) -> Robot:
-        """Return the robot of a candidate; its name says that it was designed, unless the job takes no other."""
+        """Return the robot of a candidate; its name says that it was designed, unless the job requires its name."""
         made = self.what.made(tried.values)
         bound = self.what.job is not None and self.what.job.robot is not None
         return made if bound else made.model_copy(update={"name": f"{made.name}-designed"})

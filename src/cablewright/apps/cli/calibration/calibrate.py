@@ -1,6 +1,4 @@
-"""`calibrate`, `simulate-calibration`: parameters of a robot from measurements at poses; and simulated data to try
-it.
-"""
+"""`calibrate`, `simulate-calibration`: parameters of a robot from measurements at poses, and simulated data."""
 
 from __future__ import annotations
 
@@ -52,7 +50,7 @@ class CheckOptions:
 
 @options("Guide")
 class GuideOptions:
-    """Which poses to measure next."""
+    """Options of the guide to the next poses."""
 
     guide: Annotated[
         bool,
@@ -71,7 +69,7 @@ class GuideOptions:
 
 
 class Models(StrEnum):
-    """Which effects the model has."""
+    """Effects that the model may contain."""
 
     FILE = "file"
     AUTO = "auto"
@@ -79,7 +77,7 @@ class Models(StrEnum):
 
 @options()
 class FitOptions:
-    """The data, and what is fitted to them."""
+    """Options of the data and of the model that is fitted."""
 
     data: Annotated[
         Path,
@@ -115,7 +113,7 @@ class FitOptions:
     ] = "2 mm"
 
     def planned(self) -> cw.CalibrationPlan:
-        """The plan of --plan, or the TOML file beside the data; --datum takes the place of theirs."""
+        """Return the plan of --plan, or of the TOML file with the data's name; --datum replaces their datum."""
         from cablewright.calibration.plan import load_plan
         from cablewright.foundation.toml_input import read_table
 

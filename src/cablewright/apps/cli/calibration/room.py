@@ -61,7 +61,7 @@ def survey_command(
 
 @options("Scan")
 class ScanOptions:
-    """How the scan's file is read."""
+    """Options for reading the scan's file."""
 
     unit: Annotated[
         str | None, typer.Option("--unit", help="Unit of lengths without one: m, mm, ..; by default guessed.")

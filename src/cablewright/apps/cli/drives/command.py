@@ -25,7 +25,7 @@ Action = Literal["scan", "show", "write", "enable", "release", "jog", "tension",
 
 @options()
 class ActionOptions:
-    """What single actions need."""
+    """Options of single actions."""
 
     place: Annotated[
         str | None,

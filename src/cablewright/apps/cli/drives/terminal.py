@@ -32,7 +32,7 @@ class Button:
         threading.Thread(target=self._read, daemon=True).start()
 
     def held(self) -> bool:
-        """Whether it is held now."""
+        """Whether the key is held now."""
         return not self.over and time.monotonic() - self._pressed < _HELD
 
     def ended(self) -> bool:
@@ -80,14 +80,14 @@ REFILL: Final = "refill"
 
 @dataclass
 class TypedLines:
-    """Lines of the standard input, read beside the work. ``waited``: s, of the oldest line that was returned last."""
+    """Lines of the standard input, read in a thread. ``waited``: s, age of the oldest line returned last."""
 
     waited: float = 0.0
     _lines: SimpleQueue[tuple[float, str]] = field(default_factory=SimpleQueue)
     _gone: threading.Event = field(default_factory=threading.Event)
 
     def begin(self) -> None:
-        """Begin to read."""
+        """Begin to read the standard input."""
         threading.Thread(target=self._read, daemon=True).start()
 
     def typed(self) -> list[str]:
@@ -100,7 +100,7 @@ class TypedLines:
         return [line for _, line in found]
 
     def over(self) -> bool:
-        """Whether no more come."""
+        """Whether the standard input has ended."""
         return self._gone.is_set() and self._lines.empty()
 
     def _read(self) -> None:
@@ -124,7 +124,7 @@ def typed_orders() -> Iterator[PersonOperator]:
 
 
 def person_beside(rig: VirtualRig) -> Callable[[], bool]:
-    """Fills the drum of virtual drives where the standard input says `REFILL`; asked at every tick, it ends nothing."""
+    """Callback of each tick that refills virtual drives when the standard input has the line `REFILL`."""
     if hasattr(signal, "SIGTTIN"):  # in the background of a shell there is no input, and nothing stops
         signal.signal(signal.SIGTTIN, signal.SIG_IGN)
     lines = TypedLines()

@@ -32,7 +32,7 @@ _SAID_EVERY: Final = 60.0  # s between two complaints about a receiver
 
 
 class Receiver(Protocol):
-    """Whoever gets news."""
+    """Interface of a receiver of news."""
 
     def put(self, news: News) -> bool:
         """Take one, without waiting; whether there was room for it."""
@@ -58,7 +58,7 @@ class _Refused(HTTPRedirectHandler):
 
 
 class Webhook:
-    """A `Receiver` by HTTP."""
+    """A `Receiver` of news by HTTP POST."""
 
     def __init__(self, settings: WebhookSettings, send: Callable[[Request], None] | None = None) -> None:
         """Begin. *send*: sends one; by default over the network."""
@@ -70,7 +70,7 @@ class Webhook:
         threading.Thread(target=self._run, daemon=True).start()
 
     def put(self, news: News) -> bool:
-        """As `Receiver`."""
+        """Send one message; see `Receiver.put`."""
         try:
             self._queue.put_nowait(news)
         except queue.Full:
@@ -119,7 +119,7 @@ class Mqtt:
         self._client.loop_start()
 
     def put(self, news: News) -> bool:
-        """As `Receiver`."""
+        """Send one message; see `Receiver.put`."""
         sent = self._client.publish(f"{self.settings.topic}/{news['what']}", json.dumps(news), qos=1)
         if sent.rc not in (_SENT, _NOT_CONNECTED):
             self._complaints.say("the broker is not reached, and does not get all")

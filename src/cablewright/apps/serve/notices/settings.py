@@ -73,7 +73,7 @@ class MqttSettings(Description):
 
 
 class NewsSettings(FileDescription):
-    """A whole file."""
+    """Settings of all receivers of news: a whole file."""
 
     webhook: Annotated[tuple[WebhookSettings, ...], Field(max_length=8)] = ()
     mqtt: MqttSettings | None = None

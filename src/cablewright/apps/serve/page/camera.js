@@ -1,4 +1,4 @@
-// A picture of the machine: a stream stays open, a still is asked for again and again. One that fails says since when.
+// A picture of the machine: a stream stays open, a still is requested again and again. A failed one says since when.
 import { at, clock, put, t } from "./words.js";
 
 const AGAIN = 5000, EVERY = 1000; // ms

@@ -84,7 +84,7 @@ export class Jobs {
     if (typeof jobs === "string") return;
     this.jobs = jobs;
     const text = JSON.stringify([jobs, this.sitting?.job?.id, this.orders.mine, this.orders.control?.state, this.rejected]);
-    if (text === this.told) return; // what is focused stays so
+    if (text === this.told) return; // the focus stays
     this.told = text;
     at("jobs").replaceChildren(...(jobs.length ? jobs.map((job) => this.job(job)) : [make("li", { className: "soft", textContent: t("jobs.none") })]));
   }

@@ -140,6 +140,6 @@ export class Jog {
     clearInterval(this.timer);
     this.timer = null;
     this.held.classList.remove("held");
-    this.send([0, 0, 0]); // slows down at once; without it, when the lease ends
+    this.send([0, 0, 0]); // slows down immediately; without it, when the lease ends
   }
 }

@@ -32,7 +32,7 @@ export class Link {
     });
   }
 
-  async again() { // a token that is not valid any more is asked for
+  async again() { // an expired token is requested again
     const answer = await fetch("/runs", { method: "HEAD" }).catch(() => null);
     if (answer?.status === 401) location.replace("/enter");
     else this.open();
@@ -66,13 +66,13 @@ export class Link {
     return new Promise((done) => this.waiting.set(id, done));
   }
 
-  async stop() { // both ways at once; whether one of them got through
+  async stop() { // by both connections; whether one of them succeeded
     const sent = this.send({ t: "stop" });
     const answer = await fetch("/stop", { method: "POST" }).catch(() => null);
     return Boolean(answer?.ok) || (sent && !this.stale);
   }
 
-  async ask(path, options = {}) { // of an operator; raises what was refused
+  async ask(path, options = {}) { // of an operator; throws the server's error text
     const headers = { "x-page": this.page ?? "", ...options.headers };
     const answer = await fetch(path, { ...options, headers }).catch(() => null);
     if (!answer) throw new Error(t("link.silent"));

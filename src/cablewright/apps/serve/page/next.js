@@ -23,7 +23,7 @@ export class Next {
     this.orders.mark(kind);
   }
 
-  choose() { // words, and of the button its text, what it does, and the order that it gives
+  choose() { // text; and of the button: text, action, and order
     const { orders, printing } = this, { control, operator, mine } = orders;
     if (!control || this.link.stale) return [""];
     if (printing.told) return [printing.told, t("act.cancel"), () => printing.end(t("print.cancel"))];

@@ -42,7 +42,7 @@ export class Orders {
 
   get mine() { return Boolean(this.operator) && this.operator.number === this.number; }
 
-  get situation() { // in which an order is asked for and given
+  get situation() { // in which an order is confirmed and sent
     const { control } = this;
     return this.mine && control ? JSON.stringify([control.sitting, control.state, control.waiting, control.share > 0]) : "";
   }

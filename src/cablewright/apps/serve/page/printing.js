@@ -4,7 +4,7 @@ import { fixed, t, worded } from "./words.js";
 
 const LOAD = 120e3, STEP = 20e3; // ms for a load and for each order
 const SILENCE = 5e3; // ms without a word of the server: a machine that is being opened is silent for less
-const AGAIN = 400; // ms until a refused order is given again
+const AGAIN = 400; // ms until a rejected order is sent again
 
 export class Printing {
   constructor(link, orders) {

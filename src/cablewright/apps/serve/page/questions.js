@@ -7,7 +7,7 @@ export class Questions {
     this.link = link;
     this.situation = situation; // a text that changes with the state and the lease; empty: nothing can be ordered
     this.say = say;
-    at("ask-yes").addEventListener("click", ({ detail }) => { if (detail < 2) this.answer(true); }); // not by a double click on what asked
+    at("ask-yes").addEventListener("click", ({ detail }) => { if (detail < 2) this.answer(true); }); // not by a double click on the button that asked
     at("ask-no").addEventListener("click", () => this.answer(false));
   }
 

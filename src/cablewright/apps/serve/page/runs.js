@@ -1,4 +1,4 @@
-// The history: every run with what was checked before it, what was measured after it, and what people noted.
+// The history: every run with its check, its measured results, and notes of people.
 import { at, fixed, make, put, t, worded } from "./words.js";
 
 const EVERY = 2000; // ms between lists
@@ -21,7 +21,7 @@ export class Runs {
     const runs = await this.link.ask("/runs").catch(() => null);
     if (!runs) return; // the list of jobs says why
     const text = JSON.stringify([runs, this.sitting?.run, this.sitting?.job?.id, this.orders.mine]);
-    if (text === this.told || document.activeElement?.closest("#runs textarea")) return; // what is written stays
+    if (text === this.told || document.activeElement?.closest("#runs textarea")) return; // texts being written stay
     this.told = text;
     this.runs = runs;
     this.show();

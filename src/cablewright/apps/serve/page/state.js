@@ -1,4 +1,4 @@
-// State, reason, progress, and what is known of the platform.
+// State, reason, progress, and the estimate of the platform.
 import { at, fixed, has, put, span, t, worded } from "./words.js";
 
 const MOVING = ["ready", "printing", "manual", "tensioning", "homing"];

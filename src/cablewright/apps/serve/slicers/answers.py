@@ -48,7 +48,7 @@ def status_of(reason: CablewrightError) -> int:
 
 
 def called(handler: Handler) -> Handler:
-    """*handler*, with what it raises as rejections."""
+    """Return *handler* with its exceptions answered as rejections."""
 
     async def call(request: Request) -> Response:
         unread = True
@@ -91,5 +91,5 @@ async def body_of(request: Request) -> dict[str, Any]:
 
 
 def result(value: object) -> Response:
-    """A result of Moonraker."""
+    """Return a result in the form of Moonraker."""
     return JSONResponse({"result": value})

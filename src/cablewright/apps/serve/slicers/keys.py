@@ -38,16 +38,16 @@ class Key:
 
     @property
     def title(self) -> str:
-        """Who gives its orders."""
+        """Name of the key's user in logs."""
         return f"{self.name} (key {self.number})"
 
     @property
     def operates(self) -> bool:
-        """Whether it may pause and end a print."""
+        """Whether the key may pause and end a print."""
         return self.scope == "operate"
 
     def told(self) -> dict[str, Any]:
-        """What the page shows of it."""
+        """Data of the key for the page."""
         return {"id": self.number, "name": self.name, "scope": self.scope, "utc": self.utc}
 
 

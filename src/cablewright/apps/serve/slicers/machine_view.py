@@ -96,7 +96,7 @@ class MachineView:
 
 
 def verdict_of(job: dict[str, Any]) -> str:
-    """The verdict on an upload, with the expected error, and what comes next."""
+    """Return the verdict on an upload, with the expected error, and the next step."""
     check, name = job["check"], job["file"] or job["name"]
     if job["busy"]:
         return f"{name} {'waits for its check' if job['busy'] == 'waits' else job['busy']}"

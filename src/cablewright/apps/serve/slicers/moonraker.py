@@ -60,7 +60,7 @@ class Moonraker:
         }
 
     def routes(self) -> list[Route | WebSocketRoute]:
-        """All of them."""
+        """All routes of Moonraker's interface."""
         return [
             Route("/server/files/upload", called(self.upload), methods=["POST"]),
             Route("/server/files/gcodes/.thumbs/{name}", called(self.picture)),
@@ -72,10 +72,10 @@ class Moonraker:
         ]
 
     async def call(self, request: Request) -> Response:
-        """One method by HTTP."""
+        """Answer one method of Moonraker's interface by HTTP."""
         name = request.url.path.strip("/").replace("/", ".")
         if name in _ORDERS and request.method != "POST":
-            raise InputError(f"{name}: is asked for by POST")
+            raise InputError(f"{name}: requires POST")
         given: Parameters = dict(request.query_params)
         if request.method == "POST":
             given |= await body_of(request)
@@ -92,7 +92,7 @@ class Moonraker:
         return await self.methods[name](key, given)
 
     async def upload(self, request: Request) -> Response:
-        """Take a file."""
+        """Receive a file."""
         job = await self.desk.upload(request, request.scope["key"])
         item = {"path": job["file"], "root": "gcodes", "modified": job["utc"], "size": job["bytes"], "permissions": "r"}
         told = {"item": item, "print_started": False, "print_queued": job["wants_print"], "action": "create_file"}
@@ -214,7 +214,7 @@ class _Socket:
         self._shown: dict[str, Any] = {}
 
     async def run(self) -> None:
-        """Answer until it goes."""
+        """Answer requests until the client disconnects."""
         telling = asyncio.create_task(self._tell())
         try:
             while True:
@@ -271,7 +271,7 @@ class _Socket:
 
 
 def _chosen(objects: dict[str, Parameters], wanted: object) -> dict[str, Parameters]:
-    """The objects and fields that are asked for; what is not there is left out."""
+    """The requested objects and fields; unknown ones are left out."""
     if not isinstance(wanted, dict):
         raise InputError("objects: a table of names is expected")
     found = {}

@@ -31,7 +31,7 @@ _LIMIT: Final = f"at most {MAX_BYTES[GCODE] >> 20} MiB of G-code are taken"
 
 @dataclass(frozen=True)
 class Form:
-    """What was sent: fields by name, and one file."""
+    """An uploaded form: fields by name, and one file."""
 
     fields: dict[str, str]
     name: str
@@ -96,7 +96,7 @@ def parsed_form(kind: str, body: bytes) -> Form:
 
 
 def file_name(given: str) -> str:
-    """The name of a file, which may begin with one slash. Raises `InputError` for what is none."""
+    """Return the name of a file, which may begin with one slash. Raises `InputError` for an invalid name."""
     name = given.removeprefix("/")
     if not name or name.startswith(".") or set(name) & set("/\\") or printable(name) != name:
         raise InputError(

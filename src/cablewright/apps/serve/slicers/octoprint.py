@@ -23,14 +23,14 @@ VERSION: Final = {"api": "0.1", "server": "1.5.0", "text": "OctoPrint interface 
 
 
 class OctoPrint:
-    """The routes."""
+    """Routes of OctoPrint's interface."""
 
     def __init__(self, desk: Desk) -> None:
         """On a *desk*."""
         self.desk = desk
 
     def routes(self) -> list[Route]:
-        """All of them."""
+        """All routes of OctoPrint's interface."""
         return [
             Route("/api/version", called(self.version)),
             Route("/api/server", called(self.version)),
@@ -49,11 +49,11 @@ class OctoPrint:
         ]
 
     async def version(self, _request: Request) -> Response:
-        """Name and version."""
+        """Answer name and version of the server."""
         return JSONResponse(VERSION)
 
     async def settings(self, _request: Request) -> Response:
-        """What a client may adapt itself to."""
+        """Answer the settings that a client may read."""
         name = self.desk.page.feed.sitting.get("machine", "")
         return JSONResponse({
             "api": {"enabled": True},
@@ -70,16 +70,16 @@ class OctoPrint:
         return JSONResponse({"profiles": {"_default": {"name": name, "model": name, "current": True, "axes": axes}}})
 
     async def login(self, request: Request) -> Response:
-        """Whose key it is."""
+        """Answer the user of the key."""
         key = request.scope["key"]
         return JSONResponse({"name": key.title, "active": True, "user": True, "admin": False})
 
     async def printer(self, _request: Request) -> Response:
-        """The state."""
+        """Answer the state of the machine."""
         return JSONResponse({"state": (await self.desk.view()).flags(), "temperature": {}, "sd": {"ready": False}})
 
     async def job(self, _request: Request) -> Response:
-        """What is printed or waits, and how far it is."""
+        """Answer the present job and its progress."""
         view = await self.desk.view()
         job = view.job
         check = None if job is None else job["check"]
@@ -94,7 +94,7 @@ class OctoPrint:
         return JSONResponse({"job": about, "progress": told, "state": view.flags()["text"], "message": view.message})
 
     async def command(self, request: Request) -> Response:
-        """Pause or end a print; whatever would start motion is rejected."""
+        """Pause or end a print; commands that would start motion are rejected."""
         given = await body_of(request)
         command, action = given.get("command"), given.get("action", "toggle")
         printing = (await self.desk.view()).print_state == "printing"
@@ -111,7 +111,7 @@ class OctoPrint:
         return JSONResponse({"files": [self._file(job) for job in await self.desk.files()]})
 
     async def file(self, request: Request) -> Response:
-        """One file."""
+        """Answer the data of one uploaded file."""
         return JSONResponse(self._file(await self.desk.file(request.path_params["name"])))
 
     async def select(self, request: Request) -> Response:
@@ -120,7 +120,7 @@ class OctoPrint:
         raise Forbidden(NO_START)
 
     async def upload(self, request: Request) -> Response:
-        """Take a file."""
+        """Receive a file."""
         job = await self.desk.upload(request, request.scope["key"])
         location = f"{request.base_url}api/files/local/{quote(job['file'])}"
         refs = {"resource": location}
@@ -129,7 +129,7 @@ class OctoPrint:
         return JSONResponse(told, 201, headers={"location": location})
 
     async def unknown(self, request: Request) -> Response:
-        """Reject what is not offered."""
+        """Reject requests for functions that are not offered."""
         raise InputError(f"/api/{request.path_params['rest'][:80]}: is not offered here")
 
     def _file(self, job: dict[str, Any]) -> dict[str, Any]:

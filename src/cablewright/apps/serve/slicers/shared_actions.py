@@ -70,7 +70,7 @@ class Desk:
         raise InputError(f"{wanted!r}: there is no such file")
 
     async def notes(self, job: dict[str, Any]) -> GcodeNotes:
-        """What the slicer has noted in a job's G-code. Raises `InputError`."""
+        """Comments of the slicer in a job's G-code. Raises `InputError`."""
         if job["id"] not in self._notes:
             try:
                 found = await asyncio.to_thread(notes_of, self.page.uploads.job(job["id"]) / GCODE)
@@ -82,12 +82,12 @@ class Desk:
         return self._notes[job["id"]]
 
     async def view(self) -> MachineView:
-        """The state now."""
+        """Return the present state of the machine for slicers."""
         jobs = await self.jobs()
         return await asyncio.to_thread(view_of, self.page, jobs)
 
     async def upload(self, request: Request, key: Key) -> dict[str, Any]:
-        """Take a file, and ask for its check; return its job.
+        """Receive a file, and request its check; return its job.
 
         Raises `InputError` (`TooLarge`, `Busy`) for what is not taken, `EnvironmentFault` where it cannot be kept.
         """
@@ -102,7 +102,7 @@ class Desk:
             try:
                 await asyncio.to_thread(uploads.put_whole, number, _PART, form.content)
                 if why := checks.ask("check", number):
-                    raise Busy(f"the check of {form.name!r} cannot be asked for: {why}")
+                    raise Busy(f"the check of {form.name!r} cannot be queued: {why}")
             except (CablewrightError, OSError):
                 await asyncio.to_thread(uploads.remove, number)
                 raise

@@ -52,7 +52,7 @@ class GcodeNotes:
 
 
 def notes_of(path: Path) -> GcodeNotes:
-    """Read what a slicer noted. Raises `OSError`."""
+    """Read the comments of a slicer. Raises `OSError`."""
     with path.open("rb") as file:
         text = file.read(_HEAD)
         end = file.seek(0, 2)

@@ -13,4 +13,4 @@ modules_of(__name__, __path__)
 UPDATES: Final[tuple[type[Update], ...]] = tuple(
     sorted(Update.__subclasses__(), key=lambda kind: (kind is not Cells, kind.READING.SOURCES[0].stream))
 )
-"""All kinds by the streams of their sensors; cells come first: `diagnosis` tells their innovations by it."""
+"""All kinds by the streams of their sensors; cells come first: `diagnosis` finds their innovations by it."""

@@ -29,7 +29,7 @@ _LEAST_GAIN: Final = 1e-3  # share: no load cell's scale is known better ...
 _LEAST_ZERO: Final = 0.1  # N: ... nor its zero ...
 _LEAST_DRIFT: Final = 0.1  # N: ... nor does that stay for an hour
 _HOUR: Final = 3600.0  # s
-_AT_THE_WINCH: Final = "motor_torques"  # which feel all that a sheave takes off; a cell on its axle half of that
+_AT_THE_WINCH: Final = "motor_torques"  # which contain the whole friction of a sheave; a cell on its axle half of that
 _ARM: Final = 0.3  # m: arm of the moment that goes with a platform's acceleration
 
 
@@ -37,8 +37,8 @@ _ARM: Final = 0.3  # m: arm of the moment that goes with a platform's accelerati
 class Cells(Update):
     """Load cells or torques: noise and zero, N, share of the gain, standard deviations, and the source's name.
 
-    ``drift``: N, by which a zero walks in an hour. Without it a zero that was learnt would count for ever: what it has
-    walked since would be taken for a machine that is otherwise off, in the directions that are known least.
+    ``drift``: N, by which a zero walks in an hour. Without it a learnt zero would count for ever: its later drift would
+    be taken for other errors of the machine, in the least known directions.
 
     A motor of a drum with several lines shows the pull of all: numbers of such drums follow those of the lines, as
     tensions of the line that each is named for, whose gain, zero and friction they have.
@@ -58,7 +58,10 @@ class Cells(Update):
         return cls(source, noise, zero, max(sheet.gain_deviation, _LEAST_GAIN), max(sheet.walk, _LEAST_DRIFT))
 
     def read(self, settings: BodySettings, state: BodyState, reading: Reading) -> Array | None:
-        """As `Update`; of the other source's readings there are none. A cell that is silent is a fault."""
+        """Return the numbers (k,) of a reading; see `Update.read`.
+
+        Readings of the other source yield none. A cell that is silent is a fault.
+        """
         assert isinstance(reading, Tensions)  # its kind
         if reading.source != self.source:
             return None
@@ -100,7 +103,10 @@ class Cells(Update):
         variances[layout.friction] = loss**2
 
     def walk(self, layout: BodyLayout) -> Array:
-        """As `Update`: zeros do."""
+        """Return the variances (size,) of the random walk of the unknowns in a second; see `Update.walk`.
+
+        Only zeros walk.
+        """
         found = np.zeros(layout.size)
         found[layout.zero] = self.drift**2 / _HOUR
         return found

@@ -40,7 +40,10 @@ class Swivelling(Update):
         return reading.angles
 
     def shown(self, there: HeldBody) -> Array:
-        """As `Update`: nobody knows how a broken line hangs."""
+        """Return the numbers (k,) that a perfect sensor reads *there*; see `Update.shown`.
+
+        The angle of a broken line is unknown.
+        """
         angles = np.arctan2(there.planes[:, 1], there.planes[:, 0])
         if there.broken is not None:
             angles[there.broken] = np.nan

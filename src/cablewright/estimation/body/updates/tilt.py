@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 _LEAST: Final = 1e-4  # m/s^2 and rad: no unit is known better
 _SHAKING_TIME: Final = 1.0  # s over which the platform's swing is watched
-_SUDDEN: Final = 0.2  # share of one change of the specific force that counts at once
+_SUDDEN: Final = 0.2  # share of one change of the specific force that counts immediately
 UPWARD: Final = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
 """What a turn in space does to the upward unit vector as the platform sees it, in world axes."""
 
@@ -41,7 +41,10 @@ class Tilt(Update):
         return cls(*(max(each, _LEAST) for each in given))
 
     def read(self, settings: BodySettings, state: BodyState, reading: Reading) -> Array | None:
-        """As `Update`: the two components along the platform's x and y. How the platform swings is noted."""
+        """Return the numbers (k,) of a reading; see `Update.read`.
+
+        These are the two components along x and y of the platform. The swing is recorded.
+        """
         assert isinstance(reading, Inertial)  # its kind
         force = reading.acceleration
         size = math.sqrt(float(force @ force))

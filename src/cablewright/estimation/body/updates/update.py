@@ -1,4 +1,4 @@
-"""What an update says: how the readings of one kind of sensor correct the unknowns of a rigid platform's machine."""
+"""Interface of an update: how readings of one kind of sensor correct the unknowns of a rigid platform's machine."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ OF_MEDIAN: Final = 1.6
 
 
 class Slopes(NamedTuple):
-    """How pose and tensions change with lengths and wrench at the present equilibrium."""
+    """Derivatives of pose and tensions by lengths and wrench at the present equilibrium."""
 
     pose: Array  # (6, m) per length
     tensions: Array  # (m, m) per length
@@ -39,7 +39,7 @@ class DrumPulls(NamedTuple):
 
 
 class HeldBody(NamedTuple):
-    """Where a platform may hang. ``broken``: the line that does not hold it; None: all do."""
+    """A possible equilibrium of the platform. ``broken``: the line that does not hold it; None: all do."""
 
     pose: Array  # (6,)
     tensions: Array  # (m,) N
@@ -58,7 +58,7 @@ class UpdatePart(NamedTuple):
 
 
 class Update(ABC):
-    """What is told of a sensor, standard deviations, and what that makes of its readings.
+    """Data of a sensor, its standard deviations, and its corrections by readings.
 
     Subclasses are frozen dataclasses. ``READING``: their kind. ``UNKNOWNS``: how many numbers of the sensor itself are
     not known, besides those that `BodyLayout` names. ``MISSED``: whether its silence is a fault.
@@ -75,19 +75,22 @@ class Update(ABC):
     @classmethod
     @abstractmethod
     def told(cls, source: str, sheet: Any) -> Self:
-        """Return what the data *sheet* of a *source* tells."""
+        """Return the update by the data *sheet* of a *source*."""
 
     @abstractmethod
     def read(self, settings: BodySettings, state: BodyState, reading: Reading) -> Array | None:
-        """Return the numbers (k,) of a reading; None where it has none. It may note in *state* what else it shows."""
+        """Return the numbers (k,) of a reading; None where it has none.
+
+        It may record other information of the reading in *state*.
+        """
 
     @abstractmethod
     def shown(self, there: HeldBody) -> Array:
-        """Return the numbers (k,) that a perfect sensor reads *there*; NaN: nobody knows."""
+        """Return the numbers (k,) that a perfect sensor reads *there*; NaN: unknown."""
 
     @abstractmethod
     def as_known(self, state: BodyState, shown: Array) -> Array:
-        """Return what the sensor reads (k,) where a perfect one reads *shown*, at the present unknowns."""
+        """Return the sensor's reading (k,) where a perfect one reads *shown*, at the present unknowns."""
 
     @abstractmethod
     def set_prior(self, settings: BodySettings, layout: BodyLayout, variances: Array) -> None:
@@ -101,7 +104,7 @@ class Update(ABC):
     def part(
         self, settings: BodySettings, state: BodyState, slopes: Slopes, read: Array, acceleration: float
     ) -> UpdatePart:
-        """Return what readings (j, k), less what was predicted, measure. *acceleration*: m/s^2, of the platform."""
+        """Return the measured part of readings (j, k) less predictions. *acceleration*: m/s^2, of the platform."""
 
     def wrapped(self, off: Array) -> Array:
         """Return a difference of two readings (k,) as the smallest that it can be: of angles less than half a turn."""

@@ -65,7 +65,7 @@ def shape_hung(row, y):
 
 @jit
 def beyond_limits(row, y):
-    """How far a solved line's tensions are out of its limits, or from its counterweight's, N; negative within."""
+    """Violation of limits by a solved line's tensions, or difference from its counterweight's, N; negative within."""
     low, high = extremes(row, y)
     beyond = max(row[TENSION_MIN] - low, high - row[TENSION_MAX])
     if row[COUNTERWEIGHT] > 0.0:
@@ -75,7 +75,7 @@ def beyond_limits(row, y):
 
 @jit
 def beyond_hung_limits(row, y):
-    """As `beyond_limits`, of a line that a counterweight pulls. 0 of any other: its winch sets the tension."""
+    """Return the violation of limits, see `beyond_limits`, of a line with a counterweight; 0 of any other."""
     return beyond_limits(row, y) if row[COUNTERWEIGHT] > 0.0 else 0.0
 
 

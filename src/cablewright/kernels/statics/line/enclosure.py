@@ -29,7 +29,6 @@ from cablewright.kernels.layout import (
     END_SPRING,
     FREE,
     FREE_COMPLIANCE,
-    GUIDE,
     LEVER,
     LEVER_MOMENT,
     MOUNT,
@@ -51,21 +50,19 @@ PI = (3.141592653589793, 3.1415926535897936)
 HALF_PI = (1.5707963267948966, 1.5707963267948968)
 ZERO = (0.0, 0.0)
 ONE = (1.0, 1.0)
-ENCLOSABLE, SLACK, OUT_OF_PLANE = 0, 4, 6  # codes of a line, which are those of a certificate
+ENCLOSABLE, SLACK = 0, 4  # codes of a line, which are those of a certificate
 
 
 @jit
 def enclosable(row, y):
     """Return ENCLOSABLE, or the code of why the equations here are not those of the line with the unknowns *y*."""
-    if row[GUIDE] > 0.0:
-        return OUT_OF_PLANE
     return SLACK if is_slack(row, y) else ENCLOSABLE
 
 
 @jit
 def enclose_end(h, v, length, weight, compliance):
     """Enclose the end point x, z of `catenary.span` for intervals. *weight*, *compliance*: doubles."""
-    v1, t0, t1, reach = _tensions(h, v, length, weight)
+    v1, t0, t1, reach = span_tensions(sqr(h), v, length, weight)
     c = point(compliance)
     x = mul(h, add(mul(c, length), reach))
     z = mul(length, mul(add(v, v1), add(mul((0.5, 0.5), c), div(ONE, add(t0, t1)))))
@@ -73,10 +70,9 @@ def enclose_end(h, v, length, weight, compliance):
 
 
 @jit
-def _tensions(h, v, length, weight):
-    """Vertical tension at the end, tensions at both ends, and the integral of ds / T."""
+def span_tensions(hh, v, length, weight):
+    """Vertical tension at the end, tensions at both ends, and the integral of ds / T; *hh*: horizontal one, squared."""
     v1 = add(v, mul(point(weight), length)) if weight > 0.0 else v
-    hh = sqr(h)
     t0, t1 = root(add(hh, sqr(v))), root(add(hh, sqr(v1)))
     p = div(hh, sub(t0, v)) if v[1] < 0.0 else add(t0, v)
     q = div(hh, add(t1, v1)) if v1[0] > 0.0 else sub(t1, v1)
@@ -89,7 +85,7 @@ def _tensions(h, v, length, weight):
 @jit
 def enclose_flexibility(h, v, length, weight, compliance):
     """Enclose the derivatives x_h, x_v (= z_h), z_v, x_l, z_l of `catenary.span` for intervals."""
-    v1, t0, t1, reach = _tensions(h, v, length, weight)
+    v1, t0, t1, reach = span_tensions(sqr(h), v, length, weight)
     c = point(compliance)
     stretch, both, across = mul(c, length), add(v, v1), mul(t0, t1)
     hl = mul(h, length)
@@ -204,7 +200,7 @@ def _add_to_block(low, high, i, j, value):
 
 @jit
 def given_way(row, psi, t, h, v):
-    """Enclose how far the mount of the exit point gives, as `upright.given_way`."""
+    """Enclose the deflection of the mount of the exit point, see `upright.given_way`."""
     if row[MOUNT] == 0.0:
         return ZERO, ZERO
     soft, up = mul(point(row[MOUNT]), point(row[PULLS])), v

@@ -79,7 +79,7 @@ def leave_frame(row, fx, fy, fz, away, out, at):
 
 @jit
 def give_way(row, fx, fy, fz, tension, out, at):
-    """Add to the guide at the frame how far its mount gives under the force of the free and of the dead span.
+    """Add to the guide at the frame the deflection of its mount under the forces of the free and the dead span.
 
     The free span leaves with the force (fx, fy, fz); with a *tension* above 0 N it has that size, whatever this one's
     is, and does not change. Where the dead span is not modelled its winch is on the same mount.
@@ -94,11 +94,11 @@ def give_way(row, fx, fy, fz, tension, out, at):
     dead = size / row[SPANS]
     for i in range(3):
         for j in range(3):
-            soft = grow * _compliance(row, i, j)
+            soft = grow * compliance_of_mount(row, i, j)
             out[at + GIVEN_WAY + i] += soft * (f[j] + dead * towards[j])
             along = 0.0  # compliance times the part of the force's change that is along the force, over its size
             for k in range(3):
-                along += _compliance(row, i, k) * (-f[k] if held else dead * towards[k])
+                along += compliance_of_mount(row, i, k) * (-f[k] if held else dead * towards[k])
             slope = soft + grow * along * f[j] / (size * size)
             out[at + BY_FORCE + 3 * i + j] += slope
             out[at + SPAN_BY_FORCE + j] -= towards[i] * slope
@@ -108,7 +108,7 @@ def give_way(row, fx, fy, fz, tension, out, at):
 
 
 @jit
-def _compliance(row, i, j):
+def compliance_of_mount(row, i, j):
     """Entry *i*, *j* of the compliance of the exit's mount, m/N."""
     return row[MOUNT + i] if i == j else row[MOUNT + 2 + i + j]
 
@@ -140,7 +140,7 @@ def pull_of_dead_span(row):
 
 @jit
 def leave_platform(row, rotation, gx, gy, gz, away, out, at):
-    """As `leave_frame`, of the sheave on the platform at its *rotation*, for the force (gx, gy, gz) at the span's end.
+    """Write the guide on the platform at its *rotation*, left with the force (gx, gy, gz), see `leave_frame`.
 
     Seen from its anchor the cable leaves against that force; derivatives are by the force itself.
     """

@@ -105,7 +105,7 @@ def condense_line(row, y, i, work, spatial):
 
 @jit
 def condense_moving_line(row, y, i, rate, work, spatial, pulled, turning):
-    """As `condense_line`, of a line whose length changes by *rate*, m/s.
+    """Eliminate a line whose length changes by *rate*, m/s, see `condense_line`.
 
     Adds by how much its wrench changes per time by that, with the arm held, to *pulled* (n,), N/s and N m/s; and to
     *turning* (3, 6) the part of its stiffness against moments that its force has on an arm that turns or slips.
@@ -183,7 +183,7 @@ def find_line(row, y, length, pose, i, work, spatial):
 
 @jit
 def taut_line(row, y, pose, i, work, spatial):
-    """As `draw_line`, with levers as without weight and exit points as without load."""
+    """Set *y* to a straight line, see `draw_line`, with weightless levers and unloaded exit points."""
     if spatial is not None and row[GUIDE] > 0.0:
         return draw_placed(row, y, pose, i, SLACK_TENSION, work, spatial)
     plane = work.planes[i]

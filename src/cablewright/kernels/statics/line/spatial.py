@@ -256,7 +256,7 @@ def turn_of(k, x, y, z):
 
 @jit
 def spatial_at_pull(row, y, pose, arm, rotation, pull, record, block, rhs):
-    """As `spatial_system`, with the pull (N) given instead of the length: column 7 is by its logarithm.
+    """Write the equations of `spatial_system` with the pull (N) given instead of the length; column 7: its logarithm.
 
     The pull is the mid-length force along the span's chord, see `line.pull_of`.
     """

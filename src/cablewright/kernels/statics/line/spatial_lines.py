@@ -65,7 +65,7 @@ from cablewright.kernels.statics.line.upright import FAILED, SLACK, SLACK_TENSIO
 
 @jit
 def evaluate_placed(row, y, length, pose, i, work, spatial):
-    """As `interface.evaluate_line`."""
+    """Evaluate the equations of a spatial line for its *length* (m), see `interface.evaluate_line`."""
     record, rhs = spatial.records[i], spatial.steps[i]
     if not spatial_system(row, y, pose, work.arms[i], work.rotation, length, record, spatial.blocks[i], rhs):
         return nan, 0.0
@@ -82,7 +82,7 @@ def evaluate_placed(row, y, length, pose, i, work, spatial):
 
 @jit
 def condense_placed(row, y, i, work, spatial):
-    """As `interface.condense_line`."""
+    """Eliminate a spatial line, evaluated before, from the platform's equations, see `interface.condense_line`."""
     rows = spatial.steps[i]
     if not solve(spatial.blocks[i], rows, SIZE, POSE + work.wrench.shape[0]):
         return False
@@ -92,7 +92,7 @@ def condense_placed(row, y, i, work, spatial):
 
 @jit
 def condense_moving_placed(row, y, i, rate, work, spatial, pulled, turning):
-    """As `interface.condense_moving_line`."""
+    """Eliminate a spatial line whose length changes, see `interface.condense_moving_line`."""
     record, rows = spatial.records[i], spatial.steps[i]
     if not solve(spatial.blocks[i], rows, SIZE, COLUMNS):
         return False
@@ -103,7 +103,7 @@ def condense_moving_placed(row, y, i, rate, work, spatial, pulled, turning):
 
 @jit
 def step_placed(y, i, move, spatial):
-    """As `interface.advance_line`."""
+    """Take the Newton step of a spatial line, eliminated before, see `interface.advance_line`."""
     steps = spatial.steps[i]
     for k in range(SIZE):
         for j in range(move.shape[0]):
@@ -113,7 +113,7 @@ def step_placed(y, i, move, spatial):
 
 @jit
 def draw_placed(row, y, pose, i, tension, work, spatial):
-    """As `interface.draw_line`."""
+    """Set *y* to a spatial line, straight, at a tension (N), see `interface.draw_line`."""
     record, block, rhs = spatial.records[i], spatial.blocks[i], spatial.steps[i]
     found = straight_spatial(row, y, pose, work.arms[i], work.rotation, tension, record, block, rhs)
     return straight_length(row, y) if found else -1.0
@@ -121,14 +121,14 @@ def draw_placed(row, y, pose, i, tension, work, spatial):
 
 @jit
 def guess_placed(row, y, pose, i, length, tension, work, spatial):
-    """As `interface.guess_line`."""
+    """Set *y* to a guess of a spatial line with its unstrained length (m), see `interface.guess_line`."""
     record, block, rhs = spatial.records[i], spatial.blocks[i], spatial.steps[i]
     return guess_spatial(row, y, pose, work.arms[i], work.rotation, length, tension, record, block, rhs)
 
 
 @jit
 def settle_placed(row, y, length, pose, i, tension, work, spatial):
-    """As `interface.settle_line`."""
+    """Solve a spatial line for its length (m) at a fixed pose, from a guess, see `interface.settle_line`."""
     arm, turned = work.arms[i], work.rotation
     record, block, rhs = spatial.records[i], spatial.blocks[i], spatial.steps[i]
     if row[WEIGHT] == 0.0 and row[COUNTERWEIGHT] == 0.0:
@@ -153,7 +153,7 @@ def settle_placed(row, y, length, pose, i, tension, work, spatial):
 
 @jit
 def find_placed(row, y, length, pose, i, work, spatial):
-    """As `interface.find_line`."""
+    """Solve a spatial line for its length (m) at a fixed pose without a guess, see `interface.find_line`."""
     plane = work.planes[i]
     tension = max(row[WEIGHT], 1.0) * hypot(plane[2], plane[3])
     if not guess_placed(row, y, pose, i, length, tension, work, spatial):
@@ -163,7 +163,7 @@ def find_placed(row, y, length, pose, i, work, spatial):
 
 @jit
 def judge_placed(row, y, i, spatial):
-    """As `interface.judge_line`."""
+    """Return the status code of a spatial line, solved before, see `interface.judge_line`."""
     if is_unwound(row, i, spatial):
         return BAD_WRAP
     return OVERSTRETCHED if extremes(row, y)[1] > row[BREAKING] else OK
@@ -183,7 +183,7 @@ def aim_placed(row, y, pose, i, tension, work, spatial):
 
 @jit
 def stiffen_placed(row, y, i, spatial, chord, arm):
-    """As `interface.stiffen_line`."""
+    """Return the stiffness of a spatial line along its chord, N/m, see `interface.stiffen_line`."""
     record = spatial.records[i]
     arm[0], arm[1], arm[2] = record[ARM], record[ARM + 1], record[ARM + 2]
     return row[PULLS] * stiffness_along(row, y, record, spatial.steps[i], chord)
@@ -191,7 +191,10 @@ def stiffen_placed(row, y, i, spatial, chord, arm):
 
 @jit
 def shape_placed(row, y, guide, origin, plane):
-    """As `interface.shape_line`, for the *plane* of the platform point and the exit point in *origin*."""
+    """Set *y* to a spatial line, straight between the given points, see `solved_line.shape_line`.
+
+    *origin*: exit point. The *plane* contains the platform point.
+    """
     t, c = exp(y[TAU]), cos(y[PHI])
     away = (plane[0] * plane[2], plane[1] * plane[2], plane[3])
     plane[0], plane[1] = cos(y[AZIMUTH]), sin(y[AZIMUTH])
@@ -206,7 +209,7 @@ def shape_placed(row, y, guide, origin, plane):
 
 @jit
 def turn_placed(row, y, plane, guide):
-    """As `interface.turn_line`."""
+    """Rotate the state of a spatial line with its guide, see `solved_line.turn_line`."""
     fx, fy, fz, x, along, z = leave_placed(row, y, plane, guide)
     if row[RADIUS] > 0.0:
         return max(guide[ARC], 0.0) / row[RADIUS]
@@ -217,7 +220,7 @@ def turn_placed(row, y, plane, guide):
 
 @jit
 def leave_placed(row, y, plane, guide):
-    """As `interface.directions_of_line`."""
+    """Return the directions in which a spatial line leaves its guides, see `solved_line.directions_of_line`."""
     c, s = cos(y[PHI]), sin(y[PHI])
     ex, ey = c * cos(y[AZIMUTH]), c * sin(y[AZIMUTH])
     leave_frame(row, ex, ey, s, (plane[0] * plane[2], plane[1] * plane[2], plane[3]), guide, 0)
@@ -229,7 +232,7 @@ def leave_placed(row, y, plane, guide):
 
 @jit
 def carry_placed(row, step, scale):
-    """As `interface.carry_exit`, without the exit point itself."""
+    """Move the winch of a spatial line with its exit point, but not that point, see `solved_line.carry_exit`."""
     if row[GUIDE] == ASIDE:
         for k in range(3):
             row[ARRIVAL_X + k] -= scale * step[k]

@@ -63,7 +63,7 @@ from cablewright.kernels.statics.line.upright import force_on_mount
 
 @jit
 def write_placed(row, y, length, pose, i, work, spatial, right):
-    """As `interface.change_line`."""
+    """Write the changes of a spatial line's wrench by its parameters, see `interface.change_line`."""
     if not _parameter_changes(row, y, length, i, pose, work, spatial):
         return False
     for k in range(PARAMETERS):
@@ -75,7 +75,7 @@ def write_placed(row, y, length, pose, i, work, spatial, right):
 
 @jit
 def write_tension_placed(row, y, length, pose, i, work, spatial, own, by_pose):
-    """As `interface.change_tension`."""
+    """Write the changes of a spatial line's tension by its parameters, see `interface.change_tension`."""
     record = spatial.records[i]
     for k in range(by_pose.shape[0]):
         by_pose[k] = _tension_change(record, y, spatial.steps[i], POSE + k)

@@ -45,7 +45,7 @@ from cablewright.kernels.statics.line.upright_pull import STRAIGHT
 
 @jit
 def begin_placed(row, y, pose, i, known, share, base, spatial):
-    """As `interface.begin_line`."""
+    """Return code and pull (N) of the first guess of a spatial line, see `interface.begin_line`."""
     record, block, rhs = spatial.records[i], spatial.blocks[i], spatial.steps[i]
     if known and not is_slack(row, y):
         if not place_span(row, y, pose, base.arms[i], base.rotation, record, block):
@@ -63,14 +63,17 @@ def begin_placed(row, y, pose, i, known, share, base, spatial):
 
 @jit
 def settle_placed_at_pull(row, y, pose, i, pull, base, spatial):
-    """As `interface.settle_line_at_pull`; the solved right-hand sides are left in *spatial*."""
+    """Solve a spatial line for its pull (N) at a fixed pose, see `interface.settle_line_at_pull`.
+
+    The solved right-hand sides are left in *spatial*.
+    """
     record, block, rhs = spatial.records[i], spatial.blocks[i], spatial.steps[i]
     return settle_spatial_at_pull(row, y, pose, base.arms[i], base.rotation, pull, record, block, rhs)
 
 
 @jit
 def column_placed(row, y, i, pull, spatial, column, load):
-    """As `interface.column_line`, of a line solved at its *pull*."""
+    """Write the change of the wrench by the *pull* of a spatial line, solved before, see `interface.column_line`."""
     record, rhs = spatial.records[i], spatial.steps[i]
     wrench_change(row, y, record, rhs, GIVEN, -1, -row[PULLS] / pull, column)
     add_spatial_pull(record, row[PULLS], load)
@@ -80,7 +83,10 @@ def column_placed(row, y, i, pull, spatial, column, load):
 
 @jit
 def extremes_placed(row, y, i, spatial):
-    """As `interface.extremes_at_pull`: of a line with a counterweight what that decides."""
+    """Return the extreme tensions of a spatial line, N, and their changes, see `interface.extremes_at_pull`.
+
+    A counterweight determines those of its line.
+    """
     record, rhs = spatial.records[i], spatial.steps[i]
     c, s, tension = cos(y[PHI]), sin(y[PHI]), exp(y[TAU])
     outward = cos(y[AZIMUTH]) * rhs[0, GIVEN] + sin(y[AZIMUTH]) * rhs[1, GIVEN]
@@ -98,7 +104,7 @@ def extremes_placed(row, y, i, spatial):
 
 @jit
 def add_placed(row, i, spatial, wrench):
-    """As `interface.add_line_pull`."""
+    """Add the wrench of a spatial line, solved before, see `interface.add_line_pull`."""
     record, size = spatial.records[i], 0.0
     add_spatial_pull(record, row[PULLS], wrench)
     for k in range(3):
@@ -108,7 +114,7 @@ def add_placed(row, i, spatial, wrench):
 
 @jit
 def hang_placed(row, y, pull, pose, i, restart, work, spatial, column):
-    """As `interface.hang_line`."""
+    """Solve a spatial line that hangs for its pull (N), see `interface.hang_line`."""
     if restart or not settle_placed_at_pull(row, y, pose, i, pull, work, spatial):
         if draw_placed(row, y, pose, i, pull, work, spatial) < 0.0:
             return False
@@ -124,7 +130,7 @@ def hang_placed(row, y, pull, pose, i, restart, work, spatial, column):
 
 @jit
 def measure_placed(row, y, pose, i, work, spatial, by_pose):
-    """As `interface.length_changes`."""
+    """Return the change of a spatial line's length by its pull, m, see `interface.length_changes`."""
     record, block, rhs, steps = spatial.records[i], spatial.blocks[i], spatial.parameters, spatial.steps[i]
     spatial_system(row, y, pose, work.arms[i], work.rotation, 0.0, record, block, rhs)
     by_pull = 0.0

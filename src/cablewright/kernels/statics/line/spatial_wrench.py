@@ -69,7 +69,7 @@ def _arm_change(record, dg, axis):
 
 @jit
 def add_spatial_rate(row, y, record, steps, pulls, rate, pulled, turning):
-    """Add what `interface.condense_moving_line` does of an eliminated line to *pulled* (n,) and *turning* (3, 6)."""
+    """Add the terms of `interface.condense_moving_line` of an eliminated line to *pulled* (n,) and *turning* (3, 6)."""
     t, weight = exp(y[TAU]), row[WEIGHT]
     more = -rate * pulls
     dg = (

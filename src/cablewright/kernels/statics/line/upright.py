@@ -106,7 +106,7 @@ def system(row, y, x, z, length, jacobian, residual):
 
 @jit
 def given_way(row, y):
-    """How far the exit point is from where it is without load, as its mount gives (m, in the line's plane).
+    """Return the deflection of the exit point's mount (m, in the line's plane).
 
     It gives under the free span's force, and in height under that of a dead span, whose winch goes along sideways.
     """

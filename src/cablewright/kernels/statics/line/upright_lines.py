@@ -68,7 +68,7 @@ BACKWARDS = -1e-9  # cosine of a span's direction, below which it leaves its she
 
 @jit
 def evaluate_upright(row, y, length, i, work):
-    """As `interface.evaluate_line`."""
+    """Evaluate the equations of an upright line for its *length* (m), see `interface.evaluate_line`."""
     plane, steps, worst = work.planes[i], work.steps[i], 0.0
     h, v = system(row, y, plane[2], plane[3], length, work.blocks[i], steps[:, 0])
     work.forces[i, 0], work.forces[i, 1] = h, v
@@ -85,7 +85,7 @@ def evaluate_upright(row, y, length, i, work):
 
 @jit
 def condense_upright(row, y, i, work):
-    """As `interface.condense_line`."""
+    """Eliminate an upright line, evaluated before, from the platform's equations, see `interface.condense_line`."""
     if not eliminate(row, work.blocks[i], work.steps[i], 3):
         return False
     add_eliminated(row, y, work.forces[i], work.steps[i], work.arms[i], work.planes[i], work.wrench, work.stiffness)
@@ -94,7 +94,7 @@ def condense_upright(row, y, i, work):
 
 @jit
 def condense_moving_upright(row, y, i, rate, work, pulled, turning):
-    """As `interface.condense_moving_line`."""
+    """Eliminate an upright line whose length changes, see `interface.condense_moving_line`."""
     steps, plane, arm = work.steps[i], work.planes[i], work.arms[i]
     if not eliminate(row, work.blocks[i], steps, 4):
         return False
@@ -134,7 +134,7 @@ def add_eliminated(row, y, force, steps, arm, plane, wrench, stiffness):
 
 @jit
 def step_upright(row, y, steps, arm, plane, move):
-    """As `interface.advance_line`."""
+    """Take the Newton step of an upright line, eliminated before, see `interface.advance_line`."""
     dx, dy, dz = move[0, 0], move[1, 0], move[2, 0]
     if move.shape[0] == 6:
         a, b, c = move[3, 0], move[4, 0], move[5, 0]
@@ -149,13 +149,19 @@ def step_upright(row, y, steps, arm, plane, move):
 
 @jit
 def draw_upright(row, y, x, z, tension):
-    """As `interface.draw_line`, to the platform point (x, z) in the line's plane, m."""
+    """Set *y* to an upright line, straight, at a tension (N), see `interface.draw_line`.
+
+    It runs to the platform point (x, z) in the line's plane, m.
+    """
     return whole_length(row, y) if straight(row, x, z, tension, y) else -1.0
 
 
 @jit
 def settle_upright(row, y, x, z, length, i, tension, work):
-    """As `interface.settle_line`, for the platform point (x, z) in the line's plane, m."""
+    """Solve an upright line for its length (m) at a fixed pose, from a guess, see `interface.settle_line`.
+
+    It ends at the platform point (x, z) in the line's plane, m.
+    """
     block, steps = work.blocks[i], work.steps[i]
     if row[WEIGHT] == 0.0:
         found = _settle_massless(row, x, z, length, y, block, steps)
@@ -189,7 +195,10 @@ def _settle_massless(row, x, z, length, y, block, rhs):
 
 @jit
 def find_upright(row, y, plane, length, block, rhs):
-    """As `interface.find_line`, in its *plane* (4,); *block* (6, 6) and *rhs* (6, 4) are scratch."""
+    """Solve an upright line for its length (m) at a fixed pose without a guess, see `interface.find_line`.
+
+    *plane* (4,): of the line; *block* (6, 6) and *rhs* (6, 4) are scratch.
+    """
     x, z, settled = plane[2], plane[3], False
     if not has_plane(row, plane):
         return UNDER_EXIT
@@ -222,7 +231,7 @@ def _runs_back(row, y):
 
 @jit
 def judge_upright(row, y, plane):
-    """As `interface.judge_line`."""
+    """Return the status code of an upright line, solved before, see `interface.judge_line`."""
     if not has_plane(row, plane):
         if is_eyelet(row):
             return UNDER_EXIT
@@ -252,7 +261,7 @@ def aim_upright(row, y, tension, plane):
 
 @jit
 def stiffen_upright(row, y, i, work, chord):
-    """As `interface.stiffen_line`."""
+    """Return the stiffness of an upright line along its chord, N/m, see `interface.stiffen_line`."""
     steps, plane = work.steps[i], work.planes[i]
     h, v = work.forces[i, 0], work.forces[i, 1]
     kxx, kzx = force_change(h, v, row[WEIGHT], steps, 1)
@@ -264,7 +273,7 @@ def stiffen_upright(row, y, i, work, chord):
 
 @jit
 def dips_upright(row, y):
-    """As `interface.dips_line`."""
+    """Return whether the dead span of an upright line has a lowest point inside, see `interface.dips_line`."""
     v = exp(y[TAU]) * sin(y[PSI])
     return v * (v + row[WEIGHT] * y[DEAD]) < 0.0
 
@@ -281,7 +290,7 @@ def start_upright(row, y):
 
 @jit
 def leave_upright(row, y, plane):
-    """As `interface.directions_of_line`."""
+    """Return the directions in which an upright line leaves its guides, see `solved_line.directions_of_line`."""
     has_dead = 1.0 if row[UNKNOWNS] > 3.0 else 0.0
     flat, dead_flat = cos(y[PHI]), has_dead * cos(y[PSI])
     dead_rise = has_dead * sin(y[PSI])
@@ -290,7 +299,7 @@ def leave_upright(row, y, plane):
 
 @jit
 def carry_upright(row, plane, step, scale):
-    """As `interface.carry_exit`, without the exit point itself."""
+    """Move the winch of an upright line with its exit point, but not that point, see `solved_line.carry_exit`."""
     if row[UNKNOWNS] > 3.0:
         row[WINCH_Z] -= scale * step[2]
     if row[UNKNOWNS] > 4.0:

@@ -37,7 +37,7 @@ OWN = (LENGTH, MODULUS, EXIT + 2, SHEAVE, WEIGHT_FACTOR)  # those whose effect s
 
 @jit
 def write_upright(row, y, length, i, work, right):
-    """As `interface.change_line`."""
+    """Write the changes of an upright line's wrench by its parameters, see `interface.change_line`."""
     if not _add_own(row, y, length, i, work, right):
         return False
     _add_points(row, y, i, work, right)
@@ -46,7 +46,7 @@ def write_upright(row, y, length, i, work, right):
 
 @jit
 def write_tension_upright(row, y, length, i, work, own, by_pose):
-    """As `interface.change_tension`."""
+    """Write the changes of an upright line's tension by its parameters, see `interface.change_tension`."""
     plane, steps, changes = work.planes[i], work.steps[i], work.changes
     if not _own_changes(row, y, length, i, work):
         return False

@@ -93,7 +93,7 @@ def settle_at_pull(row, x, z, pull, y, jacobian, rhs):
 
 @jit
 def system_at_pull(row, x, z, pull, y, jacobian, rhs):
-    """As `system`, with the pull given instead of the length; rhs[:, 1] is the derivative by -log(pull).
+    """Write the equations of `system` with the pull given instead of the length; rhs[:, 1] is by -log(pull).
 
     Returns the derivatives of the pull's equation by x and z.
     """
@@ -128,7 +128,7 @@ def system_at_pull(row, x, z, pull, y, jacobian, rhs):
 
 @jit
 def begin_upright(row, y, i, known, share, work):
-    """As `interface.begin_line`."""
+    """Return code and pull (N) of the first guess of an upright line, see `interface.begin_line`."""
     plane = work.planes[i]
     if not has_plane(row, plane) and (is_eyelet(row) or abs(plane[3]) <= NO_PLANE):
         return UNDER_EXIT, 0.0
@@ -148,7 +148,7 @@ def begin_upright(row, y, i, known, share, work):
 
 @jit
 def add_upright(row, y, i, work, wrench):
-    """As `interface.add_line_pull`."""
+    """Add the wrench of an upright line, solved before, see `interface.add_line_pull`."""
     h, v = start_force(y)
     v += row[WEIGHT] * y[FREE]
     add_pull(row, work.arms[i], work.planes[i], h, v, wrench)
@@ -157,7 +157,7 @@ def add_upright(row, y, i, work, wrench):
 
 @jit
 def column_upright(row, y, i, pull, work, column, load):
-    """As `interface.column_line`, of a line solved at its *pull*."""
+    """Write the change of the wrench by the *pull* of an upright line, solved before, see `interface.column_line`."""
     plane = work.planes[i]
     h, v = start_force(y)
     dh, dv = force_change(h, v, row[WEIGHT], work.steps[i], 1)
@@ -171,7 +171,7 @@ def column_upright(row, y, i, pull, work, column, load):
 
 @jit
 def hang_upright(row, y, pull, i, restart, work, column):
-    """As `interface.hang_line`."""
+    """Solve an upright line that hangs for its pull (N), see `interface.hang_line`."""
     plane, block, steps = work.planes[i], work.blocks[i], work.steps[i]
     x, z = plane[2], plane[3]
     if restart or not settle_at_pull(row, x, z, pull, y, block, steps):
@@ -201,7 +201,7 @@ def hang_upright(row, y, pull, i, restart, work, column):
 
 @jit
 def measure_upright(row, y, i, work, by_pose):
-    """As `interface.length_changes`."""
+    """Return the change of an upright line's length by its pull, m, see `interface.length_changes`."""
     plane, steps, arm, block = work.planes[i], work.steps[i], work.arms[i], work.blocks[i]
     system(row, y, plane[2], plane[3], 0.0, block, steps[:, 3])
     along, grown, up = 0.0, 0.0, 0.0
@@ -216,5 +216,8 @@ def measure_upright(row, y, i, work, by_pose):
 
 @jit
 def extremes_upright(row, y, steps):
-    """As `interface.extremes_at_pull`; *steps* (6, 4) of a line solved at its pull."""
+    """Return the extreme tensions of an upright line, N, and their changes, see `interface.extremes_at_pull`.
+
+    *steps* (6, 4): of the solve at its pull.
+    """
     return extremes_and_change(row, y, steps[PHI, 1], steps[TAU, 1], steps[FREE, 1], steps[DEAD, 1], steps[PSI, 1])

@@ -50,7 +50,7 @@ class EthercatDrives:
 
     @property
     def trouble(self) -> str:
-        """As `WinchDrives`."""
+        """Return the reason why the bus cannot be commanded, or an empty text; see `WinchDrives.trouble`."""
         return "no frame comes back: cable, interface, or supply" if self._failing >= _CONFIRMED else self._left
 
     @property
@@ -60,7 +60,7 @@ class EthercatDrives:
         return self._ring, self._mailbox
 
     def now(self) -> float:
-        """As `WinchDrives`."""
+        """Return the time, s, by the clock of `cycle`; see `WinchDrives.now`."""
         return time.monotonic()
 
     def connect(self) -> Mailbox:
@@ -70,7 +70,7 @@ class EthercatDrives:
         try:
             for node, name in nodes.items():
                 if node > found:
-                    why = f"the ring has {found} devices; check wiring and places" if found else "nobody answers"
+                    why = f"the ring has {found} devices; check wiring and places" if found else "no device answers"
                     raise EnvironmentFault(f"drives.nodes.{name}.id = {node}: {why}")
             if found > len(nodes):
                 why = f"of {found} devices in the ring the drives of lines are {len(nodes)}: take the others out of it"
@@ -101,7 +101,10 @@ class EthercatDrives:
         return asked.identity(axis.node)
 
     def scan(self) -> tuple[Identity, ...]:
-        """As `WinchDrives`; devices are brought to pre-operational, which stops drives."""
+        """List all devices on the bus; see `WinchDrives.scan`.
+
+        Devices are brought to pre-operational, which stops drives.
+        """
         number = self._listen()
         scale = self.axes[0].scale
         try:
@@ -111,7 +114,10 @@ class EthercatDrives:
             self._leave()
 
     def read(self) -> dict[str, list[tuple[ObjectParameter, int | None]]]:
-        """As `WinchDrives`; devices are brought to pre-operational, which stops drives."""
+        """Return the parameters to write, and the present values of each drive; see `WinchDrives.read`.
+
+        Devices are brought to pre-operational, which stops drives.
+        """
         mailbox = self.connect()
         try:
             return read_back(mailbox, self.axes, self._parameters)
@@ -127,7 +133,7 @@ class EthercatDrives:
         return watchdog(self.settings) + own + shut(axis.valve)
 
     def open(self) -> None:
-        """As `WinchDrives`."""
+        """Find the drives, and write and read back their settings; see `WinchDrives.open`."""
         self.statistics = BusStatistics()
         mailbox = self.connect()
         ring, _ = self._open
@@ -155,7 +161,7 @@ class EthercatDrives:
         require_agreed(axis)
 
     def _require_sizes(self, found: list[tuple[int, int]]) -> None:
-        """Raise `InputError` for a drive whose process data are of another length than what was assigned."""
+        """Raise `InputError` for a drive whose process data are of another length than the assigned one."""
         for axis, sizes in zip(self._by_place, found, strict=True):
             wanted = sum(each.size for mapped in axis.mapped for each in mapped), sum(_FROM_DRIVE)
             if sizes != wanted:
@@ -195,7 +201,10 @@ class EthercatDrives:
         return f"{axis.name}: its drive is {known}, not operational{cause}"
 
     def begin_checks(self) -> None:
-        """As `WinchDrives`: process data are read, as they can be changed in another state alone."""
+        """Begin to write and read back the drives' own supervision, within the cycles; see `WinchDrives.begin_checks`.
+
+        process data are only read, since they can be changed in another state alone.
+        """
         for axis in self.axes:
             axis.failure = ""
             axis.check([*[each for each in process_data(axis.mapped) if each.lasts], armed()], write=False)
@@ -203,19 +212,22 @@ class EthercatDrives:
         self._open[1].work()
 
     def begin_speed_limits(self, tension: Sequence[bool]) -> None:
-        """As `WinchDrives`."""
+        """Begin to set the speed limits of drives for torque mode; see `WinchDrives.begin_speed_limits`."""
         begin_speed_limits(self.axes, tension, self.settings.tension_speed)
         self._open[1].work()
 
     @property
     def checking(self) -> bool:
-        """As `WinchDrives`."""
+        """Return whether parameters are still being transferred; see `WinchDrives.checking`."""
         self._open[1].work()
         going = [axis.checking for axis in self.axes]  # each judges what is finished
         return any(going)
 
     def cycle(self, setpoints: tuple[Setpoint, ...], due: float, *, reset: bool = False, beats: bool = True) -> float:
-        """As `WinchDrives`: commands go out at once, and are sent again when answers are due."""
+        """Command *setpoints*, wait until *due*, s, and take the answers; see `WinchDrives.cycle`.
+
+        Commands go out immediately, and are sent again when answers are due.
+        """
         numbers = self.statistics
         if reset and beats:
             self._operate(setpoints, reset=True)
@@ -279,7 +291,10 @@ class EthercatDrives:
                 self._left = self._left or self._told(place, state)
 
     def close(self, *, proven: bool) -> None:
-        """As `WinchDrives`: devices go back to init, or are left to their watchdogs."""
+        """Leave the drives and the bus; see `WinchDrives.close`.
+
+        Devices go back to init, or are left to their watchdogs.
+        """
         if self._ring is None or self._mailbox is None:
             return
         self._mailbox.end()

@@ -22,19 +22,19 @@ class Mailbox:
         self._thread: threading.Thread | None = None
 
     def now(self) -> float:
-        """As `Carrier`."""
+        """Return the time, s; see `Carrier.now`."""
         return time.monotonic()
 
     def wait(self, seconds: float) -> None:
-        """As `Carrier`."""
+        """Wait for this time, s; see `Carrier.wait`."""
         time.sleep(seconds)
 
     def finish(self, axis: Axis) -> None:
-        """As `Carrier`."""
+        """Finish the waiting transfers; see `Carrier.finish`."""
         self._ring.carry_out(axis.transfers, axis.node - 1)
 
     def work(self) -> None:
-        """See that what waits is transferred, on a thread that ends when nothing waits."""
+        """Start the waiting transfers on a thread, which ends when none waits."""
         at_work = self._thread is not None and self._thread.is_alive()
         if not at_work and not all(axis.transfers.idle for axis in self._axes):
             self._thread = threading.Thread(target=self._finish_all, daemon=True)
@@ -45,7 +45,7 @@ class Mailbox:
             self.finish(axis)
 
     def end(self) -> None:
-        """Forget what waits, and let the thread end."""
+        """Drop the waiting transfers, and end the thread."""
         for axis in self._axes:
             axis.transfers.clear()
             axis.checks.clear()

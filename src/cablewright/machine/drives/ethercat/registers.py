@@ -1,4 +1,4 @@
-"""What an EtherCAT drive is told besides the parameters of CiA 402: its process data, and its watch over the master.
+"""Registers of an EtherCAT drive besides the parameters of CiA 402: its process data, and its watch over the master.
 
 Registers of the slave controller (ETG.1000.4) stand below the object dictionary, which begins at 0x1000, so that both
 are read and written as objects.
@@ -50,7 +50,7 @@ def process_data(to_drive: Mapped) -> list[ObjectParameter]:
 
 
 def watchdog(settings: WinchDriveSettings) -> list[ObjectParameter]:
-    """The time after which a drive whose master has gone stops by itself. Raises `InputError` for one too long."""
+    """Return the time after which a drive without its master stops by itself. Raises `InputError` if too long."""
     ticks = round(settings.command_timeout / _UNIT)
     if ticks > 0xFFFF:
         why = f"a watchdog of EtherCAT has {0xFFFF * _UNIT:g} s at most"
@@ -59,5 +59,5 @@ def watchdog(settings: WinchDriveSettings) -> list[ObjectParameter]:
 
 
 def armed() -> ObjectParameter:
-    """That the outputs set that watchdog back, and nothing else; the master's set-up has written it."""
+    """Bits by which only the outputs reset that watchdog; the master's set-up has written it."""
     return ObjectParameter(OUTPUT_CONTROL, _ARMED, mask=_ARMED, given=True)

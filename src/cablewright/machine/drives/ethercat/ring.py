@@ -35,7 +35,7 @@ class Ring:
 
     @classmethod
     def opened(cls, interface: str, answer_timeout: float, listen: float) -> Ring:
-        """Listen for *listen*, s, and open the interface. Raises `EnvironmentFault`, with what to set up."""
+        """Listen for *listen*, s, and open the interface. Raises `EnvironmentFault`, with the setup to do."""
         try:
             import pysoem
         except ImportError:
@@ -134,7 +134,7 @@ class Ring:
         return found
 
     def ask(self) -> list[bytes | None]:
-        """Take the inputs of each device alone, which sets back no watchdog."""
+        """Read the inputs of each device alone, which does not reset a watchdog."""
         found: list[bytes | None] = []
         for device, (start, size) in zip(self._devices, self._inputs, strict=True):
             try:
@@ -144,16 +144,16 @@ class Ring:
         return found
 
     def states(self) -> list[int]:
-        """The state of each device; 0: it does not tell."""
+        """The state of each device; 0: it does not answer."""
         self._master.read_state()
         return [int(device.state) for device in self._devices]
 
     def cause(self, position: int) -> str:
-        """Why a device is in another state than it was told."""
+        """Return the reason why a device is in another state than the requested one."""
         return str(self._soem.al_status_code_to_string(self._devices[position].al_status))
 
     def request(self, position: int, state: int) -> None:
-        """Tell a device to go to a state; with `ERROR` it acknowledges why it left another."""
+        """Request a state of a device; with `ERROR` it acknowledges why it left another."""
         device = self._devices[position]
         device.state = state
         device.write_state()

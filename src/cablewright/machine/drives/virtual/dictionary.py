@@ -41,7 +41,7 @@ class Dictionary:
         self.entries[kind.index, kind.sub].data = kind.pack(value)
 
     def mapped(self, mapping: int) -> list[ObjectEntry]:
-        """The entries that the PDO of a *mapping*, 0x1600 and on, carries; of what does not exist none."""
+        """The entries that the PDO of a *mapping*, 0x1600 and on, carries; none of one that does not exist."""
         number = self.entries[mapping, 0].data[0]
         places = [int.from_bytes(self.entries[mapping, 1 + k].data, "little") for k in range(number)]
         found = [self.entries.get((place >> 16, place >> 8 & 0xFF)) for place in places]
@@ -62,7 +62,7 @@ class Dictionary:
         return None if command == 4 else self._abort(address, _UNKNOWN)
 
     def rest(self) -> bytes:
-        """What is left to be told of a text."""
+        """The remaining bytes of a text to send."""
         rest, self._text = self._text, b""
         return rest
 

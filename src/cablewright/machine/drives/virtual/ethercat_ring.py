@@ -37,7 +37,7 @@ class _Way(NamedTuple):
 
     @property
     def weight(self) -> int:
-        """What writing adds to the working counter."""
+        """Increment of the working counter by a write."""
         return 2 if self.reads else 1
 
 

@@ -47,7 +47,7 @@ class EthercatSlave:
         self.__post_init__()
 
     def read(self, at: int, size: int) -> bytes | None:
-        """What a master reads at an address; None: nothing."""
+        """Return the bytes that a master reads at an address; None: none."""
         manager = self.memory.sync_manager(3)
         if self.state >= SAFEOP and at < manager.start + manager.size and manager.start < at + size:
             self._refresh(manager.start)
@@ -69,11 +69,11 @@ class EthercatSlave:
         return True
 
     def windows(self) -> list[MemoryWindow]:
-        """Where process data stand, once it has them."""
+        """Memory windows of process data, once configured."""
         return self.memory.windows() if self.state >= SAFEOP else []
 
     def tick(self, now: float) -> None:
-        """Go on to *now*, s: watch over the master."""
+        """Advance to *now*, s: watch over the master."""
         memory = self.memory
         tick = (memory.get(m.WATCHDOG_DIVIDER, 2) + 2) * _TICK
         limit = memory.get(m.WATCHDOG_TIME, 2) * tick
@@ -104,7 +104,7 @@ class EthercatSlave:
             self._tell(0)
 
     def _obstacle(self, wanted: int) -> int:
-        """The code of what keeps it from a higher state; 0: nothing."""
+        """The code of the reason that prevents a higher state; 0: none."""
         if _NEXT.get(self.state) != wanted:
             return _BAD_CHANGE
         if wanted == SAFEOP:
@@ -168,7 +168,7 @@ class EthercatSlave:
 
 
 def add_assignment(dictionary: Dictionary) -> None:
-    """Add what an EtherCAT drive has besides: types of its sync managers, and their PDOs."""
+    """Add the further objects of an EtherCAT drive: types of its sync managers, and their PDOs."""
     entries = dictionary.entries
     entries[0x1C00, 0] = ObjectEntry(bytes([4]), writable=False)
     for k in range(4):

@@ -28,7 +28,7 @@ _TICKS: Final = 5  # of the drives, in a step of the plant
 MADE_UP: Final = 0.5
 """Time that is made up for after the computer was held up, s."""
 
-_YIELD: Final = 0.2  # share of a line's stiffness by which a motor under torque gives way in a step
+_YIELD: Final = 0.2  # share of a line's stiffness by which a motor under torque yields in a step
 
 Disturb = Callable[[CanFrame, float], tuple[float, ...]]
 """Delays, s, of the copies in which a frame sent at a time arrives: ``(0.0,)`` as it should, ``()`` lost."""
@@ -84,7 +84,7 @@ class VirtualRig:
         return self.ticks * self.plant.period / _TICKS
 
     def hear(self, frame: CanFrame, now: float) -> list[CanFrame]:
-        """Tell all drives a frame; return their answers. The plant's steps end with the SYNCs, from the first on."""
+        """Pass a frame to all drives; return their answers. The plant's steps end with the SYNCs, from the first on."""
         if frame.id == SYNC and self._phase is None:
             self._phase = self.ticks % _TICKS
         for drive in self.drives:
@@ -92,7 +92,7 @@ class VirtualRig:
         return self._said()
 
     def advance(self, now: float | None = None) -> list[CanFrame]:
-        """Go on by a tick, to *now* (None: virtual time); return what drives say by themselves."""
+        """Advance by a tick, to *now* (None: virtual time); return frames that drives send by themselves."""
         self.ticks += 1
         at = self.now if now is None else now
         for i, drive in enumerate(self.drives):
@@ -116,7 +116,7 @@ class VirtualRig:
         return valve is not None and bool(self.drives[self.names.index(valve.line)].outputs >> valve.bit & 1)
 
     def warm(self) -> None:
-        """Compile, or load, what the plant calls, and leave it where it was."""
+        """Compile or load the kernels of the plant, and leave its state unchanged."""
         for _ in range(3):
             self.plant.step(Command(self.plant.time, np.zeros(len(self.drives))))
         self._load()
@@ -160,7 +160,7 @@ class VirtualRig:
 
 
 class VirtualPort:
-    """A `Port` to a rig in virtual time, which goes on only while somebody waits."""
+    """A `Port` to a rig in virtual time, which advances only while a member waits."""
 
     def __init__(self, rig: VirtualRig, disturb: Disturb | None = None) -> None:
         """*disturb* loses, delays or doubles frames."""
@@ -171,17 +171,17 @@ class VirtualPort:
         self.down = False  # bus off
 
     def now(self) -> float:
-        """As `Port`."""
+        """Return the time, s, by the clock of `receive`; see `Port.now`."""
         return self.rig.now
 
     def send(self, frame: CanFrame) -> None:
-        """As `Port`."""
+        """Send one frame; see `Port.send`."""
         if self.down:
             raise BusError("bus off")
         self._pass(frame, to_drives=True)
 
     def receive(self, until: float) -> CanFrame | None:
-        """As `Port`."""
+        """Return the next frame of other members until a time, s; see `Port.receive`."""
         while True:
             if self._arrived and not self.down:
                 return self._arrived.popleft()
@@ -194,7 +194,7 @@ class VirtualPort:
                 self._deliver(frame, to_drives)
 
     def close(self) -> None:
-        """As `Port`."""
+        """Leave the bus; see `Port.close`."""
 
     def inject(self, frame: CanFrame) -> None:
         """A frame of somebody else on the bus."""

@@ -55,15 +55,15 @@ class SlaveMemory:
         self.put(EEPROM_CONTROL, _EIGHT_BYTES, 2)
 
     def get(self, at: int, size: int) -> int:
-        """The number there."""
+        """Return the number at an address."""
         return int.from_bytes(self.bytes[at : at + size], "little")
 
     def put(self, at: int, value: int, size: int) -> None:
-        """Set the number there."""
+        """Set the number at an address."""
         self.bytes[at : at + size] = value.to_bytes(size, "little")
 
     def sync_manager(self, k: int) -> SyncManager:
-        """One of the eight."""
+        """Return one of the eight sync managers."""
         start, size, control, status, active = struct.unpack_from("<HHBBB", self.bytes, SYNC_MANAGERS + 8 * k)
         return SyncManager(start, size, control, status, bool(active & 1))
 
@@ -72,7 +72,7 @@ class SlaveMemory:
         self.bytes[SYNC_MANAGERS + 8 * k + 5] = FULL if full else 0
 
     def windows(self) -> list[MemoryWindow]:
-        """Those in use."""
+        """Memory windows in use."""
         found = []
         for at in range(WINDOWS, WINDOWS + 16 * 8, 16):
             logical, size, _, _, physical, _, kind, active = struct.unpack_from("<IHBBHBBB", self.bytes, at)
@@ -81,7 +81,7 @@ class SlaveMemory:
         return found
 
     def read(self, at: int, size: int) -> bytes | None:
-        """What a master reads there; None: nothing can be read. A mailbox is read once."""
+        """Return the bytes that a master reads there; None: not readable. A mailbox is read once."""
         box = self.sync_manager(1)
         in_mailbox = box.active and at < box.start + box.size and box.start < at + size
         if in_mailbox and not box.status & FULL:

@@ -51,7 +51,7 @@ class VirtualDrive:
     brake_closed: bool = True
     chain_closed: bool = True
     stop_input: bool = False  # its own input for a quick stop
-    tells_early: bool = False  # it tells that it is off, or in fault, while its brake still closes under torque
+    tells_early: bool = False  # it reports that it is disabled, or in fault, while its brake still closes under torque
     drift: float = 0.0  # counts/s by which it turns besides, unknown to itself
     keeps_outputs: bool = False  # in a fault, instead of clearing them
     dead: bool = False  # neither hears nor says anything
@@ -61,8 +61,8 @@ class VirtualDrive:
     outbox: list[CanFrame] = field(default_factory=list)
     _edge: bool = False  # bit 7 of the last controlword
     _opening: float = math.inf  # s of operation left until the brake is open
-    _closing: bool = False  # on the way to be off
-    _holds: bool = False  # torque, though it tells that it is off
+    _closing: bool = False  # becoming disabled
+    _holds: bool = False  # torque, though it reports that it is disabled
     _closes_in: float = math.inf  # s until the brake has closed, since its coil lost current
     _wanted: float = 0.0  # counts/s, after the ramp
     _error: float = 0.0  # counts that it is behind its target
@@ -115,7 +115,7 @@ class VirtualDrive:
         self.outbox.append(CanFrame(o.HEARTBEAT + self.node, bytes([o.BOOTED])))
 
     def hear(self, frame: CanFrame, now: float) -> None:
-        """Take a frame of the bus at *now*, s."""
+        """Process a frame of the bus at *now*, s."""
         if self.dead:
             return
         data = frame.data
@@ -156,7 +156,7 @@ class VirtualDrive:
                 self.command(0x1600 + k, frame.data, now)
 
     def command(self, mapping: int, data: bytes, now: float) -> None:
-        """Take what a PDO of that *mapping* carries, at *now*, s."""
+        """Process a PDO of that *mapping*, at *now*, s."""
         entries = self.dictionary.mapped(mapping)
         if len(data) != sum(len(each.data) for each in entries):
             self.fail(SHORT_PDO)
@@ -170,7 +170,7 @@ class VirtualDrive:
             self._control(self.dictionary[o.CONTROLWORD])
 
     def told(self, mapping: int) -> bytes:
-        """What a PDO of that *mapping* carries."""
+        """Return the bytes of a PDO with that *mapping*."""
         return b"".join(each.data for each in self._refresh().mapped(mapping))
 
     def _answers(self) -> list[CanFrame]:
@@ -180,7 +180,7 @@ class VirtualDrive:
         return [CanFrame(cob & 0x7FF, self.told(0x1A00 + k)) for k, cob in enumerate(cobs) if not cob >> 31]
 
     def _refresh(self) -> Dictionary:
-        """Bring what it tells up to date."""
+        """Update its reported state."""
         own, limit = self.dictionary, 1e3 / self.rated_torque
         own[o.STATUSWORD] = _STATUS[self.state] | _REMOTE
         wrapped = (math.floor(self.position) + (1 << 31)) % (1 << 32) - (1 << 31)
@@ -250,7 +250,7 @@ class VirtualDrive:
             self._closes_in = min(self._closes_in, self.brake_time)
 
     def tick(self, now: float, dt: float) -> None:
-        """Go on for *dt*, s, until *now*: watch, ramp, and set the `speed` for the plant."""
+        """Advance by *dt*, s, to *now*: watch, ramp, and set the `speed` for the plant."""
         if not self.dead:
             self._watch(now)
         self._brake(dt)

@@ -35,7 +35,7 @@ class LineFaults:
         ]
 
     def begin(self, time: float, lines: Array, states: Array) -> None:
-        """Begin what is due at *time*, s, on the packed *lines* and their *states*."""
+        """Begin the faults due at *time*, s, on the packed *lines* and their *states*."""
         for k, (fault, i) in enumerate(self._plans):
             if not self._begun[k] and time >= fault.begin:
                 self._begun[k] = 1

@@ -1,4 +1,4 @@
-"""Mass, centre and inertia of what the lines carry: of a drum on a point platform, or a rigid body."""
+"""Mass, centre and inertia of the load on the lines: a drum on a point platform, or a rigid body."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cablewright.robot import RigidPlatform, Robot
 
 
 class Masses:
-    """The numbers of a robot's platform by what is in it."""
+    """The mass properties of a robot's platform by its content."""
 
     def __init__(self, robot: Robot, settings: TwinSettings) -> None:
         """Take the machine as built. Raises `InputError` where robot and machine do not fit, or inertia is unknown."""
@@ -33,11 +33,11 @@ class Masses:
             self.nozzle = np.array([0.0, 0.0, -owner.point_drum.valve])
 
     def total(self, powder: float, stuck: float) -> float:
-        """Mass, kg, with so much *powder* in it, and *stuck* to its nozzle, kg."""
+        """Mass, kg, with the *powder*, kg, in it, and the material *stuck* to its nozzle, kg."""
         return self._settings.owner.carrier.empty_mass + powder + stuck
 
     def numbers(self, powder: float, stuck: float, length: float) -> Array:
-        """Return the kernel's numbers (BODY,) with so much as in `total`, at the *length*, m, of a retraction."""
+        """Return the kernel's numbers (BODY,) with the content of `total`, at the *length*, m, of a retraction."""
         simulation, numbers = self._settings.simulation, np.zeros(dynamics.BODY)
         if simulation.drum is not None:
             _put_drum(self._settings.owner.point_drum, powder, stuck, numbers)
@@ -54,7 +54,7 @@ class Masses:
         return numbers
 
     def _put_body(self, powder: float, stuck: float, length: float, numbers: Array) -> None:
-        """Write mass, centre and inertia of a rigid platform with what is in it."""
+        """Write mass, centre and inertia of a rigid platform with its content."""
         owner, platform = self._settings.owner, self._platform
         assert isinstance(platform, RigidPlatform)
         assert owner.body is not None

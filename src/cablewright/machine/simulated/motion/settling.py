@@ -23,8 +23,8 @@ _STANDS: Final = 1e-4  # m/s and rad/s
 def settle(packed: Packed, body: Array, before: Array, after: Array, pose: Array, states: Array) -> bool:
     """Let the *body* (BODY,) move from rest at *pose* (6,), as lengths go from *before* to *after*, until it stands.
 
-    *pose* and *states* are updated in place. Returns False where it does not come to rest, or falls out of what lines
-    can be computed for.
+    *pose* and *states* are updated in place. Returns False where it does not come to rest, or falls out of the range in
+    which lines can be computed.
     """
     motion, damped = np.zeros(dynamics.MOTION), _damped(body)
     motion[:3], motion[TURN : TURN + 3] = pose[:3], pose[3:]

@@ -21,7 +21,7 @@ _BITS: Final = 24  # of a counter
 
 
 class EncoderReader(TimedSensor[Encoder, SensorFlaws]):
-    """All encoders, read at once; their only error is quantisation."""
+    """All encoders, read at the same time; their only error is quantisation."""
 
     def _measure(self, state: RigState) -> Encoders | None:
         chance, which, bit = self._random.random(), self._random.random(), int(self._random.integers(_BITS))
@@ -35,7 +35,7 @@ class EncoderReader(TimedSensor[Encoder, SensorFlaws]):
 
 
 def _slipped(slips: Array, machine: Mounted) -> Array:
-    """Return what is counted too much where so much cable, (m,) m, slips."""
+    """Return the surplus of counts where the lengths *slips* (m,), m, of cable slip."""
     radii = np.array(
         [line.winch.drum_radius or np.inf for line in map(machine.robot.lines.__getitem__, machine.robot.hosts)]
     )

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class BeamReader(TimedSensor[RetractionDrive, SensorFlaws]):
-    """Length of a platform that retracts."""
+    """Sensor of the length of a platform that retracts."""
 
     def _measure(self, state: RigState) -> BeamLength | None:
         noise, chance, anywhere = self._random.standard_normal(), self._random.random(), self._random.random()

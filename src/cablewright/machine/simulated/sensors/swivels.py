@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class SwivelReader(TimedSensor[SwivelSensor, SensorFlaws]):
-    """Angles of all swivels, read at once; their zeros are drawn once."""
+    """Angles of all swivels, read at the same time; their zeros are drawn once."""
 
     def _mount(self, machine: Mounted) -> None:
         self._swivels = np.array([isinstance(line.sheave, Swivel) for line in machine.robot.lines])

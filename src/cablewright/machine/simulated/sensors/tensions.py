@@ -25,7 +25,7 @@ _HOUR: Final = 3600.0  # s
 class TensionFlaws(SensorFlaws):
     """Flaws of load cells or torques. ``bias``: standard deviation of a unit's zero, N; None: as on the data sheet.
 
-    ``drift``: standard deviation of what the zero has drifted by after an hour, N. ``cross_talk``: share of the mean of
+    ``drift``: standard deviation of the zero's drift after an hour, N. ``cross_talk``: share of the mean of
     both neighbouring lines' tensions that a line shows in addition.
     """
 

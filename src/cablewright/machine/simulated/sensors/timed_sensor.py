@@ -31,7 +31,10 @@ class SensorFlaws(Description):
 
 
 def steps_per_interval(period: float, interval: float, what: str) -> int:
-    """Return how many steps of *period* (s) make an *interval* (s). Raises `InputError`, naming *what*, if none do."""
+    """Return the number of steps of *period* (s) in an *interval* (s).
+
+    Raises `InputError`, naming *what*, for less than one.
+    """
     count = interval / period
     whole = round(count)
     if whole < 1 or abs(count - whole) > 1e-6 * whole:
@@ -70,9 +73,9 @@ class TimedSensor(ABC, Generic[_SheetT, _FlawsT]):
 
 @dataclass(frozen=True, eq=False)
 class Simulated(Generic[_SheetT, _FlawsT]):
-    """How a sensor is simulated: what is wrong with one unit, and who reads it.
+    """Simulation of a sensor: the flaws of one unit, and its reader.
 
-    ``faults``: kinds of planned faults besides silent and stuck, each with what it adds to a reading by sizes (m,).
+    ``faults``: kinds of planned faults besides silent and stuck, each with the change of a reading by sizes (m,).
     ``place``: of the flaws' table among those of ``[simulation]``; 0: by the sensor's stream.
     """
 

@@ -30,7 +30,7 @@ class Brakes:
     SAVED = ("_softer",)
 
     def __init__(self, law: WinchBrakes, names: tuple[str, ...], seed: int, limit: float) -> None:
-        """*names* (m,) of the lines; *limit*: m of cable by which one may slip until that is told.
+        """*names* (m,) of the lines; *limit*: m of cable by which one may slip without a notice.
 
         Raises `UnknownName` for a line.
         """
@@ -68,11 +68,11 @@ class Brakes:
         was[:, winding.PULL] = 0.0  # nothing has a speed
 
     def forget(self, winches: Winches) -> None:
-        """Take the place at which drums are for where they should be, by a person's order to reset."""
+        """Count slip from the present angles of the drums, by a person's order to reset."""
         winches.slipped[:] = 0.0
 
     def notices(self, winches: Winches) -> list[Notice]:
-        """Tell which winch has slipped too far since the last reset, as a machine with drives does."""
+        """Report each winch that has slipped too far since the last reset, as a machine with drives does."""
         lengths = winches.slipped * winches.leaving_radii
         worst = int(np.argmax(lengths))
         if lengths[worst] <= self._limit:

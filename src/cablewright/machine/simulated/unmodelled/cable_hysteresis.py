@@ -18,7 +18,7 @@ THRESHOLDS: Final = np.array([0.2, 0.4, 0.6])  # assumed: of the reference load;
 
 
 class CableHysteresis:
-    """Strain of m lines besides their elasticity, from that at the start."""
+    """Inelastic strain of m lines by hysteresis, relative to that at the start."""
 
     SAVED = ("_begin", "places", "strain")
 
@@ -31,12 +31,12 @@ class CableHysteresis:
         self._softness = 0.5 * width / len(THRESHOLDS) / self._thresholds  # (k,) 1/N
         self._begin = loads.copy()
         self.places = np.repeat(loads[:, None], len(THRESHOLDS), axis=1)  # N, p of each
-        # load and stretch follow each other: as far at once as a line between fixed points would let them
+        # load and stretch follow each other: in each step as far as between fixed points
         self._follow = 1.0 / (1.0 + self._softness.sum() / elastic)
         self.strain = np.zeros(len(loads))
 
     def follow(self, loads: Array) -> None:
-        """Follow the *loads* (m,), N, wherever they went: monotonously since the last call."""
+        """Follow the *loads* (m,), N, which changed monotonously since the last call."""
         held = loads[:, None]
         np.maximum(self.places, held - self._thresholds, out=self.places)
         np.minimum(self.places, held + self._thresholds, out=self.places)

@@ -14,7 +14,7 @@ from cablewright.foundation.arrays import Array
 
 
 class DrumDrive:
-    """Lag of m drums, rad: by how much less than their motors say they have paid out. At the start it is 0."""
+    """Lag of m drums behind their motors, rad of cable paid out. At the start it is 0."""
 
     SAVED = ("_angles", "_start", "_torque", "_twist", "slid")
 
@@ -23,7 +23,7 @@ class DrumDrive:
     ) -> None:
         """*torsion*: rad per N m at the drum; *ripple*: rad, and periods of it in a turn; *phases* (m,), rad, of that.
 
-        *slide*: share of what a drum winds or pays out that slides out under the *reference*, N. *angles* (m,), rad,
+        *slide*: share of the wound or paid-out length that slides out under the *reference*, N. *angles* (m,), rad,
         wound at the start.
         """
         self._torsion, (self._ripple, self._periods), self._slide = torsion, ripple, slide
@@ -34,7 +34,7 @@ class DrumDrive:
 
     @property
     def lag(self) -> Array:
-        """(m,) rad."""
+        """Lag (m,) of the drums, rad."""
         return np.asarray(self._rippled(self._start) - self._rippled(self._angles) - self._twist - self.slid)
 
     def turn(self, angles: Array, pulls: Array, radii: Array, softness: Array) -> None:
@@ -45,7 +45,7 @@ class DrumDrive:
         torque = pulls * radii
         if np.isnan(self._torque).any():
             self._torque = torque
-        # torque and twist follow each other: as far at once as a line between fixed points would let them
+        # torque and twist follow each other: in each step as far as between fixed points
         share = 1.0 / (1.0 + self._torsion * radii * radii / softness)
         self._twist = self._twist + share * (self._torsion * (torque - self._torque) - self._twist)
         self.slid = self.slid + self._slide * pulls / self._reference * np.abs(angles - self._angles)

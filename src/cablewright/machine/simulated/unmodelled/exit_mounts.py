@@ -1,4 +1,4 @@
-"""Exits that give: the mount of each is displaced by the force of its cable, d = C F, closed with the statics.
+"""Compliant exit points: the cable's force F displaces each mount by d = C F, in equilibrium with the statics.
 
 F is the pull of the free span, and of the dead span where its winch stands apart (`winch_exit`); a winch that is not
 described sits on the same mount, whose own forces cancel out. d is from where the exit was surveyed without load. The
@@ -28,7 +28,7 @@ class ExitMountState:
         self._steps, self._guide = np.zeros_like(self.displaced), np.zeros(GUIDE_SIZE)
 
     def give(self, packed: Packed, states: Array, planes: Array, ratio: Array) -> float:
-        """Move the exit points of *packed* by a step of `exit_mounts.give`; return by how much at most, m."""
+        """Move the exit points of *packed* by a step towards equilibrium; return the largest step, m."""
         given = (packed, states, planes, ratio, self._compliance, self.displaced, self._steps, self._guide)
         return float(exit_mounts.give(*given))
 

@@ -10,7 +10,7 @@ from cablewright.foundation.arrays import Array
 
 
 class Gusts:
-    """The force of now."""
+    """Wind gusts: the present random force on the platform."""
 
     SAVED = ("force", "_random")
 

@@ -1,4 +1,4 @@
-"""How much a plant has of what no model knows: tables of ``[simulation]``. All of it is 0, so absent, by default."""
+"""Sizes of a plant's unmodelled effects: tables of ``[simulation]``. All are 0, so absent, by default."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _Value = TypeVar("_Value")
 
 
 def of_lines(lines: Sequence[str], by_line: Mapping[str, _Value], other: _Value) -> list[_Value]:
-    """Return what *by_line* has of each of the *lines*, by name, else the *other*; raises `UnknownName`."""
+    """Return the value of *by_line* for each of the *lines*, by name, else the *other*; raises `UnknownName`."""
     for name in by_line:
         if name not in lines:
             raise UnknownName("line", name, tuple(lines))
@@ -27,9 +27,9 @@ def of_lines(lines: Sequence[str], by_line: Mapping[str, _Value], other: _Value)
 
 
 class CableStretch(Description):
-    """What a cable stretches by besides its elasticity, as strains at the reference load, see `Unmodelled`.
+    """Strains of a cable besides elasticity, at the reference load, see `Unmodelled`.
 
-    ``creep``: after an hour under it; of each line off by a uniform share of at most ``creep_spread``.
+    ``creep``: after an hour under it; of each line with a uniform relative error of at most ``creep_spread``.
     ``hysteresis``: between the ways up and down of a cycle that is larger than the load. ``settling``: for good, of a
     new cable, when it is first under that load. ``stiffening``: share by which it is stiffer at twice the load than at
     it, where it is as the robot file says.
@@ -43,13 +43,13 @@ class CableStretch(Description):
 
 
 class SheaveFriction(Description):
-    """``friction``: share of the tension that is lost over a sheave by which the cable turns by a right angle."""
+    """Friction of sheaves. ``friction``: share of tension lost over a sheave that turns the cable by a right angle."""
 
     friction: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
 
 
 class ExitMounts(Description):
-    """``compliance`` of the exit points' mounts, m/N, and other ones of some lines ``by_line``."""
+    """Mounts of exit points. ``compliance``: m/N, and other ones of some lines ``by_line``."""
 
     compliance: Compliance = 0.0
     by_line: dict[str, Compliance] = Field(default_factory=dict)
@@ -60,7 +60,7 @@ class ExitMounts(Description):
 
 
 class WinchGears(Description):
-    """``backlash`` of the gears, rad at the drum.
+    """Gears of the winches. ``backlash``: rad at the drum.
 
     ``bearing_friction``: pull of a line, N, below which the drum's bearings hold it, so that it lies at no flank.
     ``torsion``: rad per N m at the drum, by which they twist. ``ripple``: rad at the drum, the amplitude of a sine of
@@ -75,9 +75,9 @@ class WinchGears(Description):
 
 
 class WinchBrakes(Description):
-    """``torque``: N m at the drum, up to which a closed brake holds; 0: it never gives. ``by_line``: of some lines.
+    """Brakes of the winches. ``torque``: N m at the drum, holding limit; 0: none. ``by_line``: of some lines.
 
-    Each is off by a uniform share of at most ``spread``.
+    Each has a uniform relative error of at most ``spread``.
     """
 
     torque: Annotated[NonNegative[Torque], Field(le=1e6)] = 0.0
@@ -86,7 +86,7 @@ class WinchBrakes(Description):
 
     @property
     def give(self) -> bool:
-        """Whether any does."""
+        """Whether any brake can slip."""
         return any((self.torque, *self.by_line.values()))
 
 
@@ -101,7 +101,7 @@ class Wind(Description):
 
 
 class StickingMaterial(Description):
-    """Material that sticks to a clean nozzle: the ``share`` of what leaves the valve; ``most``: kg that stay on it.
+    """Material that sticks to a clean nozzle: the ``share`` of the released material; ``most``: kg that stay on it.
 
     None: without limit.
     """
@@ -113,7 +113,7 @@ class StickingMaterial(Description):
 class HangingHose(Description):
     """A hose or cable chain that hangs from ``start``, (3,) m, world, to the platform's origin.
 
-    ``length``: m; ``linear_density``: kg/m, with what is in it.
+    ``length``: m; ``linear_density``: kg/m, with its content.
     """
 
     start: Vec3

@@ -1,4 +1,4 @@
-"""What loads make of a cable at once: strands that settle for good, and a stiffness that rises with the load.
+"""Immediate effects of load on a cable: strands that settle for good, and a stiffness that rises with the load.
 
 Settling follows the largest load so far, in proportion to it. With the stiffness EA (1 + s (T / R - 1)), which is that
 of the robot file at the reference load R, a line stretches less above R and more below it. Neither depends on time.
@@ -12,7 +12,7 @@ from cablewright.foundation.arrays import Array
 
 
 class LoadStrain:
-    """Strain of m lines besides their elasticity, from that at the start."""
+    """Immediate inelastic strain of m lines by load, relative to that at the start."""
 
     SAVED = ("_begin", "most", "_curved")
 
@@ -28,11 +28,11 @@ class LoadStrain:
 
     @property
     def strain(self) -> Array:
-        """(m,)."""
+        """Strain (m,) of the lines."""
         return np.asarray(self._settling * (self.most - self._begin) / self._reference + self._curved)
 
     def follow(self, loads: Array) -> None:
-        """Follow the *loads* (m,), N: at once less far than a line between fixed points would let load and stretch go.
+        """Follow the *loads* (m,), N: in each step less far than between fixed points.
 
         What settles is for good, so that it must not go too far.
         """

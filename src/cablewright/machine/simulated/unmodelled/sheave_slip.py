@@ -45,7 +45,7 @@ class SheaveSlip:
         """How much more than in statics dead spans stretch, (m,) m."""
 
     def slide(self, packed: Packed, states: Array, planes: Array) -> Array:
-        """Slide to where lines are by their *states*; return the ratio. Since the last time they went one way."""
+        """Slide to the lines' *states*, which changed in one direction since the last call; return the ratio."""
         given = (packed, states, planes, self._turned, self._guide, self._rate, STICKS)
         sheave_slip.slide(*given, self._free, self.elements, self.ratio, self.stretch)
         return self.ratio

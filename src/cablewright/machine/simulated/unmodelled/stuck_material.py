@@ -1,6 +1,6 @@
 """Material that sticks to the nozzle: the platform grows heavier than its owner believes, and less is laid than is fed.
 
-A share of what leaves the valve sticks, less and less as the crust nears the most that stays on: dm = s (1 - m / M) df
+A share of the released material sticks, less and less as the crust nears the most that stays on: dm = s (1 - m / M) df
 with f what has left the valve, so that m = M (1 - exp(-s f / M)), exact for any step. None of it falls off.
 """
 
@@ -12,7 +12,7 @@ from cablewright.machine.simulated.unmodelled.laws import StickingMaterial
 
 
 class StuckMaterial:
-    """What sticks to a nozzle."""
+    """Material that sticks to a nozzle."""
 
     SAVED = ("mass",)
 
@@ -22,7 +22,7 @@ class StuckMaterial:
         self.mass = 0.0  # kg
 
     def passed(self, released: float) -> float:
-        """Return how much of what is *released*, kg, falls; the rest sticks."""
+        """Return how much of the *released* material, kg, falls; the rest sticks."""
         share, most = self._law.share, self._law.most
         sticks = share * released
         if most is not None:

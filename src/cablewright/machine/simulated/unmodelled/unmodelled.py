@@ -26,7 +26,7 @@ from cablewright.robot import Robot
 
 
 class Unmodelled:
-    """What acts on a rig and is in no model of it; parts that are 0 are None.
+    """Unmodelled effects on a rig; effects of size 0 are None.
 
     The reference load of all cables is the mean of the lines' tensions at the start.
     """
@@ -96,7 +96,7 @@ class Unmodelled:
 
     @property
     def strain(self) -> Array | float:
-        """Strain (m,) of cables besides elasticity and heat: creep as described and not, hysteresis, and by load."""
+        """Strain (m,) of cables without elasticity and heat: creep as described and not, hysteresis, and by load."""
         parts = (*self.creeps.values(), *(each for each in (self.hysteresis, self.load_strain) if each is not None))
         return sum(each.strain for each in parts)
 

@@ -1,4 +1,5 @@
-"""The kernels' n is data: the same code holds a rigid body on eight lines, here from arrays without a description."""
+"""The number of coordinates n of kernels is data: the same code holds a rigid body on eight lines, here from arrays
+without a description."""
 
 from __future__ import annotations
 

@@ -1,0 +1,201 @@
+"""Interval arithmetic of values with their first derivatives, so that a formula is written once.
+
+A jet is an array (1 + SLOTS, 2): the enclosure of a quantity over a box, then those of its derivatives by a line's own
+unknowns (slots 0 to 4) and by the pose (position 5 to 7, rotation 8 to 10). Where a value is not defined somewhere in
+the box, the jet is unbounded. Moore 1966; Griewank and Walther 2008, section 3.1.
+"""
+
+import numpy as np
+
+from cablewright.kernels import jit
+from cablewright.kernels.certificates.interval import (
+    ENTIRE,
+    add,
+    cos,
+    div,
+    mag,
+    mul,
+    neg,
+    root,
+    sin,
+    sqr,
+    sub,
+    up,
+)
+
+OWN = 5  # slots of a line's unknowns
+SLOTS = OWN + 6
+ONE = (1.0, 1.0)
+PI = (3.141592653589793, 3.1415926535897936)
+NEAR = 0.4  # sine of the largest angle from a guess: arcsin u is within u and u (1 + u^2) there
+REFINEMENTS = 5  # each cubes the error of an angle's guess, at first below 0.34 rad
+
+
+@jit
+def of(a, k):
+    """Interval *k* of a jet: 0 is its value, 1 + s its derivative by slot s."""
+    return a[k, 0], a[k, 1]
+
+
+@jit(allocates=True)
+def constant(value):
+    """Jet of an interval that depends on nothing."""
+    out = np.zeros((1 + SLOTS, 2))
+    out[0, 0], out[0, 1] = value
+    return out
+
+
+@jit(allocates=True)
+def variable(value, slot):
+    """Jet of the unknown in *slot*, whose box is the interval *value*."""
+    out = constant(value)
+    out[1 + slot, 0] = out[1 + slot, 1] = 1.0
+    return out
+
+
+@jit(allocates=True)
+def unbounded():
+    """Jet of a quantity that is not defined everywhere in the box."""
+    out = np.empty((1 + SLOTS, 2))
+    out[:, 0], out[:, 1] = ENTIRE
+    return out
+
+
+@jit(allocates=True)
+def plus(a, b):
+    """A + b."""
+    out = np.empty((1 + SLOTS, 2))
+    for k in range(1 + SLOTS):
+        out[k, 0], out[k, 1] = add(of(a, k), of(b, k))
+    return out
+
+
+@jit(allocates=True)
+def minus(a, b):
+    """A - b."""
+    out = np.empty((1 + SLOTS, 2))
+    for k in range(1 + SLOTS):
+        out[k, 0], out[k, 1] = sub(of(a, k), of(b, k))
+    return out
+
+
+@jit(allocates=True)
+def scaled(a, factor):
+    """A times the interval *factor*."""
+    out = np.empty((1 + SLOTS, 2))
+    for k in range(1 + SLOTS):
+        out[k, 0], out[k, 1] = mul(of(a, k), factor)
+    return out
+
+
+@jit(allocates=True)
+def times(a, b):
+    """A b."""
+    out = constant(mul(of(a, 0), of(b, 0)))
+    for k in range(1, 1 + SLOTS):
+        out[k, 0], out[k, 1] = add(mul(of(a, k), of(b, 0)), mul(of(a, 0), of(b, k)))
+    return out
+
+
+@jit(allocates=True)
+def over(a, b):
+    """A / b; unbounded if b holds zero."""
+    out = constant(div(of(a, 0), of(b, 0)))
+    for k in range(1, 1 + SLOTS):
+        out[k, 0], out[k, 1] = div(sub(of(a, k), mul(of(out, 0), of(b, k))), of(b, 0))
+    return out
+
+
+@jit(allocates=True)
+def square_root(a):
+    """sqrt(a)."""
+    out = constant(root(of(a, 0)))
+    for k in range(1, 1 + SLOTS):
+        out[k, 0], out[k, 1] = div(of(a, k), add(of(out, 0), of(out, 0)))
+    return out
+
+
+@jit(allocates=True)
+def cosine(a):
+    """cos(a)."""
+    out = scaled(a, neg(sin(of(a, 0))))
+    out[0, 0], out[0, 1] = cos(of(a, 0))
+    return out
+
+
+@jit(allocates=True)
+def sine(a):
+    """sin(a)."""
+    out = scaled(a, cos(of(a, 0)))
+    out[0, 0], out[0, 1] = sin(of(a, 0))
+    return out
+
+
+@jit(allocates=True)
+def angle(x, y):
+    """Angle of the vector (x, y), rad: continuous in the box, and at its middle between -pi and pi."""
+    value = _angle(of(x, 0), of(y, 0))
+    out = constant(value)
+    square = add(sqr(of(x, 0)), sqr(of(y, 0)))
+    for k in range(1, 1 + SLOTS):
+        out[k, 0], out[k, 1] = div(sub(mul(of(x, 0), of(y, k)), mul(of(y, 0), of(x, k))), square)
+    return out
+
+
+@jit
+def _angle(x, y):
+    """Enclose the angle of (x, y): a guess by plain floats, and a proof of how far the angle is from it."""
+    size = root(add(sqr(x), sqr(y)))
+    c, s = div(x, size), div(y, size)
+    ahead, aside = 0.5 * (c[0] + c[1]), 0.5 * (s[0] + s[1])
+    if not abs(ahead) + abs(aside) < 3.0:
+        return ENTIRE
+    guess = 0.5 * PI[0] * (1.0 - ahead)
+    guess = guess if aside >= 0.0 else -guess
+    for _ in range(REFINEMENTS):
+        guess += aside * cos((guess, guess))[0] - ahead * sin((guess, guess))[0]
+    cg, sg = cos((guess, guess)), sin((guess, guess))
+    off, along = sub(mul(s, cg), mul(c, sg)), add(mul(c, cg), mul(s, sg))
+    if not (mag(off) < NEAR and along[0] > 0.0):
+        return ENTIRE
+    return add((guess, guess), mul(off, (1.0, up(1.0 + up(mag(off) * mag(off))))))
+
+
+@jit(allocates=True)
+def dot(a, b):
+    """Scalar product of two vectors, each a tuple of three jets."""
+    return plus(plus(times(a[0], b[0]), times(a[1], b[1])), times(a[2], b[2]))
+
+
+@jit(allocates=True)
+def cross(a, b):
+    """Vector product of two vectors, each a tuple of three jets."""
+    return (
+        minus(times(a[1], b[2]), times(a[2], b[1])),
+        minus(times(a[2], b[0]), times(a[0], b[2])),
+        minus(times(a[0], b[1]), times(a[1], b[0])),
+    )
+
+
+@jit(allocates=True)
+def along(a, factor):
+    """Vector *a*, a tuple of three jets, times the jet *factor*."""
+    return times(a[0], factor), times(a[1], factor), times(a[2], factor)
+
+
+@jit(allocates=True)
+def added(a, b):
+    """Sum of two vectors, each a tuple of three jets."""
+    return plus(a[0], b[0]), plus(a[1], b[1]), plus(a[2], b[2])
+
+
+@jit(allocates=True)
+def less(a, b):
+    """Difference of two vectors, each a tuple of three jets."""
+    return minus(a[0], b[0]), minus(a[1], b[1]), minus(a[2], b[2])
+
+
+@jit(allocates=True)
+def fixed(a, b, c):
+    """Vector of three doubles as a tuple of three jets."""
+    return constant((a, a)), constant((b, b)), constant((c, c))

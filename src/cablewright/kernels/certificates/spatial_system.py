@@ -1,0 +1,71 @@
+"""Lines out of the plane in the system of a certificate: their rows and their share of the platform's.
+
+Nothing here is compiled for a robot without such lines: see `Packed`.
+"""
+
+import numpy as np
+
+from cablewright.kernels import jit
+from cablewright.kernels.certificates.interval import add
+from cablewright.kernels.certificates.jets import OWN, SLOTS, fixed, of
+from cablewright.kernels.layout import EXIT_X, GUIDE, UPRIGHT
+from cablewright.kernels.statics.line.spatial_enclosure import centre_of, enclose_spatial
+from cablewright.kernels.statics.platform_enclosure import component, enclose_arm
+
+
+@jit
+def enclose_spatial_line(general, row, y, length, pose, omega, i, at_solution, work):
+    """Enclose line *i*: its equations *at_solution*, or else the Jacobian's entries over the box. False if planar.
+
+    The middles of its unknowns are written with the equations, which come first.
+    """
+    if general is None or row[GUIDE] == UPRIGHT:
+        return False
+    _enclose(row, y, length, pose, omega, i, at_solution, work)
+    return True
+
+
+@jit(allocates=True)
+def _enclose(row, y, length, pose, omega, i, at_solution, work):
+    start, end, first, n = work.offsets[i], work.offsets[i + 1], work.offsets[-1], pose.shape[0]
+    equations, wrench = np.zeros((OWN, 1 + SLOTS, 2)), np.zeros((6, 1 + SLOTS, 2))
+    centre, box, radius = work.centre[start:end], np.zeros(end - start), np.zeros(n)
+    if at_solution:
+        _write_centre(row, y, pose, work, centre)
+    else:
+        box[:], radius[:] = work.radius[start:end], work.radius[first:]
+    given = (pose, radius, omega, work.rotation, length)
+    enclose_spatial(row, centre, box, *given, work.arm, work.moved, equations, wrench)
+    if at_solution:
+        work.residual[start:end] = equations[: end - start, 0]
+        for j in range(n):
+            total = add(component(work.residual, first + j), of(wrench[j], 0))
+            work.residual[first + j, 0], work.residual[first + j, 1] = total
+    else:
+        _write_jacobian(equations, wrench, start, end, first, work.low, work.high)
+
+
+@jit(allocates=True)
+def _write_centre(row, y, pose, work, centre):
+    enclose_arm(row, pose.shape[0], 0.0, work.rotation, work.arm)
+    away = np.zeros(3)
+    for k in range(3):
+        away[k] = pose[k] + component(work.arm, k)[0] - row[EXIT_X + k]
+    centre_of(row, y, fixed(away[0], away[1], away[2]), centre)
+
+
+@jit
+def _write_jacobian(equations, wrench, start, end, first, low, high):
+    """Write a line's own block and its rows by the pose; add its share of the platform's rows."""
+    n, count = low.shape[0] - first, end - start
+    for j in range(count):
+        for c in range(count):
+            low[start + j, start + c], high[start + j, start + c] = of(equations[j], 1 + c)
+        for c in range(n):
+            low[start + j, first + c], high[start + j, first + c] = of(equations[j], 1 + OWN + c)
+    for j in range(n):
+        for c in range(count):
+            low[first + j, start + c], high[first + j, start + c] = of(wrench[j], 1 + c)
+        for c in range(n):
+            total = add((low[first + j, first + c], high[first + j, first + c]), of(wrench[j], 1 + OWN + c))
+            low[first + j, first + c], high[first + j, first + c] = total
