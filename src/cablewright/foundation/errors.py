@@ -108,7 +108,7 @@ def require_positive(**values: float) -> None:
     for name, value in dict[str, Any](values).items():
         if not isinstance(value, Real):
             raise InputError(f"{name} = {value!r:.60}: a number in SI units is expected")
-        if not 0.0 < value < math.inf:
+        if not 0.0 < float(value) < math.inf:
             raise InputError(f"{name} = {value:g}: must be a finite number over 0")
 
 
