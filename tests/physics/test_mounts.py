@@ -281,7 +281,7 @@ def test_mounts_of_zero_compliance_are_as_stiff_ones_everywhere() -> None:
 
 @pytest.mark.parametrize("name", ["house-printer", "merlet2023"])
 def test_winches_on_drives_count_them(name: str) -> None:
-    """Homing's lengths by a place and tensions are those of the statics, and a session begins without a proof."""
+    """Homing's lengths by a place and tensions are those of the statics."""
     robot, place = on_mounts(load(name), 3e-6), np.array([1.0, 0.7, 1.5])
     held = cw.inverse(robot, place).checked()
     assert np.abs(held.lengths - cw.inverse(load(name), place).lengths).max() > 1e-3

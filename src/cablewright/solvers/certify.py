@@ -114,10 +114,10 @@ def certify(equilibrium: Equilibrium, tolerance: float = TOLERANCE) -> Certifica
 
 
 def _straight_down(equilibrium: Equilibrium) -> Mask:
-    """Whether the platform point of some line is below or above its exit point, in each row (N,)."""
+    """Whether the platform point of a line in a vertical plane is below or above its exit point, in each row (N,)."""
     away = equilibrium.platform_points - equilibrium.lines.exit_point
     aside = np.linalg.norm(away[..., :2], axis=-1)
-    return np.atleast_1d((aside < NO_PLANE).any(axis=-1))
+    return np.atleast_1d(((aside < NO_PLANE) & equilibrium.lines.in_plane).any(axis=-1))
 
 
 def is_only_one(equilibrium: Equilibrium) -> bool:

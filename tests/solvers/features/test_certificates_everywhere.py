@@ -93,6 +93,17 @@ def test_a_wrong_pose_is_never_certified(size: float) -> None:
     assert not certify(dataclasses.replace(held, pose=moved)).certified.any()
 
 
+@pytest.mark.parametrize("spatial", [True, False])
+def test_only_lines_in_a_plane_have_none_straight_below(spatial: bool) -> None:
+    robot = out_of_plane.point("guides") if spatial else cw.load("merlet2023")
+    held, line = cases.poses(Model(robot), 1, 3), robot.lines[0]
+    below = np.subtract(line.exit_point, line.platform_point) - [0.0, 0.0, 2.0]
+    wrong = dataclasses.replace(held, pose=below[None], lengths=2.0 * held.lengths)
+    reason = certify(wrong).reason()[0]
+    assert reason.startswith("not certified")
+    assert ("straight down" in reason) is not spatial
+
+
 def test_a_tracker_certifies_its_steps() -> None:
     robot = out_of_plane.body("mixed")
     held = cw.inverse(robot, [0.3, 0.2, 1.4, 0.02, 0.03, -0.05]).checked()
