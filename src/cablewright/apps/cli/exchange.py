@@ -180,9 +180,7 @@ def export_command(
         Path | None,
         typer.Argument(metavar="[JOB]", help="For a firmware a job's TOML or G-code file; for ros2 a machine's log."),
     ] = None,
-    out: Annotated[
-        Path, typer.Option("--out", metavar="OUT", help="File, of a firmware and ros2 folder; it must not exist.")
-    ],
+    out: Annotated[Path, typer.Option("--out", metavar="OUT", help="File to write, or folder; it must not exist.")],
     made_for: Annotated[
         TargetName | None,
         typer.Option("--for", help="Of gcode: rrf or klipper, with firmware kinematics; of slicer: a slicer."),

@@ -111,7 +111,7 @@ class RunOptions:
         typer.Option(
             "--log",
             metavar="every=N",
-            help="Log the first of each N steps, each with an order or a new state, and all scans; by default all.",
+            help="Log every N-th step, and all orders, new states and scans.",
         ),
     ] = "every=1"
 

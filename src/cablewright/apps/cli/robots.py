@@ -61,10 +61,14 @@ def new_command(
     size: Annotated[
         str | None,
         typer.Option(
-            "--size", metavar="X,Y,Z", help="Sides of the frame up to the highest exit points, m; X,Z of a planar one."
+            "--size",
+            metavar="X,Y,Z",
+            help="Sides of the frame up to the highest exit points, m; X,Z of a planar one; by default 4,4,3.",
         ),
     ] = None,
-    mass: Annotated[float | None, typer.Option("--mass", metavar="KG", help="Mass of the platform, kg.")] = None,
+    mass: Annotated[
+        float | None, typer.Option("--mass", metavar="KG", help="Mass of the platform, kg; by default 10.")
+    ] = None,
     cable: Annotated[CableName | None, typer.Option("--cable", help="Cable of all lines; by default dyneema-2mm.")] = (
         None
     ),

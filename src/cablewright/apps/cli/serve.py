@@ -40,7 +40,7 @@ def serve_command(
         typer.Option("--camera", metavar="URL", help="Address of a camera's picture, MJPEG or still, for the page."),
     ] = "",
     news: Annotated[
-        Path | None, typer.Option("--news", metavar="FILE", help="Webhooks and MQTT broker that get news.")
+        Path | None, typer.Option("--news", metavar="FILE", help="TOML file of webhooks and an MQTT broker for news.")
     ] = None,
     at: Annotated[
         str | None, typer.Option("--at", metavar="X,Y,Z[,..]", help="Start pose of a simulated machine, m [and rad].")
@@ -51,7 +51,8 @@ def serve_command(
         typer.Option("--try", help="Operate virtual drives in this process; no counts or lengths are saved."),
     ] = False,
     out: Annotated[
-        Path | None, typer.Option("--out", metavar="DIR", help="Folder of jobs, runs and orders; runs/serve-ROBOT.")
+        Path | None,
+        typer.Option("--out", metavar="DIR", help="Folder of jobs, runs and orders; by default runs/serve-ROBOT."),
     ] = None,
 ) -> int:
     """No performance level is claimed: the builder adds a hard-wired emergency stop, which no browser replaces.

@@ -83,7 +83,7 @@ def forward_command(
     guess: Annotated[
         str | None, typer.Option("--guess", metavar="X,Y,Z[,RX,RY,RZ]", help="Pose to start from, m and rad.")
     ] = None,
-    cable: Annotated[CableLaw, typer.Option("--cable", help="Cable law; rigid cables have no such solution.")] = (
+    cable: Annotated[CableLaw, typer.Option("--cable", help="Cable law: elastic or catenary; rigid is an error.")] = (
         CableLaw.CATENARY
     ),
     sheave: SheaveChoice = None,
