@@ -165,6 +165,22 @@ def test_lines_that_stretch_are_checked_by_their_tensions(tmp_path: Path) -> Non
     assert any(robot.lines[2].name in (each.line, *each.instead) or each.line is None for each in changed.changes)
 
 
+def test_lines_that_stretch_are_checked_by_their_frequencies(tmp_path: Path) -> None:
+    robot, file, sensors = load("merlet2023"), tmp_path / "e.csv", SensorNoise(frequency=0.02)
+    whole = cw.simulate_calibration(robot, 38, 1e-4, seed=4, cable="elastic", sensors=sensors).measured
+    made, later = (whole.only(each) for each in (np.arange(38) < 30, np.arange(38) >= 30))
+    file.write_text(write_measured(made, robot))
+    plan = CalibrationPlan(sigma=Sigmas(encoder=1e-4, frequency=0.02))
+    found = calibrate(robot, file, plan, cable="elastic", rough=0.02, need=0.5)
+    record = record_of(found, file, DAY)
+    assert record.sigma.frequency == pytest.approx(0.02, rel=0.5)
+    assert cw.check_drift(found.robot, later, record).verdict == "unchanged"
+    slipped = replace(later, counted=later.counted - 0.05 * np.eye(4)[2])
+    assert cw.check_drift(found.robot, slipped, record).verdict == "moved"
+    with pytest.raises(InputError, match=r"hz_1 \.\. require columns x,y,z"):
+        cw.check_drift(found.robot, replace(later, guess=None), record)
+
+
 def test_a_spool_that_builds_up_passes_its_own_check(tmp_path: Path) -> None:
     """With a drum that is 2 % larger than in the file: later counts are of its radius, the build-up of true metres."""
     true = WinchDrum(0.0612, build_up=0.01)

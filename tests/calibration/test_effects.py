@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from benchmarks.campaigns.twins import errors, spools
 
-from cablewright.calibration.calibrate import calibrate
+from cablewright.calibration.calibrate import _calm, calibrate
 from cablewright.calibration.judgement.result import Calibration
 from cablewright.calibration.measurements import Measured
-from cablewright.calibration.plan import CalibrationPlan, Known
+from cablewright.calibration.plan import CalibrationPlan, Known, Sigmas
 from cablewright.calibration.poses.simulation import SensorNoise, measure, random_poses
+from cablewright.foundation.errors import InputError
 from cablewright.models.drum import WinchDrum
 from cablewright.robot import Robot, load
 
@@ -59,6 +60,19 @@ def test_the_effect_that_the_machine_has_is_found(effect: str, number: float, to
     assert ("build_up" in found.problem.plan.unknowns) == (effect == "build_up")
     assert any("counts are corrected" in each for each in found.notes) == (effect != "build_up")
     assert found.to_dict()["effects"][0]["name"] == effect
+
+
+def test_too_few_calm_poses_are_no_reason_to_reject_the_data() -> None:
+    soft = made_with("stretch", 2)[0]
+    rng = np.random.default_rng(2)
+    made = measure(soft, random_poses(soft, 13, rng), 1e-4, rng, cable="elastic").measured
+    plan = CalibrationPlan(sigma=Sigmas(encoder=1e-4))
+    plain = calibrate(soft, made, plan, rough=0.05, outliers=False)
+    calm = _calm(plain)
+    assert calm is not None
+    with pytest.raises(InputError, match="10 poses; at least 12 are required"):
+        calibrate(soft, made.only(calm), plan, rough=0.05, outliers=False)
+    assert calibrate(soft, made, plan, rough=0.05, outliers=False, models="auto").status == "ok"
 
 
 def test_a_right_model_is_left_as_it_is() -> None:

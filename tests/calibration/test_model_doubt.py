@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from cablewright.calibration.calibrate import calibrate
+from cablewright.calibration.judgement.model_doubt import Considered, _found_off
 from cablewright.calibration.judgement.result import Calibration
 from cablewright.calibration.plan import CalibrationPlan, Point, Sigmas
 from cablewright.calibration.poses.problem import SURVEY, StraightProblem
@@ -135,3 +136,26 @@ def test_a_surveyed_point_that_has_an_error_widens_the_others() -> None:
     again = StraightProblem.of(WANG, made.measured, found.problem.plan).weighed_as(found.problem)
     assert again.rows.linear == pytest.approx(found.problem.rows.linear)
     assert again.weighed_as(again).rows.linear == pytest.approx(again.rows.linear)
+
+
+def test_the_average_over_kinds_is_that_of_their_models() -> None:
+    rng = np.random.default_rng(5)
+    rows, off, sizes = rng.normal(size=(30, 4)), rng.normal(size=30), np.array([0.3, 0.3, 0.1, 0.5])
+    names = ("build_up", "build_up", "sag", "hysteresis")
+    fitted = (False, False, False, True)
+    numbers = [
+        Considered(name, None, "", "1", 0.0, size, 0.0, fitted=fit)
+        for name, size, fit in zip(names, sizes.tolist(), fitted, strict=True)
+    ]
+    found = _found_off(rows, rows.T @ off, numbers)
+    moment, weights, within = np.zeros((4, 4)), [], []
+    for chosen in ([1, 1, 1, 1], [1, 1, 0, 1], [0, 0, 1, 1], [0, 0, 0, 1]):
+        prior = np.diag((sizes * chosen) ** 2)
+        of_data = np.eye(30) + rows @ prior @ rows.T
+        gain = prior @ rows.T @ np.linalg.inv(of_data)
+        weights.append(np.exp(-0.5 * (off @ np.linalg.solve(of_data, off) + np.linalg.slogdet(of_data)[1])))
+        moment += weights[-1] * (prior - gain @ rows @ prior + np.outer(gain @ off, gain @ off))
+        within.append(chosen)
+    assert found.averaged == pytest.approx(moment / sum(weights), abs=1e-12)
+    assert found.probability == pytest.approx(np.array(weights) @ within / sum(weights))
+    assert np.linalg.eigvalsh(found.averaged)[0] >= 0.0

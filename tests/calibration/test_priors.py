@@ -265,3 +265,15 @@ def test_sigmas_of_a_right_model_are_those_of_the_errors(count: int) -> None:
     assert math.sqrt(np.mean(np.square(over))) == pytest.approx(0.93, abs=slack)
     assert np.mean(np.abs(over) < 1.96) == pytest.approx(0.955, abs=0.5 * slack)
     assert np.mean(np.square(wide)) < np.mean(np.square(over))
+
+
+@pytest.mark.parametrize(("name", "tilts"), [("wang2021", 2), ("maslow4", 2), ("wall-plotter", 1)])
+def test_exit_points_to_a_tilt_are_held_in_all_else(name: str, tilts: int) -> None:
+    """Those of a wall plotter are on a line along x, about which nothing turns."""
+    robot = load(name)
+    plan = CalibrationPlan(unknowns=("exit_point",), priors=(Prior(name="exit_point", deviation=0.01, tilted=True),))
+    rows = StraightProblem.of(robot, Measured(np.zeros((1, robot.m))), plan, hold=False).rows.linear
+    points = np.array([line.exit_point for line in robot.lines])
+    for axis in np.eye(3)[:2]:
+        assert rows @ np.cross(axis, points - points.mean(axis=0)).ravel() == pytest.approx(0.0, abs=1e-9)
+    assert np.linalg.svd(rows)[1] == pytest.approx([100.0] * (3 * robot.m - tilts) + [0.0] * tilts, abs=1e-9)

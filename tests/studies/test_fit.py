@@ -160,8 +160,8 @@ def test_the_picture_of_a_board_that_leans(tmp_path: Path, capsys: pytest.Captur
     assert (tmp_path / "f.png").stat().st_size > 20_000
 
 
-def test_an_stl_stands_on_the_bed(hangprinter: Robot, tmp_path: Path) -> None:
-    corners = [(0, 0, 10), (80, 0, 10), (0, 80, 10), (0, 0, 90)]
+def stl(path: Path, corners: list[tuple[int, int, int]]) -> Path:
+    """A tetrahedron, mm."""
     facets = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
     text = "solid s\n" + "".join(
         "facet normal 0 0 0\nouter loop\n"
@@ -169,12 +169,23 @@ def test_an_stl_stands_on_the_bed(hangprinter: Robot, tmp_path: Path) -> None:
         + "endloop\nendfacet\n"
         for facet in facets
     )
-    (tmp_path / "s.stl").write_text(text + "endsolid s\n")
-    found = fit(hangprinter, tmp_path / "s.stl", turns=2)
+    path.write_text(text + "endsolid s\n")
+    return path
+
+
+def test_an_stl_stands_on_the_bed(hangprinter: Robot, tmp_path: Path) -> None:
+    found = fit(hangprinter, stl(tmp_path / "s.stl", [(0, 0, 10), (80, 0, 10), (0, 80, 10), (0, 0, 90)]), turns=2)
     assert found.size == pytest.approx([0.08] * 3)
     assert found.placed[:, 2].min() == pytest.approx(0.0)
     with pytest.raises(InputError, match="must be a job's TOML or G-code, or an STL"):
         fit(hangprinter, tmp_path / "s.obj")
+
+
+@pytest.mark.parametrize("name", ["wall-plotter", "maslow4"])
+def test_an_stl_on_a_board_is_flat(name: str, tmp_path: Path) -> None:
+    solid = stl(tmp_path / "s.stl", [(0, 0, 10), (80, 0, 10), (0, 80, 10), (0, 0, 90)])
+    with pytest.raises(InputError, match=r"s.stl: is not flat, and the nozzle of '.*' moves in a plane: give a job"):
+        fit(load(name), solid)
 
 
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -117,10 +117,9 @@ def _with_effects(found: Calibration, rough: float, outliers: bool, seed: int, p
     calm, chosen = _calm(found), dict[str, Effect]()
     first = effects_of(found.problem, found.fit) if calm is not None else ()
     if calm is not None and any(each.chosen and each.name in _BY_FORCE for each in first):
-        part = _fitted(model, measured.only(calm), plan, *given)
-        part = _with_effects(part, *given) if part.status == "ok" else part
-        chosen = {each.name: each for each in part.effects if each.chosen}
-        if chosen:
+        part = _by_calm(found, calm, *given)
+        chosen = {each.name: each for each in part.effects if each.chosen} if part is not None else {}
+        if part is not None and chosen:
             data, wider = _applied_by(part, found, chosen.values())
             again = _fitted(model, data, wider, *given)
             found, chosen = (again, chosen) if again.status == "ok" else (found, {})
@@ -164,6 +163,18 @@ def _calm(found: Calibration) -> Mask | None:
     most = stretch.max(axis=1)
     calm = np.asarray(most <= _FAR * np.median(most))
     return None if calm.all() or calm.mean() < _CALM else calm
+
+
+def _by_calm(
+    found: Calibration, calm: Mask, rough: float, outliers: bool, seed: int, progress: Progress
+) -> Calibration | None:
+    """Return the calibration by the *calm* poses (N,) alone; None where they cannot be used without the others."""
+    problem = found.problem
+    try:
+        part = _fitted(problem.model, problem.measured.only(calm), problem.plan, rough, outliers, seed, progress)
+        return _with_effects(part, rough, outliers, seed, progress) if part.status == "ok" else part
+    except InputError:  # too few poses, or readings that only the others have
+        return None
 
 
 def _applied_by(part: Calibration, found: Calibration, effects: Collection[Effect]) -> tuple[Measured, CalibrationPlan]:

@@ -20,6 +20,7 @@ from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.printing.stl import read_stl
 from cablewright.robot import Robot
+from cablewright.robot.plane import OFF_PLANE
 from cablewright.studies.reach import Reach, held_at, reach
 
 POINTS: Final = 1500
@@ -109,7 +110,8 @@ def fit(
 
     Where the frame begins above that, it stands on the frame's floor; in a plane that is not level it is anywhere.
     *max_error*: m, as of `reach`; *turns*: rotations that are tried. Where it fits it is verified at its points, with
-    all physics. Raises `InputError` as `reach`, and `AnswerError` where the robot reaches nothing.
+    all physics. Raises `InputError` as `reach`, and for a solid where the nozzle moves in a plane; `AnswerError` where
+    the robot reaches nothing.
     """
     if turns < 1:
         raise InputError(f"turns = {turns}: must be at least 1")
@@ -120,6 +122,8 @@ def fit(
         raise AnswerError(f"robot {robot.name!r} holds its nozzle nowhere in its frame within its limits")
     points = _points(job or part) @ found.directions.T
     on_wall = len(found.axes[1]) == 1
+    if found.is_flat and not job and np.ptp(points[:, 1 if on_wall else 2]) > OFF_PLANE:
+        raise InputError(f"{part}: is not flat, and the nozzle of {robot.name!r} moves in a plane: give a job")
     angles = np.zeros(1) if found.is_flat else np.arange(turns) * math.pi / turns
     floor = float(found.axes[2][0])
     place = _Placing(found, on_wall, lift, floor if floor > points[:, 2].min() + lift and not on_wall else None)

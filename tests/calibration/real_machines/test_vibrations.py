@@ -79,3 +79,19 @@ def test_frequencies_without_a_span_or_a_mass_are_rejected() -> None:
         with_vibrations(light, alone, plan, made.guess)
     with pytest.raises(InputError, match=r"frequency noise: line .* has no cable.linear_density"):
         simulate_calibration(light, 4, 1e-4, seed=4, cable="elastic", sensors=SensorNoise(frequency=0.0))
+
+
+def test_the_zero_of_a_load_cell_is_not_that_of_a_frequency() -> None:
+    """Both would be shifted by it: cells that read 20 N too much, and frequencies without an error, did not fit."""
+    made = simulate_calibration(ROBOT, 4, 1e-4, seed=4, sensors=SensorNoise(frequency=0.02, tension=0.5)).measured
+    assert made.tensions is not None
+    assert made.frequencies is not None
+    by_cell = np.arange(4)[:, None] < 2
+    tensions, frequencies = np.where(by_cell, made.tensions + 20.0, np.nan), np.where(by_cell, np.nan, made.frequencies)
+    mixed = replace(made, tensions=tensions, frequencies=frequencies)
+    for name in ("tension_offset", "tension_scale"):
+        plan = CalibrationPlan(unknowns=("exit_point", "length_offset", name))
+        with pytest.raises(InputError, match=f"unknowns: {name}: is of load cells"):
+            calibrate(ROBOT, mixed, plan, cable="elastic")
+    scaled = CalibrationPlan(unknowns=("exit_point", "length_offset", "tension_scale"))  # of densities, then
+    assert with_vibrations(ROBOT, replace(made, tensions=None), scaled, made.guess).tensions is not None

@@ -41,7 +41,7 @@ def slowed(robot: Robot, job: Job, samples: Samples, beads: Beads, room: Room = 
     At each sample the tensions of the full model, with the swing of the platform, are to stay within the limits of the
     robot file where those at rest do, if need be with a reserve at rest, and the error by motion within half of the
     job's tolerance where material is laid. At least the share `LEAST` of the acceleration is left, and limits that
-    motion then breaks is left to the verdict. Motion that is not shaped stays as it is: its corners may swing more if
+    motion then breaks are left to the verdict. Motion that is not shaped stays as it is: its corners may swing more if
     it is slower.
     """
     asked = job.motion.acceleration

@@ -35,6 +35,7 @@ from cablewright.calibration.poses.problem import CalibrationProblem, Derivative
 from cablewright.calibration.poses.starts import best_fit, equilibria_at, straight_plan, unmirrored
 from cablewright.calibration.poses.sufficient_data import check_lengths, surplus_per_pose
 from cablewright.calibration.sensors.load_cells import require_tensions
+from cablewright.calibration.sensors.vibrations import AT_START, with_vibrations
 from cablewright.calibration.unknowns import NAMES
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import AnswerError, InputError
@@ -222,9 +223,11 @@ def check_drift(
     known.unknowns_in(model.robot, where)
     measured = data if isinstance(data, Measured) else read_measured(data, model.robot)
     check_lengths(model.robot, measured)
-    problem = _problem(model, replace(measured, pose_sigma=None), known)
-    theta, spread = _of_record(problem, known)
-    theta, states = states_at(problem, theta, new_home)
+    measured = with_vibrations(model.robot, measured, known.plan, measured.guess, AT_START)
+    problem, spread, theta, states = _at_record(model, measured, known, new_home)
+    if measured.frequencies is not None:  # their spans are better known now
+        measured = with_vibrations(model.robot, measured, known.plan, problem.poses_of(states))
+        problem, spread, theta, states = _at_record(model, measured, known, new_home)
     rows = problem.derivatives(theta, states)
     lost = ~np.isfinite(rows.residual).all(axis=1)
     if lost.any():
@@ -249,6 +252,15 @@ def check_drift(
         known.date.isoformat(timespec="minutes"),
         tuple(_notes(measured, known, new_home, found.probability < false_alarm)),
     )
+
+
+def _at_record(
+    model: Model, measured: Measured, known: CalibrationRecord, new_home: bool
+) -> tuple[CalibrationProblem, Array, Array, Array]:
+    """Return the equations, the covariance of `_of_record`, and the unknowns and states of the poses there."""
+    problem = _problem(model, replace(measured, pose_sigma=None), known)
+    theta, spread = _of_record(problem, known)
+    return problem, spread, *states_at(problem, theta, new_home)
 
 
 def _problem(model: Model, measured: Measured, known: CalibrationRecord) -> CalibrationProblem:

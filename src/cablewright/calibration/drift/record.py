@@ -137,6 +137,8 @@ def record_of(found: Calibration, data: str | Path, date: datetime) -> Calibrati
     plan, factors = found.problem.plan, found.problem.factors
     sizes = {key: getattr(plan.sigma, key) * factors.get(kind, 1.0) for kind, key in SIGMA_OF.items()}
     sizes["encoder"] = found.encoder_sigma
+    if found.problem.measured.frequencies is not None:  # they are tensions there
+        sizes["frequency"] = plan.sigma.frequency * factors.get("tensions", 1.0)
     sigma = Sigmas(**{key: float(np.clip(size, *SIGMAS)) for key, size in sizes.items()})
     told = zip(found.unknowns, found.values.tolist(), found.sigma.tolist(), strict=True)
     return CalibrationRecord(

@@ -164,15 +164,16 @@ def _as_wide_as_told(numbers: Sequence[Considered], rows: Array, poses: int) -> 
             yield each
 
 
-def _spread(rows: Array, believed: Array) -> Array:
-    """Return the covariance (q, q) of numbers believed to their sigmas (q,), by *rows* (g, q) of sigma 1.
+def _spread(gram: Array, believed: Array) -> tuple[Array, float]:
+    """Return the covariance (q, q) of numbers believed to their sigmas (q,), by the *gram* (q, q) of rows of sigma 1.
 
-    By eigenvalues that are 1 at least: data without noise leave no variance, and none below zero.
+    By eigenvalues that are 1 at least: data without noise leave no variance, and none below zero. Beside it: the
+    logarithm by which the data make the volume of the belief smaller, squared.
     """
-    scaled = rows * believed
-    values, vectors = np.linalg.eigh(scaled.T @ scaled)
-    root = believed[:, None] * vectors / np.sqrt(1.0 + np.maximum(values, 0.0))
-    return np.asarray(root @ root.T)
+    values, vectors = np.linalg.eigh(gram * np.outer(believed, believed))
+    values = np.maximum(values, 0.0)
+    root = believed[:, None] * vectors / np.sqrt(1.0 + values)
+    return np.asarray(root @ root.T), float(np.log1p(values).sum())
 
 
 class _FoundOff(NamedTuple):
@@ -198,20 +199,20 @@ def _found_off(rows: Array, pull: Array, numbers: Sequence[Considered]) -> _Foun
     of = np.array([list(dict.fromkeys(kinds)).index(kind) for kind in kinds])
     surely = {kind for kind, each in zip(kinds, numbers, strict=True) if each.fitted}
     believed = np.array([each.sigma for each in numbers])
-    evidence, subsets, values, spreads = [], [], [], []
-    for chosen in product(*((True,) if kind in surely else (True, False) for kind in dict.fromkeys(kinds))):
+    gram, ways = rows.T @ rows, [(True,) if kind in surely else (True, False) for kind in dict.fromkeys(kinds)]
+    spread, _ = _spread(gram, believed)
+    value, best, total = spread @ pull, -math.inf, 0.0
+    averaged, probability = np.zeros_like(spread), np.zeros(len(of))
+    for chosen in product(*ways):  # summed as they come: there may be many thousands
         subset = np.array(chosen)[of]
-        spread = _spread(rows, believed * subset)
-        scaled = rows * (believed * subset)
-        size = np.linalg.slogdet(np.eye(len(of)) + scaled.T @ scaled)[1]
-        values.append(spread @ pull)
-        evidence.append(0.5 * float(pull @ values[-1] - size))
-        subsets.append(subset)
-        spreads.append(spread)
-    share = np.exp(np.array(evidence) - max(evidence))
-    share /= share.sum()
-    moments = np.array(spreads) + np.einsum("sa,sb->sab", values, values)
-    return _FoundOff(values[0], spreads[0], np.einsum("s,sab->ab", share, moments), share @ np.array(subsets))
+        its_spread, smaller = _spread(gram, believed * subset)
+        its_value = its_spread @ pull
+        evidence = 0.5 * (float(pull @ its_value) - smaller)
+        before, now = math.exp(min(best - evidence, 0.0)), math.exp(min(evidence - best, 0.0))
+        best, total = max(best, evidence), before * total + now
+        averaged = before * averaged + now * (its_spread + np.outer(its_value, its_value))
+        probability = before * probability + now * subset
+    return _FoundOff(value, spread, averaged / total, probability / total)
 
 
 def _told(numbers: Sequence[Considered], off: _FoundOff, motion: Array, noise: Array) -> Iterator[Considered]:

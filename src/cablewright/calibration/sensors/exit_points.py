@@ -122,7 +122,8 @@ def _tilts(robot: Robot, unknowns: Sequence[Unknown]) -> Array:
     """Return the projection (k, k) of changes of the unknowns on tilts of all exit points as one body."""
     points = np.array([line.exit_point for line in robot.lines])
     turns = [np.cross(axis, points - points.mean(axis=0)).ravel() for axis in np.eye(3)[:2]]
-    span = np.linalg.qr(by_exits(robot, unknowns, turns).T)[0]
+    span, sizes, _ = np.linalg.svd(by_exits(robot, unknowns, turns).T, full_matrices=False)
+    span = span[:, sizes > 1e-9 * max(sizes.max(), 1e-300)]  # exit points on a line do not turn about it
     return np.asarray(span @ span.T)
 
 

@@ -26,7 +26,8 @@ def with_vibrations(
     """Return the data with tensions by their frequencies, if any, over the free spans at *poses* (N, n), m and rad.
 
     *share*: standard deviation of these tensions, as a share, by that of the spans.
-    Raises `InputError` for a cable without weight, without poses, and for a cell of both a frequency and a tension.
+    Raises `InputError` for a cable without weight, without poses, for a cell of both a frequency and a tension, and for
+    an unknown zero or scale of load cells, which would be of these tensions too.
     """
     frequencies = measured.frequencies
     if frequencies is None:
@@ -47,6 +48,10 @@ def with_vibrations(
     if (frequencies[shaken] <= 0.0).any():
         row, line = (int(at) for at in np.argwhere(shaken & (np.nan_to_num(frequencies) <= 0.0))[0])
         raise InputError(f"{measured.origin}, {measured.place(row)}: hz_{line + 1}: must be over 0 Hz")
+    cells = bool((np.isfinite(given) & np.isnan(own)).any())
+    for name in ("tension_offset", "tension_scale"):  # in the equations they are of all tensions
+        if name in plan.unknowns and (cells or name == "tension_offset"):
+            raise InputError(f"unknowns: {name}: is of load cells, and hz_1 .. have none; leave one of them out")
     densities = np.array([line.cable.linear_density for line in robot.lines])
     found = string_tension(frequencies, free_spans(robot, poses), densities)
     sigma = found * np.hypot(2.0 * plan.sigma.frequency / frequencies, share)
