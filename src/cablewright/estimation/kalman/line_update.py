@@ -66,7 +66,8 @@ def update_jacobian(settings: FilterSettings, state: FilterState, *, at_once: bo
         toward, per_motion, laws, jacobian, by_compliance,
     )  # fmt: skip
     if math.isnan(rising[0]):
-        state.monitor.report("encoders", "lost", "a line has no tangent at the estimated position")
+        why = "the lines leave a direction free" if np.isfinite(straight).all() else "a line has no tangent"
+        state.monitor.report("encoders", "lost", f"{why} at the estimated position")
         return
     state.monitor.clear("encoders", "lost")
     state.taut = Taut(*straight, toward, planes, per_motion)

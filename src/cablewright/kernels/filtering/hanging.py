@@ -19,6 +19,8 @@ LAWS = 5
 FORCES = 160  # of the table by which an excess gives the horizontal force ...
 LEAST_FORCE, MOST_FORCE = 0.2, 2e4  # ... in N
 
+FREE = 1e-14  # of the largest pivot of a stiffness: one that is rounding alone
+
 PLACES = 80  # in the range of the unknown force
 REFINEMENTS = 4
 ENOUGH = 10  # likely forces
@@ -90,7 +92,7 @@ def soften_at(
 
     *hung* (m,): lines with a counterweight, which hold nothing.
     *stiffness* (3, 3), N/m, of all lines at B; *jacobian* (3, m): motion of B per length; *by_compliance* (3, m): per
-    excess and logarithm of a compliance.
+    excess and logarithm of a compliance. Returns whether lines hold B in every direction: if not, none of these count.
     """
     m = lines.shape[0]
     softness, own, solved = np.empty((m, SOFTNESS)), np.empty(m), np.empty((3, m))
@@ -108,11 +110,14 @@ def soften_at(
             for j in range(3):
                 work[k, j] += solved[k, i] * toward[i, j]
     stiffness[:, :] = work
-    solve(work, solved, 3, m)
+    if not solve(work, solved, 3, m):
+        return False
+    pivots = abs(work[0, 0]), abs(work[1, 1]), abs(work[2, 2])
     for i in range(m):
         for k in range(3):
             jacobian[k, i] = solved[k, i]
             by_compliance[k, i] = -solved[k, i] * own[i] * compliances[i] * softness[i, STRETCH]
+    return min(pivots) > FREE * max(pivots)
 
 
 @jit(allocates=True)
@@ -123,7 +128,7 @@ def hang(
 
     *x* (n,): the state, with its parts from *at* on. *there* (3,), m: becomes the place of B. *straight* (3, m): rad
     and m, angles, free and whole lengths. Returns the motion (3,) of B, m/N, per force upwards; NaN where a line has no
-    tangent.
+    tangent, and where lines do not hold B in every direction.
     """
     m, rising = packed.lines.shape[0], np.zeros((3, 1))
     found, excess, stiffness = np.empty((m, FOUND)), np.empty(m), np.empty((3, 3))
@@ -141,9 +146,11 @@ def hang(
     own = x[at[COMPLIANCES] : at[CLOCK]]
     laws_of(packed.lines, angles, free, lengths, toward, own, from_platform, laws)
     excess_of(x, at, lengths, toward, there, excess)
-    soften_at(packed.lines, hung, angles, free, lengths, toward, own, laws, excess, stiffness, jacobian, by_compliance)
     rising[2, 0] = 1.0
-    solve(stiffness, rising, 3, 1)
+    if not soften_at(
+        packed.lines, hung, angles, free, lengths, toward, own, laws, excess, stiffness, jacobian, by_compliance
+    ) or not solve(stiffness, rising, 3, 1):
+        rising[0, 0] = nan
     return rising[:, 0].copy()
 
 
