@@ -296,3 +296,31 @@ def test_laws_that_are_stranger_than_stated_widen_the_pose() -> None:
     loop = slopes.pose @ belief.gradients[:, layout.hysteresis]
     wider += 15.0 * loop @ belief.covariance[layout.hysteresis, layout.hysteresis] @ loop.T
     np.testing.assert_allclose(known - certain, wider, rtol=1e-9, atol=1e-15)
+
+
+@pytest.mark.parametrize("part", ["creep", "softness", "mount"])
+def test_the_covariance_grows_with_laws_that_are_farther_off_than_told(part: str) -> None:
+    """The factor is that of the mean square over the prior's: 1 of what is told, and k^2 of k times as much."""
+    state = start(replace(told(ROBOT), deviations=Deviations()), HOME)
+    layout, belief, at = state.layout, state.belief, ["creep", "softness", "mount"].index(part)
+    own, lines = getattr(layout, part), np.arange(ROBOT.m)
+    belief.gradients[lines, own.start + lines] = 1e-3 / np.sqrt(np.diag(belief.covariance)[own])  # m per deviation
+    assert strangeness(belief, layout) == pytest.approx(np.ones(3))
+    slopes = slopes_of(state)
+    assert slopes is not None
+    before = pose_covariance(state, slopes)
+    prior = belief.covariance[own, own].copy()
+    belief.covariance[own, own] *= 1e-6  # as measured, almost exactly
+    sure = pose_covariance(state, slopes)
+    random, scale = np.random.default_rng(1), 3.0
+    found = []
+    for _ in range(400):
+        belief.unknowns[own] = scale * np.linalg.cholesky(prior) @ random.standard_normal(ROBOT.m)
+        found.append(strangeness(belief, layout))
+    assert np.mean(found, axis=0)[at] == pytest.approx(scale**2, rel=0.1)
+    assert np.delete(np.array(found), at, axis=1) == pytest.approx(np.ones((400, 2)))
+    wide = pose_covariance(state, slopes)
+    assert np.linalg.eigvalsh(wide - sure)[0] > -1e-12 * np.trace(wide)
+    factor = found[-1][at]
+    grown = np.trace(wide - sure) / np.trace(before - sure)
+    assert grown == pytest.approx(0.3**2 * (factor - 1.0) / (1.0 - 0.3**2), rel=0.02)

@@ -9,12 +9,15 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from cablewright.estimation import started_filter
 from cablewright.estimation.kalman import line_update
+from cablewright.estimation.kalman.filter import FirstState, begin
 from cablewright.estimation.kalman.sag import balanced
 from cablewright.estimation.kalman.state import FilterSettings, FilterState, inject_correction
 from cablewright.foundation.arrays import Array
 from cablewright.live.estimator_settings import started_settings
 from cablewright.robot import load
+from cablewright.solvers.taut import taut_at
 from observer_runs import differences, forces_at, shown
 from twins import SETTINGS
 
@@ -49,6 +52,18 @@ def test_lines_lead_where_taut_lines_lead(later: FilterState) -> None:
     assert np.linalg.norm(state.motion.position - before) < 3e-4
     assert np.abs(line_update.excess(state) - slack).max() < 3e-4
     assert np.linalg.eigvalsh(state.P)[0] > -1e-12
+
+
+def test_a_drum_that_its_lines_leave_free_across_their_plane_is_lost() -> None:
+    settings = started_settings(load("wall-plotter"), SETTINGS)
+    state, place = started_filter.start(settings).filter, np.array([0.1, 0.0, 0.8])
+    lengths = taut_at(settings.filter.machine.model, place).lengths
+    first = FirstState(1.0, place, np.zeros(3), 0.0, lengths, np.full(2, 6e-3), state.slackness)
+    assert not begin(settings.filter, state, first)
+    assert state.taut is None
+    assert [fault.sentence for fault in state.monitor.faults] == [
+        "the lines leave a direction free at the estimated position"
+    ]
 
 
 def test_a_doubted_zero_returns_to_the_specified_one(later: FilterState) -> None:

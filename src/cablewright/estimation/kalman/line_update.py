@@ -61,12 +61,15 @@ def update_jacobian(settings: FilterSettings, state: FilterState, *, at_once: bo
     if not np.isfinite(taut.toward).all():
         state.monitor.report("encoders", "lost", "a line has no tangent at the estimated position")
         return
-    state.monitor.clear("encoders", "lost")
     laws, jacobian, by_compliance = np.empty((LAWS, model.m)), np.empty((3, model.m)), np.empty((3, model.m))
     rising = hanging.hang(
         model.packed.lines, x, at, settings.hanging, settings.machine.slackness.from_platform, there,
         taut.angles, taut.free, taut.lengths, taut.toward, laws, jacobian, by_compliance,
     )  # fmt: skip
+    if math.isnan(rising[0]):
+        state.monitor.report("encoders", "lost", "the lines leave a direction free at the estimated position")
+        return
+    state.monitor.clear("encoders", "lost")
     state.taut, state.hung = taut, Hung(there, state.time, Sag(laws), jacobian, rising, by_compliance)
     if settings.hung is not None:
         _hang_weights(state, model.lines.counterweight)

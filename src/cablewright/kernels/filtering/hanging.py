@@ -1,6 +1,6 @@
 """Lines with sag at one position of B, for the filter: their laws, how B moves with lengths, and likely forces."""
 
-from math import atan, cos, exp, inf, log, tan
+from math import atan, cos, exp, inf, log, nan, tan
 
 import numpy as np
 
@@ -17,6 +17,8 @@ LAWS = 5
 
 FORCES = 160  # of the table by which an excess gives the horizontal force ...
 LEAST_FORCE, MOST_FORCE = 0.2, 2e4  # ... in N
+
+FREE = 1e-14  # of the largest pivot of a stiffness: one that is rounding alone
 
 PLACES = 80  # in the range of the unknown force
 REFINEMENTS = 4
@@ -89,7 +91,7 @@ def soften_at(
 
     *hung* (m,): lines with a counterweight, which hold nothing.
     *stiffness* (3, 3), N/m, of all lines at B; *jacobian* (3, m): motion of B per length; *by_compliance* (3, m): per
-    excess and logarithm of a compliance.
+    excess and logarithm of a compliance. Returns whether lines hold B in every direction: if not, none of these count.
     """
     m = lines.shape[0]
     softness, own, solved = np.empty((m, SOFTNESS)), np.empty(m), np.empty((3, m))
@@ -107,11 +109,14 @@ def soften_at(
             for j in range(3):
                 work[k, j] += solved[k, i] * toward[i, j]
     copy_rows(work, stiffness)
-    solve(work, solved, 3, m)
+    if not solve(work, solved, 3, m):
+        return False
+    pivots = abs(work[0, 0]), abs(work[1, 1]), abs(work[2, 2])
     for i in range(m):
         for k in range(3):
             jacobian[k, i] = solved[k, i]
             by_compliance[k, i] = -solved[k, i] * own[i] * compliances[i] * softness[i, STRETCH]
+    return min(pivots) > FREE * max(pivots)
 
 
 @jit(allocates=True)
@@ -119,17 +124,17 @@ def hang(lines, x, at, hung, from_platform, there, angles, free, lengths, toward
     """Write the laws of lines that are straight so with B *there* (3,), m, and how B moves with lengths.
 
     *x* (n,): the state, with its parts from *at* on; all others as of `laws_of` and `soften_at`. Returns the motion
-    (3,) of B, m/N, per force upwards.
+    (3,) of B, m/N, per force upwards; NaN where lines do not hold B in every direction.
     """
     excess, stiffness, own = np.empty(lines.shape[0]), np.empty((3, 3)), x[at[COMPLIANCES] : at[CLOCK]]
     laws_of(lines, angles, free, lengths, toward, own, from_platform, laws)
     excess_of(x, at, lengths, toward, there, excess)
-    soften_at(lines, hung, angles, free, lengths, toward, own, laws, excess, stiffness, jacobian, by_compliance)
     solved, rising = np.zeros((3, 1)), np.empty(3)
     solved[2, 0] = 1.0
-    solve(stiffness, solved, 3, 1)
+    held = soften_at(lines, hung, angles, free, lengths, toward, own, laws, excess, stiffness, jacobian, by_compliance)
+    held = held and solve(stiffness, solved, 3, 1)
     for k in range(3):
-        rising[k] = solved[k, 0]
+        rising[k] = solved[k, 0] if held else nan
     return rising
 
 
