@@ -6,13 +6,15 @@ import hashlib
 import hmac
 import importlib.util
 import json
+import os
 import queue
+import signal
 import socket
 import struct
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
@@ -24,6 +26,7 @@ from cablewright.apps.serve.notices.news import Watching
 from cablewright.apps.serve.notices.senders import SIGNATURE, WAITING, Webhook
 from cablewright.apps.serve.notices.settings import MqttSettings, WebhookSettings, load_news
 from cablewright.foundation.errors import InputError
+from served import client, served
 
 SITTING = {"sitting": 2, "machine": "shed", "robot": "house-printer", "run": "r", "path": {"layers": 9}}
 NEWS = {"what": "layer", "layer": 3}
@@ -205,3 +208,25 @@ def test_a_broker_that_is_away_delays_no_one() -> None:
     assert time.monotonic() - began < 1.0
     assert taken == [True] * WAITING + [False] * 20
     made._client.loop_stop()
+
+
+@pytest.mark.clock
+def test_a_server_that_starts_again_without_its_secret_still_stops_the_machine(tmp_path: Path) -> None:
+    pytest.importorskip("starlette")
+    (tmp_path / "hook.key").write_text("secret\n")
+    file = tmp_path / "news.toml"
+    file.write_text('schema = 1\n[[webhook]]\naddress = "http://127.0.0.1:9/"\nsecret = "hook.key"\n')
+    with served(tmp_path / "out", "house-printer", "--news", str(file), ready=False) as server:
+        with client(server) as page:
+            page.until(lambda state: state.get("state") is not None)
+        (tmp_path / "hook.key").unlink()
+        os.kill(server.server(), signal.SIGKILL)
+        end, stopped = time.monotonic() + 30.0, 0
+        while stopped != 202:
+            assert time.monotonic() < end
+            time.sleep(0.2)
+            with suppress(OSError):
+                stopped, _, _ = server.ask("POST", "/stop")
+        time.sleep(2.0)
+        assert server.ask("GET", "/jobs")[0] == 200
+    assert any("no news is sent any more" in each and "hook.key" in each for each in server.said)
