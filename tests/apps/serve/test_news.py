@@ -85,6 +85,8 @@ def test_a_file_names_who_gets_what(tmp_path: Path) -> None:
         ('[[webhook]]\naddress = "https://example.org/?token=x"\n', "addresses stay in logs"),
         ('[[webhook]]\naddress = "ftp://example.org/"\n', "HOST"),
         ('[[webhook]]\naddress = "http://example.org:99999/"\n', "HOST"),
+        ('[[webhook]]\naddress = "http://example.org/h\u00f6ok"\n', "HOST"),
+        ('[[webhook]]\naddress = "http://example.org/a b"\n', "HOST"),
         ('[[webhook]]\naddress = "http://x/"\nsecret = "none.key"\n', "none.key"),
         ('[[webhook]]\naddress = "http://x/"\nwhat = ["start"]\n', "what"),
         ('[mqtt]\nhost = "x"\ntopic = "a/#"\n', "topic"),
@@ -145,6 +147,16 @@ def test_a_webhook_that_fails_or_leads_elsewhere_gets_the_next_news_too(
             assert json.loads(got.get(timeout=10)[1])["layer"] == number
         assert got.empty()  # no redirection is followed
     assert [each.message.partition(": ")[2] for each in caplog.records] == [f"it answers {status}"]  # once
+
+
+def test_a_webhook_whose_host_is_no_name_is_complained_about(caplog: pytest.LogCaptureFixture) -> None:
+    hook = Webhook(WebhookSettings(address="http://example..org/"))
+    for _ in range(2):
+        assert hook.put(NEWS)
+    end = time.monotonic() + 10.0
+    while not (caplog.records and hook._queue.empty()):  # its thread goes on
+        assert time.monotonic() < end
+        time.sleep(0.05)
 
 
 def test_a_webhook_that_hangs_delays_no_one(monkeypatch: pytest.MonkeyPatch) -> None:
