@@ -203,6 +203,7 @@ class Control:
             folder_log(next_segment(folder), sitting.head, drops=True) as log,
             SnapshotWriter(folder / CHECKPOINT, signature) as writer,
         ):
+            (folder / RUN).unlink(missing_ok=True)  # how it ended before: it may be cut off again
             yield FolderRecorder(log, writer, timing)
 
     def _end(self, sitting: Sitting, run: str, timing: Timing) -> None:
