@@ -249,6 +249,8 @@ class Page(Served):
         run = request.path_params["run"]
 
         async def load() -> dict[str, Any]:
+            if run in self.checks.busy:  # its folder is locked, and the machine would be closed for nothing
+                raise InputError(f"run {run}: its report is being written: resume it after that")
             job, subject = await asyncio.to_thread(self.uploads.resumed, run)
             return await self._load(client, load=job, run=run, confirmed=subject)
 
