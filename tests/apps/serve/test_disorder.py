@@ -13,14 +13,13 @@ import pytest
 
 pytest.importorskip("starlette")
 
-from operated import enable
-
 from browser import browser, executable
 from cablewright.apps.serve.application import Page
 from cablewright.apps.serve.uploads import Uploads
 from cablewright.apps.serve.worker import check_job
 from cablewright.live.serve.jobs import JobCheck, digest_of, subject_of, write_check
 from cablewright.robot import load
+from operator_page import enable
 from served import RING, Served, client, make_key, send, sliced
 
 pytestmark = pytest.mark.clock

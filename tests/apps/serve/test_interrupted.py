@@ -14,13 +14,12 @@ import pytest
 
 pytest.importorskip("starlette")
 
-from operated import STATE
-
 from browser import Browser, Page, browser, executable
 from cablewright.apps.serve.uploads import Uploads
 from cablewright.live.serve.jobs import JobCheck, subject_of, write_check
 from cablewright.machine.log.log import read_log
 from cablewright.robot import load
+from operator_page import STATE
 from served import RING, Served, served
 
 pytestmark = [
