@@ -179,6 +179,6 @@ def test_a_winch_that_is_chosen_as_the_winches_are_enabled_is_the_one_that_begin
     assert desk.state is PrintState.TENSIONING
     assert desk.sitting.winches is not None
     assert desk.sitting.winches._jog is not None
-    desk.step(120)  # nobody holds it
+    desk.step(120)
     assert desk.state is PrintState.IDLE
     assert np.abs(found.rig.plant.truth.lengths - before).max() < 1e-3

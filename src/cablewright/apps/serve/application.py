@@ -379,7 +379,7 @@ def _end_with(task: asyncio.Task[None]) -> None:
 
 
 def _go_on_without_news(task: asyncio.Task[None]) -> None:
-    """Say that nobody is told any more: without its news the page still stops the machine."""
+    """Log that news has ended: without it the page still stops the machine."""
     if not task.cancelled() and (error := task.exception()) is not None:
         logging.getLogger("cablewright").warning("no news is sent any more: %s", error)
 
