@@ -188,14 +188,15 @@ def test_silence_of_a_source_that_must_speak_is_heard() -> None:
     assert found == StopCause("no reading of the encoders for over 0.5 s")
 
 
-@pytest.mark.parametrize("then", [None, math.nan])
-def test_a_silent_encoder_of_the_yaw_is_heard_as_any_other(then: float | None) -> None:
+@pytest.mark.parametrize(("then", "ahead"), [(None, 0.0), (math.nan, 0.0), (0.1, 1e-3)])
+def test_a_silent_encoder_of_the_yaw_is_heard_as_any_other(then: float | None, ahead: float) -> None:
+    """So is one that says nothing new, no number, or what the drum's control does not take, as it is ahead."""
     watched = Watched(GuardSettings(np.full(3, 300.0), timeouts={"yaw_encoder": 0.1}))
     for _ in range(30):
         assert watched.sees(YawAngle(watched.now + DT, 0.1)) is None
     stale = YawAngle(watched.now, 0.1)
     for _ in range(11):
-        found = watched.sees(stale if then is None else YawAngle(watched.now + DT, then))
+        found = watched.sees(stale if then is None else YawAngle(watched.now + DT + ahead, then))
     assert found == StopCause("no reading of the yaw encoder for over 0.1 s")
 
 

@@ -149,3 +149,36 @@ def test_a_stop_ends_it_and_slack_is_taken_up_after_it(found: Bench, desk: Desk)
     assert desk.refusal(number) == ""
     assert desk.state is PrintState.IDLE
     assert np.abs(found.rig.plant.truth.lengths - before).max() < 1e-3
+
+
+def test_a_hold_of_another_speed_lets_go(found: Bench, desk: Desk) -> None:
+    """Whoever changes from out to in quickly, before the page shows the state, holds what was not begun."""
+    desk.send(OrderKind.TAKE_UP, **{WINCH: (LINE, SPEED)})
+    desk.step(3)
+    before = found.rig.plant.truth.lengths.copy()
+    rejected = desk.send(OrderKind.TAKE_UP, **{WINCH: (LINE, -SPEED)})
+    for _ in range(8):
+        desk.hold(speed=-SPEED)
+        desk.step(5)
+    desk.step(60)
+    assert "tensioning" in desk.refusal(rejected)
+    assert np.abs(found.rig.plant.truth.lengths - before).max() < 1e-3
+    assert desk.state is PrintState.IDLE
+
+
+def test_a_winch_that_is_chosen_as_the_winches_are_enabled_is_the_one_that_begins(found: Bench, desk: Desk) -> None:
+    """Both orders of one step: the machine is not idle yet when the second one is looked at."""
+    desk.send(OrderKind.RELEASE)
+    desk.step(80)
+    assert desk.state is PrintState.OFF
+    before = found.rig.plant.truth.lengths.copy()
+    desk.send(OrderKind.ENABLE)
+    begun = desk.send(OrderKind.TAKE_UP, **{WINCH: (LINE, SPEED)})
+    desk.step(1)
+    assert desk.refusal(begun) == ""
+    assert desk.state is PrintState.TENSIONING
+    assert desk.sitting.winches is not None
+    assert desk.sitting.winches._jog is not None
+    desk.step(120)
+    assert desk.state is PrintState.IDLE
+    assert np.abs(found.rig.plant.truth.lengths - before).max() < 1e-3

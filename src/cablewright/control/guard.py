@@ -185,7 +185,8 @@ def judge(
 def _read(settings: GuardSettings, state: GuardState, source: str, reading: Reading, now: float) -> None:
     """Judge one reading, unless it was repeated or overtaken. One from the future is judged as of now."""
     timeliness, stamp = state.times.judge(source, reading.time, now), min(reading.time, now)
-    if timeliness is Timeliness.AHEAD:
+    ahead = timeliness is Timeliness.AHEAD
+    if ahead:
         timeliness, stamp = state.times.judge(source, now, now), now
     if timeliness is Timeliness.OLD:
         return
@@ -205,7 +206,7 @@ def _read(settings: GuardSettings, state: GuardState, source: str, reading: Read
     elif isinstance(reading, Inputs):
         state.causes[source] = _inputs(reading) + _brakes(settings, state, reading, now)
     elif isinstance(reading, YawAngle):
-        whole = math.isfinite(reading.angle)
+        whole = math.isfinite(reading.angle) and not ahead  # `drum_yaw` takes none that is
     if whole:
         state.whole_times[source] = stamp
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import threading
 import time
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -12,6 +14,7 @@ import pytest
 pytest.importorskip("starlette")
 
 from browser import browser, executable
+from cablewright.apps.serve.application import Page
 from cablewright.apps.serve.uploads import Uploads
 from cablewright.apps.serve.worker import check_job
 from cablewright.live.serve.jobs import JobCheck, digest_of, subject_of, write_check
@@ -130,3 +133,12 @@ def test_a_camera_that_is_gone_is_said_and_the_page_goes_on(server: Served) -> N
         assert page.run("document.getElementById('camera').hidden")
         before = page.run("operate.link.beat")
         page.until(f"operate.link.beat > {before}", 5.0)
+
+
+def test_a_run_goes_on_only_after_its_report_is_written() -> None:
+    """Its folder is locked until then: the machine would be closed, and say that another program works there."""
+    run = "20260101-000000-ring"
+    page = SimpleNamespace(checks=SimpleNamespace(busy={run: "is being written"}), _operator=lambda _request: "Ann")
+    answer = asyncio.run(Page.resume(page, SimpleNamespace(path_params={"run": run})))  # type: ignore[arg-type]
+    assert answer.status_code == 409
+    assert b"report is being written" in answer.body

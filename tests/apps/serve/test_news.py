@@ -6,13 +6,15 @@ import hashlib
 import hmac
 import importlib.util
 import json
+import os
 import queue
+import signal
 import socket
 import struct
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
@@ -24,6 +26,7 @@ from cablewright.apps.serve.notices.news import NewsWatch
 from cablewright.apps.serve.notices.senders import SIGNATURE, WAITING, Webhook
 from cablewright.apps.serve.notices.settings import MqttSettings, WebhookSettings, load_news
 from cablewright.foundation.errors import InputError
+from served import client, served
 
 SITTING = {"sitting": 2, "machine": "shed", "robot": "house-printer", "run": "r", "path": {"layers": 9}}
 NEWS = {"what": "layer", "layer": 3}
@@ -82,6 +85,8 @@ def test_a_file_names_who_gets_what(tmp_path: Path) -> None:
         ('[[webhook]]\naddress = "https://example.org/?token=x"\n', "addresses stay in logs"),
         ('[[webhook]]\naddress = "ftp://example.org/"\n', "HOST"),
         ('[[webhook]]\naddress = "http://example.org:99999/"\n', "HOST"),
+        ('[[webhook]]\naddress = "http://example.org/h\u00f6ok"\n', "HOST"),
+        ('[[webhook]]\naddress = "http://example.org/a b"\n', "HOST"),
         ('[[webhook]]\naddress = "http://x/"\nsecret = "none.key"\n', "none.key"),
         ('[[webhook]]\naddress = "http://x/"\nwhat = ["start"]\n', "what"),
         ('[mqtt]\nhost = "x"\ntopic = "a/#"\n', "topic"),
@@ -142,6 +147,16 @@ def test_a_webhook_that_fails_or_leads_elsewhere_gets_the_next_news_too(
             assert json.loads(got.get(timeout=10)[1])["layer"] == number
         assert got.empty()  # no redirection is followed
     assert [each.message.partition(": ")[2] for each in caplog.records] == [f"it answers {status}"]  # once
+
+
+def test_a_webhook_whose_host_is_no_name_is_complained_about(caplog: pytest.LogCaptureFixture) -> None:
+    hook = Webhook(WebhookSettings(address="http://example..org/"))
+    for _ in range(2):
+        assert hook.put(NEWS)
+    end = time.monotonic() + 10.0
+    while not (caplog.records and hook._queue.empty()):  # its thread goes on
+        assert time.monotonic() < end
+        time.sleep(0.05)
 
 
 def test_a_webhook_that_hangs_delays_no_one(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -205,3 +220,25 @@ def test_a_broker_that_is_away_delays_no_one() -> None:
     assert time.monotonic() - began < 1.0
     assert taken == [True] * WAITING + [False] * 20
     made._client.loop_stop()
+
+
+@pytest.mark.clock
+def test_a_server_that_starts_again_without_its_secret_still_stops_the_machine(tmp_path: Path) -> None:
+    pytest.importorskip("starlette")
+    (tmp_path / "hook.key").write_text("secret\n")
+    file = tmp_path / "news.toml"
+    file.write_text('schema = 1\n[[webhook]]\naddress = "http://127.0.0.1:9/"\nsecret = "hook.key"\n')
+    with served(tmp_path / "out", "house-printer", "--news", str(file), ready=False) as server:
+        with client(server) as page:
+            page.until(lambda state: state.get("state") is not None)
+        (tmp_path / "hook.key").unlink()
+        os.kill(server.server(), signal.SIGKILL)
+        end, stopped = time.monotonic() + 30.0, 0
+        while stopped != 202:
+            assert time.monotonic() < end
+            time.sleep(0.2)
+            with suppress(OSError):
+                stopped, _, _ = server.ask("POST", "/stop")
+        time.sleep(2.0)
+        assert server.ask("GET", "/jobs")[0] == 200
+    assert any("no news is sent any more" in each and "hook.key" in each for each in server.said)

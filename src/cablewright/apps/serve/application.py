@@ -26,6 +26,7 @@ from cablewright.apps.serve.middleware import Guard
 from cablewright.apps.serve.move_check import reach
 from cablewright.apps.serve.notices.news import NewsWatch
 from cablewright.apps.serve.notices.senders import receivers_of
+from cablewright.apps.serve.notices.settings import load_news
 from cablewright.apps.serve.operators import Client
 from cablewright.apps.serve.shared_state import Served
 from cablewright.apps.serve.slicers.moonraker import Moonraker
@@ -86,10 +87,11 @@ class Page(Served):
 
     @asynccontextmanager
     async def _tasks(self, _app: Starlette) -> AsyncIterator[None]:
-        work = (self.feed.run(), self.checks.run(), self._report(), self._tell_others())
-        tasks = [asyncio.create_task(each) for each in work]
+        tasks = [asyncio.create_task(each) for each in (self.feed.run(), self.checks.run(), self._report())]
         for each in tasks:
             each.add_done_callback(_end_with)
+        tasks.append(asyncio.create_task(self._tell_others()))
+        tasks[-1].add_done_callback(_go_on_without_news)
         try:
             yield
         finally:
@@ -107,7 +109,9 @@ class Page(Served):
 
     async def _tell_others(self) -> None:
         """Send news to the receivers; nothing waits for them."""
-        receivers, watching, version = receivers_of(self.news), NewsWatch(), 0
+        if self.news is None:
+            return
+        receivers, watching, version = receivers_of(load_news(self.news)), NewsWatch(), 0
         while receivers:
             version = await self.feed.next(version)
             for news in watching.look(self.feed.state, self.feed.sitting):
@@ -245,6 +249,8 @@ class Page(Served):
         run = request.path_params["run"]
 
         async def load() -> dict[str, Any]:
+            if run in self.checks.busy:  # its folder is locked, and the machine would be closed for nothing
+                raise InputError(f"run {run}: its report is being written: resume it after that")
             job, subject = await asyncio.to_thread(self.uploads.resumed, run)
             return await self._load(client, load=job, run=run, confirmed=subject)
 
@@ -370,6 +376,12 @@ def _end_with(task: asyncio.Task[None]) -> None:
     if not task.cancelled() and (error := task.exception()) is not None:
         logging.getLogger("cablewright").error("the page's server fails: %r", error)
         os._exit(1)
+
+
+def _go_on_without_news(task: asyncio.Task[None]) -> None:
+    """Log that news has ended: without it the page still stops the machine."""
+    if not task.cancelled() and (error := task.exception()) is not None:
+        logging.getLogger("cablewright").warning("no news is sent any more: %s", error)
 
 
 async def _whole(request: Request, most: int) -> bytes:

@@ -23,7 +23,6 @@ from cablewright.apps.serve.application import Page
 from cablewright.apps.serve.checks import Checks
 from cablewright.apps.serve.connections import protocol_with
 from cablewright.apps.serve.feed import Feed
-from cablewright.apps.serve.notices.settings import NewsSettings, load_news
 from cablewright.apps.serve.operators import Operators
 from cablewright.apps.serve.slicers.keys import Keys
 from cablewright.apps.serve.uploads import Uploads
@@ -65,7 +64,7 @@ def page_of(given: dict[str, Any]) -> Page:
         checks=Checks(uploads),
         keys=Keys(folder),
         camera=given["camera"],
-        news=NewsSettings() if given["news"] is None else load_news(Path(given["news"])),
+        news=None if given["news"] is None else Path(given["news"]),
     )
 
 

@@ -7,13 +7,13 @@ import itertools
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Final
 
 from cablewright.apps.serve.access import Access
 from cablewright.apps.serve.checks import Checks
 from cablewright.apps.serve.connections import Connections
 from cablewright.apps.serve.feed import Feed
-from cablewright.apps.serve.notices.settings import NewsSettings
 from cablewright.apps.serve.operators import Operators
 from cablewright.apps.serve.slicers.keys import Keys
 from cablewright.apps.serve.uploads import Uploads
@@ -38,7 +38,7 @@ class Served:
     checks: Checks
     keys: Keys
     camera: str = ""  # address of a picture that the page shows
-    news: NewsSettings = field(default_factory=NewsSettings)  # who gets news
+    news: Path | None = None  # file that names who gets news
     connections: Connections = field(default_factory=Connections)
     sending: asyncio.Semaphore = field(default_factory=lambda: asyncio.Semaphore(_PARALLEL))
     numbers: Iterator[int] = field(default_factory=lambda: itertools.count(round(1e3 * time.monotonic())))

@@ -179,22 +179,31 @@ class Control:
 
     @contextmanager
     def _kept(self, sitting: Sitting, run: str, job: str, timing: Timing) -> Iterator[StepRecorder]:
-        """What keeps a run in its folder, one that goes on after what is there. Raises `EnvironmentFault`."""
+        """What keeps a run in its folder, one that goes on after what is there.
+
+        Raises `EnvironmentFault`, and `InputError` for a run of a machine that has changed: its times of the path are
+        no longer those of the checkpoint.
+        """
         folder = self.folder / RUNS / run
         make_folder(folder)
-        if not (folder / MANIFEST).exists():
+        options = {"machine": sitting.head.settings.model_dump(mode="json")}
+        if (kept := read_manifest(folder)) is not None:
+            if kept.get("options") != manifest_of("serve", {}, options)["options"]:
+                raise InputError(f"load: the machine file has changed since the run {run}: print it again")
+        else:
             own = folder_of(self.folder / JOBS, job)
             inputs: dict[str, Any] = {"job": job, "subject": subject_of(own, self.station.robot)}
             if (check := read_check(own)) is not None:
                 told = check.model_dump(include={"answer", "why", "expected_error", "duration", "section"})
                 inputs["check"] = told | {"name": sitting.job.name if sitting.job is not None else ""}
-            manifest = manifest_of("serve", inputs, {"machine": sitting.head.settings.model_dump(mode="json")})
+            manifest = manifest_of("serve", inputs, options)
             write_whole(folder / MANIFEST, json.dumps(manifest, indent=2).encode() + b"\n")
         with (
             alone_in(folder),
             folder_log(next_segment(folder), sitting.head, drops=True) as log,
             SnapshotWriter(folder / CHECKPOINT, signature) as writer,
         ):
+            (folder / RUN).unlink(missing_ok=True)  # how it ended before: it may be cut off again
             yield FolderRecorder(log, writer, timing)
 
     def _end(self, sitting: Sitting, run: str, timing: Timing) -> None:

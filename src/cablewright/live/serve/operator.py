@@ -118,7 +118,7 @@ class PageOperator:
             return "start: no job is loaded"
         if message.kind is OrderKind.HOME and printer.supervisor.state is PrintState.IDLE:
             return self._homes(printer, message.arguments.get("place"))
-        if message.kind is OrderKind.TAKE_UP and printer.supervisor.state is PrintState.IDLE and self.winches:
+        if message.kind is OrderKind.TAKE_UP and self.winches:  # whatever the state: it may be idle when it is obeyed
             return self.winches.choose(message.arguments.get(WINCH)) or None
         return None
 

@@ -26,30 +26,32 @@ class WinchByHand:
     jog_of: Callable[[int, float], WinchJog]
     winches: int
     _jog: WinchJog | None = None
+    _next: WinchJog | None = None  # what was chosen since it began
 
     def choose(self, given: tuple[float, ...] | None) -> str:
         """Choose what begins next: one winch as in `WINCH`, or to take up slack (None); return why not, or nothing."""
-        self._jog = None
+        self._next = None
         if given is None:
             return ""
         if len(given) != 2 or given[0] not in range(self.winches):
             return f"winch = {given}: number of a winch from 0 to {self.winches - 1} and m/s of cable are expected"
         try:
-            self._jog = self.jog_of(int(given[0]), given[1])
+            self._next = self.jog_of(int(given[0]), given[1])
         except InputError as error:
             return str(error)
         return ""
 
     def hold(self, given: tuple[float, ...]) -> None:
-        """Go on with the winch that turns, as long as it is held; 0 m/s lets go."""
+        """Go on with the winch that turns, as long as it is held at its speed; any other one, such as 0, lets go."""
         if self._jog is not None and len(given) == 2 and given[0] == self._jog.settings.line:
-            if given[1]:
+            if given[1] == self._jog.settings.speed:
                 self._jog.lease()
             else:
                 self._jog.let_go()
 
     def begin(self, now: float) -> None:
-        """Begin the procedure at *now*, s; see `Procedure.begin`."""
+        """Begin the last chosen procedure, once, at *now*, s; without a choice it takes up slack."""
+        self._jog, self._next = self._next, None
         (self._jog or self.take_up).begin(now)
 
     def step(self, frame: SensorFrame, estimate: Estimate, dt: float) -> ProcedureStep:

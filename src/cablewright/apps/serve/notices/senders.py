@@ -88,7 +88,7 @@ class Webhook:
                 self._send(Request(self.settings.address, body, headers, method="POST"))
             except HTTPError as reason:
                 self._complaints.say(f"it answers {reason.code}")
-            except (OSError, HTTPException) as reason:
+            except (OSError, HTTPException, ValueError) as reason:  # the last one of a host that no name can be
                 self._complaints.say(reason)
 
 

@@ -45,7 +45,7 @@ class WebhookSettings(Description):
             known = parts.scheme in ("http", "https") and bool(parts.hostname) and (parts.port or 1) > 0
         except ValueError:
             known = False
-        if not known:
+        if not known or not self.address.isascii() or not self.address.isprintable() or " " in self.address:
             raise refusal("address", "http://HOST[:PORT]/PATH or https://HOST[:PORT]/PATH is expected")
         if parts.username is not None or parts.query or parts.fragment:
             raise refusal(
