@@ -299,8 +299,8 @@ def test_laws_that_are_stranger_than_stated_widen_the_pose() -> None:
 
 
 @pytest.mark.parametrize("part", ["creep", "softness", "mount"])
-def test_the_covariance_grows_with_laws_that_are_farther_off_than_told(part: str) -> None:
-    """The factor is that of the mean square over the prior's: 1 of what is told, and k^2 of k times as much."""
+def test_the_covariance_grows_with_laws_that_exceed_their_priors(part: str) -> None:
+    """The factor is the mean square over that of the prior: 1 for the prior itself, k^2 for k times as much."""
     state = start(replace(told(ROBOT), deviations=Deviations()), HOME)
     layout, belief, at = state.layout, state.belief, ["creep", "softness", "mount"].index(part)
     own, lines = getattr(layout, part), np.arange(ROBOT.m)
