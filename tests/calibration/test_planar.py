@@ -340,7 +340,7 @@ def test_exit_points_in_the_plane_need_priors_of_the_plan(tmp_path: Path) -> Non
 
 
 def test_what_across_brings_on_the_board_of_the_docs(tmp_path: Path) -> None:
-    """Belts 6 cm off it; the medians that docs/calibration.md states, and home lengths within their sigmas."""
+    """Belts 6 cm off it; the medians that docs/theory/calibration.md states, and home lengths within their sigmas."""
     text = (Path(__file__).parents[2] / "docs" / "robots.md").read_text(encoding="utf-8")
     file = tmp_path / "board.toml"
     file.write_text("schema = 1\n" + text[text.index('name = "board"') :].partition("```")[0])
