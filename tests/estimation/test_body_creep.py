@@ -12,7 +12,7 @@ from tests.bodies import BodyPlant, told
 
 from cablewright.estimation.body import filter as of_body
 from cablewright.estimation.body.creep import ASSUMED, LoadPath
-from cablewright.estimation.body.measurement import pose_covariance, slopes_of
+from cablewright.estimation.body.measurement import pose_covariance, slopes_of, strangeness
 from cablewright.estimation.body.settings import BodySettings, Deviations
 from cablewright.estimation.body.state import BodyState, set_load, start
 from cablewright.estimation.body.unknowns import load
@@ -270,3 +270,31 @@ def test_what_crept_is_saved_with_a_print() -> None:
         one, other = began.step(frame), resumed.step(frame)
     assert other.position == pytest.approx(one.position, abs=2e-5)
     assert other.covariance == pytest.approx(one.covariance, rel=0.02, abs=1e-9)
+
+
+@pytest.mark.parametrize("part", ["creep", "softness", "mount"])
+def test_the_covariance_grows_with_laws_that_are_off_by_more_than_their_deviation(part: str) -> None:
+    """The factor is the mean square over that of the prior: 1 at the prior, and k^2 for k times as much."""
+    state = start(replace(told(ROBOT), deviations=Deviations()), HOME)
+    layout, belief, at = state.layout, state.belief, ["creep", "softness", "mount"].index(part)
+    own, lines = getattr(layout, part), np.arange(ROBOT.m)
+    belief.gradients[lines, own.start + lines] = 1e-3 / np.sqrt(np.diag(belief.covariance)[own])  # m per deviation
+    assert strangeness(belief, layout) == pytest.approx(np.ones(3))
+    slopes = slopes_of(state)
+    assert slopes is not None
+    before = pose_covariance(state, slopes)
+    prior = belief.covariance[own, own].copy()
+    belief.covariance[own, own] *= 1e-6  # as measured, almost exactly
+    sure = pose_covariance(state, slopes)
+    random, scale = np.random.default_rng(1), 3.0
+    found = []
+    for _ in range(400):
+        belief.unknowns[own] = scale * np.linalg.cholesky(prior) @ random.standard_normal(ROBOT.m)
+        found.append(strangeness(belief, layout))
+    assert np.mean(found, axis=0)[at] == pytest.approx(scale**2, rel=0.1)
+    assert np.delete(np.array(found), at, axis=1) == pytest.approx(np.ones((400, 2)))
+    wide = pose_covariance(state, slopes)
+    assert np.linalg.eigvalsh(wide - sure)[0] > -1e-12 * np.trace(wide)
+    factor = found[-1][at]
+    grown = np.trace(wide - sure) / np.trace(before - sure)
+    assert grown == pytest.approx(0.3**2 * (factor - 1.0) / (1.0 - 0.3**2), rel=0.02)
