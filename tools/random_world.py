@@ -93,6 +93,7 @@ def plan(body: bool = False) -> PrintPlan:
         barrier_timeout=BARRIER_TIMEOUT,
         settling_time=0.1,
         position_timeout=1.0,
+        tensioning_timeout=0.3,
     )
     guard = GuardSettings(np.full(robot.m, LIMIT), max_drum_speed=20.0, counts_per_radian=COUNTS, stop=STOP)
     manual = ManualSettings(scene.frame_min, scene.frame_max, 1.0, park=(0.0, 0.0, 1.0))

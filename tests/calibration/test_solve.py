@@ -357,7 +357,7 @@ def test_twelve_poses_leave_no_sigma() -> None:
 def test_identical_poses_are_rejected() -> None:
     made = simulate_calibration(WANG, 20, 1e-4, seed=1)
     same = Measured(np.tile(made.measured.counted[3], (40, 1)))
-    with pytest.raises(InputError, match="only 1 of 40 poses"):
+    with pytest.raises(InputError, match="pose 2: repeats all measurements of pose 1"):
         calibrate(WANG, same)
 
 

@@ -33,7 +33,8 @@ RING = Job(
 WITHOUT_ITS_OBJECTS = {  # they have the frame, arrays or numbers of the turn, but no turn as such
     "live/prints/loop.py",
     "kernels/fitting/scan_lines.py",
-    "estimation/kalman/state.py",
+    "kernels/filtering/update.py",
+    "kernels/filtering/estimate.py",
     "control/velocity.py",
 }
 
@@ -119,7 +120,7 @@ def test_a_turn_passes_through_the_files_that_are_described_and_no_others() -> N
     assert watch.files == set(files) - WITHOUT_ITS_OBJECTS
     assert set(files) > WITHOUT_ITS_OBJECTS
     assert f"**{len(files)} files, {len(containers)} containers**" in text
-    assert len(files) <= 11
+    assert len(files) <= 12
     assert watch.containers == set(containers[:4]) == {"SensorFrame", "Scan", "LidarTurn", "Turns"}
     assert containers[4:] == [Estimate.__name__, Command.__name__]
     assert len(containers) <= 6

@@ -19,7 +19,7 @@ from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.robot import load
 from twins import SETTINGS, SIMULATION, START, TWIN, changed, machine
 
-OWNER, MARK, _ = machine_text("merlet2023").partition("# What only a simulation has")
+OWNER, MARK, _ = machine_text("merlet2023").partition("# Parameters of the simulation alone")
 
 OTHER = """
 [simulation]

@@ -47,7 +47,8 @@ class SupervisorSettings:
     any line. ``max_error``: m, from the target. ``barrier_timeout``: s without a reading of the light barrier; None: no
     barrier. ``settling_time``: s for which the position must be valid before the platform moves.
     ``position_timeout``: s without a valid position before a fault. ``refill_mass``: kg of powder at which to refill.
-    ``stall_timeout``: s for which a motor may fail to pull its load.
+    ``stall_timeout``: s for which a motor may fail to pull its load. ``tensioning_timeout``: s after which a path
+    begins although the lines do not have the chosen tensions.
     """
 
     min_position: tuple[float, float, float]
@@ -60,10 +61,11 @@ class SupervisorSettings:
     position_timeout: float = 60.0
     refill_mass: float = 0.2
     stall_timeout: float = 2.0
+    tensioning_timeout: float = 30.0
 
     def __post_init__(self) -> None:
         """Raise `InputError` for limits that are not positive and finite, and for an empty range of positions."""
-        timeouts = ("settling_time", "position_timeout", "stall_timeout")
+        timeouts = ("settling_time", "position_timeout", "stall_timeout", "tensioning_timeout")
         require_positive(**{name: getattr(self, name) for name in ("max_speed", "max_excess", "max_error", *timeouts)})
         if not all(low < high for low, high in zip(self.min_position, self.max_position, strict=True)):
             raise InputError(f"limits of the position: {self.min_position} to {self.max_position} m is empty")

@@ -149,7 +149,7 @@ def test_a_plan_beside_the_data_counts(cli, data: Path, tmp_path: Path) -> None:
     ("change", "told"),
     [
         (lambda rows: rows[:12], "11 poses; at least 12 are required"),
-        (lambda rows: [rows[0], *[rows[5]] * 40], "only 1 of 40 poses differ"),
+        (lambda rows: [rows[0], *[rows[5]] * 40], "line 3: repeats all measurements of line 2"),
         (lambda rows: [row[:2] + row[3:] for row in rows], "no column 'dl_3'"),
         (lambda rows: [rows[0], *([repr(1e3 * float(c)) for c in row] for row in rows[1:])], "are these mm?"),
         (lambda rows: [rows[0], *([repr(1e3 * float(row[0])), *row[1:]] for row in rows[1:])], "are units mixed?"),

@@ -154,7 +154,7 @@ def test_a_height_over_the_floor_needs_some(cli, tmp_path: Path, monkeypatch) ->
 def test_without_a_simulation_nothing_is_simulated(cli, command: str, tmp_path: Path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("ring.toml").write_text(RING)
-    owner, _, _ = machine_text("merlet2023").partition("# What only a simulation has")
+    owner, _, _ = machine_text("merlet2023").partition("# Parameters of the simulation alone")
     Path("real.toml").write_text(owner)
     found = cli(*command.split(), "--machine", "real.toml")
     assert found.code == 2

@@ -220,7 +220,7 @@ def test_one_that_was_left_enabled_and_does_not_obey_is_rejected() -> None:
     found.rig.drives[2].dictionary.stubborn.add((o.CONTROLWORD.index, 0))
     found.rig.drives[2]._control = lambda word: None  # type: ignore[method-assign]
     again = DriveMachine(CanopenDrives(found.robot, found.twin.owner, lambda: found.port), found.twin.owner)
-    with pytest.raises(EnvironmentFault, match=r"north-east .* left it under torque"):
+    with pytest.raises(EnvironmentFault, match=r"north-east .* left under torque"):
         again.open()
 
 

@@ -168,14 +168,16 @@ def random_poses(
     robot = model.robot
     low, high = np.array(robot.scene.frame_min), np.array(robot.scene.frame_max)
     inset = _INSET * (high - low)
+    hangs = robot.n == 6 and robot.platform.plane is None  # gravity gives the coordinates that lines leave free
     found: list[Array] = []
     for _ in range(_TRIES):
         poses = np.zeros((2 * count, robot.n))
         poses[:, :3] = rng.uniform(low + inset, high - inset, (len(poses), 3))
         poses[:, 3:] = rng.uniform(-_TURN, _TURN, (len(poses), robot.n - 3))
         poses = _in_plane(robot, poses, inset)
-        held = solve_inverse(model, given_by_lines(robot, poses))
-        poses = held.pose[held.ok]
+        if robot.m >= robot.freedoms or hangs or model.fidelity.cable is not CableLaw.RIGID:
+            held = solve_inverse(model, given_by_lines(robot, poses))
+            poses = held.pose[held.ok]
         found += list(poses)
         if len(found) >= count:
             return np.array(found[:count])

@@ -111,6 +111,9 @@ def _of_csv(path: Path, number: int, header: str, lines: Iterator[tuple[int, str
         if missing:
             notes.append(f"{_name(bare(row[point[0]]), place)} at line {number} is left out: {missing[0]} has no value")
             continue
+        endless = next((name for name, value in zip(columns, values, strict=True) if math.isinf(value)), None)
+        if endless is not None:
+            raise InputError(f"{place}: {endless}: must be a finite number")
         sight = of_polar(*values) if "hz" in columns else None
         x, y, z = sight or values
         yield _checked(Shot(_name(bare(row[point[0]]), place), number, (x, y, z), sight), place)

@@ -73,8 +73,8 @@ def certificate_pool(packed):
     """Memory of one certifier of *packed*; see `unfold`."""
     n = packed.freedoms
     size = n
-    for row in packed.lines:
-        size += unknowns_of(row)[0]
+    for i in range(packed.lines.shape[0]):
+        size += unknowns_of(packed.lines[i])[0]
     return np.zeros(5 * size * size + 8 * size + STATE * (2 * STATE + 6) + 2 * n * n + 48)
 
 

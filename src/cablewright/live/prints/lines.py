@@ -10,7 +10,7 @@ from cablewright.live.error_statistics import spread
 from cablewright.live.prints.result import LineUse
 from cablewright.live.prints.spooling import SpoolRadii, SpoolStatistics
 from cablewright.live.prints.steps_table import Rows
-from cablewright.live.prints.vibration import LineVibration
+from cablewright.live.prints.vibration import VibrationRecord
 from cablewright.machine.log.head import LogHead
 from cablewright.running.running_statistics import Moments
 
@@ -56,7 +56,9 @@ class LineStatistics:
         """Return the radii of each drum."""
         return self._spools.result()
 
-    def result(self, spools: tuple[SpoolRadii, ...], vibration: LineVibration, estimated: Array) -> tuple[LineUse, ...]:
+    def result(
+        self, spools: tuple[SpoolRadii, ...], vibration: VibrationRecord, estimated: Array
+    ) -> tuple[LineUse, ...]:
         """Return all lines' statistics, with the *estimated* tensions (k, m), N, of some steps."""
         tension = Moments(len(self._names))
         tension.add(estimated)

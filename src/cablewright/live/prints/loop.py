@@ -66,8 +66,7 @@ class Learning(Protocol):
         """Whether the estimator still searches for the cause of the danger."""
 
 
-_TENSIONED: Final = 0.1  # share of the smallest chosen tension by which all may be off when a path begins ...
-_TENSIONING_TIME: Final = 30.0  # s: ... unless that takes longer
+_TENSIONED: Final = 0.1  # share of the smallest chosen tension by which all may deviate when a path begins
 _COLLECT_STEPS: Final = 100  # between garbage collections of a loop in real time
 _MAX_STEPS: Final = 100_000_000
 _SAFETY_TIMEOUT: Final = 0.5  # s without drives or inputs, of a machine that has them
@@ -330,7 +329,8 @@ class Printer:
         chooses = own.model.m > own.model.freedoms and own.law == "model" and not own.manage_slack
         if not (chooses or self.plan.path.attitude is not None):
             return True
-        waited, wanted = self.time - self.supervisor.state_start > _TENSIONING_TIME, self.velocity.chosen
+        wait, wanted = self.plan.supervisor.tensioning_timeout, self.velocity.chosen
+        waited = self.time - self.supervisor.state_start > wait
         if waited or wanted is None:
             return waited
         return self.velocity.tension_error <= _TENSIONED * float(wanted[list(own.model.robot.hosts)].min())

@@ -17,7 +17,7 @@ from cablewright.live.prints.spooling import SpoolRadii
 from cablewright.live.prints.steps_table import Rows
 from cablewright.live.prints.structure import PrintedStructure
 from cablewright.live.prints.tracking_errors import WholeErrors
-from cablewright.live.prints.vibration import LineVibration
+from cablewright.live.prints.vibration import VibrationRecord
 from cablewright.machine.log.head import LogHead
 from cablewright.printing.track import Track
 from cablewright.running.running_statistics import Histogram, Summary
@@ -257,7 +257,7 @@ class PrintRecord(Result):
     rows: Rows
     lines: tuple[LineUse, ...]
     spools: tuple[SpoolRadii, ...]
-    vibration: LineVibration
+    vibration: VibrationRecord
     structure: PrintedStructure | None
     log_notes: tuple[str, ...] = ()
 

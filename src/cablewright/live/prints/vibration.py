@@ -29,7 +29,7 @@ _MIN_SPREAD: Final = 0.2  # K, standard deviation
 
 
 @dataclass(frozen=True, eq=False)
-class LineVibration:
+class VibrationRecord:
     """Frequencies of w windows by line, and their dependence on temperature. NaN: unknown."""
 
     times: Array  # (w,) s
@@ -77,12 +77,12 @@ class VibrationWindows:
         found = [peak_frequency(times, column, float(near)) for column, near in zip(angles.T, expected, strict=True)]
         self._windows.add(np.array([[times.mean(), temperature, *found, *expected]]))
 
-    def result(self) -> LineVibration:
+    def result(self) -> VibrationRecord:
         """Return the result of all windows."""
         rows, m = self._windows.rows, self._m
         temperatures, frequencies, expected = rows[:, 1], rows[:, 2 : 2 + m], rows[:, 2 + m :]
         slopes = np.array([_slope(temperatures, frequencies[:, i] / expected[:, i]) for i in range(m)]).reshape(m, 2)
-        return LineVibration(rows[:, 0], temperatures, frequencies, expected, slopes[:, 0], slopes[:, 1])
+        return VibrationRecord(rows[:, 0], temperatures, frequencies, expected, slopes[:, 0], slopes[:, 1])
 
 
 def peak_frequency(times: Array, angles: Array, near: float) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Final
 
-from cablewright.apps.serve.notices.settings import Happening
+from cablewright.apps.serve.notices.settings import NewsKind
 from cablewright.foundation.signals import PrintState
 
 _PAUSES: Final = (PrintState.PAUSED, PrintState.STOPPED, PrintState.REFILLING)
@@ -34,12 +34,12 @@ class NewsWatch:
         if state != self._state:
             before, self._state = self._state, state
             if state in _PAUSES:
-                happened.append({"what": Happening.PAUSE})
+                happened.append({"what": NewsKind.PAUSE})
             if state == PrintState.FAULT and not control.get("fresh") and before:
-                happened.append({"what": Happening.FAULT})
+                happened.append({"what": NewsKind.FAULT})
         if state == PrintState.PRINTING and layer > self._layer:
             self._layer = layer
-            happened.append({"what": Happening.LAYER})
+            happened.append({"what": NewsKind.LAYER})
         return [self._about(control, sitting) | each for each in happened]
 
     def _ended(self, control: dict[str, Any]) -> list[News]:
@@ -48,7 +48,7 @@ class NewsWatch:
         seen, self._event = self._event, max((each[0] for each in events), default=self._event or 0)
         new = [] if seen is None else [text for number, _, kind, text in events if number > seen and kind == "run"]
         ended = [text.removeprefix("run ").partition(_ENDS) for text in new if _ENDS in text]
-        return [{"what": Happening.END, "run": run, "status": status} for run, _, status in ended]
+        return [{"what": NewsKind.END, "run": run, "status": status} for run, _, status in ended]
 
     @staticmethod
     def _about(control: dict[str, Any], sitting: dict[str, Any]) -> News:

@@ -16,7 +16,7 @@ from cablewright.foundation.validation import Description, FileDescription, refu
 _MAX_SECRET: Final = 4096  # bytes
 
 
-class Happening(StrEnum):
+class NewsKind(StrEnum):
     """What is reported."""
 
     LAYER = "layer"
@@ -25,8 +25,8 @@ class Happening(StrEnum):
     END = "end"
 
 
-_What = tuple[Happening, ...]
-_ALL: Final = tuple(Happening)
+_What = tuple[NewsKind, ...]
+_ALL: Final = tuple(NewsKind)
 _Text = Annotated[str, Field(min_length=1, max_length=200)]
 
 
