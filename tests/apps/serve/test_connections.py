@@ -117,7 +117,8 @@ def test_a_stop_gets_through_the_requests_of_the_token_itself(server: Served) ->
             each.settimeout(0.0)
             with suppress(BlockingIOError):
                 try:
-                    refused += each.recv(64).startswith(b"HTTP/1.1 503")
+                    answer = each.recv(64)  # nothing: closed as a stranger's, before its request was read
+                    refused += not answer or answer.startswith(b"HTTP/1.1 503")
                 except ConnectionError:
                     refused += 1
         assert refused >= MAX_OPEN - Holder.TOKEN.value
