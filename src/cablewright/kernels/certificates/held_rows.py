@@ -7,9 +7,8 @@ are exact: N need not be of unit length.
 """
 
 from cablewright.kernels import jit
-from cablewright.kernels.certificates.interval import add, mul, point, sub
+from cablewright.kernels.certificates.interval import ZERO, add, mul, point, sub
 from cablewright.kernels.layout import HELD, NORMAL, PLANE_DISTANCE
-from cablewright.kernels.statics.line.enclosure import ZERO
 from cablewright.kernels.statics.platform_enclosure import along, component, cross_component, set_vector, turn
 
 

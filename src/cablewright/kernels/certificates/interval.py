@@ -14,6 +14,9 @@ import numpy as np
 from cablewright.kernels import jit
 
 ENTIRE = (-inf, inf)
+ZERO, ONE = (0.0, 0.0), (1.0, 1.0)
+PI = (3.141592653589793, 3.1415926535897936)
+HALF_PI = (1.5707963267948966, 1.5707963267948968)
 U = 2.0**-53  # the unit roundoff
 PHI = U * (1.0 + 2.0**-52)
 ETA = 2.0**-1022  # the smallest normal number: rounding is outward even where subnormals are flushed to zero

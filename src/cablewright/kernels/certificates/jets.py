@@ -10,6 +10,8 @@ import numpy as np
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.interval import (
     ENTIRE,
+    ONE,
+    PI,
     add,
     cos,
     div,
@@ -25,8 +27,6 @@ from cablewright.kernels.certificates.interval import (
 
 OWN = 5  # slots of a line's unknowns
 SLOTS = OWN + 6
-ONE = (1.0, 1.0)
-PI = (3.141592653589793, 3.1415926535897936)
 NEAR = 0.4  # sine of the largest angle from a guess: arcsin u is within u and u (1 + u^2) there
 REFINEMENTS = 5  # each cubes the error of an angle's guess, at first below 0.34 rad
 
@@ -181,6 +181,12 @@ def cross(a, b):
 def along(a, factor):
     """Vector *a*, a tuple of three jets, times the jet *factor*."""
     return times(a[0], factor), times(a[1], factor), times(a[2], factor)
+
+
+@jit(allocates=True)
+def unit(a):
+    """Vector *a*, a tuple of three jets, over its length."""
+    return along(a, over(constant(ONE), square_root(dot(a, a))))
 
 
 @jit(allocates=True)

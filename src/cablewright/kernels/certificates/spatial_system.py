@@ -7,10 +7,10 @@ import numpy as np
 
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.interval import add
-from cablewright.kernels.certificates.jets import OWN, SLOTS, fixed, of
-from cablewright.kernels.layout import EXIT_X, GUIDE, UPRIGHT
+from cablewright.kernels.certificates.jets import OWN, SLOTS, of
+from cablewright.kernels.layout import GUIDE, UPRIGHT
 from cablewright.kernels.statics.line.spatial_enclosure import centre_of, enclose_spatial
-from cablewright.kernels.statics.platform_enclosure import component, enclose_arm
+from cablewright.kernels.statics.platform_enclosure import component
 
 
 @jit
@@ -31,7 +31,7 @@ def _enclose(row, y, length, pose, omega, i, at_solution, work):
     equations, wrench = np.zeros((OWN, 1 + SLOTS, 2)), np.zeros((6, 1 + SLOTS, 2))
     centre, box, radius = work.centre[start:end], np.zeros(end - start), np.zeros(n)
     if at_solution:
-        _write_centre(row, y, pose, work, centre)
+        centre_of(row, y, pose, work.rotation, work.arm, work.moved, centre)
     else:
         box[:], radius[:] = work.radius[start:end], work.radius[first:]
     given = (pose, radius, omega, work.rotation, length)
@@ -43,15 +43,6 @@ def _enclose(row, y, length, pose, omega, i, at_solution, work):
             work.residual[first + j, 0], work.residual[first + j, 1] = total
     else:
         _write_jacobian(equations, wrench, start, end, first, work.low, work.high)
-
-
-@jit(allocates=True)
-def _write_centre(row, y, pose, work, centre):
-    enclose_arm(row, pose.shape[0], 0.0, work.rotation, work.arm)
-    away = np.zeros(3)
-    for k in range(3):
-        away[k] = pose[k] + component(work.arm, k)[0] - row[EXIT_X + k]
-    centre_of(row, y, fixed(away[0], away[1], away[2]), centre)
 
 
 @jit

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.held_rows import hold_jacobian, hold_residual
-from cablewright.kernels.certificates.interval import ROUNDING, add, div, inflate, mul, neg, point, root, sqr, sub
+from cablewright.kernels.certificates.interval import ROUNDING, ZERO, add, div, inflate, mul, neg, point, root, sqr, sub
 from cablewright.kernels.certificates.spatial_system import enclose_spatial_line
 from cablewright.kernels.layout import (
     EXIT_X,
@@ -24,7 +24,7 @@ from cablewright.kernels.layout import (
     WEIGHT,
     WRENCH,
 )
-from cablewright.kernels.statics.line.enclosure import ZERO, add_entry, enclose_jacobian, enclose_residual
+from cablewright.kernels.statics.line.enclosure import add_entry, enclose_jacobian, enclose_residual
 from cablewright.kernels.statics.line.spatial_enclosure import unknowns_of
 from cablewright.kernels.statics.platform_enclosure import (
     add_balance,

@@ -8,7 +8,9 @@ from math import inf, sqrt
 
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.interval import (
+    ONE,
     ROUNDING,
+    ZERO,
     add,
     div,
     inflate,
@@ -21,7 +23,7 @@ from cablewright.kernels.certificates.interval import (
     sub,
 )
 from cablewright.kernels.layout import MASS_X, PLATFORM_WEIGHT, POINT_X
-from cablewright.kernels.statics.line.enclosure import ONE, ZERO, add_entry
+from cablewright.kernels.statics.line.enclosure import add_entry
 
 
 @jit

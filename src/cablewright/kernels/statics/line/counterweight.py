@@ -75,7 +75,7 @@ def beyond_limits(row, y):
 
 @jit
 def beyond_hung_limits(row, y):
-    """Return the violation of limits, see `beyond_limits`, of a line with a counterweight; 0 of any other."""
+    """Return `beyond_limits` of a line with a counterweight; 0 N for one with a winch, which sets the tension."""
     return beyond_limits(row, y) if row[COUNTERWEIGHT] > 0.0 else 0.0
 
 

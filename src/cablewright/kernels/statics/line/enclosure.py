@@ -6,6 +6,10 @@ doubles are taken as exact model data; pi and the direction of an upright dead s
 
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.interval import (
+    HALF_PI,
+    ONE,
+    PI,
+    ZERO,
     add,
     cos,
     div,
@@ -46,10 +50,6 @@ from cablewright.kernels.layout import (
 )
 from cablewright.kernels.statics.line.upright import is_slack
 
-PI = (3.141592653589793, 3.1415926535897936)
-HALF_PI = (1.5707963267948966, 1.5707963267948968)
-ZERO = (0.0, 0.0)
-ONE = (1.0, 1.0)
 ENCLOSABLE, SLACK = 0, 4  # codes of a line, which are those of a certificate
 
 

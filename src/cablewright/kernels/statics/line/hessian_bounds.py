@@ -9,6 +9,8 @@ import numpy as np
 
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.interval import (
+    ONE,
+    ZERO,
     add,
     cos,
     div,
@@ -43,7 +45,6 @@ from cablewright.kernels.layout import (
     UNKNOWNS,
     WEIGHT,
 )
-from cablewright.kernels.statics.line.enclosure import ONE, ZERO
 
 PI_UP = 3.1415926535897936
 ALONG, ACROSS, LENGTH, DEAD_ALONG, DEAD_ACROSS, MOMENT, PULL, SHEAR, SIDEWAYS, TURNED = range(10)

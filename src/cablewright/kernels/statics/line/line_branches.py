@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.interval import (
     GAMMA,
+    ONE,
     ROUNDING,
+    ZERO,
     add,
     contains_zero,
     cos,
@@ -48,8 +50,6 @@ from cablewright.kernels.layout import (
 )
 from cablewright.kernels.newton import copy, solve
 from cablewright.kernels.statics.line.enclosure import (
-    ONE,
-    ZERO,
     arc_length,
     contact,
     dead_direction,

@@ -8,6 +8,9 @@ line only stiffens where the derivative of its end by the force is positive defi
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.interval import (
     ENTIRE,
+    ONE,
+    PI,
+    ZERO,
     add,
     cos,
     div,
@@ -26,7 +29,7 @@ from cablewright.kernels.certificates.interval import (
     sub,
 )
 from cablewright.kernels.layout import FREE_COMPLIANCE, LEVER, LEVER_MOMENT, RADIUS, SIDE, UNKNOWNS, WEIGHT
-from cablewright.kernels.statics.line.enclosure import ONE, PI, ZERO, arc_length, contact, taken_up
+from cablewright.kernels.statics.line.enclosure import arc_length, contact, taken_up
 from cablewright.kernels.statics.line.line_branches import dead_angle, free_length, rise
 from cablewright.kernels.statics.line.span_enclosure import hanging_span
 

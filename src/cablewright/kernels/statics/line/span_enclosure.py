@@ -6,8 +6,20 @@ of phi. See `docs/theory/exhaustive.md`.
 """
 
 from cablewright.kernels import jit
-from cablewright.kernels.certificates.interval import add, div, intersect, mul, neg, point, root, scale, sqr, sub
-from cablewright.kernels.statics.line.enclosure import ONE, ZERO
+from cablewright.kernels.certificates.interval import (
+    ONE,
+    ZERO,
+    add,
+    div,
+    intersect,
+    mul,
+    neg,
+    point,
+    root,
+    scale,
+    sqr,
+    sub,
+)
 
 PARTS = ((0.01, 1), (0.1, 4), (0.7, 16), (0.9, 48))  # upper limit of q, number of parts of a span
 MAX_PARTS = 128

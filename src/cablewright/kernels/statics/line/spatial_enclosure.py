@@ -7,8 +7,13 @@ no seam and no pole, so that a span may hang straight down.
 
 from math import inf
 
+import numpy as np
+
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.interval import (
+    ONE,
+    PI,
+    ZERO,
     add,
     contains_zero,
     cos,
@@ -25,9 +30,7 @@ from cablewright.kernels.certificates.interval import (
     sub,
 )
 from cablewright.kernels.certificates.jets import (
-    ONE,
     OWN,
-    PI,
     added,
     along,
     angle,
@@ -46,6 +49,7 @@ from cablewright.kernels.certificates.jets import (
     square_root,
     times,
     unbounded,
+    unit,
     variable,
 )
 from cablewright.kernels.layout import (
@@ -92,7 +96,6 @@ TWO_PI = (2.0 * PI[0], 2.0 * PI[1])
 TURNS = 30  # Newton steps for the angle of a swivel
 TURN = 0.3  # rad: the longest of them
 GRAIN = 1e-15  # rad: a step that ends them
-NONE = (0.0, 0.0)
 
 
 @jit
@@ -104,14 +107,15 @@ def unknowns_of(row):
 
 
 @jit(allocates=True)
-def centre_of(row, y, away, out):
-    """Write the doubles nearest to a solved line's unknowns to *out* (k,); *away*: to the platform point, as jets."""
+def centre_of(row, y, pose, rotation, arm, moved, out):
+    """Write the doubles nearest to a solved line's unknowns to *out* (k,); the others as of `enclose_spatial`."""
     t, h = exp(point(y[TAU])), cos(point(y[PHI]))
     out[0] = _middle(mul(mul(t, h), cos(point(y[AZIMUTH]))))
     out[1] = _middle(mul(mul(t, h), sin(point(y[AZIMUTH]))))
     out[2] = _middle(mul(t, sin(point(y[PHI]))))
     out[3] = y[FREE]
     if row[GUIDE] == ASIDE:
+        _, away = _platform_point(row, pose, np.zeros(pose.shape[0]), 0.0, rotation, arm, moved)
         out[4] = _turn_of_swivel(row, fixed(out[0], out[1], out[2]), away)
 
 
@@ -138,8 +142,7 @@ def enclose_spatial(row, y, box, pose, radius, omega, rotation, length, arm, mov
         times(free, plus(f2, end[2])), plus(constant(point(0.5 * row[FREE_COMPLIANCE])), over(constant(ONE), both))
     )
     chord = (times(f0, stretched), times(f1, stretched), rise)
-    place = _placed(row, POINT_X, n, omega, rotation, arm, moved)
-    away = added(place, (_offset(row, pose, radius, 0), _offset(row, pose, radius, 1), _offset(row, pose, radius, 2)))
+    place, away = _platform_point(row, pose, radius, omega, rotation, arm, moved)
     at_end, arc_at_end = _leave_platform(row, n, omega, rotation, arm, moved, end, away)
     away, place = added(away, at_end), added(place, at_end)
     leaves, arc, covered, moment = leave(row, y, box, force, away)
@@ -154,7 +157,7 @@ def enclose_spatial(row, y, box, pose, radius, omega, rotation, length, arm, mov
     else:
         taken = plus(constant(ONE), scaled(tension, point(row[ARC_COMPLIANCE])))
         whole = plus(plus(scaled(free, point(row[SPANS])), dead), over(plus(arc, arc_at_end), taken))
-        rest = sub(point(row[DEAD_LENGTH]) if row[UNKNOWNS] == 3.0 else NONE, point(length))
+        rest = sub(point(row[DEAD_LENGTH]) if row[UNKNOWNS] == 3.0 else ZERO, point(length))
         equations[3] = minus(plus(whole, constant(rest)), scaled(tension, point(row[END_SPRING])))
     if row[GUIDE] == ASIDE:
         equations[4] = moment
@@ -170,6 +173,14 @@ def _unknown(y, box, k):
 
 
 @jit(allocates=True)
+def _platform_point(row, pose, radius, omega, rotation, arm, moved):
+    """Platform point from the platform's origin, and from the exit point."""
+    place = _placed(row, POINT_X, pose.shape[0], omega, rotation, arm, moved)
+    offset = _offset(row, pose, radius, 0), _offset(row, pose, radius, 1), _offset(row, pose, radius, 2)
+    return place, added(place, offset)
+
+
+@jit(allocates=True)
 def _offset(row, pose, radius, k):
     """Pose coordinate *k* from the exit point."""
     out = variable(inflate(point(pose[k]), radius[k]), OWN + k)
@@ -178,10 +189,16 @@ def _offset(row, pose, radius, k):
 
 
 @jit(allocates=True)
+def _vector(row, at):
+    """Vector of doubles in columns *at* of a line."""
+    return fixed(row[at], row[at + 1], row[at + 2])
+
+
+@jit(allocates=True)
 def _placed(row, at, n, omega, rotation, arm, moved):
     """Vector of the platform in columns *at* of a line, turned with a body."""
     if n == 3:
-        return fixed(row[at], row[at + 1], row[at + 2])
+        return _vector(row, at)
     turn(row[at], row[at + 1], row[at + 2], omega, rotation, arm)
     out = (constant(component(arm, 0)), constant(component(arm, 1)), constant(component(arm, 2)))
     for k in range(3, 6):
@@ -238,7 +255,7 @@ def _given_way(row, force, tension, leaves, covered):
 @jit(allocates=True)
 def _given(row, load, i):
     """Coordinate *i* of the mount's deflection under the *load* of one cable."""
-    out = constant(NONE)
+    out = constant(ZERO)
     for j in range(3):
         out = plus(out, scaled(load[j], mul(point(row[PULLS]), point(compliance_of_mount(row, i, j)))))
     return out
@@ -249,7 +266,7 @@ def _towards_winch(row):
     """Enclose the unit vector of `guides.towards_winch`."""
     x, y, z = point(row[ARRIVAL_X]), point(row[ARRIVAL_X + 1]), point(row[ARRIVAL_X + 2])
     if row[UNKNOWNS] < 4.0 or row[GUIDE] == ASIDE:
-        return NONE, NONE, NONE
+        return ZERO, ZERO, ZERO
     if row[GUIDE] == EYELET:
         far = root(add(add(sqr(x), sqr(y)), sqr(z)))
         return div(x, far), div(y, far), div(z, far)
@@ -265,16 +282,16 @@ def leave(row, y, box, force, away):
 
     As `guides.leave_frame`. The last jet is the moment about a swivel whose winch is ASIDE of its axis, else zero.
     """
-    nothing = constant(NONE)
+    nothing = constant(ZERO)
     covered = constant(point(row[DEAD_SPAN]))
-    axis = fixed(row[AXIS_X], row[AXIS_X + 1], row[AXIS_X + 2])
+    axis = _vector(row, AXIS_X)
     if row[GUIDE] == ASIDE:
         return _leave_aside(row, _unknown(y, box, 4), force)
     if row[GUIDE] == SWIVEL:
         leaves, arc = _leave_swivel(axis, row[RADIUS], row[SIDE], force, away)
         return leaves, arc, covered, nothing
     if row[GUIDE] == PULLEY:
-        arrival = fixed(row[ARRIVAL_X], row[ARRIVAL_X + 1], row[ARRIVAL_X + 2])
+        arrival = _vector(row, ARRIVAL_X)
         leaves, arc = _leave_pulley(axis, arrival, row[RADIUS], force)
         return leaves, arc, covered, nothing
     return (nothing, nothing, nothing), nothing, covered, nothing
@@ -283,7 +300,7 @@ def leave(row, y, box, force, away):
 @jit(allocates=True)
 def _leave_platform(row, n, omega, rotation, arm, moved, end, away):
     """Contact point from the platform point, and contact length, as `guides.leave_platform`."""
-    nothing = constant(NONE)
+    nothing = constant(ZERO)
     if row[END_RADIUS] == 0.0:
         return (nothing, nothing, nothing), nothing
     axis = _placed(row, END_AXIS_X, n, omega, rotation, arm, moved)
@@ -319,10 +336,8 @@ def _leave_swivel(axis, radius, side, force, toward):
 @jit(allocates=True)
 def _leave_pulley(axis, arrival, radius, force):
     """Contact point and length of a wheel on a fixed *axis*, about which the cable travels from its *arrival* on."""
-    along_axis = dot(force, axis)
-    inside = less(force, along(axis, along_axis))
-    tangent = along(inside, over(constant(ONE), square_root(dot(inside, inside))))
-    radial = cross(tangent, axis)
+    inside = less(force, along(axis, dot(force, axis)))
+    radial = cross(unit(inside), axis)
     turned = _wound(angle(dot(arrival, radial), dot(cross(axis, arrival), radial)))
     return along(radial, constant(point(radius))), scaled(turned, point(radius))
 
@@ -339,13 +354,13 @@ def _wound(turned):
 @jit(allocates=True)
 def _leave_aside(row, turned, force):
     """As `leave`, of a swivel *turned* by an unknown angle, where the moments of both spans about its axis balance."""
-    axis = fixed(row[AXIS_X], row[AXIS_X + 1], row[AXIS_X + 2])
-    winch = fixed(row[ARRIVAL_X], row[ARRIVAL_X + 1], row[ARRIVAL_X + 2])
+    axis = _vector(row, AXIS_X)
+    winch = _vector(row, ARRIVAL_X)
     first = _zero_of_swivel(row, axis)
     e = added(along(first, cosine(turned)), along(cross(axis, first), sine(turned)))
     n = cross(axis, e)
-    unit = over(constant(ONE), square_root(dot(force, force)))
-    fe, fn, rise = times(dot(force, e), unit), times(dot(force, n), unit), times(dot(force, axis), unit)
+    toward = unit(force)
+    fe, fn, rise = dot(toward, e), dot(toward, n), dot(toward, axis)
     wn, fall, radius = dot(winch, n), dot(winch, axis), constant(point(row[RADIUS]))
     ahead, turn_radius = minus(dot(winch, e), radius), point(row[SIDE] * row[RADIUS])
     flat = square_root(plus(times(fe, fe), times(rise, rise)))
@@ -371,14 +386,13 @@ def _zero_of_swivel(row, axis):
         if abs(row[AXIS_X + j]) < abs(row[AXIS_X + k]):
             k = j
     edge = fixed(1.0 if k == 0 else 0.0, 1.0 if k == 1 else 0.0, 1.0 if k == 2 else 0.0)
-    out = less(edge, along(axis, axis[k]))
-    return along(out, over(constant(ONE), square_root(dot(out, out))))
+    return unit(less(edge, along(axis, axis[k])))
 
 
 @jit(allocates=True)
 def _turn_of_swivel(row, force, away):
     """Angle by which a swivel ASIDE is turned under the *force*: Newton from where the force and *away* point."""
-    axis = fixed(row[AXIS_X], row[AXIS_X + 1], row[AXIS_X + 2])
+    axis = _vector(row, AXIS_X)
     first = _zero_of_swivel(row, axis)
     second = cross(axis, first)
     x, y = of(dot(force, first), 0)[0], of(dot(force, second), 0)[0]
@@ -387,7 +401,7 @@ def _turn_of_swivel(row, force, away):
     turned = _middle(of(angle(constant((sign * x, sign * x)), constant((sign * y, sign * y))), 0))
     for _ in range(TURNS):
         moment = _leave_aside(row, variable((turned, turned), 4), force)[3]
-        step = _middle(of(moment, 0)) / _middle(of(moment, 5))
+        step = _middle(of(moment, 0)) / _middle(of(moment, 1 + 4))  # by the angle, in slot 4
         if abs(step) < GRAIN or not abs(step) < inf:
             break
         turned -= min(max(step, -TURN), TURN)
