@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.timing import Row
+from benchmarks.timing import HERE, Row, checked_out
 from cablewright.foundation.signals import Command, SensorFrame
 from cablewright.live.prints.plan import MachineTwin, PrintOptions, plan_print, twin_of
 from cablewright.live.prints.print_job import print_job
@@ -166,20 +166,14 @@ SHORT, LONG = 0.1, 0.7  # m, radii of two rings: what both prints have in common
 
 def beside(revision: str, rounds: int) -> None:
     """Print how much faster than real time prints of rings run, then and now; the best of some rounds."""
-    here = Path(__file__).parents[1]
-    with tempfile.TemporaryDirectory() as folder:
-        there = Path(folder) / "then"
-        subprocess.run(["git", "worktree", "add", "-q", "--detach", there, revision], cwd=here, check=True)
-        try:
-            for robot in PRINTS:
-                best = {there: 0.0, here: 0.0}
-                for _ in range(rounds):
-                    for source in best:
-                        best[source] = max(best[source], _speed(source, robot, Path(folder)))
-                then, now = best.values()
-                print(f"{robot}: {then:.1f} x real time then, {now:.1f} now: {now / then:.2f}", flush=True)
-        finally:
-            subprocess.run(["git", "worktree", "remove", "--force", there], cwd=here, check=True)
+    with checked_out(revision) as there, tempfile.TemporaryDirectory() as folder:
+        for robot in PRINTS:
+            best = {there: 0.0, HERE: 0.0}
+            for _ in range(rounds):
+                for source in best:
+                    best[source] = max(best[source], _speed(source, robot, Path(folder)))
+            then, now = best.values()
+            print(f"{robot}: {then:.1f} x real time then, {now:.1f} now: {now / then:.2f}", flush=True)
 
 
 def _speed(source: Path, robot: str, folder: Path) -> float:

@@ -27,25 +27,21 @@ FIRST = ("inverse", "merlet2023", "--at", "0.2,0.1,1")
 
 def main(revision: str, rounds: int) -> None:
     """Print one line for each robot and solve, then the first compilation."""
-    here = Path(__file__).parents[1]
-    with tempfile.TemporaryDirectory() as folder:
-        there = Path(folder) / "then"
-        subprocess.run(["git", "worktree", "add", "-q", "--detach", there, revision], cwd=here, check=True)
-        try:
-            sides = {"then": there, "now": here}
-            best: dict[str, dict[str, float]] = {"then": {}, "now": {}}
-            for _ in range(rounds):
-                for side, source in sides.items():
-                    for key, seconds in _timed(source).items():
-                        best[side][key] = min(seconds, best[side].get(key, seconds))
-            for key, then in best["then"].items():
-                now = best["now"][key]
-                print(f"{key}: {1e6 * then:.1f} us then, {1e6 * now:.1f} us now: {now / then:.3f}")
-            first = {side: min(_first_run(source) for _ in range(2)) for side, source in sides.items()}
-            ratio = first["now"] / first["then"]
-            print(f"first {' '.join(FIRST)}: {first['then']:.1f} s then, {first['now']:.1f} s now: {ratio:.3f}")
-        finally:
-            subprocess.run(["git", "worktree", "remove", "--force", there], cwd=here, check=True)
+    from benchmarks.timing import HERE, checked_out  # the process that measures has only the sources on its path
+
+    with checked_out(revision) as there:
+        sides = {"then": there, "now": HERE}
+        best: dict[str, dict[str, float]] = {"then": {}, "now": {}}
+        for _ in range(rounds):
+            for side, source in sides.items():
+                for key, seconds in _timed(source).items():
+                    best[side][key] = min(seconds, best[side].get(key, seconds))
+        for key, then in best["then"].items():
+            now = best["now"][key]
+            print(f"{key}: {1e6 * then:.1f} us then, {1e6 * now:.1f} us now: {now / then:.3f}")
+        first = {side: min(_first_run(source) for _ in range(2)) for side, source in sides.items()}
+        ratio = first["now"] / first["then"]
+        print(f"first {' '.join(FIRST)}: {first['then']:.1f} s then, {first['now']:.1f} s now: {ratio:.3f}")
 
 
 def _environment(source: Path, **more: str) -> dict[str, str]:

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import statistics
+import subprocess
 import sys
+import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from importlib.util import find_spec
+from pathlib import Path
 
 from scipy import stats
+
+HERE = Path(__file__).parents[1]
 
 
 @dataclass(frozen=True)
@@ -73,3 +79,15 @@ def interval(hits: int, of: int) -> str:
     high = stats.beta.ppf(0.975, hits + 1, of - hits) if hits < of else 1.0
     share = 100.0 * hits / of if of else float("nan")
     return f"{share:.1f} % of {of} ({100.0 * low:.1f} to {100.0 * high:.1f})"
+
+
+@contextmanager
+def checked_out(revision: str) -> Iterator[Path]:
+    """A working tree of *revision*, which is removed afterwards."""
+    with tempfile.TemporaryDirectory() as folder:
+        there = Path(folder) / "then"
+        subprocess.run(["git", "worktree", "add", "-q", "--detach", there, revision], cwd=HERE, check=True)
+        try:
+            yield there
+        finally:
+            subprocess.run(["git", "worktree", "remove", "--force", there], cwd=HERE, check=True)
