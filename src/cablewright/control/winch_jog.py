@@ -71,7 +71,7 @@ class WinchJog:
         self._asked = True
 
     def let_go(self) -> None:
-        """End the lease: the button was released."""
+        """Stop the jog with the next step, as after the release of its button."""
         self._asked, self._lease_end = False, min(self._lease_end, self._now)
 
     def step(self, frame: SensorFrame, _estimate: Estimate, dt: float) -> ProcedureStep:

@@ -233,9 +233,9 @@ class LearntLengths:
         raise AnswerError("what places taught of lengths has no equilibrium at all of them")
 
     def _rows(self, held: Equilibrium, at: Array) -> list[tuple[Array, Array, Array]]:
-        """Return of each place derivatives (3, 3 m), the displacement to explain (3,), m, and its covariance (3, 3).
+        """Return a linear equation for each measured place: derivatives (3, 3 m), residual (3,), m, covariance (3, 3).
 
-        Linearised with the values *at* (m, 3), with which it is *held*.
+        The residual is the displacement of the place from the *held* equilibrium, whose values are *at* (m, 3).
         """
         linear = linearise(held)
         mounts = response(held, [Parameter("exit_compliance", line.name) for line in held.model.robot.lines], linear)

@@ -114,7 +114,7 @@ class LoggedPoses(Result):
 
     @property
     def refusal(self) -> str:
-        """Reason for a no, in a sentence."""
+        """Sentence that explains why the answer is no; empty if it is yes."""
         if self.solved == self.rows:
             return ""
         first = int(np.flatnonzero(~self.poses.ok)[0])

@@ -63,7 +63,7 @@ class WinchLines:
 
     @cached_property
     def opposed(self) -> Mask:
-        """Mask (w,) of drums that wind one line up and pay another out: their torque is a difference of tensions."""
+        """Mask (w,) of drums whose lines are wound in opposite directions, so that their pulls oppose each other."""
         return np.asarray((self.senses == -1.0).any(axis=1))
 
     def torques(self, tensions: Array, arms: Array) -> Array:

@@ -86,7 +86,7 @@ class ErrorCause:
 
     @property
     def words(self) -> str:
-        """Name of the cause for people."""
+        """Name of the cause as tables print it, with spaces."""
         return "interpolation between samples" if self.name == INTERPOLATION else self.name.replace("_", " ")
 
     FIGURES: ClassVar = (

@@ -37,7 +37,10 @@ def numbers(text: str | None, option: str, count: int | None = None, *, free: bo
 
 
 def begin_of(text: str | None, option: str, robot: cw.Robot) -> list[float] | None:
-    """Return the position, m, of an *option*, or the pose, m and rad, of a rigid platform. Raises `InputError`."""
+    """Return the numbers of an *option* such as --place: 3 of a position (m), or n of a pose (m, rad); None without it.
+
+    Raises `InputError` for other counts, and for a text that is no number.
+    """
     given = numbers(text, option)
     return numbers(text, option, robot.n if given is not None and len(given) != 3 else 3)
 

@@ -52,7 +52,7 @@ class KnownValue(Description):
 
 
 class CalibrationRecord(FileDescription):
-    """Results of a calibration, with its date and data.
+    """The file of a calibration for later drift checks: values, their covariance, and the data that they are from.
 
     ``sigma``: of the sensors, as their residuals say. ``redundancy``: the redundant numbers from which the encoders'
     sigma is estimated; absent where it was given. ``considered``: numbers that count as known, by their errors.

@@ -111,7 +111,7 @@ def line_with_counted_build_up(problem: CalibrationProblem) -> str | None:
 
 
 def _check_known(problem: CalibrationProblem) -> None:
-    """Raise `InputError` for a known number that this robot does not have, or without the sensor that it is of."""
+    """Raise `InputError` for a ``[[known]]`` number of a part that the robot lacks, or of a sensor without readings."""
     for at, known in enumerate(problem.plan.known):
         if known.name == STRETCH or not (known.value is not None or known.deviation):
             continue

@@ -23,7 +23,7 @@ _IDENTITY: Final = (
 
 @dataclass(frozen=True)
 class Found:
-    """A node that answered, and its line in the machine file."""
+    """A drive that answered the scan of the bus, and the line that the machine file assigns to it."""
 
     identity: Identity
     line: str | None

@@ -139,7 +139,7 @@ class ServerLink:
             memory.close()
 
     def tell_lease(self, number: int) -> None:
-        """Report the operator's lease; 0: no operator. It holds for `ORDER_LIFE`."""
+        """Pass the operator's lease to the control, or 0 without an operator. It expires after `ORDER_LIFE`."""
         self.lease.write(LEASE.pack(number, self.clock()))
 
     def send(self, message: Message, channel: ChannelName = "orders") -> bool:

@@ -29,6 +29,7 @@ SIGNATURE: Final = "X-Cablewright-Signature"
 """Header with ``sha256=`` and the HMAC of the body by the secret."""
 
 _SAID_EVERY: Final = 60.0  # s between two complaints about a receiver
+_SENT, _NOT_CONNECTED = 0, 4  # codes of MQTT: without a connection a message waits in the queue
 
 
 class Receiver(Protocol):
@@ -39,7 +40,7 @@ class Receiver(Protocol):
 
 
 class _Complaints:
-    """Says in the log that a receiver is not reached, but not again and again."""
+    """Warnings in the log about one receiver, at most one in `_SAID_EVERY` seconds."""
 
     def __init__(self, name: str) -> None:
         self.name, self._last = name, -_SAID_EVERY
@@ -124,9 +125,6 @@ class Mqtt:
         if sent.rc not in (_SENT, _NOT_CONNECTED):
             self._complaints.say("the broker is not reached, and does not get all")
         return sent.rc in (_SENT, _NOT_CONNECTED)
-
-
-_SENT, _NOT_CONNECTED = 0, 4  # of MQTT: a message that is not sent yet waits in the queue
 
 
 def receivers_of(settings: NewsSettings) -> list[tuple[Receiver, frozenset[str]]]:

@@ -13,7 +13,7 @@ from cablewright.robot import RigidPlatform, Robot
 
 
 class Masses:
-    """The mass properties of a robot's platform by its content."""
+    """Mass, centre of mass and inertia of a simulated platform, which change with the powder in it."""
 
     def __init__(self, robot: Robot, settings: TwinSettings) -> None:
         """Take the machine as built. Raises `InputError` where robot and machine do not fit, or inertia is unknown."""
