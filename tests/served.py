@@ -106,10 +106,12 @@ def served(folder: Path, *arguments: str, ready: bool = True) -> Iterator[Served
     command = [sys.executable, "-m", "cablewright", "serve", *arguments, "--port", "0", "--out", str(folder)]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=os.environ | {"NUMBA_NUM_THREADS": "1"})
     assert process.stderr is not None
-    address, view = process.stderr.readline().strip(), process.stderr.readline().strip()
-    if "#" not in address:
-        raise AssertionError(address + view + process.stderr.read())
-    made = Served(process, address, view.split()[-1], folder)
+    before, address = "", process.stderr.readline()
+    while address and "/enter#" not in address:  # such as that kernels are compiled
+        before, address = before + address, process.stderr.readline()
+    if not address:
+        raise AssertionError(before)
+    made = Served(process, address.strip(), process.stderr.readline().split()[-1], folder)
     reading = threading.Thread(target=lambda: made.said.extend(process.stderr or ()), daemon=True)
     reading.start()
     try:

@@ -25,6 +25,7 @@ BROUGHT: Final = {
     "mqtt": "paho.mqtt",
     "notebooks": "jupyterlab, nbclient",
     "ros": "rosbags",
+    "ros2": "cyclonedds, rosbags",
     "web": "starlette, uvicorn, websockets",
 }
 """What is imported with each extra."""

@@ -82,7 +82,7 @@ def test_verdict_and_expected_error_are_reported_in_words() -> None:
     check: dict[str, Any] = {"answer": "yes", "why": "it can", "expected_error": 8.34e-3}
     job = {"file": "a.gcode", "name": "a", "busy": "", "check": check}
     assert verdict_of(job) == "a.gcode: check says yes; expected error 8.34 mm; a person starts it on the page"
-    assert verdict_of(job | {"busy": "waits"}) == "a.gcode waits for its check"
+    assert verdict_of(job | {"busy": "waits", "check": None}) == "a.gcode waits for its check"
     no = job | {"check": check | {"answer": "no", "why": "too far", "expected_error": None}}
     assert verdict_of(no) == "a.gcode: check says no: too far"
     assert "could not be checked: bad" in verdict_of(job | {"check": check | {"answer": "failed", "why": "bad"}})

@@ -42,6 +42,9 @@ def serve_command(
     news: Annotated[
         Path | None, typer.Option("--news", metavar="FILE", help="TOML file of webhooks and an MQTT broker for news.")
     ] = None,
+    ros2: Annotated[
+        int | None, typer.Option("--ros2", metavar="N", help="Domain of ROS 2 that gets the state.")
+    ] = None,
     at: Annotated[
         str | None, typer.Option("--at", metavar="X,Y,Z[,..]", help="Start pose of a simulated machine, m [and rad].")
     ] = None,
@@ -65,13 +68,9 @@ def serve_command(
     from tempfile import TemporaryDirectory
 
     from cablewright.apps.serve.launch import Address, require_libraries, serve
-    from cablewright.foundation.file_output import write_whole
-    from cablewright.live.prints.plan import MACHINE_FILE
-    from cablewright.live.prints.run import make_folder
-    from cablewright.machine.simulated.machine_file import built_machine
     from cablewright.models.support import Capability, require
 
-    address = Address(host, port, tuple(name or ()), certificate, key, camera, news)
+    address = Address(host, port, tuple(name or ()), certificate, key, camera, news, ros2)
     require_libraries()
     described = cw.load(robot)
     require(described, Capability.SERVE)
@@ -80,10 +79,7 @@ def serve_command(
         raise InputError(f"--out = {folder}: is no folder")
     file = machine or described.name
     if machine is None and described.name not in cw.machine_names():
-        file = str(folder / MACHINE_FILE)
-        if not Path(file).exists():
-            make_folder(folder)
-            write_whole(Path(file), built_machine(described)[1].encode())
+        file = _built(described, folder)
         tell(f"note: no machine was given: {file} is used, built for {described.name} with assumed numbers")
     owner = cw.load_machine(file)
     with TemporaryDirectory() as aside:
@@ -95,6 +91,20 @@ def serve_command(
         except KeyboardInterrupt:
             tell("cablewright: the machine was stopped, and the page's server has ended")
     return 0
+
+
+def _built(robot: cw.Robot, folder: Path) -> str:
+    """The machine file in the *folder*, which is built where there is none. Raises `EnvironmentFault`."""
+    from cablewright.foundation.file_output import write_whole
+    from cablewright.live.prints.plan import MACHINE_FILE
+    from cablewright.live.prints.run import make_folder
+    from cablewright.machine.simulated.machine_file import built_machine
+
+    file = folder / MACHINE_FILE
+    if not file.exists():
+        make_folder(folder)
+        write_whole(file, built_machine(robot)[1].encode())
+    return str(file)
 
 
 def _station(

@@ -28,12 +28,14 @@ from cablewright.apps.serve.notices.news import NewsWatch
 from cablewright.apps.serve.notices.senders import receivers_of
 from cablewright.apps.serve.notices.settings import load_news
 from cablewright.apps.serve.operators import Client
+from cablewright.apps.serve.ros_state import RosState
 from cablewright.apps.serve.shared_state import Served
 from cablewright.apps.serve.slicers.moonraker import Moonraker
 from cablewright.apps.serve.slicers.octoprint import OctoPrint
 from cablewright.apps.serve.slicers.shared_actions import SENDING, Desk
 from cablewright.apps.serve.slicers.slicer_comments import largest_picture
 from cablewright.apps.serve.uploads import MAX_NOTES, PARTS, TooLarge
+from cablewright.exchange.ros.dds import DdsWriter
 from cablewright.foundation.errors import EnvironmentFault, InputError
 from cablewright.foundation.units import LARGEST
 from cablewright.live.serve.jobs import GCODE
@@ -90,8 +92,9 @@ class Page(Served):
         tasks = [asyncio.create_task(each) for each in (self.feed.run(), self.checks.run(), self._report())]
         for each in tasks:
             each.add_done_callback(_end_with)
-        tasks.append(asyncio.create_task(self._tell_others()))
-        tasks[-1].add_done_callback(_go_on_without_news)
+        for others, what in ((self._tell_others(), "news"), (self._tell_ros(), "ROS 2")):
+            tasks.append(asyncio.create_task(others, name=what))
+            tasks[-1].add_done_callback(_go_on_without)
         try:
             yield
         finally:
@@ -118,6 +121,11 @@ class Page(Served):
                 for receiver, wanted in receivers:
                     if news["what"] in wanted:
                         receiver.put(news)
+
+    async def _tell_ros(self) -> None:
+        """Send the state to a domain of ROS 2."""
+        if self.ros2 is not None:
+            await RosState(self.feed, DdsWriter(self.ros2).write).run()
 
     async def index(self, _request: Request) -> Response:
         """Serve the operator's page."""
@@ -378,10 +386,10 @@ def _end_with(task: asyncio.Task[None]) -> None:
         os._exit(1)
 
 
-def _go_on_without_news(task: asyncio.Task[None]) -> None:
-    """Log that news has ended: without it the page still stops the machine."""
+def _go_on_without(task: asyncio.Task[None]) -> None:
+    """Log that nothing is sent to others any more: the page still stops the machine."""
     if not task.cancelled() and (error := task.exception()) is not None:
-        logging.getLogger("cablewright").warning("no news is sent any more: %s", error)
+        logging.getLogger("cablewright").warning("nothing is sent any more, %s: %s", task.get_name(), error)
 
 
 async def _whole(request: Request, most: int) -> bytes:

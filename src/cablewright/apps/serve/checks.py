@@ -13,7 +13,7 @@ from cablewright.apps.serve.uploads import FAILED, Uploads
 from cablewright.apps.serve.worker import TIME
 from cablewright.foundation.errors import CablewrightError, one_line
 from cablewright.foundation.file_output import write_whole
-from cablewright.live.serve.jobs import JobCheck, write_check
+from cablewright.live.serve.jobs import JobCheck, forget_check, write_check
 
 WAITING: Final = 10
 """Checks that may wait."""
@@ -38,6 +38,8 @@ class Checks:
             self._queue.put_nowait((what, subject))
         except asyncio.QueueFull:
             return f"{WAITING} wait already; try again later"
+        if what == "check":
+            forget_check(self.uploads.job(subject))
         self.busy[subject] = "waits"
         return ""
 

@@ -26,6 +26,7 @@ from cablewright.apps.serve.access import Access, new_token
 from cablewright.apps.serve.notices.settings import load_news
 from cablewright.apps.serve.slicers.keys import Keys
 from cablewright.apps.serve.worker import write_station
+from cablewright.exchange.ros.dds import require_domain
 from cablewright.foundation.errors import EnvironmentFault, InputError
 from cablewright.live.prints.run import alone_in, make_folder
 from cablewright.live.serve.control import Control
@@ -49,7 +50,8 @@ class Address:
     ``names``: by which other computers call this one.
 
     ``certificate`` and ``certificate_key``: files for TLS. ``camera``: of a picture of the machine, MJPEG or still.
-    ``news``: file with the receivers of news on layers, pauses, faults and ends.
+    ``news``: file with the receivers of news on layers, pauses, faults and ends. ``ros2``: number of
+    the domain of ROS 2 that gets the machine's state.
     """
 
     host: str = "127.0.0.1"
@@ -59,6 +61,7 @@ class Address:
     certificate_key: Path | None = None
     camera: str = ""
     news: Path | None = None
+    ros2: int | None = None
 
     def __post_init__(self) -> None:
         """Raise `InputError` for an address at which the page must not be."""
@@ -85,6 +88,8 @@ class Address:
             self._require_camera()
         if self.news is not None and load_news(self.news).mqtt is not None and not importlib.util.find_spec("paho"):
             raise EnvironmentFault("serve: paho-mqtt is not installed: pip install 'cablewright[mqtt]'")
+        if self.ros2 is not None:
+            require_domain(self.ros2)
 
     def _require_camera(self) -> None:
         """Reject an address that says more than where a picture is: it is sent to all who watch."""
@@ -195,6 +200,7 @@ class Server:
             "folder": str(self.folder.absolute()),
             "camera": self.address.camera,
             "news": None if self.address.news is None else str(self.address.news.absolute()),
+            "ros2": self.address.ros2,
             "certificate": None if self.address.certificate is None else str(self.address.certificate),
             "certificate_key": None if self.address.certificate_key is None else str(self.address.certificate_key),
         }

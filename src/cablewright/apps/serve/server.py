@@ -65,6 +65,7 @@ def page_of(given: dict[str, Any]) -> Page:
         keys=Keys(folder),
         camera=given["camera"],
         news=None if given["news"] is None else Path(given["news"]),
+        ros2=given["ros2"],
     )
 
 

@@ -39,6 +39,7 @@ class Served:
     keys: Keys
     camera: str = ""  # address of a picture that the page shows
     news: Path | None = None  # file that names who gets news
+    ros2: int | None = None  # domain of ROS 2 that gets the state
     connections: Connections = field(default_factory=Connections)
     sending: asyncio.Semaphore = field(default_factory=lambda: asyncio.Semaphore(_PARALLEL))
     numbers: Iterator[int] = field(default_factory=lambda: itertools.count(round(1e3 * time.monotonic())))

@@ -146,7 +146,7 @@ class Uploads:
                 "parts": [part for part, name in PARTS.items() if (folder / name).is_file()],
                 "has_picture": about.get("has_picture") is True,
                 "bytes": sum(_bytes(folder / name) for name in PARTS.values()),
-                "busy": busy.get(folder.name, ""),
+                "busy": busy.get(folder.name, ""),  # with a check: its report is written still
                 "check": None if check is None else check.model_dump(),
             })  # fmt: skip
         return sorted(found, key=lambda each: -each["utc"])

@@ -86,22 +86,23 @@ def check_job(folder: Path, number: str) -> JobCheck:
         from cablewright.studies.checks.check import check
 
         found = check(robot, job)
-        rmtree(own / REPORT, ignore_errors=True)  # of an earlier check
-        with whole_folder(own / REPORT) as part:
-            report.write(found, part, layer_table(found.samples, found.law))
-        scene = live_scene(LogHead(robot, owner, owner.period), job)
-        write_whole(own / SCENE, json.dumps(scene, allow_nan=False).encode())
         error = found.expected.value if found.expected is not None else float("inf")
         answer = JobCheck(
             subject=subject,
             answer="yes" if found.feasible else "no",
             why=found.verdict[:4000],
-            has_report=True,
             expected_error=error if isfinite(error) else None,
             duration=found.law.duration,
             section=found.beads.typical.section,
             robot=digest_of(robot),
         )
+        write_check(own, answer)  # before its report and its scene, which take as long again
+        rmtree(own / REPORT, ignore_errors=True)  # of an earlier check
+        with whole_folder(own / REPORT) as part:
+            report.write(found, part, layer_table(found.samples, found.law))
+        scene = live_scene(LogHead(robot, owner, owner.period), job)
+        write_whole(own / SCENE, json.dumps(scene, allow_nan=False).encode())
+        answer = answer.model_copy(update={"has_report": True})
     except CablewrightError as error:
         answer = JobCheck(subject=subject, answer="failed", why=str(error))
     write_check(own, answer)

@@ -10,8 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-import numpy as np
-
+from cablewright.exchange.ros.fields import filled
 from cablewright.exchange.ros.messages import LEFT_OUT, RosMessages
 from cablewright.foundation.errors import EnvironmentFault, InputError
 from cablewright.foundation.file_output import whole_folder
@@ -20,7 +19,6 @@ from cablewright.machine.log.log import read_log
 from cablewright.robot import Robot
 
 _VERSION: Final = 9  # of the metadata: ROS 2 Jazzy
-_TEXT: Final = "string"
 
 
 @dataclass(frozen=True)
@@ -55,7 +53,8 @@ def ros_bag(robot: Robot, log: Path, out: Path, progress: Progress = silent) -> 
                     for topic, kind, time, fields in messages.of(entry):
                         if topic not in channels:
                             channels[topic] = bag.add_connection(topic, kind, typestore=store)
-                        bag.write(channels[topic], time, store.serialize_cdr(_filled(store, kind, fields), kind))
+                        message = filled(store.types, store, kind, fields)
+                        bag.write(channels[topic], time, store.serialize_cdr(message, kind))
                         counts[topic] = counts.get(topic, 0) + 1
                     if step % 500 == 0:
                         progress("writing the bag (bytes of the log)", given.position, given.size)
@@ -65,22 +64,3 @@ def ros_bag(robot: Robot, log: Path, out: Path, progress: Progress = silent) -> 
                 each.rename(folder / each.name)
             inner.rmdir()
         return RosBag(counts, (*LEFT_OUT, *given.notes))
-
-
-def _filled(store: Any, kind: str, given: Mapping[str, Any]) -> Any:
-    """The message of a type with the *given* fields, and zeros where none is given."""
-    fields = store.fielddefs[kind][1]
-    return store.types[kind](**{name: _value(store, told, given.get(name)) for name, told in fields})
-
-
-def _value(store: Any, told: Any, given: Any) -> Any:
-    """The value of one field: *told* is its node and the type of its elements, as rosbags has it."""
-    node, of = told
-    if node.name == "NAME":
-        return _filled(store, of, given or {})
-    if node.name == "BASE":
-        return given if given is not None else {_TEXT: "", "bool": False}.get(of[0], 0)
-    element, count = of
-    if element[0].name == "BASE" and element[1][0] != _TEXT:
-        return np.zeros(count, dtype=element[1][0]) if given is None else np.asarray(given, dtype=element[1][0])
-    return [_value(store, element, each) for each in given or ()]

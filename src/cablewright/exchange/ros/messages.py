@@ -1,4 +1,4 @@
-"""A machine's log as messages of ROS 2: standard types alone, as nested mappings of their fields.
+"""A machine's log, or its latest signals, as messages of ROS 2: standard types alone, as mappings of their fields.
 
 Fields that are left out are zero. SI and radians, as ROS has them; a line is a joint that slides: m and N.
 """
@@ -96,12 +96,31 @@ class RosMessages:
         now = entry.frame.time
         for topic, content in self._views.content(now, entry.truth, entry.estimate, entry.progress):
             if topic == "/tf":
-                tree: Fields = {"transforms": [_transform(each) for each in content["transforms"]]}
-                yield RosMessage("/tf", "tf2_msgs/msg/TFMessage", self._time(now), tree)
+                yield self._tree(now, content)
             else:
                 markers = [each for entity in content["entities"] for each in self._markers(entity)]
                 scene: Fields = {"markers": markers}
                 yield RosMessage("/scene", "visualization_msgs/msg/MarkerArray", self._time(now), scene)
+
+    def latest(self, signal: object, tensions: Array | None) -> Iterator[RosMessage]:
+        """Yield the messages of a machine's latest reading or estimate; other signals have none.
+
+        An estimate is followed by its transforms, and by ``/joint_states``: unstrained lengths and the *tensions* (m,)
+        that were measured last, N, as efforts.
+        """
+        if isinstance(signal, Reading):
+            yield from self._reading(signal)
+        elif isinstance(signal, Estimate) and signal.valid:
+            yield self._estimate(signal)
+            efforts = {} if tensions is None else {"effort": tensions}
+            yield self._joints("/joint_states", signal.time, self._names, position=signal.lengths, **efforts)
+            for topic, content in self._views.content(signal.time, None, signal, None):
+                if topic == "/tf":
+                    yield self._tree(signal.time, content)
+
+    def _tree(self, time: float, content: Fields) -> RosMessage:
+        tree = {"transforms": [_transform(each) for each in content["transforms"]]}
+        return RosMessage("/tf", "tf2_msgs/msg/TFMessage", self._time(time), tree)
 
     def _time(self, time: float) -> int:
         made = self._head.epoch_ns + round(max(time, 0.0) * 1e9)

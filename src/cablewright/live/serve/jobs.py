@@ -13,7 +13,7 @@ from typing import Annotated, Final, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from cablewright.foundation.errors import InputError
-from cablewright.foundation.file_output import write_whole
+from cablewright.foundation.file_output import cannot_write, write_whole
 from cablewright.foundation.toml_input import is_file, parse_table, read_bytes, require_schema
 from cablewright.foundation.validation import validated
 from cablewright.printing.job import Job
@@ -121,6 +121,14 @@ def read_check(folder: Path) -> JobCheck | None:
         return JobCheck.model_validate_json(read_bytes(folder / CHECK, _MAX_CHECK, "check"))
     except (InputError, ValidationError):
         return None
+
+
+def forget_check(folder: Path) -> None:
+    """Remove the answer of an earlier check, if there is one. Raises `EnvironmentFault`."""
+    try:
+        (folder / CHECK).unlink(missing_ok=True)
+    except OSError as reason:
+        raise cannot_write(folder / CHECK, reason) from None
 
 
 def write_check(folder: Path, check: JobCheck) -> None:

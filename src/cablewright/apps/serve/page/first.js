@@ -108,7 +108,7 @@ export class First {
     const away = () => this.jobs.tried(() => this.link.ask(`/jobs/${job.id}`, { method: "DELETE" }));
     if (run) return { done: true, shown: t("first.square.done", { run: run.name }) };
     if (!job) return { done: false, act: this.mine(t("first.square.make"), () => this.jobs.tried(() => this.link.ask("/jobs/first", { method: "POST" }))) };
-    const shown = job.busy || !job.check ? t("next.checking", { name: SQUARE }) : job.check.answer === "yes" ? t("job.yes") : job.check.why;
+    const shown = !job.check ? t("next.checking", { name: SQUARE }) : job.check.answer === "yes" ? t("job.yes") : job.check.why;
     const print = this.jobs.printable(job) ? this.mine(t("act.print", { name: SQUARE }), () => this.jobs.printing.ask(job)) : null;
     return { done: false, shown, act: print, back: job.busy || this.sitting.job?.id === job.id ? null : this.mine(t("job.remove"), away) };
   }

@@ -23,7 +23,7 @@ export class Jobs {
     return newest && this.printable(newest) ? newest : null;
   }
 
-  printable({ busy, check }) { return !busy && check?.answer === "yes" && !this.sitting?.job; }
+  printable({ check }) { return check?.answer === "yes" && !this.sitting?.job; }
 
   begin(sitting) {
     this.sitting = sitting;
@@ -91,7 +91,7 @@ export class Jobs {
 
   job(job) {
     const { check } = job, loaded = this.sitting?.job?.id === job.id, mine = this.orders.mine, row = make("div", { className: "row" });
-    const answer = job.busy ? worded("busy", job.busy) : t(!check ? "job.unchecked" : { yes: "job.yes", no: "job.no", failed: "job.unchecked" }[check.answer]);
+    const answer = job.busy && !check ? worded("busy", job.busy) : t(!check ? "job.unchecked" : { yes: "job.yes", no: "job.no", failed: "job.unchecked" }[check.answer]);
     const button = (text, act, disabled = false) => row.append(make("button", { type: "button", textContent: text, disabled: disabled || !mine, onclick: act }));
     if (check?.has_report) row.append(make("a", { href: `/jobs/${job.id}/report`, target: "_blank", rel: "noopener", textContent: t("job.report") }));
     const { control } = this.orders, begins = control && (control.fresh || ["off", "idle"].includes(control.state));

@@ -51,7 +51,7 @@ export class Next {
     const job = this.jobs.candidate;
     if (job) return [t("next.print", { name: job.name }), t("act.print", { name: job.name }), () => this.printing.ask(job)];
     const [newest] = this.jobs.jobs;
-    if (newest) return [t(newest.busy ? "next.checking" : "next.refused", { name: newest.name })];
+    if (newest) return [t(newest.busy && !newest.check ? "next.checking" : "next.refused", { name: newest.name })];
     return [t("next.send"), t("act.send"), () => { at("files").focus(); at("files").scrollIntoView({ block: "center" }); }];
   }
 }

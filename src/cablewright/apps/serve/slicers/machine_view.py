@@ -98,7 +98,7 @@ class MachineView:
 def verdict_of(job: dict[str, Any]) -> str:
     """Return the verdict on an upload, with the expected error, and the next step."""
     check, name = job["check"], job["file"] or job["name"]
-    if job["busy"]:
+    if job["busy"] and check is None:
         return f"{name} {'waits for its check' if job['busy'] == 'waits' else job['busy']}"
     if check is None:
         return f"{name} was not checked: check it on the page"
