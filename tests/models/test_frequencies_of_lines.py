@@ -12,7 +12,7 @@ from scipy.linalg import eigh
 import cablewright as cw
 from cablewright.foundation.errors import InputError
 from cablewright.models.statics import Model
-from cablewright.models.vibration import observable_below, sag_parameter, sag_stiffening, string_frequency
+from cablewright.models.vibration import observable_below, parameter_of, sag_parameter, sag_stiffening, string_frequency
 from cablewright.solvers.taut import taut_at
 
 ROBOT, LINE, POSE = cw.load("merlet2023"), "north-west", (0.0, 0.0, 1.0)
@@ -112,3 +112,25 @@ def test_what_cannot_vibrate_is_rejected() -> None:
     lines = tuple(line.model_copy(update={"cable": light}) for line in ROBOT.lines)
     with pytest.raises(InputError, match="has no linear_density, which a vibration needs"):
         cw.line_vibration(ROBOT.model_copy(update={"lines": lines}), POSE, LINE, 10.0)
+
+
+@pytest.mark.parametrize("parameter", [1e-4, 0.3, 5.0, 39.0])
+def test_the_ratio_of_frequencies_gives_the_parameter_of_sag(parameter: float) -> None:
+    assert parameter_of(sag_stiffening(parameter)[0]) == pytest.approx(parameter, rel=1e-9)
+
+
+@pytest.mark.parametrize("ratio", [0.9, 1.0, 2.001])
+def test_a_ratio_of_another_mode_gives_none(ratio: float) -> None:
+    assert parameter_of(ratio) is None
+
+
+@pytest.mark.parametrize(("share", "known"), [(0.02, False), (0.5, False), (1.0, True), (12.0, True)])
+def test_whether_the_modulus_is_observable_depends_on_the_one_found(share: float, known: bool) -> None:
+    """The tension is one at which the file's EA is just observable; the line has a *share* of it."""
+    first = cw.line_vibration(ROBOT, POSE, LINE, 10.0, sigma=0.02)
+    frequency = string_frequency(0.9 * first.modulus_below, first.span, ROBOT.lines[0].cable.linear_density or 0.0)
+    slack = cw.line_vibration(ROBOT, POSE, LINE, frequency, sigma=0.002 * frequency)
+    second = frequency * sag_stiffening(share * slack.sag_parameter)[0]
+    found = cw.line_vibration(ROBOT, POSE, LINE, frequency, sigma=0.002 * frequency, in_plane=second)
+    assert (found.modulus == "observable") is known
+    assert found.modulus_factor == (pytest.approx(share, rel=1e-6) if known else None)

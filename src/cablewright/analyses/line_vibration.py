@@ -21,6 +21,7 @@ from cablewright.models.statics import Model
 from cablewright.models.vibration import (
     KNOWN,
     observable_below,
+    parameter_of,
     sag_parameter,
     sag_stiffening,
     string_density,
@@ -99,8 +100,11 @@ class LineVibration(Result):
 
     @property
     def modulus(self) -> str:
-        """Whether two frequencies determine EA at the tension found."""
-        return "observable" if self.tension < self.modulus_below else "not observable"
+        """Whether the two frequencies determine EA; without the second, whether they would with the file's EA."""
+        known = (
+            self.tension < self.modulus_below if self.in_plane_frequency is None else self.modulus_factor is not None
+        )
+        return "observable" if known else "not observable"
 
 
 def line_vibration(
@@ -174,19 +178,12 @@ def line_vibration(
 def _factor(ratio: float, sag: float, sigma: float) -> tuple[float | None, float | None]:
     """Return EA over the file's and its sigma, by the *ratio* of frequencies known to *sigma*; None: not observable.
 
-    Newton's steps in the logarithm of the parameter, which the ratio rises with.
+    *sag*: parameter of sag with the file's EA; whether it is observable depends on the one found.
     """
-    at = math.log(max(sag, 1e-12))
-    for _ in range(50):
-        there, slope = sag_stiffening(math.exp(at))
-        if slope * KNOWN < sigma:
-            return None, None
-        step = (math.log(ratio) - math.log(there)) / slope
-        at += max(-1.0, min(1.0, step))
-        if abs(step) < 1e-10:
-            factor = math.exp(at) / sag
-            return factor, factor * sigma / slope
-    return None, None
+    found = parameter_of(ratio)
+    if found is None or (slope := sag_stiffening(found)[1]) * KNOWN < sigma:
+        return None, None
+    return found / sag, found / sag * sigma / slope
 
 
 def _recorded(path: Path, wanted: float) -> tuple[float, float]:

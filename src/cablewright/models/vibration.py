@@ -62,6 +62,14 @@ def sag_stiffening(parameter: float) -> tuple[float, float]:
     return 2.0 * x / math.pi, share / (steep + 3.0 * share)
 
 
+def parameter_of(ratio: float) -> float | None:
+    """Return the parameter of sag by the *ratio* of `sag_stiffening`; None where another mode is the first."""
+    x = 0.5 * math.pi * ratio
+    if not 1.0 < ratio <= 2.0:  # at 2 it crosses the next mode
+        return None
+    return 4.0 * x**3 / (x - math.tan(x))
+
+
 def observable_below(weight: float, level: float, stiffness: float, sigma: float) -> float:
     """Return the tension, N, below which two frequencies known to *sigma*, as a share, determine EA to `KNOWN`; else 0.
 

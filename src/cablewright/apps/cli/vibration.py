@@ -40,7 +40,11 @@ def vibration_command(
     ] = None,
     sigma: Annotated[
         float | None,
-        typer.Option("--sigma", metavar="HZ", help="Its standard deviation; by default of the record, or 0.5 %."),
+        typer.Option(
+            "--sigma",
+            metavar="HZ",
+            help="Standard deviation of the frequency; by default that of the record, or 0.5 %.",
+        ),
     ] = None,
     tension: Annotated[
         float | None, typer.Option("--tension", metavar="N", help="Tension by a load cell, instead of that by statics.")
