@@ -210,6 +210,25 @@ def test_a_broker_gets_news_by_their_topic() -> None:
 
 
 @needs_mqtt
+def test_a_wrong_password_is_reported(caplog: pytest.LogCaptureFixture) -> None:
+    from cablewright.apps.serve.notices.senders import Mqtt
+
+    with socket.create_server(("127.0.0.1", 0)) as broker:
+        made = Mqtt(MqttSettings(host="127.0.0.1", port=broker.getsockname()[1]))
+        broker.settimeout(10.0)
+        connection, _ = broker.accept()
+        connection.settimeout(10.0)
+        _packet(connection)
+        connection.sendall(b"\x20\x02\x00\x05")
+        end = time.monotonic() + 10.0
+        while not caplog.messages and time.monotonic() < end:
+            time.sleep(0.02)
+        made._client.loop_stop()
+        connection.close()
+    assert any("127.0.0.1: the broker rejects the connection: Not authorized" in each for each in caplog.messages)
+
+
+@needs_mqtt
 def test_a_broker_that_is_away_delays_no_one() -> None:
     from cablewright.apps.serve.notices.senders import Mqtt
 

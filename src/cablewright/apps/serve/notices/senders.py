@@ -116,8 +116,15 @@ class Mqtt:
             self._client.username_pw_set(settings.user, password)
         if settings.tls:
             self._client.tls_set()
+        self._client.on_connect = self._connected
+        self._client.on_connect_fail = lambda *_given: self._complaints.say("the broker cannot be reached")
         self._client.connect_async(settings.host, settings.port)
         self._client.loop_start()
+
+    def _connected(self, _client: Any, _data: Any, _flags: Any, reason: Any, _properties: Any) -> None:
+        """Say why the broker rejects this client, as for a wrong password: it is tried again and again."""
+        if reason.is_failure:
+            self._complaints.say(f"the broker rejects the connection: {reason}")
 
     def put(self, news: News) -> bool:
         """Send one message; see `Receiver.put`."""
