@@ -67,9 +67,16 @@ def test_the_page_of_commands_is_as_written_by_its_tool() -> None:
 
 def test_texts_can_be_drawn_and_read(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     shutil.copytree(ROOT / "src" / "cablewright" / "apps" / "cli", tmp_path / "src" / "cablewright")
+    (tmp_path / "docs").mkdir()
+    shutil.copy(ROOT / "docs" / "log.md", tmp_path / "docs")
     tool = runpy.run_path(str(ROOT / "tools" / "writing" / "draw_texts.py"))
     tool["main"](["20", str(tmp_path)])
     drawn = capsys.readouterr().out.splitlines()
-    assert len(drawn) == 2 * (1 + tool["COUNT"])
+    titles = [line for line in drawn if line.startswith("# ")]
+    assert [title.partition(" of ")[2].partition(" ")[2] for title in titles] == [
+        "help texts", "docstrings", "names of files", "sentences", "messages",
+    ]  # fmt: skip
+    assert titles[0].startswith(f"# {tool['COUNT']} of ")
+    assert len(drawn) == len(titles) + 2 * sum(int(title.split()[1]) for title in titles)
     tool["main"](["20", str(tmp_path)])
     assert capsys.readouterr().out.splitlines() == drawn
