@@ -95,7 +95,12 @@ class Dimension:
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         """A number or a text with one of the units."""
         number = dict(handler(schema))
-        for ours, theirs in (("gt", "exclusiveMinimum"), ("ge", "minimum")):
+        for ours, theirs in (
+            ("gt", "exclusiveMinimum"),
+            ("ge", "minimum"),
+            ("lt", "exclusiveMaximum"),
+            ("le", "maximum"),
+        ):
             if ours in number:
                 number[theirs] = number.pop(ours)
         units = "|".join(re.escape(unit).replace("\\ ", " ") for unit in self.units)  # ECMA-262 has no such escape
