@@ -1,6 +1,7 @@
 """Rank of the structure matrix of Jung 2020, and its stiffness in yaw, with the exit points of Tables 1 and 3."""
 
 import numpy as np
+
 import cablewright as cw
 
 

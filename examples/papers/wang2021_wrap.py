@@ -1,6 +1,7 @@
 """The length of a line by Eq. 11 of Wang, Caro 2021 as printed, by its Eqs. 3 and 6, and by cablewright."""
 
 import numpy as np
+
 import cablewright as cw
 
 robot, point = cw.load("wang2021"), np.array([0.3, 0.2, 1.0])
