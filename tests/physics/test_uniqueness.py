@@ -141,7 +141,12 @@ def test_no_jacobian_nearby_is_over_the_steepest(kind: str) -> None:
 
 
 def test_a_flexibility_nearby_is_within_its_factor() -> None:
-    """Lemma of the metric bound: eta C <= DP(f') <= C / eta on the lens |d| <= B, |d x t(s)| <= B_across."""
+    """Lemma of the metric bound: eta C <= DP(f') <= C / eta on the lens |d| <= B, |d x t(s)| <= B_across.
+
+    Proof. If the unit vector t' makes the angle chi with t, then for every b > 0, as its 2 x 2 determinant is zero,
+    I - t' t'^T >= cos^2 chi b / (sin^2 chi + b) (I - t t^T) - b t t^T. Take b = (1 - eta) c |t'|, use sin chi <= p and
+    (1 - q) |t| <= |t'| <= (1 + q) |t|. Compare c I + (I - t t^T) / |t| with its value at t' for each s, both ways.
+    """
     rng = np.random.default_rng(6)
     tight = mpf(10)
     with mp.workdps(DIGITS):
@@ -196,7 +201,14 @@ def holds_over(q: mpf, beside: mpf, strain: mpf) -> mpf:
 
 
 def test_an_elastic_arc_moves_the_length_by_little() -> None:
-    """What an elastic arc takes back, between two forces: the estimate behind its uniqueness."""
+    """What an elastic arc takes back, between two forces: the estimate behind its uniqueness.
+
+    Proof. For a rigid arc and fixed f, |dP/dL| = 1 + c T^2 / (T + w r cos phi) <= 1 + c T. With (7), two solutions
+    satisfy 0 >= sum of m |df|^2 - (1 + c T) |d delta| |df|. Let t = (H, V) = f - w l e. |T - T'| <= |dt| and
+    min(T, T') |phi - phi'| <= (pi/2) |dt| give |d delta| <= (3 pi/2) r c |dt|. From |dl| <= r |d phi| + |d delta|
+    follows |dt| <= |df| + w |d delta| + (pi w r / 2 T) |dt|, and the last factor is at most 1/2. Together |d delta| <=
+    3 pi r c / (1 - 3 pi c w r) |df| < m |df| / (1 + c T), for (pi + 1/2) + 1.101 * 3 pi / 0.9905 < 14.2.
+    """
     rng = np.random.default_rng(7)
     with mp.workdps(DIGITS):
         for _ in range(300):
