@@ -25,7 +25,7 @@ def test_the_index_of_examples_is_written_by_its_tool() -> None:
     tool = runpy.run_path(str(ROOT / "tools" / "pages" / "examples.py"))
     page = (ROOT / "docs" / "examples.md").read_text("utf-8")
     assert page == tool["page"]()
-    listed = re.findall(r"^\| `(\d\d_\w+\.py)` \|.*\| -?[\d.]+ \S+ \|$", page, re.MULTILINE)
+    listed = re.findall(r"^\| `(\d\d_\w+\.py)` \|.*\| -?[\d.]+ [^|]+ \|$", page, re.MULTILINE)
     assert listed == sorted(path.name for path in (ROOT / "examples").glob("[0-9][0-9]_*.py"))
 
 

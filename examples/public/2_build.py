@@ -1,7 +1,7 @@
 """Build a robot from its parts.
 
 A robot need not come from a file: its parts are frozen descriptions too. Numbers are SI; a text may have a unit.
-`Robot.from_points` makes one from arrays of points, and `robot.with_(...)` another with what is changed.
+`Robot.from_points` makes one from arrays of points, and `robot.with_(...)` another with changes.
 """
 
 import cablewright as cw
