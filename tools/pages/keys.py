@@ -14,6 +14,7 @@ from typing import Any
 from cablewright.apps.schemas import json_schema, meanings
 from cablewright.foundation import units
 from cablewright.foundation.choices import FileKind
+from cablewright.robot.parameters import KINDS_OF
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "keys.md"
 HEAD = """# Keys of files
@@ -51,10 +52,28 @@ def page() -> str:
     parts = [HEAD]
     for kind, (word, title, text) in KINDS.items():
         parts += [f"## {title}\n", f"{text}\n", *_sections(kind, word)]
+        if kind == "uncertainty":
+            parts.append(_numbers())
     dimensions = [each for each in vars(units).values() if isinstance(each, units.Dimension)]
     parts += ["## Units\n", "| dimension | units, SI first |", "| --- | --- |"]
     parts += [f"| {each.name} | {', '.join(each.units)} |" for each in dimensions]
     return "\n".join(parts).rstrip() + "\n"
+
+
+def _numbers() -> str:
+    """The table of the uncertain numbers, the three axes of a vector in one row."""
+    rows = []
+    for base, found in KINDS_OF.items():
+        kind = found[0]
+        if kind.role in ("winch", "sensor") or base != kind.base:
+            continue
+        name = ", ".join([f"`{kind.name}`", *(f"`.{each.name.rpartition('.')[2]}`" for each in found[1:])])
+        unit = kind.dimension.si if kind.dimension else kind.plain_unit or "1"
+        of = {"line": "each line", "all lines": "all lines", "platform": "platform"}[kind.of]
+        nominal = "" if kind.nominal is None else f"{kind.nominal:g}"
+        rows.append(f"| {name} | {unit} | {of} | {'yes' if kind.shareable else 'no'} | {nominal} | {kind.meaning} |")
+    head = "| name | unit | of | can be `shared` | value of the robot file | meaning |"
+    return "\n".join(["### Uncertainty: uncertain numbers\n", head, "| --- | --- | --- | --- | --- | --- |", *rows, ""])
 
 
 def _sections(kind: FileKind, word: str) -> Iterator[str]:
