@@ -181,7 +181,7 @@ Positive = Annotated[_Quantity, Gt(0)]
 NonNegative = Annotated[_Quantity, Ge(0)]
 
 _SIZES: dict[str, float] = {unit: float(size) for each in _DIMENSIONS for unit, size in each.units.items()}
-_SIZES |= {"kJ/mol": 1e3, "% per K": 1e-2, "cm^2/s^2": 1e-4, "mm^3": 1e-9}
+_SIZES |= {"kJ/mol": 1e3, "% per K": 1e-2, "mm^2/s^2": 1e-6, "mm^3": 1e-9}
 
 
 def unit_size(unit: str) -> float:

@@ -175,8 +175,7 @@ def platform_of(robot: Robot, drum: tuple[float, float] | None = None) -> dict[s
 
 def _hull(points: Array) -> dict[str, Any] | None:
     """The convex hull of points (k, 3) as vertices and faces; of points in a plane, the polygon; None of a point."""
-    centre = points.mean(axis=0)
-    away = points - centre
+    away = points - points.mean(axis=0)
     _, sizes, axes = np.linalg.svd(away, full_matrices=True)
     rank = int((sizes > 1e-6 * max(float(np.abs(away).max()), 1e-12)).sum()) if len(points) > 1 else 0
     if rank < 2:
