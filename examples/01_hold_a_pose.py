@@ -1,4 +1,4 @@
-"""The lengths that hold the platform at a pose, and the tensions that the lines then have."""
+"""Inverse and forward problem: lengths and tensions at a pose, and back."""
 
 import cablewright as cw
 

@@ -1,4 +1,4 @@
-"""Pay out the lengths of rigid, weightless cables: where does the platform really hang? Paty 2021, Table 1, point P1.
+"""Position error with the lengths of rigid cables: Paty 2021, Table 1, P1.
 
 The paper prints 19.5 mm; see docs/papers.md for what differs.
 """

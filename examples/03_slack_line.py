@@ -1,4 +1,4 @@
-"""One line of four is paid out 0.3 m too far. It hangs slack: no special case, a line at low tension."""
+"""One line 0.3 m too long: tension of a slack line."""
 
 import cablewright as cw
 

@@ -1,4 +1,4 @@
-"""How stiff is the platform, and how far does it move per length paid out? One linearisation answers both."""
+"""Linearisation: stiffness, motion per length and per modulus."""
 
 import cablewright as cw
 

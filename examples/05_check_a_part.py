@@ -1,4 +1,4 @@
-"""Check a sliced part: a square of 2 m in two layers, written here, read as a slicer's file is read."""
+"""`check` of a sliced part written in the script."""
 
 from pathlib import Path
 from tempfile import TemporaryDirectory

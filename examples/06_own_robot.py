@@ -1,4 +1,4 @@
-"""Describe a robot of your own: three lines from the ceiling of a workshop carry a nozzle of 3 kg."""
+"""A robot of your own, described in TOML."""
 
 import cablewright as cw
 

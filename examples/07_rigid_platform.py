@@ -1,4 +1,4 @@
-"""A platform that may turn: hold a pose, tilt it, retract it. Eight lines hold the beam of Jung 2020."""
+"""A rigid platform: hold a pose, tilt it, retract it."""
 
 import cablewright as cw
 

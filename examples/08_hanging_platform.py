@@ -1,4 +1,4 @@
-"""Four lines, six degrees of freedom: four of them are given, gravity decides the other two. Then a wind blows."""
+"""Four lines, six degrees of freedom: gravity determines two, wind changes them."""
 
 from math import nan
 

@@ -1,4 +1,4 @@
-"""A wall that leans outwards, printed by a beam that gets shorter as it grows: no one length of it would do."""
+"""A job whose schedule retracts the beam layer by layer."""
 
 from pathlib import Path
 from tempfile import TemporaryDirectory

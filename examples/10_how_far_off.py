@@ -1,4 +1,4 @@
-"""Errors of the house printer beside the middle, and the uncertain number with the largest share."""
+"""Accuracy with uncertain numbers, and which of them contribute most."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""One winch of four lets its line out while the others stand still: when it goes slack, and what happens then."""
+"""One winch pays out: the length at which its line goes slack."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""A simulated machine goes along a path for a minute; the lengths by its encoders, and the true ones."""
+"""A simulated machine: lengths by its encoders and true lengths."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The powder of a whole exhibition poured along its curve, ten of its 142 layers at a time: how high it lies."""
+"""Powder of a whole exhibition poured along a curve."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What the universal joint spares the bracket of the house printer's most loaded sheave, on a coarse mesh."""
+"""Stress in the bracket of a sheave, two designs."""
 
 import cablewright as cw
 

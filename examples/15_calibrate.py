@@ -1,4 +1,4 @@
-"""Self-calibration from encoders alone: determined and undetermined parameters, and the true error."""
+"""Self-calibration from encoders: determined and undetermined parameters."""
 
 import numpy as np
 

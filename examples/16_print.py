@@ -1,4 +1,4 @@
-"""A ring of powder printed by a machine that is not quite as described: seen by lidars, and by encoders alone."""
+"""A closed-loop print on a simulated machine, with lidars and with encoders alone."""
 
 import tempfile
 

@@ -1,4 +1,4 @@
-"""A ring printed by a body on eight stiff lines: by its encoders alone, and with load cells, inertial unit, swivels."""
+"""A body on eight lines prints: tensions by encoders alone, and closed on load cells."""
 
 import tempfile
 

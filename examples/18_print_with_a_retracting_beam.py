@@ -1,4 +1,4 @@
-"""A wall that leans outwards, printed in closed loop by a beam that retracts by its law; no fixed length would do."""
+"""A beam that retracts by its law prints a leaning wall; fixed, it cannot."""
 
 from pathlib import Path
 from tempfile import TemporaryDirectory

@@ -1,4 +1,4 @@
-"""Exit points as high as serves a column best: a search over one number, checked on the whole path."""
+"""The height of the exit points that serves a column best, checked on the whole path."""
 
 import cablewright as cw
 

@@ -1,4 +1,4 @@
-"""Encoders on swivels whose zeros are anywhere, and load cells with errors: found with the exit points."""
+"""Zeros of swivels and load cells, estimated with the exit points."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What loads do that no encoder counts: cables that creep, and mounts of exit points that give."""
+"""Creep from a test, compliant masts, and the resulting position error."""
 
 from pathlib import Path
 

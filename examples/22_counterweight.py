@@ -1,4 +1,4 @@
-"""A counterweight over the middle carries most of a platform: weaker winches, in a smaller space."""
+"""A counterweight for most of the platform: weaker winches, smaller workspace."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""An eight-cable robot from arrays of points: matrices, wrenches, a trajectory, and figures with data for a paper.
+"""An eight-cable robot from points: matrices, wrenches, a trajectory, figures as PDF and SVG.
 
 The figures are written into a temporary folder: take one of your own.
 """

@@ -1,4 +1,4 @@
-"""A controller, an estimator and a plant of one's own, each in 20 lines, beside ours: same trajectory, same seeds.
+"""A controller, an estimator and a plant of one's own beside ours, with the same seeds.
 
 The controller goes towards the target by the Jacobian of straight cables, the estimator takes encoders for lengths, and
 the plant is a machine without flaws but for the noise of its winches' speeds.

@@ -48,6 +48,8 @@ def test_recipes_speak_of_names_that_exist() -> None:
 
 def test_the_reference_uses_and_lists_every_public_name() -> None:
     page = (ROOT / "docs" / "reference.md").read_text("utf-8")
+    tool = runpy.run_path(str(ROOT / "tools" / "pages" / "reference.py"))
+    assert page == tool["page"]()
     listed = re.findall(r"^::: cablewright\.[\w.]+\.(\w+)$", page, re.MULTILINE)
     used = set(re.findall(r"\bcw\.(\w+)", "".join(re.findall(r"```python\n(.*?)```", page, re.DOTALL))))
     assert sorted(listed) == sorted(cablewright.__all__)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 import runpy
 import struct
+import tomllib
 from pathlib import Path
+from typing import get_args
 
-import pytest
 from benchmarks.commands import house
 
 from cablewright.apps import style
@@ -19,19 +20,13 @@ from cablewright.robot.new_robot import LAYOUTS
 ROOT = Path(__file__).resolve().parent.parent
 
 
-def test_the_index_of_examples_has_each_of_them() -> None:
+def test_the_index_of_examples_is_written_by_its_tool() -> None:
+    """`python tools/refresh_docs.py docs/examples.md` writes the page."""
+    tool = runpy.run_path(str(ROOT / "tools" / "pages" / "examples.py"))
     page = (ROOT / "docs" / "examples.md").read_text("utf-8")
-    listed = re.findall(r"^\| `(\d\d_\w+\.py)` \|", page, re.MULTILINE)
+    assert page == tool["page"]()
+    listed = re.findall(r"^\| `(\d\d_\w+\.py)` \|.*\| -?[\d.]+ [^|]+ \|$", page, re.MULTILINE)
     assert listed == sorted(path.name for path in (ROOT / "examples").glob("[0-9][0-9]_*.py"))
-
-
-def test_the_index_of_examples_has_their_pinned_numbers() -> None:
-    page = (ROOT / "docs" / "examples.md").read_text("utf-8")
-    pinned = runpy.run_path(str(ROOT / "tests" / "test_examples.py"))["PINNED"]
-    for name, (number, _) in pinned.items():
-        row = re.search(rf"^\| `{name}\.py` \|.*\| (-?[\d.]+) \S+ \|$", page, re.MULTILINE)
-        assert row is not None, name
-        assert float(row[1]) == number, name
 
 
 def test_the_page_of_support_is_that_of_the_table() -> None:
@@ -50,7 +45,7 @@ def test_pictures_of_the_quick_start_and_of_the_frame_are_drawn(tmp_path: Path) 
 
 
 def test_the_page_of_new_robots_has_every_cable_and_layout() -> None:
-    page = (ROOT / "docs" / "robots.md").read_text("utf-8")
+    page = (ROOT / "docs" / "library.md").read_text("utf-8")
     for name, stock in CABLES.items():
         own, (low, high) = stock.cable, stock.modulus
         row = (
@@ -62,21 +57,25 @@ def test_the_page_of_new_robots_has_every_cable_and_layout() -> None:
         assert f"| `{name}` | {layout.summary} | {layout.lines}" in page
 
 
-@pytest.mark.parametrize(
-    ("kind", "page"),
-    [
-        ("job", "jobs"),
-        ("machine", "machine_files"),
-        ("uncertainty", "uncertainty"),
-        ("calibration", "plan_files"),
-        ("survey", "plan_files"),
-    ],
-)
-def test_the_page_of_a_kind_of_file_has_every_key(kind: FileKind, page: str) -> None:
-    text = (ROOT / "docs" / f"{page}.md").read_text("utf-8")
-    schema = json_schema(kind)
-    tables = [schema, *schema.get("$defs", {}).values()]
-    keys = {key for table in tables for key in table.get("properties", {})}
-    assert len(keys) > 5
-    missing = {key for key in keys if not re.search(rf"(`|\.|\[|^){key}\b", text, re.MULTILINE)}
-    assert not missing
+def test_the_page_of_keys_is_written_by_its_tool() -> None:
+    """`python tools/refresh_docs.py docs/keys.md` writes the page."""
+    tool = runpy.run_path(str(ROOT / "tools" / "pages" / "keys.py"))
+    assert (ROOT / "docs" / "keys.md").read_text("utf-8") == tool["page"]()
+
+
+def test_every_key_of_every_file_has_a_meaning_and_no_other_key() -> None:
+    kept = tomllib.loads((ROOT / "src" / "cablewright" / "apps" / "keys.toml").read_text("utf-8"))
+    named: dict[str, set[str]] = {}
+    for kind in get_args(FileKind):
+        schema = json_schema(kind)
+        for table in (schema, *schema.get("$defs", {}).values()):
+            if "properties" in table:
+                named.setdefault(table["title"], set()).update(table["properties"])
+    assert {title: set(keys) for title, keys in kept.items()} == named
+    assert all(meaning for keys in kept.values() for meaning in keys.values())
+
+
+def test_the_schema_of_a_key_has_its_meaning_and_unit() -> None:
+    cable = json_schema("robot")["$defs"]["Cable"]["properties"]
+    assert cable["breaking_load"]["description"] == "breaking load of one cable. force; a plain number is in N"
+    assert cable["creep"]["description"].startswith("result of `creep`. The simulated machine")  # links in words only

@@ -339,12 +339,9 @@ def test_exit_points_in_the_plane_need_priors_of_the_plan(tmp_path: Path) -> Non
         StraightProblem.of(truth, made.measured, few)
 
 
-def test_what_across_brings_on_the_board_of_the_docs(tmp_path: Path) -> None:
+def test_what_across_brings_on_the_board_of_the_docs() -> None:
     """Belts 6 cm off it; the medians that docs/theory/calibration.md states, and home lengths within their sigmas."""
-    text = (Path(__file__).parents[2] / "docs" / "robots.md").read_text(encoding="utf-8")
-    file = tmp_path / "board.toml"
-    file.write_text("schema = 1\n" + text[text.index('name = "board"') :].partition("```")[0])
-    robot, runs = load(file), 30
+    robot, runs = load(Path(__file__).parents[2] / "examples" / "robots" / "board.toml"), 30
     a, b, n = planar_robots.frame(robot)
     exits, m = exits_of(robot), robot.m
     inside, sigmas = [], {2e-3: [], None: []}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import runpy
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from cablewright.control.guard import StopCause
 from cablewright.control.guide import GuideMode, Target
 from cablewright.control.stop import StopKind
 from cablewright.control.supervisor import SupervisorSettings, SupervisorState, Verdict
-from cablewright.control.transitions import TRANSITIONS, Happening, table
+from cablewright.control.transitions import TRANSITIONS, Happening
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import (
     Barrier,
@@ -282,9 +283,11 @@ def test_each_happening_in_each_state_leads_where_the_table_says(state: PrintSta
     assert then is TRANSITIONS.get((state, happening), state)
 
 
-def test_the_docs_have_the_table() -> None:
-    page = Path(__file__).parents[2] / "docs" / "print.md"
-    assert table() in page.read_text("utf-8")
+def test_the_page_of_states_is_written_by_its_tool() -> None:
+    """`python tools/refresh_docs.py docs/states.md` writes the page."""
+    root = Path(__file__).parents[2]
+    tool = runpy.run_path(str(root / "tools" / "pages" / "states.py"))
+    assert (root / "docs" / "states.md").read_text("utf-8") == tool["page"]()
 
 
 SOFT = {

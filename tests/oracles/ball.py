@@ -2,6 +2,70 @@
 
 A `Ball` says how large a number is at most and how far its computed value is from it at most. The bounds below follow
 the kernels operation by operation over their whole range and give the relative error of the value in units of 2^-53.
+The kernels use the constants that follow; u = 2^-53.
+
+Horner. p ← fl(fl(p t) + c), with every coefficient rounded once. Let sizes be at most P and errors at most ε:
+
+product: P P', error P ε' + P' ε + ε ε' + u(P P' + ...)        sum: P + P', error ε + ε' + u(...)
+
+Evaluated at the largest |t| with equal signs, this bounds the polynomial.
+
+Sine and cosine.
+
+An integer k next to 2x/pi is (2x/pi + 1.5 2^52) - 1.5 2^52, with |k| ≤ 637 and |x - k pi/2| ≤ 0.7855. Let pi/2 = A + B
++ C + δ. A is a multiple of 2^-40 below 2, and B one of 2^-82 below 2^-42. C is a double, |C| < 2^-85, |δ| < 2^-141.
+
+* The numbers k A, x - k A and k B are exact.
+* Let r = fl(x - kA - kB). Knuth's two-sum gives its exact loss, at most u |r|. Let low = lost - k C. The error of r +
+  low is at most |k| 2^-135 + u² |r|.
+* sin(r + low): ``r + (r³ S(r²) + low (1 - r²/2))``, S to r^17. The rest is at most |r|^19/19!, the error 1.74 u.
+* cos(r + low) = ``w + (((1 - w) - r²/2) + (r⁴ C(r²) - r low))``, w = fl(1 - r²/2). Both differences are exact. C to
+  r^16. The rest is at most r^18/18!, the error 1.76 u.
+* The code grants |k| 2^-130 for all terms with k. So no lower bound for the distance from a multiple of pi/2 is needed.
+
+Of an interval: the hull of both ends, with 1 or -1 for each multiple of pi/2 of that kind that may lie between.
+
+Exponential.
+
+Let k be next to x / ln 2, |k| ≤ 1010, and ln 2 = H + L + δ. H is a multiple of 2^-42, |L| < 2^-44, |δ| < 2^-102, so k H
+and x - k H are exact. Let r = fl(that - k L): |r| ≤ 0.35, within 0.35 u (1 + 2u). The result is ``1 + (r + r² Q(r))``
+with powers to r^13. The rest is at most 1.5 |r|^14/14!, the error 2.46 u. The factor 2^k is exact.
+
+Logarithm.
+
+log((1+z)/(1-z)) = 2 atanh z = 2 z (1 + w(z²)), |z| ≤ 0.1716, w = t/3 + .. + t^10/21. The rest of w is at most t^11 /
+(23 (1 - t)).
+
+* Near. log1p x: z = x/(2+x) has two roundings, 2u, times at most 1.031. The polynomial w adds 0.05 u, the last
+  addition u: 3.12 u.
+* Ratio. log1p(d)/d = 2/(2+d) (1 + w): two roundings. The error of t = z² is multiplied by about 0.01.
+* Far. log s: s = 2^k m by its bits, and y = fl(k H + tail), tail = fl(2 atanh z + fl(fl(k L) + c)). Errors: 3.12 u
+  |2 atanh z| + u |tail| + u |y|, and 1076 (2^-102 + 2u 2^-44). In total 4.12 |tail| and 1.01 |y|, without the rounding
+  of the ends.
+* log1p far. s = fl(1 + x). The fast two-sum gives its rounding error e exactly, |e| ≤ u s. log(s + e) = log s + c,
+  c = fl(e/s), to 1.6 u², counted as 2u².
+
+Of an interval: both ends, by monotonicity.
+
+Rounding of the sums with Y of a certificate.
+
+F(x) and [J] are rounded outward. The products with Y are sums in floats with a bounded error. Let γ_j = j u / (1 - j
+u), u = 2^-53. A sum of j products is within γ_j of the sum of the absolute values (Higham 2002, section 3.1). Interval
+entries are split in c ± d. With m ≤ 64 lines, N ≤ 6 · 64 + 6 = 390.
+
+* Y F: N products of Y with middles of F have an error of at most γ_391 Σ|y||c| < 4.4e-14 Σ|y||c|. The code adds
+  GAMMA = 1e-13 of it.
+* I - Y J: a line's column has 12 products at most. A column of the platform has four rows of each line and its own:
+  4 · 64 + 6 = 262. With the subtraction from 1: γ_264 (1 + Σ|y||c|) < 3e-14 of it. The code adds GAMMA times r for the
+  1, and GAMMA |c| to each d.
+* Sums of terms that are not negative: at most 4 · 64 + 6 = 262 roundings of a term in the inner sum, 2 N = 780 in
+  the outer one, and 12 others. So the float is at least (1 - 1054 u) of the truth. The factor ROUNDING = 1 + 1e-12 is
+  more than 9000 u.
+* Underflow: each operation loses 2^-1074 at most, 2^-1022 in a process that flushes subnormals. There are less than
+  1e5 in a row, some multiplied by an entry of Y. UNDERFLOW = 1e-290 is more than all, if |Y| < 1e28 (flushing: 1e12).
+  Where an entry of Y is 1e12 or more nothing is certified. The largest seen is 4e3 for lines in planes, 4e4 for others.
+
+These counts hold up to 148 lines: 6 · 148 + 7 < 900.
 """
 
 from __future__ import annotations

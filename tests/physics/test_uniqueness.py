@@ -141,7 +141,12 @@ def test_no_jacobian_nearby_is_over_the_steepest(kind: str) -> None:
 
 
 def test_a_flexibility_nearby_is_within_its_factor() -> None:
-    """Lemma of the metric bound: eta C <= DP(f') <= C / eta on the lens |d| <= B, |d x t(s)| <= B_across."""
+    """Lemma of the metric bound: eta C <= DP(f') <= C / eta on the lens |d| <= B, |d x t(s)| <= B_across.
+
+    Proof. If the unit vector t' makes the angle chi with t, then for every b > 0, as its 2 x 2 determinant is zero,
+    I - t' t'^T >= cos^2 chi b / (sin^2 chi + b) (I - t t^T) - b t t^T. Take b = (1 - eta) c |t'|, use sin chi <= p and
+    (1 - q) |t| <= |t'| <= (1 + q) |t|. Compare c I + (I - t t^T) / |t| with its value at t' for each s, both ways.
+    """
     rng = np.random.default_rng(6)
     tight = mpf(10)
     with mp.workdps(DIGITS):
@@ -196,7 +201,14 @@ def holds_over(q: mpf, beside: mpf, strain: mpf) -> mpf:
 
 
 def test_an_elastic_arc_moves_the_length_by_little() -> None:
-    """What an elastic arc takes back, between two forces: the estimate behind its uniqueness."""
+    """What an elastic arc takes back, between two forces: the estimate behind its uniqueness.
+
+    Proof. For a rigid arc and fixed f, |dP/dL| = 1 + c T^2 / (T + w r cos phi) <= 1 + c T. With (7), two solutions
+    satisfy 0 >= sum of m |df|^2 - (1 + c T) |d delta| |df|. Let t = (H, V) = f - w l e. |T - T'| <= |dt| and
+    min(T, T') |phi - phi'| <= (pi/2) |dt| give |d delta| <= (3 pi/2) r c |dt|. From |dl| <= r |d phi| + |d delta|
+    follows |dt| <= |df| + w |d delta| + (pi w r / 2 T) |dt|, and the last factor is at most 1/2. Together |d delta| <=
+    3 pi r c / (1 - 3 pi c w r) |df| < m |df| / (1 + c T), for (pi + 1/2) + 1.101 * 3 pi / 0.9905 < 14.2.
+    """
     rng = np.random.default_rng(7)
     with mp.workdps(DIGITS):
         for _ in range(300):
@@ -300,6 +312,22 @@ def global_bound(
     """Theorem 5: how far forces (each) and the point are at most from the one equilibrium.
 
     *off* (m, 3) is from the point to each line's end, *missing* (N) the size of the unbalanced force.
+
+    Proof. Let Δ_i = f_i - f_i⋆; their sum is zero. Let D_i be the mean of P_i' over the segment from f_i⋆ to f_i (a
+    jump only helps). So p_i - X⋆ = D_i Δ_i, and
+
+    E = sum of Δ_i · D_i Δ_i = sum of Δ_i · (p_i - X⋆) = sum of Δ_i · (p_i - Y)
+    sum of m_i |Δ_i|² <= E <= sum of r_i |Δ_i| <= S √(sum of m_i |Δ_i|²)
+
+    So the sum of m_i |Δ_i|² is at most S², and E <= S². Also (√m_i |Δ_i|) lies in the ball of radius S/2 about (r_i /
+    (2 √m_i)), which gives B_i. For a symmetric D with 0 < D <= Λ, |D Δ|² <= Λ Δ · D Δ. Summed over the lines, the sum
+    of |p_i - X⋆|² / Λ_i is at most E. The other form needs one line: |p_j - X⋆| <= √Λ_j S + s_j |Δ_j|. For eyelets let
+    K_i be the inverse of D_i. The sum of K_i (p_i - X⋆) is zero, so by Pythagoras
+
+    sum of (p_i - Y) · K_i (p_i - Y) = E + (X⋆ - Y) · (sum of K_i) (X⋆ - Y)
+
+    The left side is at most S² as K_i <= 1/m_i, and the sum of K_i is at least the sum of 1/Λ_i. Lines with B_i too
+    large have Λ_i infinite and add nothing.
     """
     c = np.array([float(line.modulus) for line in lines])
     s = np.array([float(line.skew) for line in lines])
@@ -356,7 +384,13 @@ def test_the_global_bound_covers_the_distance_to_the_equilibrium(sheave: str, de
 def metric_bound(
     lines: list[MonotoneLine], forces: np.ndarray, ends: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray] | None:
-    """Theorem 6 for eyelets: the weighted mean of *ends*, and how far the equilibrium is from it by axis."""
+    """Theorem 6 for eyelets: the weighted mean of *ends*, and how far the equilibrium is from it by axis.
+
+    Proof. Let N² be the sum of Δ_i · C_i Δ_i. With f_i⋆ in F_i, (1 - θ) N² <= E = sum of Δ_i · (p_i - Y) <= N S. As the
+    sum of Δ_i is zero, K (X⋆ - Y) = - sum of K_i (D_i - C_i) Δ_i. So a · (X⋆ - Y) is at most θ N √(sum of b · K_i b)
+    with b = K⁻¹ a. To show that f_i⋆ is in F_i, replace P_i by P_i - (1 - t)(p_i - Y): f_i solves this problem at t =
+    0. Its solution moves continuously with t. While it is in the sets, the bound with t S keeps it in their interior.
+    """
     metric = [spatial(line, f) for line, f in zip(lines, forces, strict=True)]
     stiff = [np.linalg.inv(c) for c in metric]
     whole = np.linalg.inv(sum(stiff))

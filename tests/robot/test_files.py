@@ -282,13 +282,15 @@ def test_an_unreadable_file(tmp_path: Path) -> None:
 
 
 def test_the_examples_in_the_documentation() -> None:
-    page = (Path(__file__).parents[2] / "docs" / "robots.md").read_text(encoding="utf-8")
-    *whole, line, pairs = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
-    point, rigid, board = (loads(text) for text in whole)
+    root = Path(__file__).parents[2]
+    page = (root / "docs" / "robots.md").read_text(encoding="utf-8")
+    whole, *_, line, _ = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
+    point = loads(whole)
+    rigid, board, pairs = (load(root / "examples" / "robots" / f"{name}.toml") for name in ("beam", "board", "pairs"))
     assert (point.m, point.n) == (3, 3)
     assert (rigid.m, rigid.n, [load.name for load in rigid.platform.loads]) == (8, 6, ["full", "windy"])
     assert (board.m, board.n, board.freedoms) == (4, 3, 2)
-    assert (loads(pairs).m, loads(pairs).winches) == (6, 3)
+    assert (pairs.m, pairs.winches) == (6, 3)
     assert rigid.retracted(1.1).lines[0].platform_point == pytest.approx((0.1, 0.1, 0.9))
     held = inverse(board, [0.2, float("nan"), 0.6])
     pose = ", ".join(f"{x:.7f}" for x in held.pose)

@@ -17,7 +17,7 @@ import cablewright
 
 HERE, SOURCE = Path(__file__).parent, Path(cablewright.__file__).parent
 OF_A_SENSOR = 6  # files at most, with its test and its page
-BESIDES = ("the test", "docs/machine_files.md")
+BESIDES = ("the test", "apps/keys.toml")
 
 
 @pytest.fixture(scope="module")

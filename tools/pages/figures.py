@@ -11,6 +11,7 @@ from pathlib import Path
 
 from cablewright.apps.cli.main import COMMANDS
 from cablewright.foundation.results import Figure
+from cablewright.studies.design.measures import MEASURES, Measure
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "figures.md"
 HEAD = """# Figures
@@ -22,6 +23,12 @@ has `schema`, the version of its keys: 3. A command that writes files adds their
 
 This page is written by `tools/pages/figures.py` from the declarations in the code.
 """
+OBJECTIVES = """## Objectives of design
+
+Figures for `--objective` and `--constraint` of [`design`](design.md).
+
+| figure | unit | better | needs a job | meaning |
+| --- | --- | --- | --- | --- |"""
 
 
 def page() -> str:
@@ -33,7 +40,14 @@ def page() -> str:
             module, kind = home.rsplit(".", 1)
             answers = getattr(import_module(f"cablewright.apps.cli.{module}"), kind).answers
             parts += [f"### {name}\n", f"{summary}\n", *map(_table, answers)]
+    parts += [OBJECTIVES, *(_objective(key, each) for key, each in MEASURES.items())]
     return "\n".join(parts).rstrip() + "\n"
+
+
+def _objective(key: str, measure: Measure) -> str:
+    """A row of the table of objectives."""
+    better, needs = "higher" if measure.higher else "lower", "yes" if measure.of_part else "no"
+    return f"| `{key}` | {measure.figure.unit} | {better} | {needs} | {measure.figure.meaning} |"
 
 
 def declared(answer: str) -> tuple[Figure, ...]:

@@ -11,6 +11,9 @@ import numpy as np
 
 import cablewright as cw
 from cablewright.robot import Robot, library_names
+from cablewright.robot.cable import CONSTRUCTIONS
+from cablewright.robot.cable_table import CABLES, StockCable
+from cablewright.robot.new_robot import LAYOUTS
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "library.md"
 
@@ -123,9 +126,52 @@ def page() -> str:
         + rows
         + "\nThe size is that of the box around the exit points, from the floor up. Pictures are drawn by\n"
         + "`cablewright show NAME --png FILE`: at rest, near the middle of the frame.\n\n"
-        + pictures.rstrip("\n")
-        + "\n"
+        + pictures
+        + _stock()
     )
+
+
+STOCK = """## Cables and layouts of `new`
+
+| layout | robot | lines | allowed |
+| --- | --- | --- | --- |
+{layouts}
+| cable | construction | EA, kN | true EA over that | mass, g/m | breaking load, kN | least radius, mm |
+| --- | --- | --- | --- | --- | --- | --- |
+{cables}
+The comments of the files name the sources (EN 12385-4, manufacturers' data, Merlet and Papegay 2023, RepRapFirmware).
+The ranges of EA and the minimum radii are assumed. [`modulus`](modulus.md) finds EA from a tensile test.
+
+## Steel cables
+
+Metallic section over the squared diameter, the factor C of EN 12385-4, by `cable.construction`. FC: fibre core, IWRC
+and WSC: steel core; M: cross lay. The modulus of a stranded cable is its measured EA over this section.
+
+| construction | C |
+| --- | --- |
+{ropes}"""
+
+
+def _stock() -> str:
+    """Return the tables of the layouts and cables of ``cablewright new``, and of steel wire ropes."""
+    layouts = "".join(
+        f"| `{name}` | {each.summary} | {each.lines} | {_span(each.counts)} |\n" for name, each in LAYOUTS.items()
+    )
+    cables = "".join(f"| `{name}` | {each.summary} | {_numbers(each)} |\n" for name, each in CABLES.items())
+    ropes = "".join(f"| `{name}` | {factor:.3f} |\n" for name, factor in CONSTRUCTIONS.items())
+    return STOCK.format(layouts=layouts, cables=cables, ropes=ropes)
+
+
+def _span(counts: tuple[int, int]) -> str:
+    low, high = counts
+    return f"{low}" if low == high else f"{low} to {high}"
+
+
+def _numbers(stock: StockCable) -> str:
+    """Return the numbers of a cable as cells of the table."""
+    cable, (low, high) = stock.cable, stock.modulus
+    found = (1e-3 * cable.stiffness, 1e3 * cable.linear_density, 1e-3 * cable.breaking_load, 1e3 * stock.least_radius)
+    return f"{found[0]:.4g} | {low:g} to {high:g} | {found[1]:.3g} | {found[2]:.4g} | {found[3]:g}"
 
 
 def _row(name: str, robot: Robot) -> str:

@@ -261,15 +261,13 @@ def written(drawn: Figure, ending: str) -> bytes:
 @cache
 def error_colours() -> Colormap:
     """Return colours of an error, from dark blue (small) to orange (large): all are dark enough on white."""
-    plasma = mpl.colormaps["plasma"]
-    return ListedColormap(plasma(np.linspace(0.0, 0.82, 256)), name="error")
+    return ListedColormap(mpl.colormaps["plasma"](np.linspace(0.0, 0.82, 256)), name="error")
 
 
 @cache
 def stress_colours() -> Colormap:
     """Return colours of a stress, from pale blue (none) over green to red: a part without load is seen too."""
-    turbo = mpl.colormaps["turbo"]
-    return ListedColormap(turbo(np.linspace(0.06, 0.92, 256)), name="stress")
+    return ListedColormap(mpl.colormaps["turbo"](np.linspace(0.06, 0.92, 256)), name="stress")
 
 
 @cache

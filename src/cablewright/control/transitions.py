@@ -70,16 +70,3 @@ TRANSITIONS: Final = MappingProxyType(
     | {(_S.STOPPED, _O.RESET): _S.IDLE}
 )
 """The state after each event that changes one."""
-
-
-def table() -> str:
-    """Return the transitions as a Markdown table: a row for each event and state that follows."""
-    rows: dict[tuple[Event, PrintState], list[PrintState]] = {}
-    for (state, event), then in TRANSITIONS.items():
-        rows.setdefault((event, then), []).append(state)
-    lines = ["| event | in | leads to |", "| --- | --- | --- |"]
-    for (event, then), states in rows.items():
-        what = f"order: {event.value}" if isinstance(event, OrderKind) else event.value
-        where = "every state" if len(states) == len(PrintState) else ", ".join(states)
-        lines.append(f"| {what} | {where} | {then.value} |")
-    return "\n".join(lines)

@@ -95,7 +95,12 @@ class Dimension:
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         """A number or a text with one of the units."""
         number = dict(handler(schema))
-        for ours, theirs in (("gt", "exclusiveMinimum"), ("ge", "minimum")):
+        for ours, theirs in (
+            ("gt", "exclusiveMinimum"),
+            ("ge", "minimum"),
+            ("lt", "exclusiveMaximum"),
+            ("le", "maximum"),
+        ):
             if ours in number:
                 number[theirs] = number.pop(ours)
         units = "|".join(re.escape(unit).replace("\\ ", " ") for unit in self.units)  # ECMA-262 has no such escape
@@ -176,7 +181,7 @@ Positive = Annotated[_Quantity, Gt(0)]
 NonNegative = Annotated[_Quantity, Ge(0)]
 
 _SIZES: dict[str, float] = {unit: float(size) for each in _DIMENSIONS for unit, size in each.units.items()}
-_SIZES |= {"kJ/mol": 1e3, "% per K": 1e-2, "cm^2/s^2": 1e-4, "mm^3": 1e-9}
+_SIZES |= {"kJ/mol": 1e3, "% per K": 1e-2, "mm^2/s^2": 1e-6, "mm^3": 1e-9}
 
 
 def unit_size(unit: str) -> float:

@@ -25,5 +25,10 @@ def json_schema() -> dict[str, Any]:
     line["properties"]["sheave"] = {"anyOf": [{"$ref": f"#/$defs/{name}"} for name in _SHEAVES]}
     shared = {key: line["properties"][key] for key in LINE_KEYS}
     schema["properties"] |= {part: line["properties"][part] for part in PARTS}
-    schema["properties"]["line"] = {"type": "object", "properties": shared, "additionalProperties": False}
+    schema["properties"]["line"] = {
+        "title": "Line",
+        "type": "object",
+        "properties": shared,
+        "additionalProperties": False,
+    }
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}

@@ -151,8 +151,7 @@ def _points(part: Job | str | Path) -> Array:
         laid = toolpath.extruding
         start, end = toolpath.start[laid], toolpath.end[laid]
         shares = np.linspace(0.0, 1.0, 2 + POINTS // max(len(start), 1))[:, None, None]
-        places = (start + shares * (end - start)).reshape(-1, 3)
-        points = places * part.scale
+        points = (start + shares * (end - start)).reshape(-1, 3) * part.scale
     else:
         if Path(part).suffix.lower() != ".stl":
             raise InputError(f"{part}: must be a job's TOML or G-code, or an STL file in mm")

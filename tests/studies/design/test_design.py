@@ -240,10 +240,3 @@ def test_the_written_file_loads_as_the_robot(tmp_path: Path) -> None:
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / "file").touch()
     assert run([*command.split(), "--out", str(tmp_path / "other")]) == 2
-
-
-def test_the_tutorial_lists_every_figure() -> None:
-    page = (Path(__file__).resolve().parents[3] / "docs" / "design.md").read_text("utf-8")
-    for key, each in MEASURES.items():
-        better, needs = "higher" if each.higher else "lower", "yes" if each.of_part else "no"
-        assert f"| `{key}` | {each.figure.unit} | {better} | {needs} | {each.figure.meaning[:-1]} |" in page

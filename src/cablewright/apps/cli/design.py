@@ -133,8 +133,7 @@ def design_command(
     meets all constraints.
     """
     described = cw.load(robot)
-    stem = () if job is None else (job.stem,)
-    folder = run_path(out, "design", described.name, *stem)
+    folder = run_path(out, "design", described.name, *(() if job is None else (job.stem,)))
     _require_own(folder)
     with executor.working(folder) as (works, show):
         found = cw.design(

@@ -46,5 +46,4 @@ def fit_command(
     whole = part if part.suffix.lower() == ".stl" else cw.load_job(part)
     with progress() as show:
         found = fit(machine, whole, max_error=allowed, progress=show)
-    written = output.write(found, f"{part.name} in {robot.robot}")
-    return answer(found, output.as_json, **written)
+    return answer(found, output.as_json, **output.write(found, f"{part.name} in {robot.robot}"))

@@ -78,8 +78,7 @@ def _add_part(axes: Any, part: Obstacle) -> None:
 def _box(lowest: Any, highest: Any, pose: Array) -> Array:
     """Return the six sides (6, 4, 3) of a box of the platform, m, world."""
     corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
-    points = placed(pose, np.where(corners, highest, lowest))
-    return np.asarray(points[np.array(_SIDES)])
+    return np.asarray(placed(pose, np.where(corners, highest, lowest))[np.array(_SIDES)])
 
 
 def _layers(axes: Any, found: JobInterference) -> None:

@@ -42,8 +42,7 @@ def _last_layer(found: PrintRecord) -> Indices:
     counts = np.bincount(np.maximum(visit[printing], 0), minlength=len(begins))
     if not counts.any():
         return np.arange(len(rows))
-    last = int(np.flatnonzero(counts >= 0.7 * counts.max())[-1])
-    return np.flatnonzero(printing & (visit == last))
+    return np.flatnonzero(printing & (visit == np.flatnonzero(counts >= 0.7 * counts.max())[-1]))
 
 
 def _time(found: PrintRecord, rows: Indices) -> tuple[Array, str]:

@@ -66,8 +66,7 @@ def _solid(drawn: Figure, where: SubplotSpec, found: Region, points: Array, comm
     text = "distance from the nominal place in mm"
     colours = style.error_bar(drawn, axes, style.scale_of(distance), text, location="left", pad=0.0)
     if len(pieces):
-        far = np.linalg.norm(pieces.mean(axis=1), axis=1)
-        add_faces(axes, pieces, colours.to_rgba(far), zorder=3)
+        add_faces(axes, pieces, colours.to_rgba(np.linalg.norm(pieces.mean(axis=1), axis=1)), zorder=3)
         _edges(axes, corners)
     else:
         axes.scatter(*points.T, s=10, c=colours.to_rgba(distance), depthshade=False, zorder=3)

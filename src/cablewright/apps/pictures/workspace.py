@@ -210,8 +210,8 @@ def _error_section(axes: Axes, study: AccuracyStudy, found: BoundaryLimits, colo
     values[found.nodes.inside] = study.accuracy.spread.max_error * 1e3
     cells = style.cells(axes, x, z, values[:, at, :].T, colours, zorder=1)
     scene = study.accuracy.robot.scene
-    frame = style.rectangle(axes, scene.frame_min, scene.frame_max, (0, 2))
-    cells.set_clip_path(frame)  # the cell of a node on a side is half outside
+    # the cell of a node on a side is half outside
+    cells.set_clip_path(style.rectangle(axes, scene.frame_min, scene.frame_max, (0, 2)))
     near = np.abs(found.points[:, 1] - y[at]) < 1e-6 * (y[1] - y[0])
     _ends(axes, found, near)
     axes.set_title(style.minus(f"section at y = {y[at]:.3g} m, and which limit ends the workspace"))

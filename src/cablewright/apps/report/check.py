@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from cablewright.apps.report.check_summary import Digest
 from cablewright.apps.report.document import verdict, view, write_report
 from cablewright.apps.report.page import Html, cards, element, notice, picture, section, table
 from cablewright.apps.report.provenance import assumptions, inputs_table, list_of
-from cablewright.apps.report.result import along_table, part_table
+from cablewright.apps.report.result import along_table, key_figures, part_table
 from cablewright.apps.report.worst_limits import findings_table
 from cablewright.apps.web.check_scene import check_scene
 from cablewright.foundation.errors import Status
@@ -28,6 +29,11 @@ from cablewright.robot.uncertainty import ASSUMED
 from cablewright.studies.checks.result import Check
 
 Pictures = dict[str, bytes]
+
+_SETTINGS: Final = (
+    "max_expected_error", "bead_width", "bead_height", "bead_by", "uncertainty", "damping", "layers_by", "material_by",
+    "samples", "shaped_from", "corner_deviation", "acceleration", "ignored_words",
+)  # fmt: skip
 
 
 def write(check: Check, folder: Path, layers: LayerTable) -> Path:
@@ -60,7 +66,9 @@ def _body(digest: Digest, title: str, pictures: Pictures) -> Iterator[Html]:
     word, kind = ("Can be printed", "yes") if digest.check.feasible else ("Cannot be printed", "no")
     yield verdict(word, digest.check.verdict, kind=kind)
     turns = () if digest.check.robot.n == 6 else ("max_turn_uncompensated",)
-    yield cards((*each, "") for each in summary(digest.check, "feasible", "verdict", "not_checked", *turns))
+    notes = {"expected error": f"at most {quantity(digest.check.allowed_error, 'm')} is allowed"}
+    results = summary(digest.check, "feasible", "verdict", "not_checked", *turns, *_SETTINGS)
+    yield cards((*each, notes.get(each[0], "")) for each in results)
     yield from _notices(digest)
     if digest.check.robot.m >= digest.check.robot.freedoms:
         yield section("The robot along the path", view(check_scene(digest.check)))
@@ -74,7 +82,9 @@ def _body(digest: Digest, title: str, pictures: Pictures) -> Iterator[Html]:
         yield section("Error by motion", *_motion(digest.check, pictures))
     yield section("Error against height", *_errors(digest, pictures))
     yield section("Winches and sheaves", *_winches(digest, pictures))
-    yield section("Inputs", inputs_table(digest))
+    present = [each.key for each in digest.check.figures if each.key in _SETTINGS]
+    settings = table(["setting", "value"], (each[:2] for each in key_figures(digest.check, present)))
+    yield section("Inputs", inputs_table(digest), settings)
     yield section("What is assumed", list_of(assumptions(digest.check.robot)))
 
 

@@ -63,8 +63,7 @@ class Digest:
         total, first = len(self.check.samples), self.layers.first
         if len(first) < _FEWEST_STRETCHES:
             return np.unique(np.linspace(0, total, _MAX_STRETCHES + 1)[:-1].astype(np.intp))
-        step = -(-len(first) // _MAX_STRETCHES)
-        return np.asarray(np.union1d([0], first[::step]), dtype=np.intp)
+        return np.asarray(np.union1d([0], first[:: -(-len(first) // _MAX_STRETCHES)]), dtype=np.intp)
 
     @cached_property
     def extruding(self) -> NDArray[np.int32]:

@@ -20,8 +20,8 @@ from cablewright.live.prints.structure import PrintedStructure
 _MAX_FAULTS: Final = 40
 _OF_THE_PAPER: Final = "merlet2023"
 _PAPER: Final = {
-    "mean_path_error": "-0.026 cm", "path_error_variance": "0.0774", "max_path_error": "4.82 cm",
-    "mean_speed": "3.0168 cm/s", "speed_variance": "0.02667",
+    "mean_path_error": "-0.26 mm", "path_error_variance": "7.74 mm^2", "max_path_error": "48.2 mm",
+    "mean_speed": "30.168 mm/s", "speed_variance": "2.667 mm^2/s^2",
 }  # fmt: skip
 _RECORD: Final = {"layers": "142 (or 146)", "travelled": "about 9 km", "duration": "126 h", "barrier_stops": "24"}
 _OF_MACHINE: Final = ("print_speed", "yaw", "tilt", "temperature", "humidity")

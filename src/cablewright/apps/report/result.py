@@ -41,6 +41,19 @@ def sheet_table(sheet: Sheet) -> Html:
 
 
 _LONG = 60  # letters of a value that makes no card
+_INPUTS = (
+    "robot",
+    "job",
+    "method",
+    "objectives",
+    "constraints",
+    "criterion",
+    "point",
+    "box",
+    "plant",
+    "estimator",
+    "log",
+)
 
 
 def result_page(found: Pictured, title: str, *, drawn: bool = True) -> str:
@@ -55,7 +68,7 @@ def result_page(found: Pictured, title: str, *, drawn: bool = True) -> str:
 def _body(found: Pictured, title: str, png: bytes | None) -> Iterator[Html]:
     yield element("h1", title)
     yield _verdict(found)
-    rows = summary(found, "status")
+    rows = summary(found, "status", "answer", *_INPUTS)
     yield cards((*row, "") for row in rows if len(row[1]) <= _LONG and "\n" not in row[1])
     yield from map(notice, getattr(found, "notes", ()))
     for label, value in rows:
@@ -69,11 +82,19 @@ def _body(found: Pictured, title: str, png: bytes | None) -> Iterator[Html]:
     for sheet in sheets(found):
         title = sheet.title or f"by {sheet.head[0].partition(',')[0]}"
         yield section(title[:1].upper() + title[1:], sheet_table(sheet))
+    inputs = key_figures(found, [each.key for each in found.figures if each.key in _INPUTS])
+    yield section("Inputs", table(["setting", "value"], (each[:2] for each in inputs)))
     yield element("p", program(), class_="soft")
 
 
 def _verdict(found: Result) -> Html:
     status = str(getattr(found, "status", "ok"))
     word, kind = ("Done", "yes") if not found.refusal else (status, "no")
-    words = found.refusal[:1].upper() + found.refusal[1:] + "." if found.refusal else f"Status: {status}."
-    return verdict(word, words, kind=kind)
+    words = found.refusal or getattr(found, "answer", "") or ", ".join(" ".join(each) for each in _headlines(found))
+    return verdict(word, f"{words[:1].upper()}{words[1:]}.", kind=kind)
+
+
+def _headlines(found: Result) -> Iterator[tuple[str, str]]:
+    """Label and value of the figures that answer the question of a result."""
+    keys = [each.key for each in found.figures if each.key in found.HEADLINES and each.key not in ("status", "robot")]
+    return (each[:2] for each in key_figures(found, keys))

@@ -84,12 +84,10 @@ def coarse_corners(samples: Samples, known: _Rows, limit: int, span: int) -> Pie
     if len(pieces) <= limit:
         return pieces
     numbers, inverse = np.unique(samples.layer[pieces.end], return_inverse=True)
-    every = -(-len(pieces) // limit)
-    shown = np.arange(len(numbers)) % every == 0
+    shown = np.arange(len(numbers)) % (-(-len(pieces) // limit)) == 0
     shown[-1] = True
     picked = np.flatnonzero(shown[inverse])
-    stride = max(1, len(picked) // limit)  # few and very long layers: gaps show
-    picked = picked[::stride]
+    picked = picked[:: max(1, len(picked) // limit)]
     return Pieces(pieces.begin[picked], pieces.end[picked])
 
 

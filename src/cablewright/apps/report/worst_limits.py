@@ -30,8 +30,7 @@ def _room(finding: Finding) -> float:
         return -math.inf
     low, high = finding.allowed
     ends = [abs(end) for end in (low, high) if math.isfinite(end)]
-    size = high - low if len(ends) == 2 else sum(ends)
-    return finding.margin / (size or 1.0)
+    return finding.margin / ((high - low if len(ends) == 2 else sum(ends)) or 1.0)
 
 
 def _row(digest: Digest, finding: Finding) -> tuple[str, ...]:

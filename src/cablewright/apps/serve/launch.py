@@ -142,8 +142,7 @@ def require_libraries() -> None:
 def listening(address: Address) -> socket.socket:
     """A socket at the address. Raises `EnvironmentFault` where it is in use, or cannot be had."""
     host = "127.0.0.1" if address.host == "localhost" else address.host
-    family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    made = socket.socket(family, socket.SOCK_STREAM)
+    made = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_STREAM)
     made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         made.bind((host, address.port))

@@ -1,4 +1,26 @@
-"""One open page: it gets the latest state, and what it asks for is examined before the control hears of it."""
+"""One open page: it gets the latest state, and what it asks for is examined before the control hears of it.
+
+``/live`` is a WebSocket of JSON messages; ``t`` is the kind. From the server:
+
+* ``hello``: ``page``, the secret of this page, for the header ``X-Page`` of requests that only the operator may make;
+  ``number``; ``foxglove``; ``camera``, its address or an empty text.
+* ``sitting``, what is fixed: ``robot``, ``machine``, ``lines``, ``limits``, ``frame``, ``jog_speed``, ``winch_names``
+  (null if single winches cannot be turned), ``resumed`` (whether a run continues), ``plane`` (null, or of motions by
+  hand ``normal``, ``distance`` and two directions ``along`` it), ``damped`` (whether swings are damped; ``damping`` of
+  the state: now), ``procedures``, ``orders`` (states in which each has an effect), ``job``, ``run``, ``path``.
+* ``state``, 25 a second, the latest only: ``beat``, ``age``, ``operator``, ``stops`` (how many were sent), ``curves``
+  of the lines, and ``control``: state, reason, time, progress, lines, platform, faults, events, answers.
+* ``lease``, ``answer``, ``jog``: ``refusal``, why not, or empty; an answer has the ``id`` of its order.
+
+To the server:
+
+* ``take``, ``release``: the lease, with a ``name``.
+* ``order``: ``id``, higher than the last; ``kind``; ``arguments``: lists of numbers, SI; ``beat`` of the state that was
+  seen, where the page has one.
+* ``jog``: ``seq``, higher than the last; ``beat``; ``velocity``, m/s, or ``winch``: number and m/s of cable of one that
+  turns already; the order ``take up`` with the same ``winch`` begins it.
+* ``stop``, ``beat``: a stop; a sign of life.
+"""
 
 from __future__ import annotations
 

@@ -103,5 +103,4 @@ class Shapes:
         states = hanging_lines(self.model, pose[None], np.array([lengths]))[0]
         drawn = polylines(self.model.packed, pose, states, self._tolerance)
         points = np.stack([_thinned(each, line.exit_point) for each, line in zip(drawn, self.robot.lines, strict=True)])
-        grid = np.clip(np.round((points - self.low) / self.step), 0, STEPS)
-        return [int(each) for each in grid.ravel()]
+        return [int(each) for each in np.clip(np.round((points - self.low) / self.step), 0, STEPS).ravel()]

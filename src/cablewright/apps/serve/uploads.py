@@ -174,8 +174,7 @@ class Uploads:
 
     def keep_notes(self, name: str, text: str) -> str:
         """Save a person's note on a run; return it. Raises `InputError`, `EnvironmentFault`."""
-        lines = [printable(line.rstrip()) for line in text[:MAX_NOTES].splitlines()]
-        kept = "\n".join(lines).strip()
+        kept = "\n".join(printable(line.rstrip()) for line in text[:MAX_NOTES].splitlines()).strip()
         write_whole(self.run_folder(name) / NOTES, kept.encode())
         return kept
 

@@ -101,5 +101,4 @@ def _farthest(points: Array, begin: Indices, end: Indices) -> tuple[Indices, Arr
     square = np.einsum("ij,ij->i", away, away)
     largest = np.maximum.reduceat(square, starts)
     hits = np.flatnonzero(square == largest[piece])
-    first = hits[np.unique(piece[hits], return_index=True)[1]]
-    return at[first], np.sqrt(largest)
+    return at[hits[np.unique(piece[hits], return_index=True)[1]]], np.sqrt(largest)

@@ -69,8 +69,7 @@ def scene_of(found: Pictured, title: str) -> SceneDescription | None:
     if isinstance(found, Interference | Modes) and found.equilibrium.single:
         return one_state(found.equilibrium, title, "at the requested pose, at rest")
     if isinstance(found, Replay | Replays):
-        first = found if isinstance(found, Replay) else found.first
-        return log_scene(Path(first.log))
+        return log_scene(Path((found if isinstance(found, Replay) else found.first).log))
     robot = found.criterion.model.robot if isinstance(found, Workspace) else getattr(found, "robot", None)
     if not isinstance(robot, Robot):
         return None

@@ -1,7 +1,27 @@
 """The description of a scene: all that the viewer draws, as one JSON object. Shared by `show` and all reports.
 
-Lengths are in m, forces in N, times in s, rotation vectors in rad, in the world's axes if nothing else is said. Arrays
-are `Packed`. Points of lines and of the path are whole numbers of 16 bits on a grid. docs/show.md has every key.
+Lengths are in m, forces in N, times in s, rotation vectors in rad, in the world's axes if nothing else is said. An
+array (`Packed`) is ``{"type", "shape", "delta", "data"}``: u8, u16, u32 or f32, little-endian, deflated, in base64.
+With ``delta`` each row is the difference from the row before, modulo its size. Keys:
+
+* ``schema``, ``title``, ``notes``: 1; texts.
+* ``bounds``: ``low`` and ``high`` of all that is drawn. Points of lines are whole steps of their largest side / 65535.
+* ``colours``: by name of a scale, ``light`` and ``dark``: colours from small to large.
+* ``frame``, ``beams``, ``walls``: the box of the robot file; bars; rectangles with names.
+* ``lines``: of each ``name``, ``dead`` (points from winch to exit point), ``exit``, ``limits`` (N), ``sheave`` (radius,
+  or null).
+* ``platform``: ``kind``, ``nozzle``, ``boxes`` and ``hull`` (``vertices``, ``faces``), platform frame.
+* ``frames``: the states: ``poses`` (F, n), ``tensions`` (F, m), ``curves`` (F, m, k, 3), ``sheaves`` (F, m, 6: centre
+  and axis), ``times``, ``samples``, ``layers``, ``fileLines``, ``estimates``, ``ellipsoids`` (half axes),
+  ``ellipsoid_times``, ``ellipsoid_label``, ``names``, ``notes``, ``shown``; ``lattice`` (x, y and z of the nozzle, of
+  which the states are all, x fastest; or null); ``scans`` (k, 3) of all states and ``scan_ends`` (F,).
+* ``tension_scale``: ``low``, ``high``, and the limits in words.
+* ``path``: ``origin``, ``step``, ``places``, ``layer``, ``layers``, ``kind`` (0 nothing, 1 laid, 2 travel), ``level``,
+  ``tolerances`` (m, by level), ``sample``, ``time`` (ms), ``line``, ``line_name``, ``quantities`` (``key``, ``label``,
+  ``unit``, ``low``, ``high``, ``colours``, ``note``, ``values`` in 250 steps), ``bead``.
+* ``meshes``, ``points``, ``tracks``: ``name``, ``token`` (its colour), ``shown``, and ``vertices`` with ``faces``, or
+  ``places``.
+* ``worst``: a ``label`` and its ``place``, or null.
 """
 
 from __future__ import annotations
@@ -155,8 +175,7 @@ def platform_of(robot: Robot, drum: tuple[float, float] | None = None) -> dict[s
 
 def _hull(points: Array) -> dict[str, Any] | None:
     """The convex hull of points (k, 3) as vertices and faces; of points in a plane, the polygon; None of a point."""
-    centre = points.mean(axis=0)
-    away = points - centre
+    away = points - points.mean(axis=0)
     _, sizes, axes = np.linalg.svd(away, full_matrices=True)
     rank = int((sizes > 1e-6 * max(float(np.abs(away).max()), 1e-12)).sum()) if len(points) > 1 else 0
     if rank < 2:

@@ -12,7 +12,7 @@ class FaultText(NamedTuple):
     remedy: str
 
 
-_TEXTS: Final = {
+TEXTS: Final = {
     0x2310: FaultText("continuous over current", "a line is blocked or too heavy: free it, check its load"),
     0x2320: FaultText("short circuit", "switch off; check the motor's cable and winding"),
     0x2340: FaultText("short circuit in the motor", "switch off; check the motor's cable and winding"),
@@ -56,7 +56,7 @@ _OTHER: Final = FaultText("a fault without a code", "look at the drive's own dis
 
 def fault_text(code: int) -> FaultText:
     """Return the meaning of an error *code*: its own, or that of the family of its first digit."""
-    return _TEXTS.get(code) or _FAMILIES.get(code >> 12, _OTHER)
+    return TEXTS.get(code) or _FAMILIES.get(code >> 12, _OTHER)
 
 
 def fault_line(code: int) -> str:

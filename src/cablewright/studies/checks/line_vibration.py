@@ -33,8 +33,7 @@ def slow_lines(robot: Robot, poses: Array, retraction: Array | None) -> Iterator
     found = modes(held[held.ok])
     own, slowest = found.line_frequencies, found.lowest
     ratio = np.where(slowest[:, None] > 0.0, own / slowest[:, None], np.nan)
-    least = np.fmin.reduce(ratio, axis=0)
-    near = np.flatnonzero(least < FACTOR)
+    near = np.flatnonzero(np.fmin.reduce(ratio, axis=0) < FACTOR)
     if not len(near):
         return
     row = int(np.nanargmin(ratio[:, near].min(axis=1)))

@@ -179,5 +179,4 @@ def _lengths(model: Model, job: Job, samples: Samples, progress: Progress) -> Ar
 
 
 def _laid(samples: Samples) -> Array:
-    pieces = np.diff(samples.distance) * samples.extruding[1:]
-    return np.concatenate([[0.0], np.cumsum(pieces)])
+    return np.concatenate([[0.0], np.cumsum(np.diff(samples.distance) * samples.extruding[1:])])

@@ -11,6 +11,7 @@ import numpy as np
 
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.results import Figure, Pictured
+from cablewright.foundation.units import is_unit, unit_size
 from cablewright.robot import Robot
 from cablewright.studies.design.measures import MEASURES
 from cablewright.studies.design.problem import DesignProblem
@@ -58,6 +59,7 @@ class Designed(Pictured):
 
     FIGURES: ClassVar = (
         Figure("status", "", "ok, or infeasible: no candidate meets all constraints and limits."),
+        Figure("answer", "", "The first candidate and its objectives, beside those of the robot as it was."),
         Figure("robot", "", "Name of the robot that was changed.", "what.robot.name"),
         Figure("job", "", "Name of the job; null without one.", "what.job.name"),
         Figure("method", "", "Optimiser: de, cma-es or nsga2."),
@@ -78,7 +80,7 @@ class Designed(Pictured):
         Figure("front", "", "Candidates that hold, and that no other beats in one objective without losing in another.",
                lambda of: [of.record(each) for each in of.front], parts=CANDIDATE, detail=True),
     )  # fmt: skip
-    HEADLINES: ClassVar = ("status", "robot", "evaluations", "holding")
+    HEADLINES: ClassVar = ("status", "robot", "answer", "evaluations", "holding")
 
     what: DesignProblem
     method: str
@@ -95,6 +97,18 @@ class Designed(Pictured):
     def status(self) -> str:
         """Ok or infeasible."""
         return "ok" if self.holding else "infeasible"
+
+    @property
+    def answer(self) -> str:
+        """The first candidate and its objectives, beside those of the robot as it was; empty for a no."""
+        if not self.chosen:
+            return ""
+        first, aims = self.chosen[0], self.what.objectives
+        values = (f"{each.name} {value:.4g}" for each, value in zip(self.what.variables, first.values, strict=True))
+        read = (f"{key} {_read(key, first)} instead of {_read(key, self.original)}" for key in aims)
+        return (
+            f"The {'best' if len(aims) == 1 else 'most balanced'} candidate has {', '.join(values)}: {', '.join(read)}"
+        )
 
     @property
     def refusal(self) -> str:
@@ -173,6 +187,12 @@ class Designed(Pictured):
             "holds": tried.holds,
             "limits_broken": dict(broken_by(tried)),
         }
+
+
+def _read(key: str, tried: Tried) -> str:
+    """A figure of a candidate with its unit."""
+    unit = MEASURES[key].figure.shown or MEASURES[key].figure.unit
+    return f"{tried.figures.get(key, np.nan) / (unit_size(unit) if is_unit(unit) else 1.0):.3g} {unit}"
 
 
 def broken_by(tried: Tried) -> list[tuple[str, float]]:

@@ -220,8 +220,8 @@ def _record(robot: str, last: Path | None) -> Path | None:
     from cablewright.calibration.drift.record import record_path
 
     beside = record_path(robot)
-    is_file = Path(robot).suffix == ".toml" and beside.is_file()  # not of a robot of the library
-    return last or (beside if is_file else None)
+    # a robot of the library has no record
+    return last or (beside if Path(robot).suffix == ".toml" and beside.is_file() else None)
 
 
 def _compared(found: cw.Calibration, file: Path | None) -> cw.Calibration:

@@ -83,8 +83,7 @@ class Desk:
 
     async def view(self) -> MachineView:
         """Return the present state of the machine for slicers."""
-        jobs = await self.jobs()
-        return await asyncio.to_thread(view_of, self.page, jobs)
+        return await asyncio.to_thread(view_of, self.page, await self.jobs())
 
     async def upload(self, request: Request, key: Key) -> dict[str, Any]:
         """Receive a file, and request its check; return its job.

@@ -55,8 +55,7 @@ def notes_of(path: Path) -> GcodeNotes:
     """Read the comments of a slicer. Raises `OSError`."""
     with path.open("rb") as file:
         text = file.read(_HEAD)
-        end = file.seek(0, 2)
-        file.seek(max(len(text), end - _TAIL))
+        file.seek(max(len(text), file.seek(0, 2) - _TAIL))
         text += file.read(_TAIL)
     words = text.decode("utf-8", "replace").replace("\r\n", "\n")
     slicer = next((found for each in _SLICERS if (found := each.search(words))), None)
