@@ -27,6 +27,7 @@ pytestmark = [
 
 ROOT = Path(__file__).parents[3]
 WIDTHS = {1280: False, 390: True}  # with touch
+FLAT = "--disable-3d-apis"  # of the views no test here needs any: without a graphics card they take most of a core
 INPUTS = ("mouse", "touch", "Esc")
 SOON = 0.25  # s of machine time, until a stop is obeyed
 QUESTIONS = {
@@ -56,7 +57,7 @@ JOB = RING.replace('name = "ring"', 'name = "ring"\norigin = [0.0, 0.0, 5.9]').r
 
 @pytest.fixture(scope="module")
 def chromium(server: Served) -> Iterator[Browser]:
-    with browser() as found:
+    with browser(FLAT) as found:
         enter(found, server)
         yield found
 
@@ -359,7 +360,7 @@ def test_stop_and_pause_in_every_state_of_a_print(chromium: Browser, server: Ser
 @pytest.mark.slow
 def test_stop_while_lines_are_taken_up_on_virtual_drives(tmp_path: Path) -> None:
     machine = str(ROOT / "examples" / "virtual-drives.toml")
-    with served(tmp_path / "out", "merlet2023", "--machine", machine, "--try") as server, browser() as chromium:
+    with served(tmp_path / "out", "merlet2023", "--machine", machine, "--try") as server, browser(FLAT) as chromium:
         enter(chromium, server)
         with opened(chromium, server) as page:
             for way in INPUTS:
