@@ -90,7 +90,7 @@ def idle(page: Page) -> None:
 
 def ask(page: Page, question: str) -> None:
     page.run(f"void ({QUESTIONS[question]})")
-    page.until(OPEN, 3.0)
+    page.until(OPEN, 10.0)
 
 
 def touched(page: Page, identity: str) -> None:
@@ -164,7 +164,7 @@ def test_stop_works_with_every_question_open(chromium: Browser, server: Served, 
             idle(page)
             ask(page, question)
             assert stopped_after(page, way) <= SOON, question
-            page.until(f"!{OPEN}", 2.0)
+            page.until(f"!{OPEN}", 10.0)
         for state in ("manual", "off", "fault"):  # while it moves, and where it stands with closed brakes
             if state == "manual":
                 idle(page)
@@ -205,7 +205,7 @@ def test_a_question_ends_with_its_situation_and_orders_nothing_in_another(chromi
             idle(page)
             ask(page, "home")
             page.run(f"void {ends}")
-            page.until(f"!{OPEN}", 3.0)
+            page.until(f"!{OPEN}", 10.0)
             page.run("document.getElementById('ask-yes').click()")
         page.until(
             "document.getElementById('take').textContent === 'Operate' && !document.body.classList.contains('stale')"
@@ -345,7 +345,7 @@ def test_stop_and_pause_in_every_state_of_a_print(chromium: Browser, server: Ser
                 ask(page, "stop")
                 (touched if way == "touch" else clicked)(page, "pause")  # with a question open
                 page.until("operate.orders.control.state === 'paused'", 5.0)
-                page.until(f"!{OPEN}", 2.0)
+                page.until(f"!{OPEN}", 10.0)
             elif state == "stopped":
                 order("stop", "stopped")
             ask(page, "resume" if state in ("paused", "stopped") else "stop")
