@@ -50,7 +50,7 @@ def checked(server: Served, key: str, name: str) -> dict[str, Any]:
 
 
 def statuses(server: Served, key: str, number: int) -> list[int]:
-    """Of so many requests that are sent at once, on one connection: a busy computer answers them fast enough too."""
+    """Of so many requests that are sent together, on one connection: a busy computer answers them fast enough too."""
     request = f"GET /api/version HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\nX-Api-Key: {key}\r\n\r\n"
     with socket.create_connection(("127.0.0.1", server.port), timeout=60) as sending:
         threading.Thread(target=sending.sendall, args=(request.encode() * number,), daemon=True).start()
