@@ -27,7 +27,7 @@ def printed(robot: Robot, machine: Path, folder: Path, capsys: pytest.CaptureFix
     return dict(json.loads(capsys.readouterr().out))
 
 
-@pytest.mark.parametrize("name", ["hangprinter-v4", "hangprinter-five"])
+@pytest.mark.parametrize("name", ["hangprinter-v4", pytest.param("hangprinter-five", marks=pytest.mark.slow)])
 def test_it_prints_as_a_robot_whose_lines_meet_in_the_nozzle(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -121,7 +121,7 @@ def test_a_broken_line_stops_the_print_and_is_named(tmp_path: Path) -> None:
     assert "line 4" in done.run.reason
 
 
-@pytest.mark.parametrize("line", ["1", "7"])
+@pytest.mark.parametrize("line", [pytest.param("1", marks=pytest.mark.slow), "7"])
 def test_a_line_off_its_sheave_is_named_once_the_platform_swings_less(tmp_path: Path, line: str) -> None:
     fault = FaultPlan(source="line", line=line, kind="off_sheave", begin=10.0)
     machine = whole_machine("cogiro").with_simulation(faults=(fault,))
