@@ -43,7 +43,7 @@ test slow: export PYTHONDONTWRITEBYTECODE =
 test: $(VENV)/.dev
 	$(BIN)/python tests/kernels/compiled_first.py
 	$(BIN)/pytest -n 2 --dist worksteal -m "not slow and not clock"
-	$(BIN)/pytest -n 2 --dist loadfile tests/apps -m "clock and not slow"
+	$(BIN)/pytest tests/apps -m "clock and not slow"
 
 slow: $(VENV)/.dev
 	$(BIN)/python tests/kernels/compiled_first.py
