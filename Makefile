@@ -36,11 +36,17 @@ check: $(VENV)/.dev
 	$(BIN)/codespell README.md $(CHECKED) docs Makefile
 	$(BIN)/python tools/audit.py
 
+# Hundreds of processes of the tests read the sources: compiled modules are kept, whatever the environment asks for.
+# Kernels that most tests need are compiled first, each by one process: both workers would compile them at the same time.
+test slow: export PYTHONDONTWRITEBYTECODE =
+
 test: $(VENV)/.dev
+	$(BIN)/python tests/kernels/compiled_first.py
 	$(BIN)/pytest -n 2 --dist worksteal -m "not slow and not clock"
 	$(BIN)/pytest tests/apps -m "clock and not slow"
 
 slow: $(VENV)/.dev
+	$(BIN)/python tests/kernels/compiled_first.py
 	$(BIN)/pytest -n 2 --dist worksteal -m "not clock"
 	$(BIN)/pytest -m "clock"
 

@@ -132,7 +132,7 @@ def warmed(corners: tuple[tuple[float, float], ...], exponent: float = EXPONENT)
 @pytest.mark.parametrize(
     ("corners", "tests", "shares"),
     [
-        pytest.param(HELD, 80, (0.87, 1.0), id="held"),
+        pytest.param(HELD, 40, (0.87, 1.0), id="held"),
         pytest.param(HELD, 200, (0.9, 0.98), id="held, more", marks=pytest.mark.slow),
         pytest.param(CYCLES, 200, (0.9, 0.98), id="cycles", marks=pytest.mark.slow),
     ],

@@ -48,7 +48,7 @@ def test_a_place_that_a_person_measured_begins_it_and_its_lengths_are_kept(tmp_p
     assert off < 0.01
 
 
-@pytest.mark.parametrize("line", [0, 3])
+@pytest.mark.parametrize("line", [pytest.param(0, marks=pytest.mark.slow), 3])
 def test_a_line_that_was_moved_by_hand_without_power_is_found(line: int, tmp_path: Path) -> None:
     found = bench()
     home(found, tmp_path, found.rig.plant.truth.position)

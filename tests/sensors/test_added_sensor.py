@@ -25,7 +25,9 @@ def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the package, with a tilt meter."""
     tree = tmp_path_factory.mktemp("added")
     shutil.copytree(SOURCE, tree / "cablewright", ignore=shutil.ignore_patterns("__pycache__"))
-    shutil.copytree(HERE / "tilt_meter", tree / "cablewright", dirs_exist_ok=True)
+    shutil.copytree(
+        HERE / "tilt_meter", tree / "cablewright", dirs_exist_ok=True, ignore=shutil.ignore_patterns("__pycache__")
+    )
     return tree
 
 

@@ -25,7 +25,7 @@ from cablewright.solvers.linearise import linearise, tension_changes
 
 ROBOT = load("cogiro")
 LAG = 0.02  # s
-CORNER = "G21\nG90\nM83\n;LAYER:0\nG0 X2800 Y1500 Z500\nG1 X3400 Y1500 E9\nG1 X3400 Y2100 E9\n"
+CORNER = "G21\nG90\nM83\n;LAYER:0\nG0 X3150 Y1500 Z500\nG1 X3400 Y1500 E9\nG1 X3400 Y1750 E9\n"
 TURN = [3.4, 1.5, 0.5]
 
 

@@ -188,12 +188,13 @@ def test_creep_as_described_is_counted() -> None:
     machine = SimulatedMachine(robot, twin, PLACE, seed=1, plant="quasi-static")
     settings = reckoning_of(robot, twin.owner)
     told = dead_reckoning.start(settings, PLACE)
-    untold = dead_reckoning.start(reckoning_of(ROBOT, twin.owner), PLACE)
+    ignorant = reckoning_of(ROBOT, twin.owner)
+    untold = dead_reckoning.start(ignorant, PLACE)
     known = np.zeros(3)
     while machine.time < 900.0:
         seen = machine.step(Command(machine.time, np.zeros(4)))
         known = dead_reckoning.step(settings, told, seen).position
-        guessed = dead_reckoning.step(reckoning_of(ROBOT, twin.owner), untold, seen).position
+        guessed = dead_reckoning.step(ignorant, untold, seen).position
     true = machine.truth.position
     assert PLACE[2] - true[2] > 0.005
     off = np.linalg.norm(known - true)

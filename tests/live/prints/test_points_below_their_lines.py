@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from cablewright.apps import style
 from cablewright.apps.cli.main import run
 from cablewright.exchange.anchors import as_points
 from cablewright.exchange.robot_toml import plain_toml
@@ -26,10 +27,11 @@ def printed(robot: Robot, machine: Path, folder: Path, capsys: pytest.CaptureFix
     return dict(json.loads(capsys.readouterr().out))
 
 
-@pytest.mark.parametrize("name", ["hangprinter-v4", "hangprinter-five"])
+@pytest.mark.parametrize("name", ["hangprinter-v4", pytest.param("hangprinter-five", marks=pytest.mark.slow)])
 def test_it_prints_as_a_robot_whose_lines_meet_in_the_nozzle(
-    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(style, "png", lambda _drawn: b"")  # reports take most of the time of short prints
     robot = load(name)
     machine = tmp_path / "machine.toml"
     machine.write_text(machine_file(robot))

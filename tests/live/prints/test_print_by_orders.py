@@ -19,6 +19,9 @@ from cablewright.printing.job import Motion
 from terminal_user import WORDS, Typist
 from virtual_drives import RING, RING_BEGIN, Bench, bench, virtual_twin
 
+SMALL = RING.model_copy(update={"origin": (0.6, -0.5, 0.0), "helix": RING.helix.model_copy(update={"radius": 0.1})})
+"""A ring that begins where `RING` does."""
+
 
 def printed(found: Bench, folder: Path, typist: Typist, **more: object) -> PrintedJob:
     state = folder / "machine"
@@ -48,7 +51,7 @@ def test_a_ring_is_printed_by_orders_and_its_log_is_that_of_a_real_machine(tmp_p
     found = homed(tmp_path)
     typist = Typist({state: list(words) for state, words in WORDS.items()})
     before = found.rig.plant.truth.powder
-    answer = printed(found, tmp_path, typist)
+    answer = printed(found, tmp_path, typist, job=SMALL)
     assert answer.finished, typist.said
     assert any("no valve opens: nothing is laid" in line for line in typist.said)
     assert found.rig.plant.truth.powder == before
@@ -97,19 +100,19 @@ def test_without_homing_nothing_moves(tmp_path: Path) -> None:
     found = homed(tmp_path)
     words = {PrintState.FAULT: ["reset"], PrintState.OFF: ["enable"], PrintState.IDLE: ["start"]}
     before = found.rig.plant.truth.position
-    answer = printed(found, tmp_path, Typist(words, last=800))
+    answer = printed(found, tmp_path, Typist(words, last=300))
     assert not answer.finished
     assert np.linalg.norm(found.rig.plant.truth.position - before) < 1e-3
 
 
 def test_a_print_that_was_left_goes_on_where_it_was(tmp_path: Path) -> None:
     found = homed(tmp_path)
-    first = printed(found, tmp_path, Typist({s: list(w) for s, w in WORDS.items()}, last=1500))
+    first = printed(found, tmp_path, Typist({s: list(w) for s, w in WORDS.items()}, last=1100), job=SMALL)
     done = first.record.distance
-    assert 0.3 < done < 1.0
+    assert 0.15 < done < 0.5
     words = {s: list(w) for s, w in WORDS.items()}
     typist = Typist(words, last=6000)
-    second = printed(found, tmp_path, typist, resume=True)
+    second = printed(found, tmp_path, typist, job=SMALL, resume=True)
     assert second.finished, typist.said
     assert np.linalg.norm(found.rig.plant.truth.position - RING_BEGIN["merlet2023"]) < 0.02
 
