@@ -66,6 +66,33 @@ def hold_jacobian(general, platform, omega, n, low, high, work):
 
 
 @jit
+def share_balance(general, platform, row, wrench):
+    """Write the entries of a *row* (n,) of Y at the balance itself to *wrench* (6,), where *row* has those at our rows.
+
+    Returns the sum of the absolute values that were added up, for rounding, and of the entries at the rows of a tilt.
+    """
+    n, bulk = row.shape[0], 0.0
+    for k in range(n):
+        wrench[k] = row[k]
+    for k in range(3):
+        bulk += abs(row[k])
+    if general is None or platform[HELD] == 0.0:
+        return bulk, 0.0
+    a, tilt = _axis(platform), 0.0
+    wrench[a] = 0.0
+    for k in range(3):
+        if k != a:
+            wrench[k] = platform[NORMAL + a] * row[k]
+            wrench[a] -= platform[NORMAL + k] * row[k]
+    bulk *= abs(platform[NORMAL]) + abs(platform[NORMAL + 1]) + abs(platform[NORMAL + 2])
+    if n == 6:
+        for k in range(3):
+            wrench[3 + k] = platform[NORMAL + k] * row[3 + a]
+            tilt += abs(row[3 + k]) if k != a else 0.0
+    return bulk, tilt
+
+
+@jit
 def _axis(platform):
     """The axis of the largest entry of the normal."""
     a = 0

@@ -13,7 +13,16 @@ from numpy.typing import NDArray
 
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.bisection import worst_cut
-from cablewright.kernels.certificates.branch_tube import PROVED, TubeWork, prove_tube, reach_towards, slopes, tube_work
+from cablewright.kernels.certificates.branch_tube import (
+    PROVED,
+    TubeWork,
+    leaves_plane,
+    length_row,
+    prove_tube,
+    reach_towards,
+    slopes,
+    tube_work,
+)
 from cablewright.kernels.certificates.interval import (
     GAMMA,
     ROUNDING,
@@ -30,9 +39,10 @@ from cablewright.kernels.certificates.length_polytope import centre_of, holds, o
 from cablewright.kernels.certificates.system_enclosure import (
     CertificateWork,
     certificate_pool,
+    residual_of_all,
     unfold,
 )
-from cablewright.kernels.layout import OK, STATE, TAU, UNKNOWNS
+from cablewright.kernels.layout import HELD, OK, STATE, TAU, UNKNOWNS
 from cablewright.kernels.newton import copy, solve
 from cablewright.kernels.rotation import left_jacobian
 from cablewright.kernels.statics.equilibrium import Work, refine, workspace
@@ -154,7 +164,7 @@ def explore(packed, nodes, tally, upto, tolerance, search):
         if code == PROVED:
             if not _measure(packed, search):
                 return HALF_TURN
-            row, linear = _too_wide(tolerance, search)
+            row, linear = _too_wide(packed, tolerance, search)
             if row < 0:
                 tally[LEAVES] += 1
                 tally[DEPTH] -= 1
@@ -228,7 +238,7 @@ def _measure(packed, search):
             share = search.increment[k, j]
             spread += abs(share) * (tube.bound[first + 3 + j] + 1e-13 * tube.reach[first + 3 + j])
             for i in range(m):
-                tube.row[i] += share * cert.inverse[first + 3 + j, cert.offsets[i] + 2]
+                tube.row[i] += share * cert.inverse[first + 3 + j, length_row(cert, i)]
         _add_ends(3 + k, search.pose[3 + k], spread * ROUNDING, search)
     return True
 
@@ -242,13 +252,21 @@ def _add_ends(k, middle, spread, search):
 
 
 @jit
-def _too_wide(tolerance, search):
-    """The pose coordinate in which the leaf is too wide, or -1; and whether because of its linearisation alone."""
+def _too_wide(packed, tolerance, search):
+    """The pose coordinate in which the leaf is too wide, or -1; and whether because of its linearisation alone.
+
+    A plane leaves no width to some coordinates: there the widest of positions, or of rotations, counts.
+    """
     worst, row, linear = 1.0, -1, False
     found, ends, first = search.found, search.ends, search.cert.step.shape[0] - search.pose.shape[0]
     for k in range(search.pose.shape[0]):
         found[0, k], found[1, k] = min(found[0, k], search.pose[k]), max(found[1, k], search.pose[k])
-        allowed = 0.5 * tolerance * (found[1, k] - found[0, k]) + FLOOR
+    for k in range(search.pose.shape[0]):
+        width = found[1, k] - found[0, k]
+        if packed.platform[HELD] != 0.0:
+            for j in range(3 * (k // 3), 3 * (k // 3) + 3):
+                width = max(width, found[1, j] - found[0, j])
+        allowed = 0.5 * tolerance * width + FLOOR
         beyond = max(found[0, k] - ends[0, k], ends[1, k] - found[1, k])
         if beyond > worst * allowed:
             worst, row, linear = beyond / allowed, k, search.tube.bound[first + k] < 0.5 * allowed
@@ -317,19 +335,12 @@ def _part(low, high, at, k, here, lower):
 @jit
 def _is_in_tube(packed, nodes, at, search):
     """Whether the known solution of part *at*, with its error bound, is in the tube."""
-    lengths, other_pose, other_states = nodes.lengths[at], nodes.pose[at], nodes.states[at]
-    bound = nodes.bound[at]
-    pose, states, centre, cert, work = search.pose, search.states, search.centre, search.cert, search.tube
+    lengths, other_pose, bound = nodes.lengths[at], nodes.pose[at], nodes.bound[at]
+    pose, centre, cert, work = search.pose, search.centre, search.cert, search.tube
     m = packed.lines.shape[0]
     first = cert.offsets[m]
-    for line in range(m):
-        for k in range(int(packed.lines[line, UNKNOWNS])):
-            j = cert.offsets[line] + k
-            off = sub(inflate(point(other_states[line, k]), bound[j]), point(states[line, k]))
-            if k == TAU:  # the tube has relative tensions
-                off = sub(exp(off), (1.0, 1.0))
-            if not _is_near(off, j, lengths, centre, cert, work):
-                return False
+    if not _lines_are_near(packed, nodes, at, search):
+        return False
     for k in range(3):
         off = sub(inflate(point(other_pose[k]), bound[first + k]), point(pose[k]))
         if not _is_near(off, first + k, lengths, centre, cert, work):
@@ -343,11 +354,34 @@ def _is_in_tube(packed, nodes, at, search):
 
 
 @jit
+def _lines_are_near(packed, nodes, at, search):
+    """Whether the lines of the known solution of part *at* are in the tube."""
+    cert, own, work = search.cert, search.own, search.tube
+    lengths, other_states, bound = nodes.lengths[at], nodes.states[at], nodes.bound[at]
+    if leaves_plane(packed.general, packed):
+        residual_of_all(packed, lengths, nodes.pose[at], other_states, own)
+        for j in range(cert.offsets[packed.lines.shape[0]]):
+            off = sub(inflate(point(own.centre[j]), bound[j]), point(cert.centre[j]))
+            if not _is_near(off, j, lengths, search.centre, cert, work):
+                return False
+        return True
+    for line in range(packed.lines.shape[0]):
+        for k in range(int(packed.lines[line, UNKNOWNS])):
+            j = cert.offsets[line] + k
+            off = sub(inflate(point(other_states[line, k]), bound[j]), point(search.states[line, k]))
+            if k == TAU:  # the tube has relative tensions
+                off = sub(exp(off), (1.0, 1.0))
+            if not _is_near(off, j, lengths, search.centre, cert, work):
+                return False
+    return True
+
+
+@jit
 def _is_near(off, j, lengths, centre, cert, work):
     """Whether *off*, the difference of unknown *j* from the centre's, is within the radius of the linearisation."""
     move, bulk = 0.0, 0.0
     for i in range(lengths.shape[0]):
-        part = cert.inverse[j, cert.offsets[i] + 2] * (lengths[i] - centre[i])
+        part = cert.inverse[j, length_row(cert, i)] * (lengths[i] - centre[i])
         move += part
         bulk += abs(part)
     return mag(sub(off, (move, move))) + GAMMA * bulk < work.radius[j]
