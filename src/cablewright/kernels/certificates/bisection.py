@@ -1,7 +1,7 @@
 """Choice of the bisection of a set of lengths for which no tube was proved, or too wide a one."""
 
 from cablewright.kernels import jit
-from cablewright.kernels.certificates.branch_tube import UNBOUNDED, leaves_plane, reach_now, slopes
+from cablewright.kernels.certificates.branch_tube import UNBOUNDED, reach_now, slopes
 from cablewright.kernels.layout import STATE, TAU
 from cablewright.kernels.statics.line.hessian_bounds import ASIDE, PAIRS, ROWS, TURN
 
@@ -16,10 +16,13 @@ def worst_cut(packed, code, row, linear, slabs, cert, work):
     """
     pulls = work.base  # no longer needed
     pulls[:] = 0.0
-    if linear:
+    if code == UNBOUNDED:
+        for i in range(packed.lines.shape[0]):
+            pulls[cert.offsets[i] + TAU] = work.reach[cert.offsets[i] + TAU]
+    elif linear:
         pulls[row] = 1.0
     else:
-        _pull(packed, code, row, cert, pulls, work)
+        _pull_all(packed, _weakest(work) if row < 0 else row, cert, pulls, work)
     work.gains[:] = 0.0
     for _ in range(COUNTED):
         j = 0
@@ -38,23 +41,6 @@ def worst_cut(packed, code, row, linear, slabs, cert, work):
         if work.gains[cut] > work.gains[best]:
             best = cut
     return best if work.gains[best] > 0.0 else _widest(work)
-
-
-@jit
-def _pull(packed, code, row, cert, pulls, work):
-    """Write by how much each unknown's half width matters to *row*, or to a proof that failed, to *pulls*."""
-    if leaves_plane(packed.general, packed):
-        if code != UNBOUNDED:
-            at = _weakest(work) if row < 0 else row
-            for block in cert.blocks:
-                for k in range(block[0], block[1]):
-                    for column in range(block[2], block[3]):
-                        pulls[column] += abs(cert.inverse[at, k]) * cert.spread[k, column]
-    elif code == UNBOUNDED:
-        for i in range(packed.lines.shape[0]):
-            pulls[cert.offsets[i] + TAU] = work.reach[cert.offsets[i] + TAU]
-    else:
-        _pull_all(packed, _weakest(work) if row < 0 else row, cert, pulls, work)
 
 
 @jit
@@ -88,7 +74,7 @@ def _halved(cut, slabs, work):
         work.left[cut - count], work.right[cut - count] = 0.5 * low, 0.5 * high
         reach = reach_now(slabs, work)
         work.left[cut - count], work.right[cut - count] = low, high
-    return reach, max(0.0, min(-low, high)) / (high - low) if high > low else 0.0
+    return reach, max(0.0, min(-low, high)) / (high - low)
 
 
 @jit

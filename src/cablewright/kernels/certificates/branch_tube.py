@@ -8,9 +8,6 @@ H bounds of all second derivatives within a + r, where a bounds |S (L - L_c)| ov
 
 If k < r and u < r, then for each L of the set F has exactly one zero within r of x + S (L - L_c), and that zero is
 within k of it. Proof: docs/theory/certificates.md. The products with Y are taken in each line's own frame.
-
-Lines out of the vertical plane have no such bounds: [J] of the whole tube takes their place, with k = |Y F(x)| +
-|I - Y [J]| (a + r) < r alone.
 """
 
 from math import cos, sin, sqrt
@@ -27,7 +24,6 @@ from cablewright.kernels.certificates.length_polytope import upper_bound
 from cablewright.kernels.certificates.system_enclosure import jacobian_of_all, place_line, residual_of_all
 from cablewright.kernels.layout import (
     BETA,
-    GUIDE,
     HELD,
     LEVER,
     MASS_X,
@@ -39,7 +35,6 @@ from cablewright.kernels.layout import (
     SIDE,
     STATE,
     UNKNOWNS,
-    UPRIGHT,
 )
 from cablewright.kernels.newton import copy
 from cablewright.kernels.statics.line.hessian_bounds import (
@@ -68,7 +63,6 @@ PROVED, NOT_CONTRACTING, UNBOUNDED, SINGULAR = 0, 1, 2, 3
 MARGIN = 0.25  # of the reach: initial margin of the box of second derivatives around it
 MORE = 1.6  # factor on the required margin in the next try
 TRIES = 4
-COARSE, ROUNDS = 0.1, 5  # of the reach: first radius with an interval Jacobian, and tries of larger ones
 STEPS = 12
 HOPELESS = 1e3
 WIDER = 1.05
@@ -150,62 +144,11 @@ def prove_tube(packed, lengths, pose, states, slabs, cert, work):
     residual_of_all(packed, lengths, pose, states, cert)
     cert.radius[:] = 0.0
     jacobian_of_all(packed, pose, states, cert)
-    if not split(cert):
+    if not (split(cert) and _frame_lines(packed, pose, states, cert, work)):
         return UNBOUNDED
     if not invert(packed, cert):
         return SINGULAR
     if not newton_bound(cert):
-        return UNBOUNDED
-    for j in range(size):
-        slopes(cert, j, work.row)
-        work.reach[j] = reach_now(slabs, work)
-    if leaves_plane(packed.general, packed):
-        return _prove_by_jacobian(packed, pose, states, cert, work)
-    return _prove_by_bends(packed, pose, states, slabs, cert, work)
-
-
-@jit
-def leaves_plane(general, packed):
-    """Whether a line is out of the vertical plane: its tube is proved by a Jacobian. *general*: see `Packed`."""
-    if general is None:
-        return False
-    for i in range(packed.lines.shape[0]):
-        if packed.lines[i, GUIDE] != UPRIGHT:
-            return True
-    return False
-
-
-@jit
-def _prove_by_jacobian(packed, pose, states, cert, work):
-    """Prove the tube by an interval Jacobian over it, from which radii follow in a few rounds. Returns a code."""
-    size = cert.step.shape[0]
-    for k in range(size):
-        work.radius[k] = COARSE * work.reach[k] + 10.0 * (cert.step[k] + GRAIN)
-    for _ in range(ROUNDS):
-        for k in range(size):
-            cert.radius[k] = (work.reach[k] + work.radius[k]) * ROUNDING
-        jacobian_of_all(packed, pose, states, cert)
-        if not split(cert):
-            return UNBOUNDED
-        image(cert)
-        copy(cert.bound, work.bound)
-        good = True
-        for k in range(size):
-            good = good and work.bound[k] < work.radius[k]
-            if not work.bound[k] < HOPELESS * (1.0 + work.reach[k]):
-                return NOT_CONTRACTING
-        if good:
-            return PROVED
-        for k in range(size):
-            work.radius[k] = max(work.radius[k], MORE * work.bound[k])
-    return NOT_CONTRACTING
-
-
-@jit
-def _prove_by_bends(packed, pose, states, slabs, cert, work):
-    """Prove the tube by bounds of the second derivatives in each line's own frame. Returns a code."""
-    size = cert.step.shape[0]
-    if not _frame_lines(packed, pose, states, cert, work):
         return UNBOUNDED
     _reach(packed, slabs, cert, work)
     _find_effects(packed, cert, work)
@@ -256,8 +199,11 @@ def _frame_lines(packed, pose, states, cert, work):
 
 @jit
 def _reach(packed, slabs, cert, work):
-    """Bound the linearisation of each line's end over the set, in its plane and sideways."""
+    """Bound the linearisation over the set: each unknown, and each line's end in its plane and sideways."""
     m, size = packed.lines.shape[0], cert.step.shape[0]
+    for j in range(size):
+        slopes(cert, j, work.row)
+        work.reach[j] = reach_now(slabs, work)
     for line in range(m):
         ex, ey = work.planes[line, 0], work.planes[line, 1]
         slack = _end_slopes(packed, line, ex, ey, cert, work)
@@ -270,13 +216,7 @@ def _reach(packed, slabs, cert, work):
 def slopes(cert, j, row):
     """Write the derivatives of unknown *j* by the lengths to *row*: its entries of Y at the lines' length equations."""
     for i in range(row.shape[0]):
-        row[i] = cert.inverse[j, length_row(cert, i)]
-
-
-@jit
-def length_row(cert, i):
-    """Index of the equation in which the length of line *i* is."""
-    return cert.offsets[i] + min(cert.coupled[i, 0], 3)
+        row[i] = cert.inverse[j, cert.offsets[i] + 2]
 
 
 @jit
@@ -284,7 +224,7 @@ def _end_slopes(packed, line, a, b, cert, work):
     """Write the motion of the line's end along the horizontal (a, b) per length to work.row; returns its rounding."""
     first, bulk = cert.offsets[packed.lines.shape[0]], 0.0
     for i in range(packed.lines.shape[0]):
-        at, far = length_row(cert, i), max(abs(work.left[i]), abs(work.right[i]))
+        at, far = cert.offsets[i] + 2, max(abs(work.left[i]), abs(work.right[i]))
         x, y = cert.inverse[first, at], cert.inverse[first + 1, at]
         bulk += (abs(x) + abs(y)) * far
         p, q, r = rotation_of(cert.inverse[first:, at], packed.freedoms)

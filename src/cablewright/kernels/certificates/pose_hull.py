@@ -13,16 +13,7 @@ from numpy.typing import NDArray
 
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.bisection import worst_cut
-from cablewright.kernels.certificates.branch_tube import (
-    PROVED,
-    TubeWork,
-    leaves_plane,
-    length_row,
-    prove_tube,
-    reach_towards,
-    slopes,
-    tube_work,
-)
+from cablewright.kernels.certificates.branch_tube import PROVED, TubeWork, prove_tube, reach_towards, slopes, tube_work
 from cablewright.kernels.certificates.interval import (
     GAMMA,
     ROUNDING,
@@ -39,7 +30,6 @@ from cablewright.kernels.certificates.length_polytope import centre_of, holds, o
 from cablewright.kernels.certificates.system_enclosure import (
     CertificateWork,
     certificate_pool,
-    residual_of_all,
     unfold,
 )
 from cablewright.kernels.layout import HELD, OK, STATE, TAU, UNKNOWNS
@@ -238,7 +228,7 @@ def _measure(packed, search):
             share = search.increment[k, j]
             spread += abs(share) * (tube.bound[first + 3 + j] + 1e-13 * tube.reach[first + 3 + j])
             for i in range(m):
-                tube.row[i] += share * cert.inverse[first + 3 + j, length_row(cert, i)]
+                tube.row[i] += share * cert.inverse[first + 3 + j, cert.offsets[i] + 2]
         _add_ends(3 + k, search.pose[3 + k], spread * ROUNDING, search)
     return True
 
@@ -335,12 +325,19 @@ def _part(low, high, at, k, here, lower):
 @jit
 def _is_in_tube(packed, nodes, at, search):
     """Whether the known solution of part *at*, with its error bound, is in the tube."""
-    lengths, other_pose, bound = nodes.lengths[at], nodes.pose[at], nodes.bound[at]
-    pose, centre, cert, work = search.pose, search.centre, search.cert, search.tube
+    lengths, other_pose, other_states = nodes.lengths[at], nodes.pose[at], nodes.states[at]
+    bound = nodes.bound[at]
+    pose, states, centre, cert, work = search.pose, search.states, search.centre, search.cert, search.tube
     m = packed.lines.shape[0]
     first = cert.offsets[m]
-    if not _lines_are_near(packed, nodes, at, search):
-        return False
+    for line in range(m):
+        for k in range(int(packed.lines[line, UNKNOWNS])):
+            j = cert.offsets[line] + k
+            off = sub(inflate(point(other_states[line, k]), bound[j]), point(states[line, k]))
+            if k == TAU:  # the tube has relative tensions
+                off = sub(exp(off), (1.0, 1.0))
+            if not _is_near(off, j, lengths, centre, cert, work):
+                return False
     for k in range(3):
         off = sub(inflate(point(other_pose[k]), bound[first + k]), point(pose[k]))
         if not _is_near(off, first + k, lengths, centre, cert, work):
@@ -354,34 +351,11 @@ def _is_in_tube(packed, nodes, at, search):
 
 
 @jit
-def _lines_are_near(packed, nodes, at, search):
-    """Whether the lines of the known solution of part *at* are in the tube."""
-    cert, own, work = search.cert, search.own, search.tube
-    lengths, other_states, bound = nodes.lengths[at], nodes.states[at], nodes.bound[at]
-    if leaves_plane(packed.general, packed):
-        residual_of_all(packed, lengths, nodes.pose[at], other_states, own)
-        for j in range(cert.offsets[packed.lines.shape[0]]):
-            off = sub(inflate(point(own.centre[j]), bound[j]), point(cert.centre[j]))
-            if not _is_near(off, j, lengths, search.centre, cert, work):
-                return False
-        return True
-    for line in range(packed.lines.shape[0]):
-        for k in range(int(packed.lines[line, UNKNOWNS])):
-            j = cert.offsets[line] + k
-            off = sub(inflate(point(other_states[line, k]), bound[j]), point(search.states[line, k]))
-            if k == TAU:  # the tube has relative tensions
-                off = sub(exp(off), (1.0, 1.0))
-            if not _is_near(off, j, lengths, search.centre, cert, work):
-                return False
-    return True
-
-
-@jit
 def _is_near(off, j, lengths, centre, cert, work):
     """Whether *off*, the difference of unknown *j* from the centre's, is within the radius of the linearisation."""
     move, bulk = 0.0, 0.0
     for i in range(lengths.shape[0]):
-        part = cert.inverse[j, length_row(cert, i)] * (lengths[i] - centre[i])
+        part = cert.inverse[j, cert.offsets[i] + 2] * (lengths[i] - centre[i])
         move += part
         bulk += abs(part)
     return mag(sub(off, (move, move))) + GAMMA * bulk < work.radius[j]
