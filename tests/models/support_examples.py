@@ -301,7 +301,8 @@ def _workspace(robot: Robot, criterion: str) -> bool:
 
 
 def _boundary(robot: Robot) -> bool:
-    return cw.boundary_modes(robot, "static", grid=5, box=_boxed(robot)).status == "ok"
+    given = {} if robot.platform.plane is not None else {"box": _boxed(robot)}
+    return cw.boundary_modes(robot, "static", grid=5, **given).status == "ok"
 
 
 def _along(robot: Robot) -> bool:

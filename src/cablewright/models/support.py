@@ -205,7 +205,7 @@ _ROWS: Final = (
      f"{SPATIAL} mount spring plane advantage cables body weightless no-gravity",
      "Search from many starts: leave out exhaustive"),
     (_C.TENSION_CHOICE, _REJECTED, "few-winches", "The balance leaves no tension to choose: use inverse"),
-    (_C.BOUNDARY_MODES, _REJECTED, "few-winches plane", "Use modes at a pose"),
+    (_C.BOUNDARY_MODES, _REJECTED, "few-winches tilted-plane", "Use modes at a pose"),
     (_C.SLACK, _REJECTED, "few-winches", "Each line is needed at a given pose: use forward with longer lengths"),
     (_C.SLACK_SETS, _REJECTED, "few-winches", "Each line is needed at a given pose: use forward with longer lengths"),
     (_C.CHECK, Coverage.NOT_CHECKED, "mount",
