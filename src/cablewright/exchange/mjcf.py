@@ -77,7 +77,7 @@ def _note_lengths(robot: Robot, mounts: Sequence[Mounting], ends: Sequence[Mount
 
 def _document(robot: Robot, at: Equilibrium, mounts: Sequence[Mounting], ends: Sequence[Mounting], notes: Notes) -> str:
     bodies = "".join(m.body for m in mounts)
-    motors = "".join(_motor(line) for line in robot.lines if line.counterweight is None)
+    motors = "".join(_motor(line) for line, mount in zip(robot.lines, mounts, strict=True) if not mount.hung)
     tendons = zip(robot.lines, at.lengths, mounts, ends, strict=True)
     comments = "".join(f"  <!-- lost: {printable(each).replace('--', '- -')} -->\n" for each in notes.all)
     return (

@@ -53,10 +53,11 @@ def mounting(line: Line, end: Array, lever: float, gravity: float) -> Mounting:
     *lever*: angle of its lever, rad; *gravity*: m/s^2, which makes a weight of the lever's mass.
     """
     found = _over_guides(line, end, lever, gravity)
-    if line.counterweight is None:
+    mass = line.counterweight or 0.0
+    if not mass:
         return found
     start = np.array(line.winch_exit or line.exit_point) - [0.0, 0.0, HUNG]
-    weight = f'<inertial pos="0 0 0" mass="{line.counterweight!r}" diaginertia="0.01 0.01 0.01"/>'
+    weight = f'<inertial pos="0 0 0" mass="{mass!r}" diaginertia="0.01 0.01 0.01"/>'
     body = (
         f'    <body pos="{xml_numbers(start)}"><joint type="slide" axis="0 0 1"/>{weight}'
         f"<site name={xml_name('counterweight', line)}/></body>\n"

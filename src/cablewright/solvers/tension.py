@@ -231,31 +231,31 @@ def tension_distribution(
             raise InputError(f"method = {method!r:.60}: one of {', '.join(METHODS)} or an Objective is expected")
         if isinstance(method, Quadratic):
             method = method.checked(model.m)
-    general = None
+    sought = None
     if not isinstance(method, str) and not (isinstance(method, Quadratic) and method.hessian.ndim == 1):
-        general = method
+        sought = method
     elif isinstance(method, Quadratic):
         assert method.linear is not None
         curvature, bias = method.hessian, -method.linear
     if model.robot.sharing:
-        choose = partial(_chosen, method=chosen, curvature=curvature, bias=bias, general=general)
+        choose = partial(_chosen, method=chosen, curvature=curvature, bias=bias, objective=sought)
         found = Distribution(name, given, *distributed(model, packed, given, choose))
         return found[0] if single else found
     own = WinchedLines.at(model, packed, given)
-    swept = _swept(own, given, chosen, curvature, bias) if general is None else _searched(own, given, general)
+    swept = _swept(own, given, chosen, curvature, bias) if sought is None else _searched(own, given, sought)
     found = Distribution(name, given, *own.completed(swept))
     return found[0] if single else found
 
 
 def _chosen(
-    program: CoupledProgram, *, method: int, curvature: Array, bias: Array, general: Objective | None
+    program: CoupledProgram, *, method: int, curvature: Array, bias: Array, objective: Objective | None
 ) -> Choice:
-    """The tensions of lines on common drums by a method, or by a *general* objective."""
-    if general is not None:
+    """The tensions of lines on common drums by a method, or by an *objective*."""
+    if objective is not None:
         widest, margin, code = program.widest()
         if code != Code.OK:
             return np.full_like(widest, np.nan), margin, code
-        tensions = _search(general, program.rows, widest, program.low, program.high)
+        tensions = _search(objective, program.rows, widest, program.low, program.high)
         if tensions is None:
             return np.full_like(widest, np.nan), np.nan, Code.NOT_CONVERGED
         return tensions, float(np.min([tensions - program.low, program.high - tensions])), code
@@ -284,7 +284,7 @@ def wrench_closure(
     model = Model.of(robot, cable=cable, sheave=sheave, default=CableLaw.RIGID)
     given, single = as_poses(model, poses, "pose")
     if model.robot.sharing:
-        choose = partial(closure, winched=model.lines.counterweight == 0.0, freedoms=model.freedoms)
+        choose = partial(closure, winched=model.lines.counterweight == 0.0, freedoms=model.freedoms, balance=model.n)
         packed = _packed(model, len(given), None, retraction)
         found = Distribution("wrench-closure", given, *distributed(model, packed, given, choose, loaded=False))
         return found[0] if single else found

@@ -210,18 +210,18 @@ def _program(
     return CoupledProgram(rows, load if loaded else np.zeros(len(load)), *np.ascontiguousarray(limits.T))
 
 
-def closure(program: CoupledProgram, winched: NDArray[np.bool_], freedoms: int) -> Choice:
+def closure(program: CoupledProgram, winched: Mask, freedoms: int, balance: int) -> Choice:
     """Return the null vector of mean 1 whose smallest entry is largest, which is its margin.
 
-    -inf where the lines with a winch, coupled by their drums, do not reach all *freedoms*.
+    -inf where the lines with a winch (*winched*, (m,)), coupled by their drums, do not reach all *freedoms*. The first
+    rows, *balance* of them, are those of the balance.
     """
     from scipy.linalg import null_space
     from scipy.optimize import linprog
 
     m, none = len(winched), np.full(len(winched), np.nan)
-    n = len(program.rows) - int((~winched).sum())
-    coupled = null_space(program.rows[freedoms:], rcond=FLAT) if n > freedoms or not winched.all() else np.eye(m)
-    if np.linalg.matrix_rank(program.rows[:freedoms] @ coupled, tol=FLAT) < freedoms:
+    coupled = null_space(program.rows[balance:], rcond=FLAT) if len(program.rows) > balance else np.eye(m)
+    if np.linalg.matrix_rank(program.rows[:balance] @ coupled, tol=FLAT) < freedoms:
         return none, _NONE_AT_ALL, Code.SINGULAR
     own = winched.astype(float)
     found = linprog(

@@ -120,23 +120,23 @@ def test_rigid_lines_that_do_not_fit_their_drum_have_no_tensions() -> None:
     assert found.margin[0] == pytest.approx(float(cw.tension_distribution(free, fits, "exact").margin), abs=1e-6)
 
 
-def test_capacity_is_the_distance_from_what_linear_programs_reach() -> None:
+def test_capacity_is_the_distance_to_the_end_of_linear_programs() -> None:
     """Along random directions the wrenches end where a program of the coupled tensions does."""
     pose, (low, high) = poses()[0], body().lines[0].tension_limits
     polytope = cw.available_wrenches(body(), pose, cable="elastic")
     rows, right = equations(pose)
     rng, found = np.random.default_rng(3), []
     for _ in range(30):
-        way = rng.normal(size=6)
-        way /= np.linalg.norm(way)
+        direction = rng.normal(size=6)
+        direction /= np.linalg.norm(direction)
         far = linprog(
             [*np.zeros(8), -1.0],
-            A_eq=np.column_stack([rows, [*way, 0.0]]),
+            A_eq=np.column_stack([rows, [*direction, 0.0]]),
             b_eq=right,
             bounds=[(low, high)] * 8 + [(None, None)],
             options=TIGHT,
         )
-        along = polytope.normals @ -way
+        along = polytope.normals @ -direction
         ends = polytope.distances(polytope.required)
         reach = np.nanmin(np.where(along > 1e-12, ends / np.where(along > 1e-12, along, 1.0), np.inf))
         found.append((far.x[-1], reach))

@@ -17,17 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels import jit
-from cablewright.kernels.certificates.held_rows import share_balance
 from cablewright.kernels.certificates.interval import ROUNDING, inflate, point
 from cablewright.kernels.certificates.krawczyk import image, invert, newton_bound, split
 from cablewright.kernels.certificates.length_polytope import upper_bound
 from cablewright.kernels.certificates.system_enclosure import jacobian_of_all, place_line, residual_of_all
 from cablewright.kernels.layout import (
     BETA,
-    HELD,
     LEVER,
     MASS_X,
-    NORMAL,
     PHI,
     PLATFORM_WEIGHT,
     PSI,
@@ -57,7 +54,7 @@ from cablewright.kernels.statics.line.hessian_bounds import (
     VARIABLES,
     bend_line,
 )
-from cablewright.kernels.statics.platform_enclosure import rotation_of, turning_arm
+from cablewright.kernels.statics.platform_enclosure import bend_of_tilt, rotation_of, share_balance, turning_arm
 
 PROVED, NOT_CONTRACTING, UNBOUNDED, SINGULAR = 0, 1, 2, 3
 MARGIN = 0.25  # of the reach: initial margin of the box of second derivatives around it
@@ -334,9 +331,7 @@ def _bend_all(packed, states, cert, work):
             return False
     body = packed.platform
     arm = sqrt(body[MASS_X] ** 2 + body[MASS_X + 1] ** 2 + body[MASS_X + 2] ** 2)  # 0 of a point
-    moment = body[PLATFORM_WEIGHT] * arm
-    if packed.freedoms == 6 and body[HELD] != 0.0:  # the rotated normal, in the rows of a tilt
-        moment += body[NORMAL] ** 2 + body[NORMAL + 1] ** 2 + body[NORMAL + 2] ** 2
+    moment = body[PLATFORM_WEIGHT] * arm + bend_of_tilt(packed)
     work.bends[0, TURNED, TURN_TURN] += moment * (1.0 + 2.0 * omega) * ROUNDING
     return True
 

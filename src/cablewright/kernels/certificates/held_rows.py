@@ -9,7 +9,14 @@ are exact: N need not be of unit length.
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.interval import ZERO, add, mul, point, sub
 from cablewright.kernels.layout import HELD, NORMAL, PLANE_DISTANCE
-from cablewright.kernels.statics.platform_enclosure import along, component, cross_component, set_vector, turn
+from cablewright.kernels.statics.platform_enclosure import (
+    along,
+    axis_across,
+    component,
+    cross_component,
+    set_vector,
+    turn,
+)
 
 
 @jit
@@ -17,7 +24,7 @@ def hold_residual(general, platform, pose, rows, work):
     """Replace *rows* (n, 2), the balance at the *pose* (n,). *general*: see `Packed`."""
     if general is None or platform[HELD] == 0.0:
         return
-    a, n = _axis(platform), pose.shape[0]
+    a, n = axis_across(platform), pose.shape[0]
     across = component(rows, a)
     for k in range(3):
         value = sub(mul(_entry(platform, a), component(rows, k)), mul(_entry(platform, k), across))
@@ -41,7 +48,7 @@ def hold_jacobian(general, platform, omega, n, low, high, work):
     """Replace the rows *low* and *high* (n, N) of the Jacobian for rotations of up to *omega*, rad."""
     if general is None or platform[HELD] == 0.0:
         return
-    a, first = _axis(platform), low.shape[1] - n
+    a, first = axis_across(platform), low.shape[1] - n
     for column in range(first + n):
         across, about = (low[a, column], high[a, column]), ZERO
         for k in range(3):
@@ -63,43 +70,6 @@ def hold_jacobian(general, platform, omega, n, low, high, work):
         for j in range(3):
             if j != a:
                 low[3 + j, first + k], high[3 + j, first + k] = cross_component(work.force, work.moved, j)
-
-
-@jit
-def share_balance(general, platform, row, wrench):
-    """Write the entries of a *row* (n,) of Y at the balance itself to *wrench* (6,), where *row* has those at our rows.
-
-    Returns the sum of the absolute values that were added up, for rounding, and of the entries at the rows of a tilt.
-    """
-    n, bulk = row.shape[0], 0.0
-    for k in range(n):
-        wrench[k] = row[k]
-    for k in range(3):
-        bulk += abs(row[k])
-    if general is None or platform[HELD] == 0.0:
-        return bulk, 0.0
-    a, tilt = _axis(platform), 0.0
-    wrench[a] = 0.0
-    for k in range(3):
-        if k != a:
-            wrench[k] = platform[NORMAL + a] * row[k]
-            wrench[a] -= platform[NORMAL + k] * row[k]
-    bulk *= abs(platform[NORMAL]) + abs(platform[NORMAL + 1]) + abs(platform[NORMAL + 2])
-    if n == 6:
-        for k in range(3):
-            wrench[3 + k] = platform[NORMAL + k] * row[3 + a]
-            tilt += abs(row[3 + k]) if k != a else 0.0
-    return bulk, tilt
-
-
-@jit
-def _axis(platform):
-    """The axis of the largest entry of the normal."""
-    a = 0
-    for k in range(1, 3):
-        if abs(platform[NORMAL + k]) > abs(platform[NORMAL + a]):
-            a = k
-    return a
 
 
 @jit

@@ -32,11 +32,11 @@ from cablewright.kernels.certificates.system_enclosure import (
     certificate_pool,
     unfold,
 )
-from cablewright.kernels.layout import HELD, OK, STATE, TAU, UNKNOWNS
+from cablewright.kernels.layout import OK, STATE, TAU, UNKNOWNS
 from cablewright.kernels.newton import copy, solve
 from cablewright.kernels.rotation import left_jacobian
 from cablewright.kernels.statics.equilibrium import Work, refine, workspace
-from cablewright.kernels.statics.platform_enclosure import rotation_between
+from cablewright.kernels.statics.platform_enclosure import rotation_between, width_that_counts
 
 COVERED, GOING, TOO_DEEP, NO_CENTRE, UNGLUED, HALF_TURN, UNCERTIFIED = 0, 1, 2, 3, 4, 5, 6
 NO_SOLUTION, OTHER_BRANCH = -1, 9  # codes of a part, in addition to those of a tube
@@ -252,11 +252,7 @@ def _too_wide(packed, tolerance, search):
     for k in range(search.pose.shape[0]):
         found[0, k], found[1, k] = min(found[0, k], search.pose[k]), max(found[1, k], search.pose[k])
     for k in range(search.pose.shape[0]):
-        width = found[1, k] - found[0, k]
-        if packed.platform[HELD] != 0.0:
-            for j in range(3 * (k // 3), 3 * (k // 3) + 3):
-                width = max(width, found[1, j] - found[0, j])
-        allowed = 0.5 * tolerance * width + FLOOR
+        allowed = 0.5 * tolerance * width_that_counts(packed.platform, found, k) + FLOOR
         beyond = max(found[0, k] - ends[0, k], ends[1, k] - found[1, k])
         if beyond > worst * allowed:
             worst, row, linear = beyond / allowed, k, search.tube.bound[first + k] < 0.5 * allowed

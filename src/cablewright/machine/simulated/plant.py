@@ -185,7 +185,7 @@ class QuasiStaticPlant:
     def _track(
         self, packed: Packed, before: Array, after: Array, pose: Array, states: Array, *, certify: bool = True
     ) -> int:
-        """Follow the equilibrium in *pose* and *states*, updated in place, and *certify* it if that is asked for."""
+        """Follow the equilibrium in *pose* and *states*, updated in place, and *certify* it."""
         jump, fold, tolerance = self._bounds
         code, _ = continuation.follow(packed, before, after, pose, states, jump, fold, self._work)
         if code != Code.OK or not (certify and tolerance > 0.0):
