@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import planar_robots
 from cablewright.analyses.modes import FREEDOMS, modes
 from cablewright.analyses.workspace.boundary_modes import Boundary, boundary_modes, straight
 from cablewright.analyses.workspace.criterion import RetractionLaw
@@ -129,6 +130,31 @@ def test_a_wider_beam_is_stiffer_about_z() -> None:
         least = float(found.modes.stiffness.elastic[:, 5, 5].min())
         assert least > last
         last = least
+
+
+@pytest.mark.parametrize(("plane", "body"), [("vertical", False), ("horizontal", True)])
+def test_the_boundary_in_a_plane_is_in_it(plane: str, body: bool) -> None:
+    """Each node once: inside, with a neighbour in the plane that is not; modes are those of poses in the plane."""
+    robot = planar_robots.board(plane, body, force=(3.0, -2.0, 4.0))
+    found = boundary_modes(robot, "exact", grid=5)
+    at, step = robot.platform.plane, 1.0
+    assert found.status == "ok"
+    assert len(np.unique(found.places, axis=0)) == len(found.places)
+    np.testing.assert_allclose([at.height(each) for each in found.places], 0.0, atol=1e-12)
+    u, v, _ = planar_robots.frame(robot)
+    ways = step * np.array([u, -u, v, -v])
+    straight_model = Model.of(robot, cable="rigid")
+
+    def inside(places: np.ndarray) -> np.ndarray:
+        poses = np.hstack([places, np.zeros((len(places), robot.n - 3))])
+        held = tension_distribution(straight_model, poses, "exact").feasible
+        return held & (np.abs(places).max(axis=1) <= 2.0 + 1e-9)
+
+    assert inside(found.places).all()
+    for place in found.places:
+        assert not inside(place + ways).all()
+    rows = modes(solve_inverse(Model.of(robot), found.modes.equilibrium.pose))
+    np.testing.assert_allclose(found.lowest[found.known], rows.lowest[found.known], rtol=1e-6)
 
 
 def test_an_empty_workspace_has_no_modes() -> None:

@@ -269,6 +269,15 @@ def test_other_robots_and_bodies_have_brackets_too() -> None:
     assert np.abs(found.universal_joint.loads.pin_moment).max() < 1e-9
 
 
+def test_springs_behind_the_winches_change_no_loads() -> None:
+    """At a pose tensions are chosen, whatever stretches behind the sheave: lengths alone differ."""
+    sprung, poses = cases.replaced(HOUSE, "sprung", spring=1e5), np.array([POSE])
+    for one, other in zip(loads_at(Model(HOUSE), poses), loads_at(Model(sprung), poses), strict=True):
+        np.testing.assert_allclose(one.force, other.force, rtol=1e-7, atol=1e-6)
+        np.testing.assert_allclose(one.pin_moment, other.pin_moment, rtol=1e-6, atol=1e-6)
+        assert (np.abs(one.held.lengths - other.held.lengths) > 1e-4).all()
+
+
 def test_missing_data_is_reported() -> None:
     with pytest.raises(InputError, match=r"no table \[bracket\]"):
         bracket_at(Model(cases.jointed_body()), [1.0, -1.0, 2.0])

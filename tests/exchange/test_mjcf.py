@@ -15,6 +15,7 @@ from cablewright.live.rest_pose import rest_pose
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot, library_names, load
 from cablewright.solvers.inverse import solve_inverse
+from physics.test_shared_winches import parallelograms
 from planar_robots import board
 
 WHEEL = {"centre": (0.4, 0.0, 6.5), "axis": (-0.2, 0.6, 0.4), "radius": 0.1}
@@ -115,8 +116,11 @@ def lines_with(robot: Robot, **changes: object) -> Robot:
         {"sheave": {"kind": "eyelet"}, "winch_exit": (0.0, 0.0, 6.0), "guides": (WHEEL, (0.0, 1.0, 5.0))},
         {"sheave": {"kind": "eyelet"}, "winch_exit": None, "advantage": 3},
         {"sheave": {"kind": "eyelet"}, "winch_exit": None, "cables": 2, "dead_length": 0.7},
+        {"exit_compliance": 2e-6},
+        {"exit_compliance": ((1e-6, 2e-7, 0.0), (2e-7, 2e-6, 0.0), (0.0, 0.0, 1e-6)), "sheave": {"kind": "eyelet"}},
+        {"spring": 1e5},
     ],
-    ids=["tilted", "under", "guides", "wheels", "advantage", "cables"],
+    ids=["tilted", "under", "guides", "wheels", "advantage", "cables", "mount", "spatial mount", "spring"],
 )
 def test_kinds_of_lines(changes: dict[str, object]) -> None:
     robot = lines_with(load("merlet2023"), **changes)
@@ -143,6 +147,43 @@ def test_a_sheave_on_the_platform() -> None:
         pytest.skip(at.sentence())
     place, _, _ = settled(at)
     np.testing.assert_allclose(place, at.pose[:3], atol=1e-4, rtol=0)
+
+
+@pytest.mark.parametrize("kind", ["swivel", "eyelet", "guided"])
+def test_a_counterweight_hangs_and_pulls(kind: str) -> None:
+    """As a mass at the end of its cable: the platform rests at the pose, and the mass 1 m below the winch exit."""
+    robot = load("merlet2023")
+    changes = {} if kind == "swivel" else {"sheave": {"kind": "eyelet"}, "winch_exit": (0.0, 0.0, 6.0)}
+    robot = lines_with(robot, **changes, **({"guides": ((0.4, 0.0, 6.5),)} if kind == "guided" else {}))
+    table = robot.model_dump(by_alias=True)
+    lines = list(table["lines"])
+    lines[2] = lines[2] | {"counterweight": 4.0, "winch": {}}
+    table["lines"] = lines
+    at = solve_inverse(Model.of(Robot.model_validate(table), cable="rigid"), [0.3, -0.4, 1.2]).checked()
+    made = mjcf(at)
+    assert not any("counterweight" in each for each in made.lost)
+    model = mujoco.MjModel.from_xml_string(made.text)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    np.testing.assert_allclose(data.ten_length, model.tendon_range[:, 1], atol=1e-8, rtol=0)
+    for _ in range(8000):
+        data.qvel *= 0.99
+        mujoco.mj_step(model, data)
+    assert np.abs(data.qvel).max() < 1e-4
+    np.testing.assert_allclose(data.body("platform").xpos, at.pose, atol=1e-4, rtol=0)
+    start = np.array(at.model.robot.lines[2].winch_exit) - [0.0, 0.0, 1.0]
+    hung = data.site(f"counterweight {at.model.robot.lines[2].name}").xpos
+    np.testing.assert_allclose(hung, start, atol=2e-4, rtol=0)
+
+
+def test_lines_that_share_winches_keep_their_lengths() -> None:
+    """Their drums are lost, by a note: tendons of equal lengths hold the parallelograms all the same."""
+    at = solve_inverse(Model.of(parallelograms(4), cable="rigid"), [0.1, 0.05, 1.0, *[np.nan] * 3]).checked()
+    assert any("shared_winch" in each for each in mjcf(at).lost)
+    place, model, data = settled(at)
+    np.testing.assert_allclose(place, at.pose[:3], atol=1e-4, rtol=0)
+    np.testing.assert_allclose(data.body("platform").xquat[1:], 0.0, atol=1e-4)
+    np.testing.assert_allclose(model.tendon_range[:, 1], at.lengths, atol=2e-6, rtol=0)
 
 
 @pytest.mark.parametrize("plane", ["vertical", "tilted"])
@@ -172,11 +213,6 @@ def test_rejections() -> None:
         mjcf(solve_inverse(Model.of(robot), [0.0, 0.0, 1.0]))
     with pytest.raises(AnswerError, match="no lengths at this pose"):
         mjcf(solve_inverse(Model.of(load("house-printer"), cable="rigid"), [0.0, 0.0, 16.0]))
-    table = robot.model_dump(by_alias=True)
-    table["lines"] = [table["lines"][0] | {"counterweight": 5.0, "winch": {}}, *table["lines"][1:]]
-    hung = Robot.model_validate(table)
-    with pytest.raises(InputError, match="has a counterweight"):
-        mjcf(rest_pose(Model.of(hung, cable="rigid")).equilibrium)
     aside = lines_with(robot, winch_exit=(0.0, 0.0, 0.0))
     with pytest.raises(InputError, match="a winch that is not on the axis of its swivel; not supported"):
         mjcf(solve_inverse(Model.of(aside, cable="rigid"), [0.0, 0.0, 1.0]))

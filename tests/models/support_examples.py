@@ -301,7 +301,8 @@ def _workspace(robot: Robot, criterion: str) -> bool:
 
 
 def _boundary(robot: Robot) -> bool:
-    return cw.boundary_modes(robot, "static", grid=5, box=_boxed(robot)).status == "ok"
+    given = {} if robot.platform.plane is not None else {"box": _boxed(robot)}
+    return cw.boundary_modes(robot, "static", grid=5, **given).status == "ok"
 
 
 def _along(robot: Robot) -> bool:
@@ -349,7 +350,7 @@ PROBES: dict[Capability, Callable[[Robot], Any]] = {
     Capability.EXHAUSTIVE: lambda robot: refuse_unfit(cw.Model.of(robot), held(robot).lengths) is None,
     Capability.TENSIONS: lambda robot: bool(cw.tension_distribution(robot, straight(robot).pose).feasible),
     Capability.WRENCH_CLOSURE: lambda robot: cw.wrench_closure(robot, held(robot).pose).margin <= 1.0,
-    Capability.CAPACITY: lambda robot: math.isfinite(cw.capacity(robot, held(robot).pose).margin),
+    Capability.CAPACITY: lambda robot: math.isfinite(cw.capacity(robot, straight(robot).pose).margin),
     Capability.TENSION_CHOICE: _chosen,
     Capability.WORKSPACE: lambda robot: _workspace(robot, "static"),
     Capability.STRAIGHT_WORKSPACE: lambda robot: _workspace(robot, "exact"),

@@ -29,9 +29,12 @@ BY_NUMBERS = {
     (Capability.WORKSPACE, "few-lines-in-plane"): "two lines are searched, in their vertical plane",
     (Capability.STRAIGHT_WORKSPACE, "few-winches"): "there is no place at which any rotation is balanced",
     (Capability.STRAIGHT_WORKSPACE, "few-lines-in-plane"): "there is no place at which any rotation is balanced",
-    (Capability.TENSION_CHOICE, "counterweight"): "a point on three winches has nothing to choose",
-    (Capability.SLACK, "counterweight"): "a point needs all of its three winches",
-    (Capability.SLACK_SETS, "counterweight"): "a point needs all of its three winches",
+    **{
+        (each, feature): "a point needs all of its three winches"
+        for each in (Capability.SLACK, Capability.SLACK_SETS, Capability.TENSION_CHOICE)
+        for feature in ("counterweight", "shared-winch")
+    },
+    (Capability.STRAIGHT_WORKSPACE, "shared-winch"): "rigid lines of a point fit their drum in one plane",
     (Capability.SLACK, "no-gravity"): "the tension limits leave no line slack",
     (Capability.SHAPE, "weightless"): "a line without weight has no shape",
     (Capability.SHAPE, "no-gravity"): "a line without weight has no shape",

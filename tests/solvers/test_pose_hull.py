@@ -236,8 +236,8 @@ class SecondOrder:
     """One equilibrium's bound of the second derivatives, over a random box, against Jacobians in it."""
 
     def __init__(self, found: Equilibrium, error: float) -> None:
-        self.found, (n, lines, platform, _) = found, found.packed
-        self.packed = layout.Packed(n, lines[0], platform[0], None)
+        self.found, (n, lines, platform, general) = found, found.packed
+        self.packed = layout.Packed(n, lines[0], platform[0], general)
         self.cert = unfold(self.packed, certificate_pool(self.packed))
         m, size = found.model.m, len(self.cert.step)
         self.work = branch_tube.tube_work(size, m, 0)

@@ -25,10 +25,9 @@ from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.plane import directions
 from cablewright.models.rows import Rows
 from cablewright.models.statics import Model
-from cablewright.models.support import Capability, require
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_poses, as_rows
-from cablewright.solvers.tension import structures
+from cablewright.solvers.tension import drum_structures, structures
 
 MAX_FACETS: Final = 100_000
 """Largest number of choices of f - 1 columns: 16 lines of a body have 4368."""
@@ -47,7 +46,8 @@ class WrenchPolytope(Pictured, Rows):
     ``normals`` (k, n): 1 and 1/m, so that ``offsets`` (k,) and distances are in N, with moments divided by ``length``,
     m; rows that are no facet are NaN. ``structure`` (n, m): the structure matrix. ``limits`` (m, 2): tensions, N.
     ``required`` (n,): the wrench that balances weight and loads, N and N m, world. ``basis`` (n, f): the directions
-    that a plane leaves. A counterweight has one tension. The set is flat where lines with a winch do not reach all f
+    that a plane leaves. A counterweight has one tension. Elastic lines on one drum count as one: columns and limits are
+    those of the host's tension. The set is flat where lines with a winch do not reach all f
     degrees of freedom: it has no facets. Neither has it any where a counterweight exceeds a limit.
     """
 
@@ -140,10 +140,9 @@ def available_wrenches(
     """
     require_positive(length=length)
     model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits, default=CableLaw.RIGID)
-    require(model, Capability.CAPACITY)
     weights = model.lines.counterweight
     winched = weights == 0.0
-    count = comb(int(winched.sum()), model.freedoms - 1)
+    count = comb(min(int(winched.sum()), model.winches), model.freedoms - 1)
     if count > MAX_FACETS:
         asked = f"{model.freedoms - 1} of {winched.sum()} lines"
         raise InputError(f"{count} choices of {asked}: at most {MAX_FACETS}; capacity has their margin alone")
@@ -156,12 +155,18 @@ def available_wrenches(
     limits[:] = limits if model.tension_limits is None else model.tension_limits
     allowed = ((limits[:, 0] <= weights) & (weights <= limits[:, 1]))[~winched].all()
     limits[~winched] = weights[~winched, None]
-    normals, offsets = _facets_of_batch(_scaled(found, free, length), limits, winched)
-    offsets = offsets if allowed else np.full_like(offsets, np.nan)
+    good, fixed, bounds = np.full(len(given), allowed), np.zeros_like(loads), np.tile(limits, (len(given), 1, 1))
+    if model.robot.sharing:
+        found, moved, bounds, codes = drum_structures(model, given, retraction=retraction)
+        good, fixed = codes == 0, moved - loads
+        if found.shape[-1] < model.m:
+            winched = winched[[line.shared_winch is None for line in model.robot.lines]]
+    normals, offsets = _facets_of_batch(_scaled(found, free, length), bounds, winched)
+    offsets = np.where(good[:, None], offsets, np.nan)
     normals = normals @ free.T * _arms(model.n, length)
-    every = [np.broadcast_to(each, (len(given), *each.shape)) for each in (free, limits)]
-    arrays = (given, found, normals, offsets, -loads)
-    batch = WrenchPolytope(model.robot.name, float(length), every[0], every[1], *arrays)
+    offsets = offsets + np.einsum("nkf,nf->nk", normals, fixed)
+    every = np.broadcast_to(free, (len(given), *free.shape))
+    batch = WrenchPolytope(model.robot.name, float(length), every, bounds, given, found, normals, offsets, -loads)
     return batch[0] if single else batch
 
 
@@ -178,11 +183,12 @@ def _arms(n: int, length: float) -> Array:
 
 def _facets_of_batch(columns: Array, limits: Array, winched: Mask) -> tuple[Array, Array]:
     """Return `_facets` of the lines with a winch, moved by the wrench of the others, in blocks of bounded memory."""
-    f, own = columns.shape[1], limits[winched]
-    block = max(1, _NUMBERS // (f * f * max(1, comb(len(own), f - 1))))
-    found = [_facets(columns[k : k + block][:, :, winched], own) for k in range(0, max(len(columns), 1), block)]
+    f, own = columns.shape[1], limits[:, winched]
+    block = max(1, _NUMBERS // (f * f * max(1, comb(own.shape[1], f - 1))))
+    blocks = [slice(k, k + block) for k in range(0, max(len(columns), 1), block)]
+    found = [_facets(columns[rows][:, :, winched], own[rows]) for rows in blocks]
     normals, offsets = (np.concatenate(each) for each in zip(*found, strict=True))
-    given = np.nan_to_num(columns[:, :, ~winched]) @ limits[~winched, 0]
+    given = np.einsum("nfk,nk->nf", np.nan_to_num(columns[:, :, ~winched]), limits[:, ~winched, 0])
     return normals, offsets + np.einsum("nkf,nf->nk", normals, given)
 
 
@@ -201,7 +207,7 @@ def _facets(columns: Array, limits: Array) -> tuple[Array, Array]:
     bad |= np.reshape(np.isnan(columns).any(axis=(1, 2)), (-1, 1))
     for row in range(len(bad)):
         bad[row] |= _repeated(np.where(bad[row, :, None], 0.0, normals[row]))
-    low, high = limits.T
+    low, high = limits[:, None, :, 0], limits[:, None, :, 1]
     upper = np.where(along > 0.0, along * high, along * low).sum(axis=-1)
     lower = np.where(along > 0.0, along * low, along * high).sum(axis=-1)
     both = np.concatenate([normals, -normals], axis=1)

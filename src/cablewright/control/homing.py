@@ -27,9 +27,10 @@ from cablewright.foundation.errors import AnswerError, CablewrightError, Status
 from cablewright.foundation.signals import Estimate, SensorFrame
 from cablewright.models.plane import within
 from cablewright.models.rotation import placed
-from cablewright.models.statics import Model
+from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.support import Capability, require
 from cablewright.robot.plane import OFF_PLANE
+from cablewright.solvers.certify import certify
 from cablewright.solvers.continuation import Tracker
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.hanging_path import hung
@@ -268,7 +269,7 @@ class Homing:
         except AnswerError as error:
             return f"the lengths have no equilibrium: {error}"
         if status is not Status.OK:
-            return f"the equilibrium of the lengths: {status.value}"
+            return self._unproved(status, tracker.solved)
         apart = self._apart(tracker.pose, place)
         if apart > _APART:
             return f"the lengths' equilibrium is {apart:.3f} m from where they meet; at most {_APART:g} is allowed"
@@ -278,6 +279,18 @@ class Homing:
             return f"the lengths could not be kept: {error}"
         self.pose = tracker.pose.copy()
         return ""
+
+    def _unproved(self, status: Status, found: Equilibrium) -> str:
+        """What failed in the proof that the equilibrium *found* is the only one near, and the next step."""
+        steps = "change the tensions, or measure another place, and home again"
+        if status is not Status.UNCERTIFIED:
+            return f"the pose of the lengths cannot be followed: {status.value}; {steps}"
+        reason = str(certify(found).reason()[0]).removeprefix("not certified: ")
+        slack = found.tensions[0] < found.lines.tension_min[0]
+        names = [line.name for line, loose in zip(self.settings.model.robot.lines, slack, strict=True) if loose]
+        if names:
+            steps = f"tension {', '.join(map(repr, names))}, below the min tension, and home again"
+        return f"the pose of the lengths is not proved to be the only one near: {reason}; {steps}"
 
     def _apart(self, pose: Array, other: Array) -> float:
         """The way, m, of the platform point that moves farthest from one pose (n,) to the *other*."""

@@ -1,7 +1,8 @@
 """MuJoCo models (MJCF) of a robot at a pose: written. Cables are spatial tendons that neither stretch nor weigh.
 
 Each cable runs from its winch over a sheave that swivels to the platform, and cannot get longer than it is at the pose:
-`forward` in another physics engine. A motor pulls at each for those who control tensions instead.
+`forward` in another physics engine. A motor pulls at each for those who control tensions instead. A counterweight is a
+mass at the other end of its cable, which slides up and down.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ _CARRIED: Final = (
     "platform.boxes platform.nozzle scene.gravity scene.beams lines.name lines.exit_point lines.winch_exit "
     "lines.guides lines.dead_length lines.advantage lines.platform_point lines.platform_sheave lines.sheave.kind "
     "lines.sheave.radius lines.sheave.wrap lines.sheave.axis lines.sheave.lever lines.sheave.lever_weight "
-    "lines.sheave.lever_mass_centre lines.tension_limits"
+    "lines.sheave.lever_mass_centre lines.tension_limits lines.counterweight"
 )
 
 
@@ -76,6 +77,7 @@ def _note_lengths(robot: Robot, mounts: Sequence[Mounting], ends: Sequence[Mount
 
 def _document(robot: Robot, at: Equilibrium, mounts: Sequence[Mounting], ends: Sequence[Mounting], notes: Notes) -> str:
     bodies = "".join(m.body for m in mounts)
+    motors = "".join(_motor(line) for line, mount in zip(robot.lines, mounts, strict=True) if not mount.hung)
     tendons = zip(robot.lines, at.lengths, mounts, ends, strict=True)
     comments = "".join(f"  <!-- lost: {printable(each).replace('--', '- -')} -->\n" for each in notes.all)
     return (
@@ -85,7 +87,7 @@ def _document(robot: Robot, at: Equilibrium, mounts: Sequence[Mounting], ends: S
         f"  <worldbody>\n{_platform(robot, at.pose, ends)}{bodies}{_beams(robot)}  </worldbody>\n"
         f"  <tendon>\n{''.join(_tendon(line, float(length), m, e) for line, length, m, e in tendons)}  </tendon>\n"
         f"  <equality>\n{''.join(part.equality for part in (*ends, *mounts))}  </equality>\n"
-        f"  <actuator>\n{''.join(_motor(line) for line in robot.lines)}  </actuator>\n</mujoco>\n"
+        f"  <actuator>\n{motors}  </actuator>\n</mujoco>\n"
     )
 
 
@@ -134,7 +136,7 @@ def _tendon(line: Line, length: float, begin: Mounting, end: Mounting) -> str:
     """Return the tendon with its max length: that of the line, without a constant that no span has."""
     back = f"<site site={xml_name('exit', line)}/>"  # to and fro: an advantage goes with eyelets alone
     spans = [begin.path, end.path, *(back if k % 2 else end.path for k in range(1, line.advantage))]
-    longest = length - line.dead_length + begin.added + end.added
+    longest = length - line.dead_length + begin.added + end.added + begin.hung
     return (
         f'    <spatial name={quoteattr(printable(line.name))} range="0 {longest!r}" {_FIRM}>\n'
         f"      {''.join(spans)}\n    </spatial>\n"

@@ -22,6 +22,9 @@ from cablewright.models.rotation import placed
 from cablewright.robot import Eyelet, Line, PlatformPulley, Swivel, UniversalJoint
 from cablewright.robot.direction import unit_vector
 
+HUNG: Final = 1.0
+"""How far below the start of its line a counterweight hangs at the pose, m; it moves up and down, without a stop."""
+
 FEED: Final = 5e-7
 """Length of the tendon before a sheave whose winch is not known, m: as short as MuJoCo finds the side to wrap."""
 
@@ -33,20 +36,36 @@ _LIGHT: Final = '<inertial pos="0 0 0" mass="0.01" diaginertia="0.001 0.001 0.00
 class Mounting:
     """Text of a body, of the part of the tendon there, and of the equality that keeps it in its plane.
 
-    ``added``: length of the tendon that the line does not have, m. Joints are 0 at the pose.
+    ``added``: length of the tendon that the line does not have, m; ``hung``: the same, from its counterweight. Joints
+    are 0 at the pose.
     """
 
     body: str
     path: str
     equality: str = ""
     added: float = 0.0
+    hung: float = 0.0
 
 
 def mounting(line: Line, end: Array, lever: float, gravity: float) -> Mounting:
-    """Return the guides of a line on the frame when it ends at *end* (3,), m, world.
+    """Return the guides of a line on the frame when it ends at *end* (3,), m, world, and its counterweight.
 
     *lever*: angle of its lever, rad; *gravity*: m/s^2, which makes a weight of the lever's mass.
     """
+    found = _over_guides(line, end, lever, gravity)
+    mass = line.counterweight or 0.0
+    if not mass:
+        return found
+    start = np.array(line.winch_exit or line.exit_point) - [0.0, 0.0, HUNG]
+    weight = f'<inertial pos="0 0 0" mass="{mass!r}" diaginertia="0.01 0.01 0.01"/>'
+    body = (
+        f'    <body pos="{xml_numbers(start)}"><joint type="slide" axis="0 0 1"/>{weight}'
+        f"<site name={xml_name('counterweight', line)}/></body>\n"
+    )
+    return replace(found, body=body + found.body, path=_via("counterweight", line) + found.path, hung=HUNG)
+
+
+def _over_guides(line: Line, end: Array, lever: float, gravity: float) -> Mounting:
     begin, path, longer = _guides(line)
     if isinstance(line.sheave, Eyelet):
         body = begin + _site("exit", line, line.exit_point)

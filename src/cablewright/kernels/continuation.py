@@ -5,7 +5,7 @@ import numpy as np
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.krawczyk import CERTIFIED, certify
 from cablewright.kernels.certificates.system_enclosure import unfold
-from cablewright.kernels.layout import DEAD, FOLD, JUMPED, NOT_CONVERGED, OK, SINGULAR, UNCERTIFIED
+from cablewright.kernels.layout import DEAD, FOLD, JUMPED, NOT_CONVERGED, OK, SINGULAR
 from cablewright.kernels.newton import copy, copy_rows, largest, min_pivot
 from cablewright.kernels.statics.equilibrium import condense, evaluate, judge, judge_pivot, newton_step, refine
 from cablewright.kernels.statics.line.interface import dips_line
@@ -15,14 +15,13 @@ SUBSTEPS = (1, 4, 16, 64)  # numbers of parts that the change of lengths is divi
 
 
 @jit(allocates=True)
-def follow(packed, before, lengths, pose, states, jump, fold, tolerance, work, pool):
+def follow(packed, before, lengths, pose, states, jump, fold, work):
     """Follow the equilibrium in *pose* and *states* from lengths *before* to *lengths*; both are updated in place.
 
     Each part of the change is predicted by the linearisation and corrected by Newton. Where the result is farther than
     *jump* (m, rad) from the prediction, or a dead span begins or ceases to hang in a loop, the change is divided into
     more parts. Codes: JUMPED if no part is small enough or Newton does not converge; FOLD if the smallest pivot of the
-    stiffness, as a share of its largest entry, is under *fold*; UNCERTIFIED if *tolerance* (m, rad) is positive and
-    the end cannot be certified to it. Returns the code and the smallest pivot.
+    stiffness, as a share of its largest entry, is under *fold*. Returns the code and the smallest pivot.
     """
     start, shape = pose.copy(), states.copy()
     part_lengths = np.empty_like(lengths)
@@ -48,10 +47,16 @@ def follow(packed, before, lengths, pose, states, jump, fold, tolerance, work, p
         code = judge(packed, states, work.planes, work.spatial)
     if code == OK and pivot < fold:
         code = FOLD
-    if code == OK and tolerance > 0.0:
-        proved = certify(packed, lengths, pose, states, tolerance, unfold(packed, pool)) == CERTIFIED
-        code = OK if proved else UNCERTIFIED
     return code, pivot
+
+
+@jit(allocates=True)
+def is_certified(packed, lengths, pose, states, tolerance, pool):
+    """Whether the equilibrium in *pose* and *states* is certified to *tolerance*, m and rad.
+
+    Apart from `follow`, so that only who asks for certificates has them compiled.
+    """
+    return certify(packed, lengths, pose, states, tolerance, unfold(packed, pool)) == CERTIFIED
 
 
 @jit(allocates=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import chain, permutations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cablewright.foundation.arrays import Array
 from cablewright.kernels.shared_winches.program import LINE, OFFSET, OTHER, SENSE, SHARES
@@ -20,6 +21,15 @@ def shares(robot: Robot) -> Array:
         row[LINE], row[OTHER] = names.index(line.name), names.index(line.shared_winch.line)
         row[SENSE], row[OFFSET] = line.shared_winch.sense, line.shared_winch.offset
     return table
+
+
+def drums(robot: Robot) -> tuple[NDArray[np.int64], Array, Array]:
+    """Return the host (m,) of each line, its sense and its offset, m: L = offset + sense * L[host]; else itself."""
+    hosts, senses, offsets = np.arange(robot.m), np.ones(robot.m), np.zeros(robot.m)
+    for row in shares(robot):
+        line = int(row[LINE])
+        hosts[line], senses[line], offsets[line] = int(row[OTHER]), row[SENSE], row[OFFSET]
+    return hosts, senses, offsets
 
 
 def missed_lengths(robot: Robot, lengths: Array) -> Array:

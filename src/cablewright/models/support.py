@@ -197,25 +197,16 @@ _WINCH_OR_URDF: Final = f"{_OWN_WINCH}, or export urdf, which has no lines"
 _BY_ANGLE: Final = "Export klipper, which moves winches by their angle"
 _NOTHING: Final = "the format has nothing like it"
 _IN_FILE: Final = "Give the number in the robot file"
-_ONE_DRUM: Final = "Lines on one drum have tensions that follow their stretch, not a choice"
 _C, _LOST, _REJECTED = Capability, Coverage.LOST, Coverage.REJECTED
 
 _ROWS: Final = (
-    (_C.POSE_BOX, _REJECTED, f"{SPATIAL} plane advantage cables",
-     "Use linearise, whose pose errors are of first order"),
+    (_C.POSE_BOX, _REJECTED, SPATIAL, "Use linearise, whose pose errors are of first order"),
     (_C.EXHAUSTIVE, _REJECTED,
      f"{SPATIAL} mount spring plane advantage cables body weightless no-gravity",
      "Search from many starts: leave out exhaustive"),
-    (_C.TENSIONS, _REJECTED, "shared-winch", f"{_ONE_DRUM}: use inverse"),
-    (_C.WRENCH_CLOSURE, _REJECTED, "shared-winch", f"{_ONE_DRUM}: use the criterion static"),
-    (_C.CAPACITY, _REJECTED, "shared-winch", f"{_ONE_DRUM}: use the criterion static"),
-    (_C.TENSION_CHOICE, _REJECTED, "shared-winch", f"{_ONE_DRUM}: use inverse with preferred tensions"),
     (_C.TENSION_CHOICE, _REJECTED, "few-winches", "The balance leaves no tension to choose: use inverse"),
-    (_C.STRAIGHT_WORKSPACE, _REJECTED, "shared-winch", f"{_ONE_DRUM}: use the criterion static"),
-    (_C.BOUNDARY_MODES, _REJECTED, "few-winches plane", "Use modes at a pose"),
-    (_C.SLACK, _REJECTED, "shared-winch", "The drum decides its length: use forward with longer lengths"),
+    (_C.BOUNDARY_MODES, _REJECTED, "few-winches tilted-plane", "Use modes at a pose"),
     (_C.SLACK, _REJECTED, "few-winches", "Each line is needed at a given pose: use forward with longer lengths"),
-    (_C.SLACK_SETS, _REJECTED, "shared-winch", "The drum decides their lengths: use forward with longer lengths"),
     (_C.SLACK_SETS, _REJECTED, "few-winches", "Each line is needed at a given pose: use forward with longer lengths"),
     (_C.CHECK, Coverage.NOT_CHECKED, "mount",
      "coupled mounts, as two exit points on one post: each mount deflects under its own line only"),
@@ -226,7 +217,7 @@ _ROWS: Final = (
     (_C.CHECK, _REJECTED, "few-shared-winches", "Use inverse with free coordinates (nan)"),
     (_C.PATH, _REJECTED, "few-shared-winches", "Use a pose with free coordinates (nan)"),
     (_C.BRACKET, _REJECTED, "eyelet swivel pulley", "Give all lines universal joints, whose lever the bracket holds"),
-    (_C.BRACKET, _REJECTED, "mount spring", "Leave out exit_compliance and spring"),
+    (_C.BRACKET, _REJECTED, "mount", "Leave out exit_compliance: the bracket deflects by itself"),
     (_C.SURVEY, _REJECTED, SPATIAL, "Write the surveyed points into the robot file"),
     (_C.CALIBRATION, _REJECTED, "counterweight shared-winch", "Calibrate the robot with a winch on each line"),
     (_C.CALIBRATION, _REJECTED, "pulley winch-aside platform-sheave platform-pulley",
@@ -272,7 +263,6 @@ _ROWS: Final = (
     (_C.WIREX, _REJECTED, "counterweight", _WINCH_OR_URDF),
     (_C.WIREX, _LOST, "guides mount spring shared-winch retraction", _NOTHING),
     (_C.MJCF, _REJECTED, "pulley winch-aside platform-pulley sheave-to-sheave", "Export urdf, which has no lines"),
-    (_C.MJCF, _REJECTED, "counterweight", _WINCH_OR_URDF),
     (_C.MJCF, _LOST, "cables", "one tendon pulls for all cables side by side"),
     (_C.MJCF, _LOST, "guide-wheels",
      "wheels are sites on their rims, which hold the cable there; their arcs keep their lengths"),

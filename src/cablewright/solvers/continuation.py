@@ -11,8 +11,7 @@ from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError, Status
 from cablewright.foundation.units import LARGEST
 from cablewright.kernels import continuation
-from cablewright.kernels.certificates.krawczyk import CERTIFIED, certify
-from cablewright.kernels.certificates.system_enclosure import certificate_pool, unfold
+from cablewright.kernels.certificates.system_enclosure import certificate_pool
 from cablewright.kernels.layout import Code, Packed
 from cablewright.kernels.statics import forward as kernel
 from cablewright.kernels.statics.equilibrium import workspace
@@ -73,7 +72,7 @@ class Tracker:
         self._lengths = begin.lengths.copy()
         self._packed = model.packed
         self._work = workspace(self._packed)
-        self._pool = certificate_pool(self._packed)
+        self._pool: Array | None = None
 
     def step(self, lengths: ArrayLike) -> Status:
         """Track the equilibrium to *lengths* (m,), m. Unless the status is OK, the pose stays as it was.
@@ -127,24 +126,19 @@ class Tracker:
 
     def _follow(self, lengths: Array, pose: Array, states: Array) -> tuple[int, float]:
         """Code and margin of one step; *pose* and *states* are updated in place."""
-        settings, packed = self.settings, self._packed
-        tolerance = settings.tolerance if settings.certify else 0.0
-        if self.model.massless:
-            return self._follow_massless(lengths, pose, states, tolerance), np.nan
-        bounds = (settings.jump, settings.fold, tolerance)
-        code, margin = continuation.follow(
-            packed, self._lengths, lengths, pose, states, *bounds, self._work, self._pool
-        )
-        return code, margin
-
-    def _follow_massless(self, lengths: Array, pose: Array, states: Array, tolerance: float) -> int:
-        """As `_follow`, for massless lines: a slack one has no shape to linearise or certify."""
-        code, _, _ = kernel.solve_warm(self._packed, lengths, pose, states, self._work)
-        if code == Code.OK and tolerance > 0.0:
-            pool = unfold(self._packed, self._pool)
-            if certify(self._packed, lengths, pose, states, tolerance, pool) != CERTIFIED:
-                return int(Code.UNCERTIFIED)
-        return int(code)
+        own, packed = self.settings, self._packed
+        if self.model.massless:  # a slack line has no shape to linearise
+            (code, _, _), margin = kernel.solve_warm(packed, lengths, pose, states, self._work), np.nan
+        else:
+            code, margin = continuation.follow(
+                packed, self._lengths, lengths, pose, states, own.jump, own.fold, self._work
+            )
+        if own.certify and code == Code.OK:
+            if self._pool is None:
+                self._pool = certificate_pool(packed)
+            if not continuation.is_certified(packed, lengths, pose, states, own.tolerance, self._pool):
+                code = Code.UNCERTIFIED
+        return int(code), margin
 
 
 def _are_sound(lengths: Array) -> bool:

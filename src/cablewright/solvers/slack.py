@@ -25,13 +25,14 @@ from cablewright.foundation.errors import InputError
 from cablewright.foundation.results import Figure, Result
 from cablewright.kernels import batches
 from cablewright.kernels.layout import Code
+from cablewright.kernels.shared_winches.program import LINE, OTHER
 from cablewright.kernels.statics.equilibrium import evaluate, judge
 from cablewright.kernels.statics.inverse import stays
 from cablewright.kernels.statics.inverse_work import inverse_workspace
 from cablewright.kernels.statics.line.upright import extremes
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.packed_views import LineStates, PlatformNumbers, blank_states
-from cablewright.models.shared_winches import drum_mates
+from cablewright.models.shared_winches import drum_mates, drums, shares
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.support import Capability, require
 from cablewright.robot import Robot
@@ -81,11 +82,12 @@ def solve_with_slack(
     *excess* maps slack lines, by name or index from 0, to their excess >= 0. They hang at the pose at their given
     length; the others are taut, with least-norm tensions within the limits (n taut lines leave no choice). In the
     answer's model the lowest tension limit of a slack line is 0; its highest tension and breaking load stay. Statuses
-    are those of the inverse problem; the stability of a rigid body includes all lines.
+    are those of the inverse problem; the stability of a rigid body includes all lines. Lines on the drum of a slack one
+    have the lengths that it gives them; where these are too short for slack, their limits hold.
 
     Massless slack lines carry nothing; on a lever they carry its weight while that straightens them. Raises
-    `InputError` for a line that does not exist or is named twice, an excess that is negative or not finite, and where
-    fewer taut lines than degrees of freedom would remain.
+    `InputError` for a line that does not exist or is named twice, or whose drum another one turns, an excess that is
+    negative or not finite, and where fewer winches of taut lines than degrees of freedom would remain.
     """
     model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits)
     require(model, Capability.SLACK)
@@ -109,6 +111,10 @@ def _checked(model: Model, excess: Excess) -> dict[int, float]:
             raise InputError(f"excess of line {name!r} = {value!r}: a number is expected, m") from None
         if not 0.0 <= by[index] < math.inf:
             raise InputError(f"excess of line {name!r} = {by[index]:g} m: a slack line's is finite and not negative")
+        mates = [mate for one, mate, _ in drum_mates(model.robot) if one == index and mate in by]
+        if mates:
+            other = model.robot.lines[mates[0]].name
+            raise InputError(f"excess of line {name!r}: its drum is that of {other!r}, which decides it: leave it out")
     _check_taut(model, len(by))
     return by
 
@@ -118,22 +124,31 @@ def _check_taut(model: Model, slack: int) -> None:
     m, n = model.winches, model.freedoms
     if m - slack < n:
         spare = f"at most {m - n} can be" if m > n else "none can be"
-        raise InputError(f"slack lines: {n} taut ones hold {model.robot.name!r}, which has {m}: {spare} slack")
+        what = "winches" if model.robot.sharing else "taut ones"
+        raise InputError(f"slack lines: {n} {what} hold {model.robot.name!r}, which has {m}: {spare} slack")
 
 
-def _solve(model: Model, pose: Array, slack: list[int], by: Array) -> Equilibrium:
-    """A batch at *pose* (N, n), with the lines *slack* at their excess *by* (N, k), m."""
+def _solve(model: Model, pose: Array, named: list[int], by: Array) -> Equilibrium:
+    """A batch at *pose* (N, n), with the lines *named*, one of a drum, at their excess *by* (N, k), m."""
+    hosts, senses, offsets = drums(model.robot)
+    slack = np.flatnonzero(np.isin(hosts, hosts[named])).tolist()
     rows, loose = len(pose), _loosened(model, slack)
     states, lengths = blank_states(rows, model.m), np.zeros((rows, model.m))
     wrenches, hung = np.zeros((rows, model.n)), np.zeros(rows, dtype=np.int64)
-    lengths[:, slack] = taut_lengths(loose.rows(), pose)[:, slack] + by
+    taut = taut_lengths(loose.rows(), pose)
+    for i, more in zip(named, by.T, strict=True):
+        turned = senses[i] * (taut[:, i] + more - offsets[i])
+        mates = np.flatnonzero(hosts == hosts[i])
+        lengths[:, mates] = offsets[mates] + senses[mates] * turned[:, None]
+        lengths[:, i] = taut[:, i] + more
+    least = np.where(lengths < taut, model.lines.tension_min, 0.0)
     batches.slack_rows(loose.rows(), pose, lengths, np.array(slack, dtype=np.int64), states, wrenches, hung)
     codes, violations = _hold(loose, pose, slack, wrenches, states, lengths)
     codes = np.where(hung == 0, codes, hung)
     states[(hung != 0) | np.isnan(states).any(axis=(1, 2))] = np.nan
     lengths[np.isnan(states).any(axis=(1, 2))] = np.nan
     violations[hung != 0] = 0.0
-    _judge(loose, pose, states, lengths, slack, codes, violations)
+    _judge(loose, pose, states, lengths, slack, least, codes, violations)
     return Equilibrium(loose, loose.rows(), pose, lengths, states, codes, violations, np.zeros(rows, dtype=np.int64))
 
 
@@ -160,8 +175,14 @@ def _hold(
     platform.wrench[:, : model.n] += wrenches
     found, paid = blank_states(rows, len(taut)), np.zeros((rows, len(taut)))
     codes, violations = np.zeros(rows, dtype=np.int64), np.zeros(rows)
-    arrays = (packed._replace(lines=lines, platform=platform.array), pose, found, paid, codes, violations)
-    run(batches.inverse_rows, rows, *arrays, False)
+    own = packed._replace(lines=lines, platform=platform.array)
+    table = shares(model.robot)
+    table = table[np.isin(table[:, LINE], taut)]
+    if len(table):
+        table[:, [LINE, OTHER]] = np.searchsorted(taut, table[:, [LINE, OTHER]])
+        run(batches.shared_rows, rows, own, table, pose.copy(), found, paid, codes, violations, False)
+    else:
+        run(batches.inverse_rows, rows, own, pose, found, paid, codes, violations, False)
     states[:, taut], lengths[:, taut] = found, paid
     return codes, violations
 
@@ -172,11 +193,15 @@ def _judge(
     states: Array,
     lengths: Array,
     slack: list[int],
+    least: Array,
     codes: NDArray[np.int64],
     violations: Array,
 ) -> None:
-    """Update *codes* and *violations* for the whole machine where the taut lines hold it: limits and stability."""
-    packed, max_tensions = model.packed, model.lines.tension_max
+    """Update *codes* and *violations* for the whole machine where the taut lines hold it: limits and stability.
+
+    *least* (N, m): lowest tensions, N.
+    """
+    packed, most = model.packed, model.lines.tension_max
     work = inverse_workspace(packed)
     for j in np.flatnonzero(np.isin(codes, (Code.OK, Code.UNSTABLE, Code.SINGULAR))):
         if np.isnan(states[j]).any():
@@ -185,7 +210,8 @@ def _judge(
         codes[j] = judge(packed, states[j], work.base.planes, work.base.spatial)
         if codes[j] != Code.OK:
             continue
-        over = [extremes(packed.lines[i], states[j, i])[1] - max_tensions[i] for i in slack]
+        ends = [extremes(packed.lines[i], states[j, i]) for i in slack]
+        over = [max(least[j, i] - low, high - most[i]) for i, (low, high) in zip(slack, ends, strict=True)]
         if max(over, default=0.0) > 0.0:
             codes[j], violations[j] = Code.INFEASIBLE, max(over)
         elif packed.freedoms == 6:
@@ -237,36 +263,44 @@ def slack_sets(
 ) -> tuple[SlackSet, ...]:
     """Find every set of lines that holds *pose* (n,), m and rad, while all others are slack.
 
-    A set has as many lines with a winch as the platform has degrees of freedom, and all with a counterweight. The
-    others have one common excess. A set is admissible if some excess leaves all taut lines within their limits. Its
-    range starts at the smallest such excess and continues while the status is OK. It is found by 33 samples, at 0 and
-    logarithmically spaced up to the limit by floor or capacity, and bisection: features between samples and a second
-    range are missed. In the order of the lines. Raises `InputError` if no line can be slack, if *pose* is not one pose,
-    or for over 2000 sets.
+    A set has the lines of as many winches as the platform has degrees of freedom, and all with a counterweight. The
+    others have one common excess; of several lines on one drum it is the smallest, and drums whose lines wind against
+    each other are in every set, as one of them is taut. A set is admissible if some excess leaves all taut lines within
+    their limits. Its range starts at the smallest such excess and continues while the status is OK. It is found by 33
+    samples, at 0 and logarithmically spaced up to the limit by floor or capacity, and bisection: features between
+    samples and a second range are missed. In the order of the lines. Raises `InputError` if no line can be slack, if
+    *pose* is not one pose, or for over 2000 sets.
     """
     model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits)
     require(model, Capability.SLACK_SETS)
     _check_taut(model, 1)
-    winched, n = np.flatnonzero(model.lines.counterweight == 0.0).tolist(), model.freedoms
+    hosts, senses, _ = drums(model.robot)
+    winched, n = np.unique(hosts[model.lines.counterweight == 0.0]), model.freedoms
     count = math.comb(len(winched), n)
     if count > MAX_SETS:
         raise InputError(f"{count} sets of {n} of {len(winched)} lines are too many; at most {MAX_SETS} are allowed")
     at = one_pose(model, pose)
-    found = (_slack_set(model, at, list(slack)) for slack in combinations(winched, len(winched) - n))
+    free = [host for host in winched.tolist() if (senses[hosts == host] > 0.0).all()]
+    found = (_slack_set(model, at, list(slack)) for slack in combinations(free, len(winched) - n))
     return tuple(each for each in found if each is not None)
 
 
-def _slack_set(model: Model, pose: Array, slack: list[int]) -> SlackSet | None:
-    """The range of one candidate, or None where no sample is admissible."""
+def _slack_set(model: Model, pose: Array, turned: list[int]) -> SlackSet | None:
+    """The range of one candidate, whose drums of the hosts *turned* are let out, or None where none is admissible."""
+    hosts, _, offsets = drums(model.robot)
+    slack = np.flatnonzero(np.isin(hosts, turned)).tolist()
+    needed = taut_lengths(model.rows(), pose)[0] - offsets
+    more = np.array([needed[hosts == host].max() - needed[host] for host in turned])
+    beyond = {i: needed[hosts == hosts[i]].max() - needed[i] for i in slack}
 
     def solved(excess: Array) -> Equilibrium:
-        by = np.repeat(excess[:, None], len(slack), axis=1)
-        return _solve(model, np.repeat(pose, len(excess), axis=0), slack, by)
+        return _solve(model, np.repeat(pose, len(excess), axis=0), turned, excess[:, None] + more)
 
     def fine(excess: float) -> bool:
         return bool(solved(np.array([excess])).ok[0])
 
-    limit, ended_by = min((LoneLine(model, pose, i).max_excess() for i in slack), key=lambda end: end[0])
+    ends = [(LoneLine(model, pose, i).max_excess(), beyond[i]) for i in slack]
+    limit, ended_by = min(((most - less, word) for (most, word), less in ends), key=lambda end: end[0])
     if not limit > 0.0:
         return None
     top = min(limit, 1e3)

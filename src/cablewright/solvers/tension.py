@@ -7,6 +7,7 @@ over sheaves leave along the tangent that the model's sheaves give them; `invers
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import ClassVar, Protocol
 
 import numpy as np
@@ -22,12 +23,21 @@ from cablewright.models.packed_views import LineNumbers, PlatformNumbers
 from cablewright.models.rows import Rows
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.stiffness import along_chords
-from cablewright.models.support import Capability, require
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_poses, as_rows, given_numbers, given_rows, require_a_load
 from cablewright.solvers.batches import run
-from cablewright.solvers.counterweights import Found, WinchedLines, structures_at
 from cablewright.solvers.preferred_tensions import preferred_tensions
+from cablewright.solvers.winched_tensions import (
+    Choice,
+    CoupledProgram,
+    Found,
+    WinchedLines,
+    capacity_on_drums,
+    closure,
+    distributed,
+    reduced_columns,
+    structures_at,
+)
 
 METHODS = {
     "closed-form": distribution.CLOSED,
@@ -190,7 +200,8 @@ def tension_distribution(
     the distances from `preferred_tensions`. ``exact`` maximises the distance from the limits: its margin is the largest
     s for which tensions from min + s to max - s exist, negative where the limits would have to be relaxed. An objective
     is minimised within the limits: a `Quadratic`, compiled if its hessian is diagonal, or any convex `Objective`, which
-    is slow.
+    is slow. Elastic lines that share a winch have tensions that fit their drum; rigid ones have none where their
+    lengths do not fit it. Programs of such robots are not compiled.
 
     *wrench* (n,) or (N, n), N and N m, world, acts besides the weight and replaces the platform's own; *retraction* is
     the platform's retraction length, m. Raises `InputError` for an unknown method, numbers of the wrong count or not
@@ -203,11 +214,10 @@ def tension_distribution(
     True
     """
     model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits, default=CableLaw.RIGID)
-    require(model, Capability.TENSIONS)
     if wrench is None:
         require_a_load(model)
     given, single = as_poses(model, poses, "pose")
-    own = WinchedLines.at(model, _packed(model, len(given), wrench, retraction), given)
+    packed = _packed(model, len(given), wrench, retraction)
     curvature, bias = np.ones(model.m), np.zeros(model.m)
     if isinstance(method, str):
         if method not in METHODS:
@@ -221,13 +231,37 @@ def tension_distribution(
             raise InputError(f"method = {method!r:.60}: one of {', '.join(METHODS)} or an Objective is expected")
         if isinstance(method, Quadratic):
             method = method.checked(model.m)
-        if not isinstance(method, Quadratic) or method.hessian.ndim == 2:
-            found = Distribution(name, given, *own.completed(_searched(own, given, method)))
-            return found[0] if single else found
+    sought = None
+    if not isinstance(method, str) and not (isinstance(method, Quadratic) and method.hessian.ndim == 1):
+        sought = method
+    elif isinstance(method, Quadratic):
         assert method.linear is not None
         curvature, bias = method.hessian, -method.linear
-    found = Distribution(name, given, *own.completed(_swept(own, given, chosen, curvature, bias)))
+    if model.robot.sharing:
+        choose = partial(_chosen, method=chosen, curvature=curvature, bias=bias, objective=sought)
+        found = Distribution(name, given, *distributed(model, packed, given, choose))
+        return found[0] if single else found
+    own = WinchedLines.at(model, packed, given)
+    swept = _swept(own, given, chosen, curvature, bias) if sought is None else _searched(own, given, sought)
+    found = Distribution(name, given, *own.completed(swept))
     return found[0] if single else found
+
+
+def _chosen(
+    program: CoupledProgram, *, method: int, curvature: Array, bias: Array, objective: Objective | None
+) -> Choice:
+    """The tensions of lines on common drums by a method, or by an *objective*."""
+    if objective is not None:
+        widest, margin, code = program.widest()
+        if code != Code.OK:
+            return np.full_like(widest, np.nan), margin, code
+        tensions = _search(objective, program.rows, widest, program.low, program.high)
+        if tensions is None:
+            return np.full_like(widest, np.nan), np.nan, Code.NOT_CONVERGED
+        return tensions, float(np.min([tensions - program.low, program.high - tensions])), code
+    if method == distribution.LEAST:
+        return program.least(curvature, bias)
+    return {distribution.CLOSED: program.nearest, distribution.IMPROVED: program.improved}.get(method, program.widest)()
 
 
 def wrench_closure(
@@ -241,14 +275,19 @@ def wrench_closure(
     """Test wrench closure at *poses*: lines without an upper tension limit can balance any wrench.
 
     This requires a structure matrix of full rank with a positive null vector, of the lines with a winch: a
-    counterweight pulls with one tension, and its share is 0.
+    counterweight pulls with one tension, and its share is 0. Tensions of elastic lines on one drum grow together, as
+    their drum lets them.
 
     Tensions are the null vector of mean 1 whose smallest entry is largest, and that entry is the margin: at most 1,
     feasible if positive; -inf where the rank is not full or no null vector has a positive sum.
     """
     model = Model.of(robot, cable=cable, sheave=sheave, default=CableLaw.RIGID)
-    require(model, Capability.WRENCH_CLOSURE)
     given, single = as_poses(model, poses, "pose")
+    if model.robot.sharing:
+        choose = partial(closure, winched=model.lines.counterweight == 0.0, freedoms=model.freedoms, balance=model.n)
+        packed = _packed(model, len(given), None, retraction)
+        found = Distribution("wrench-closure", given, *distributed(model, packed, given, choose, loaded=False))
+        return found[0] if single else found
     own = WinchedLines.at(model, _packed(model, len(given), None, retraction), given)
     own = replace(own, given=np.zeros(model.m), room=np.inf)  # no tension that is given grows with the load
     swept = _swept(own, given, distribution.CLOSURE, np.ones(model.m), np.zeros(model.m))
@@ -272,12 +311,11 @@ def capacity(
 
     *box* is the lowest and the highest wrench (n,), N and N m, world; *wrench* as in `tension_distribution`. Moments
     are divided by *length* (m) to compare them with forces. The time grows with the number of choices of n - 1 of the m
-    lines. Raises `InputError`.
+    lines. Elastic lines on one drum count as one, to the first order in strains. Raises `InputError`.
     """
     if not 0.0 < length < float("inf"):
         raise InputError(f"length {length:g} m: a positive number is expected, by which moments are divided")
     model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits, default=CableLaw.RIGID)
-    require(model, Capability.CAPACITY)
     given, single = as_poses(model, poses, "pose")
     half = np.zeros(model.n)
     if box is None and wrench is None:
@@ -293,8 +331,11 @@ def capacity(
         wrench, half = 0.5 * (low + high), 0.5 * (high - low)
         if model.robot.platform.in_tilted_plane:
             raise InputError("box: its sides are along the world's axes, and the plane of the platform is tilted")
-    own = WinchedLines.at(model, _packed(model, len(given), wrench, retraction), given)
-    rows = len(given)
+    packed, rows = _packed(model, len(given), wrench, retraction), len(given)
+    if model.robot.sharing:
+        found = Capacity(float(length), given, *capacity_on_drums(model, packed, given, half, length))
+        return found[0] if single else found
+    own = WinchedLines.at(model, packed, given)
     margins, ranks, codes = np.zeros(rows), np.zeros(rows, np.int64), np.zeros(rows, np.int64)
     arrays = (own.packed, given, half, float(length), margins, ranks, codes)
     run(capacity_margin.capacity_rows, rows, *arrays)
@@ -313,6 +354,14 @@ def structures(
     """
     given, _ = as_poses(model, poses, "pose")
     return structures_at(_packed(model, len(given), wrench, retraction), given)
+
+
+def drum_structures(
+    model: Model, poses: ArrayLike, *, retraction: ArrayLike | None = None
+) -> tuple[Array, Array, Array, NDArray[np.int64]]:
+    """Return `reduced_columns` of a robot whose lines share winches, at *poses* (N, n)."""
+    given, _ = as_poses(model, poses, "pose")
+    return reduced_columns(model, _packed(model, len(given), None, retraction), given)
 
 
 def self_stresses(equilibrium: Equilibrium) -> Array:

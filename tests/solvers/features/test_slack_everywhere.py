@@ -7,19 +7,22 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from scipy.optimize import root
 
 import cablewright as cw
+import cases
 import out_of_plane
 import planar_robots
 from cablewright.foundation.errors import InputError, Status
-from cablewright.models.packed_views import LineStates
+from cablewright.kernels import batches
+from cablewright.models.packed_views import LineStates, blank_states
 from cablewright.models.shared_winches import missed_lengths
 from cablewright.robot import Eyelet, Robot, load
 from cablewright.robot.winch import Winch
-from cablewright.solvers.one_line import LoneLine
+from cablewright.solvers.one_line import LoneLine, taut_lengths
 from cablewright.solvers.slack import angle_from_excess, excess_from_angle, excess_lengths
 from cablewright.solvers.tension import structures
-from physics.test_shared_winches import parallelograms
+from physics.test_shared_winches import parallelograms, shared
 from solvers.test_slack import textbook_angle
 
 BODY = np.array([0.4, -0.3, 1.6, 0.0, 0.0, 0.02])
@@ -136,6 +139,87 @@ def test_an_angle_has_its_excess(kind: str) -> None:
     for line in robot.lines[:3]:
         angle = float(angle_from_excess(model, BODY, line.name, 0.1, 0.02))
         assert excess_from_angle(model, BODY, line.name, 0.1, angle) == pytest.approx(0.02, rel=1e-6)
+
+
+@cache
+def on_drums() -> tuple[Robot, np.ndarray]:
+    """A point on six lines of five winches, of elastic cables, the tensions of all of them over zero there."""
+    robot, pose = cases.six_lines().limited((0.1, 5e3)), np.array([0.3, -0.8, 1.5])
+    lengths = cw.inverse(robot, pose, cable="elastic").checked().lengths
+    return shared(robot, (1, 0, float(lengths[1] - lengths[0]) + 1e-4, "along")), pose
+
+
+def test_sets_of_drums_are_those_whose_others_balance() -> None:
+    """By the lengths of three winches: each set is a system of three equations in them."""
+    robot, pose = on_drums()
+    model = cw.Model.of(robot, cable="elastic")
+    A, w = (each[0] for each in structures(model, pose))
+    lengths = cw.inverse(robot, pose, cable="elastic", preferred=np.full(6, 100.0)).checked().lengths
+    share = robot.lines[1].shared_winch
+    held = {}
+    for hosts in combinations((0, 2, 3, 4, 5), 3):
+        taut = [i for i in range(6) if i in hosts or (i == 1 and 0 in hosts)]
+
+        def tensions(paid: np.ndarray, hosts: tuple[int, ...] = hosts, taut: list[int] = taut) -> np.ndarray:
+            every = dict(zip(hosts, paid, strict=True))
+            own = [every[i] if i in every else every[0] + share.offset for i in taut]
+            found = np.zeros(6)
+            found[taut] = [straight_tension(robot, pose, i, length) for i, length in zip(taut, own, strict=True)]
+            return found
+
+        met = root(lambda paid, t=tensions: A @ t(paid) + w, lengths[list(hosts)], tol=1e-13)
+        found = tensions(met.x)
+        if np.abs(A @ found + w).max() < 1e-6 and (found[taut] >= 0.1).all() and (found[taut] <= 5e3).all():
+            held[tuple(robot.lines[i].name for i in range(6) if i not in taut)] = found
+    found_sets = {each.slack: each for each in cw.slack_sets(model, pose)}
+    assert set(found_sets) == set(held)
+    assert any(len(slack) == 3 for slack in held)
+    assert any(len(slack) == 2 for slack in held)
+    for slack, expected in held.items():
+        np.testing.assert_allclose(found_sets[slack].tensions, expected, rtol=1e-6, atol=1e-6)
+
+
+def straight_tension(robot: Robot, pose: np.ndarray, index: int, length: float) -> float:
+    """Tension of a straight elastic line of an unstrained *length*, by bisection over its own length at a tension."""
+    alone = cw.Model.of(robot, cable="elastic")
+    taut = float(taut_lengths(alone.rows(), pose[None])[0, index])
+    line = robot.lines[index]
+    rigid = 0.0 if line.dead_elastic else float(np.linalg.norm(np.subtract(line.winch_exit, line.exit_point)))
+    arc = 0.0
+    if not line.arc_elastic:
+        drawn = LineStates(straight_states(alone, pose)[0, index])
+        dead = float(np.linalg.norm(np.subtract(line.winch_exit, line.exit_point)))
+        arc = taut - float(drawn.free_length) - dead
+    still = rigid + arc
+    return line.cable.stiffness * ((taut - still) / (length - still) - 1.0)
+
+
+def straight_states(model: cw.Model, pose: np.ndarray) -> np.ndarray:
+    """States (1, m, 6) of straight lines."""
+    states = blank_states(1, model.m)
+    batches.shape_rows(model.rows(), pose[None], np.full((1, model.m), np.nan), states)
+    return states
+
+
+@pytest.mark.parametrize("cable", ["elastic", "catenary"])
+@pytest.mark.parametrize("index", [0, 1, 4])
+def test_slack_lines_and_their_drums_bring_the_platform_back(cable: str, index: int) -> None:
+    robot, pose = on_drums()
+    found = cw.solve_with_slack(robot, pose, {index: 0.02}, cable=cable).checked()
+    share = robot.lines[1].shared_winch
+    assert found.lengths[1] == pytest.approx(found.lengths[0] + share.offset, abs=1e-9)
+    assert excess_lengths(found)[index] == pytest.approx(0.02, abs=1e-9)
+    back = cw.forward(robot, found.lengths, guess=found.pose, cable=cable).checked()
+    np.testing.assert_allclose(back.pose, found.pose, atol=2e-8)
+    np.testing.assert_allclose(back.tensions, found.tensions, rtol=1e-5, atol=1e-5)
+
+
+def test_a_drum_has_one_excess() -> None:
+    robot, pose = on_drums()
+    with pytest.raises(InputError, match="its drum is that of 'line 0', which decides it: leave it out"):
+        cw.solve_with_slack(robot, pose, {0: 0.1, 1: 0.1})
+    with pytest.raises(InputError, match=r"3 winches hold .*, which has 5: at most 2 can be slack"):
+        cw.solve_with_slack(robot, pose, {0: 0.1, 2: 0.1, 3: 0.1})
 
 
 def test_a_drum_lets_out_all_its_lines() -> None:

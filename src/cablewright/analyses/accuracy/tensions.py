@@ -19,6 +19,7 @@ from cablewright.models.support import Capability, require
 from cablewright.robot.uncertainty import Range
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.tension import self_stresses
+from cablewright.solvers.winched_tensions import drum_stresses
 
 GRID = {1: 33, 2: 9, 3: 5}
 """Number of tensions tried along each free direction in a round, by the number of free directions."""
@@ -61,6 +62,8 @@ def best_tensions(
         raise InputError(f"robot {model.robot.name}: {redundant} redundant lines; tensions are chosen among 1 to 3")
     start = held.checked()
     directions = self_stresses(start[0])
+    if model.robot.sharing:
+        directions = drum_stresses(start, directions)
     grid = np.array(list(product(np.linspace(-1.0, 1.0, GRID[redundant]), repeat=redundant)))
     search = search or method
     best, chosen = float(search(_problem(start, ranges)).max_deviation[0]), start

@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import Any, ClassVar, Unpack, get_args
 
 import numpy as np
-from scipy.ndimage import binary_erosion
+from scipy.ndimage import binary_erosion, generate_binary_structure
 
 from cablewright.analyses.modes import FREEDOMS, Modes, modes
 from cablewright.analyses.workspace.criterion import Options, criterion_figures
@@ -103,7 +103,7 @@ class Boundary(Pictured):
         """Frequencies along the boundary as JSON has them."""
         lowest, median, highest = self.spread
         return {
-            "grid": self.nodes.inside.shape[0],
+            "grid": max(self.nodes.inside.shape),
             "n": len(self.lowest),
             "unheld": int((~self.known).sum()),
             "out_of_limits": self.beyond,
@@ -172,6 +172,7 @@ def boundary_modes(
 
     The nodes are those of `count_nodes`, *grid* along each side of the box, counted with straight lines unless the
     *criterion* is ``static``; inside nodes on a side of the box are on the boundary. The modes use all laws of *robot*.
+    Of a platform in a plane along a coordinate plane the nodes are in that plane.
     *holding* selects the tensions there: ``least`` for least norm, ``middle`` for those nearest to the middle of the
     limits (default: ``middle`` for the closed forms, as they do so themselves; else ``least``). *geometric*: see
     `modes`. *options*: see `workspace`. Raises `InputError`.
@@ -186,7 +187,8 @@ def boundary_modes(
     if not GRIDS[0] <= grid <= GRIDS[1]:
         raise InputError(f"grid {grid}: {GRIDS[0]} to {GRIDS[1]} nodes along a side are allowed for a boundary")
     counting = model if criterion == "static" else straight(model)
-    nodes = count_nodes(counting, criterion, grid=grid, progress=progress, **options)
+    flat = model.robot.platform.plane is not None
+    nodes = count_nodes(counting, criterion, grid=grid, progress=progress, flat=flat, **options)
     places = outermost(nodes)
     poses, built = nodes.criterion.all_poses(places), replace(model, robot=nodes.criterion.model.robot)
     preferred = None
@@ -205,6 +207,14 @@ def straight(model: Model) -> Model:
 
 
 def outermost(nodes: NodeCount) -> Array:
-    """Positions (P, 3), m, of the inside nodes that have one of their six neighbours outside or off the grid."""
-    inner: Mask = binary_erosion(nodes.inside)
-    return nodes.places[~inner[nodes.inside]]
+    """Positions (P, 3), m, of the inside nodes that have one of their neighbours outside or off the grid.
+
+    A node has six neighbours, in a plane four.
+    """
+    near = generate_binary_structure(3, 1)
+    boundary: Mask = nodes.inside.copy()
+    if nodes.box.is_flat:  # two nodes are in each place
+        near[tuple(slice(None) if axis != nodes.box.flat_axis else slice(0, None, 2) for axis in range(3))] = False
+        np.moveaxis(boundary, nodes.box.flat_axis, 0)[1] = False
+    boundary &= ~binary_erosion(nodes.inside, near)
+    return nodes.box.grid(nodes.inside.shape)[boundary]

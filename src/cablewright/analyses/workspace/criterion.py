@@ -21,7 +21,6 @@ from cablewright.foundation.progress import Progress
 from cablewright.foundation.results import Figure
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.statics import Model
-from cablewright.models.support import Capability, require
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_rows, require_a_load
 from cablewright.solvers.inverse import solve_inverse
@@ -115,8 +114,6 @@ class Criterion:
         default = CableLaw.CATENARY if name == "static" else CableLaw.RIGID
         cable, sheave, limits = options.get("cable"), options.get("sheave"), options.get("tension_limits")
         model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=limits, default=default)
-        if name != "static":
-            require(model, Capability.STRAIGHT_WORKSPACE)
         if name != "static" and model.fidelity.cable is CableLaw.CATENARY:
             raise InputError(f"cable = catenary: {name} requires straight lines; use rigid or elastic, or static")
         if wrench is not None:

@@ -261,16 +261,21 @@ def count_nodes(
     grid: int | None = None,
     step: float | None = None,
     progress: Progress | None = None,
+    flat: bool = False,
     **options: Unpack[Options],
 ) -> NodeCount:
     """Evaluate the criterion at the nodes of a grid: *grid* along each side (default: 41), or at most *step* (m) apart.
 
-    *options* and other arguments are as for `workspace`. Raises `InputError`.
+    *flat*: whether the box may be flat, as in `workspace_area`; two nodes are then in one place. *options* and other
+    arguments are as for `workspace`. Raises `InputError`.
     """
     if grid is not None and step is not None:
         raise InputError("grid and step: give one of them")
-    chosen = Criterion.of(robot, criterion, **options)
+    chosen = Criterion.of(robot, criterion, flat=flat, **options)
     counts = (checked_grid(GRID if grid is None else grid),) * 3 if step is None else _counts(chosen.box, step)
+    if flat and chosen.box.is_flat:
+        x, y, z = (2 if axis == chosen.box.flat_axis else count for axis, count in enumerate(counts))
+        counts = x, y, z
     inside = chosen.margin(chosen.box.grid(counts).reshape(-1, 3), progress, "nodes") >= 0.0
     return NodeCount(chosen, inside.reshape(counts))
 

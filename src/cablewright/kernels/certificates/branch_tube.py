@@ -54,7 +54,7 @@ from cablewright.kernels.statics.line.hessian_bounds import (
     VARIABLES,
     bend_line,
 )
-from cablewright.kernels.statics.platform_enclosure import rotation_of, turning_arm
+from cablewright.kernels.statics.platform_enclosure import bend_of_tilt, rotation_of, share_balance, turning_arm
 
 PROVED, NOT_CONTRACTING, UNBOUNDED, SINGULAR = 0, 1, 2, 3
 MARGIN = 0.25  # of the reach: initial margin of the box of second derivatives around it
@@ -92,6 +92,7 @@ class TubeWork(NamedTuple):
     curved: NDArray[np.float64]  # (m, rows)
     effects: NDArray[np.float64]  # (N, m, rows): |Y|
     span: NDArray[np.float64]  # (2, 6)
+    wrench: NDArray[np.float64]  # (6,): entries of Y at the balance
     rotation: NDArray[np.float64]  # (3, 3, 2)
     turned: NDArray[np.float64]  # (3, 2)
 
@@ -122,6 +123,7 @@ def tube_work(size, m, slabs):
         np.zeros((m, ROWS)),
         np.zeros((size, m, ROWS)),
         np.zeros((2, 6)),
+        np.zeros(6),
         np.zeros((3, 3, 2)),
         np.zeros((3, 2)),
     )
@@ -247,9 +249,10 @@ def reach_towards(sign, slabs, work):
 def _find_effects(packed, cert, work):
     """Write |Y| for each unknown and each equation of a line in the line's frame."""
     m, n = packed.lines.shape[0], packed.freedoms
-    first = cert.offsets[m]
+    first, wrench = cert.offsets[m], work.wrench
     for k in range(cert.step.shape[0]):
         row = cert.inverse[k]
+        bulk, tilt = share_balance(packed.general, packed.platform, row[first:], wrench)
         for i in range(m):
             start, unknowns = cert.offsets[i], int(packed.lines[i, UNKNOWNS])
             frame, arm, out = work.frames[i], work.arms[i], work.effects[k, i]
@@ -259,16 +262,17 @@ def _find_effects(packed, cert, work):
             x = row[start + 4] if unknowns > 4 else 0.0
             _turn_effect(x, z, frame[2], frame[3], DEAD_ALONG, DEAD_ACROSS, 0.0, out)
             out[MOMENT] = abs(row[start + 5]) if unknowns > 5 else 0.0
-            x, y, z = row[first], row[first + 1], row[first + 2]
-            a, b, c = rotation_of(row[first::1], n)  # with a step Numba has one type for rows and columns
+            x, y, z = wrench[0], wrench[1], wrench[2]
+            a, b, c = rotation_of(wrench[0::1], n)  # with a step Numba has one type for rows and columns
             out[TURNED] = sqrt(a * a + b * b + c * c) * ROUNDING
-            slack = abs(x) + abs(y) + 6.0 * out[TURNED] * work.planes[i, 3]
+            slack = bulk + 6.0 * out[TURNED] * work.planes[i, 3]
             x += b * arm[2] - c * arm[1]
             y += c * arm[0] - a * arm[2]
             z += a * arm[1] - b * arm[0]
             ex, ey = work.planes[i, 0], work.planes[i, 1]
             _turn_effect(ex * x + ey * y, z, frame[0], frame[1], PULL, SHEAR, slack, out)
             out[SIDEWAYS] = abs(ex * y - ey * x) + 1e-15 * slack
+        work.effects[k, 0, TURNED] += tilt * ROUNDING  # of the plane's rows, whose bend is in the first line's
 
 
 @jit
@@ -327,7 +331,8 @@ def _bend_all(packed, states, cert, work):
             return False
     body = packed.platform
     arm = sqrt(body[MASS_X] ** 2 + body[MASS_X + 1] ** 2 + body[MASS_X + 2] ** 2)  # 0 of a point
-    work.bends[0, TURNED, TURN_TURN] += body[PLATFORM_WEIGHT] * arm * (1.0 + 2.0 * omega) * ROUNDING
+    moment = body[PLATFORM_WEIGHT] * arm + bend_of_tilt(packed)
+    work.bends[0, TURNED, TURN_TURN] += moment * (1.0 + 2.0 * omega) * ROUNDING
     return True
 
 

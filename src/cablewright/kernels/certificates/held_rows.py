@@ -9,7 +9,14 @@ are exact: N need not be of unit length.
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.interval import ZERO, add, mul, point, sub
 from cablewright.kernels.layout import HELD, NORMAL, PLANE_DISTANCE
-from cablewright.kernels.statics.platform_enclosure import along, component, cross_component, set_vector, turn
+from cablewright.kernels.statics.platform_enclosure import (
+    along,
+    axis_across,
+    component,
+    cross_component,
+    set_vector,
+    turn,
+)
 
 
 @jit
@@ -17,7 +24,7 @@ def hold_residual(general, platform, pose, rows, work):
     """Replace *rows* (n, 2), the balance at the *pose* (n,). *general*: see `Packed`."""
     if general is None or platform[HELD] == 0.0:
         return
-    a, n = _axis(platform), pose.shape[0]
+    a, n = axis_across(platform), pose.shape[0]
     across = component(rows, a)
     for k in range(3):
         value = sub(mul(_entry(platform, a), component(rows, k)), mul(_entry(platform, k), across))
@@ -41,7 +48,7 @@ def hold_jacobian(general, platform, omega, n, low, high, work):
     """Replace the rows *low* and *high* (n, N) of the Jacobian for rotations of up to *omega*, rad."""
     if general is None or platform[HELD] == 0.0:
         return
-    a, first = _axis(platform), low.shape[1] - n
+    a, first = axis_across(platform), low.shape[1] - n
     for column in range(first + n):
         across, about = (low[a, column], high[a, column]), ZERO
         for k in range(3):
@@ -63,16 +70,6 @@ def hold_jacobian(general, platform, omega, n, low, high, work):
         for j in range(3):
             if j != a:
                 low[3 + j, first + k], high[3 + j, first + k] = cross_component(work.force, work.moved, j)
-
-
-@jit
-def _axis(platform):
-    """The axis of the largest entry of the normal."""
-    a = 0
-    for k in range(1, 3):
-        if abs(platform[NORMAL + k]) > abs(platform[NORMAL + a]):
-            a = k
-    return a
 
 
 @jit

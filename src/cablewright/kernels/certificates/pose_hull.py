@@ -36,7 +36,7 @@ from cablewright.kernels.layout import OK, STATE, TAU, UNKNOWNS
 from cablewright.kernels.newton import copy, solve
 from cablewright.kernels.rotation import left_jacobian
 from cablewright.kernels.statics.equilibrium import Work, refine, workspace
-from cablewright.kernels.statics.platform_enclosure import rotation_between
+from cablewright.kernels.statics.platform_enclosure import rotation_between, width_that_counts
 
 COVERED, GOING, TOO_DEEP, NO_CENTRE, UNGLUED, HALF_TURN, UNCERTIFIED = 0, 1, 2, 3, 4, 5, 6
 NO_SOLUTION, OTHER_BRANCH = -1, 9  # codes of a part, in addition to those of a tube
@@ -154,7 +154,7 @@ def explore(packed, nodes, tally, upto, tolerance, search):
         if code == PROVED:
             if not _measure(packed, search):
                 return HALF_TURN
-            row, linear = _too_wide(tolerance, search)
+            row, linear = _too_wide(packed, tolerance, search)
             if row < 0:
                 tally[LEAVES] += 1
                 tally[DEPTH] -= 1
@@ -242,13 +242,17 @@ def _add_ends(k, middle, spread, search):
 
 
 @jit
-def _too_wide(tolerance, search):
-    """The pose coordinate in which the leaf is too wide, or -1; and whether because of its linearisation alone."""
+def _too_wide(packed, tolerance, search):
+    """The pose coordinate in which the leaf is too wide, or -1; and whether because of its linearisation alone.
+
+    A plane leaves no width to some coordinates: there the widest of positions, or of rotations, counts.
+    """
     worst, row, linear = 1.0, -1, False
     found, ends, first = search.found, search.ends, search.cert.step.shape[0] - search.pose.shape[0]
     for k in range(search.pose.shape[0]):
         found[0, k], found[1, k] = min(found[0, k], search.pose[k]), max(found[1, k], search.pose[k])
-        allowed = 0.5 * tolerance * (found[1, k] - found[0, k]) + FLOOR
+    for k in range(search.pose.shape[0]):
+        allowed = 0.5 * tolerance * width_that_counts(packed.platform, found, k) + FLOOR
         beyond = max(found[0, k] - ends[0, k], ends[1, k] - found[1, k])
         if beyond > worst * allowed:
             worst, row, linear = beyond / allowed, k, search.tube.bound[first + k] < 0.5 * allowed

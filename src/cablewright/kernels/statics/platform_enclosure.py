@@ -22,7 +22,7 @@ from cablewright.kernels.certificates.interval import (
     sqr,
     sub,
 )
-from cablewright.kernels.layout import MASS_X, PLATFORM_WEIGHT, POINT_X
+from cablewright.kernels.layout import HELD, MASS_X, NORMAL, PLATFORM_WEIGHT, POINT_X
 from cablewright.kernels.statics.line.enclosure import add_entry
 
 
@@ -201,3 +201,62 @@ def _product(a, b, i, j):
     for k in range(3):
         total = add(total, mul((a[i, k, 0], a[i, k, 1]), (b[j, k, 0], b[j, k, 1])))
     return total
+
+
+@jit
+def axis_across(platform):
+    """The axis of the largest entry of the normal."""
+    a = 0
+    for k in range(1, 3):
+        if abs(platform[NORMAL + k]) > abs(platform[NORMAL + a]):
+            a = k
+    return a
+
+
+@jit
+def share_balance(general, platform, row, wrench):
+    """Write the entries of a *row* (n,) of Y at the balance itself to *wrench* (6,), from those at `held_rows`.
+
+    Returns the sum of the absolute values that were added up, for rounding, and of the entries at the rows of a tilt.
+    """
+    n, bulk = row.shape[0], 0.0
+    for k in range(n):
+        wrench[k] = row[k]
+    for k in range(3):
+        bulk += abs(row[k])
+    if general is None or platform[HELD] == 0.0:
+        return bulk, 0.0
+    a, tilt = axis_across(platform), 0.0
+    wrench[a] = 0.0
+    for k in range(3):
+        if k != a:
+            wrench[k] = platform[NORMAL + a] * row[k]
+            wrench[a] -= platform[NORMAL + k] * row[k]
+    bulk *= abs(platform[NORMAL]) + abs(platform[NORMAL + 1]) + abs(platform[NORMAL + 2])
+    if n == 6:
+        for k in range(3):
+            wrench[3 + k] = platform[NORMAL + k] * row[3 + a]
+            tilt += abs(row[3 + k]) if k != a else 0.0
+    return bulk, tilt
+
+
+@jit
+def bend_of_tilt(packed):
+    """Bound of the second derivatives of the rows of a tilt by a small rotation: |N|^2 of a body in a plane, else 0."""
+    body = packed.platform
+    if packed.freedoms < 6 or body[HELD] == 0.0:
+        return 0.0
+    return body[NORMAL] ** 2 + body[NORMAL + 1] ** 2 + body[NORMAL + 2] ** 2
+
+
+@jit
+def width_that_counts(platform, found, k):
+    """Width of pose coordinate *k* of *found* (2.., n), low and high; in a plane the widest of its kind."""
+    first, last = k, k + 1
+    if platform[HELD] != 0.0:
+        first = 3 * (k // 3)
+        last = first + 3
+    width = 0.0
+    for j in range(first, last):
+        width = max(width, found[1, j] - found[0, j])
+    return width

@@ -166,8 +166,8 @@ class QuasiStaticPlant:
     ) -> tuple[int, list[Notice]]:
         """Follow the equilibrium in *pose* and *states*, updated in place, or find another one. Returns a code."""
         start, shapes = pose.copy(), states.copy()
-        bounds = self._bounds if self.rig.unmodelled.exits is None else (*self._bounds[:2], 0.0)  # certified when given
-        code, _ = continuation.follow(packed, before, after, pose, states, *bounds, self._work, self._pool)
+        certify = self.rig.unmodelled.exits is None  # others are certified when their exit points have given
+        code = self._track(packed, before, after, pose, states, certify=certify)
         if code == Code.UNCERTIFIED:
             return 0, [Notice(Condition.UNCERTIFIED)]
         if code == 0:
@@ -179,8 +179,19 @@ class QuasiStaticPlant:
         states[:] = shapes
         if not settle(packed, self.rig.body, before, after, pose, states):
             return code, []
-        code, _ = continuation.follow(packed, after, after, pose, states, *self._bounds, self._work, self._pool)
+        code = self._track(packed, after, after, pose, states)
         return (0 if code == Code.UNCERTIFIED else code), [Notice(Condition.BRANCH_END)]
+
+    def _track(
+        self, packed: Packed, before: Array, after: Array, pose: Array, states: Array, *, certify: bool = True
+    ) -> int:
+        """Follow the equilibrium in *pose* and *states*, updated in place, and *certify* it."""
+        jump, fold, tolerance = self._bounds
+        code, _ = continuation.follow(packed, before, after, pose, states, jump, fold, self._work)
+        if code != Code.OK or not (certify and tolerance > 0.0):
+            return int(code)
+        proved = continuation.is_certified(packed, after, pose, states, tolerance, self._pool)
+        return int(Code.OK if proved else Code.UNCERTIFIED)
 
     def _close_exits(
         self, packed: Packed, lengths: Array, pose: Array, states: Array, notices: list[Notice]
@@ -195,7 +206,7 @@ class QuasiStaticPlant:
         rig.packed.lines[kept] = packed.lines
         if code != 0 or rig.robot.n == 3:
             return code, notices
-        code, _ = continuation.follow(packed, lengths, lengths, pose, states, *self._bounds, self._work, self._pool)
+        code = self._track(packed, lengths, lengths, pose, states)
         told = [each for each in notices if each.condition != Condition.UNCERTIFIED]
         return (0, [*told, Notice(Condition.UNCERTIFIED)]) if code == Code.UNCERTIFIED else (code, told)
 

@@ -198,8 +198,9 @@ def bend_line(row, y, box, reach, frame, eta, omega, arm, span, bends):
     if arm > 0.0:
         _bend_turn(row[WEIGHT], mag(cf), mag(t), middle[1], free[1], reach[0], eta, omega, arm, bends)
     for i in range(ROWS):
+        factor = UP * row[PULLS] if i in (PULL, SHEAR, SIDEWAYS, TURNED) else UP
         for k in range(len(PAIRS)):
-            bends[i, k] *= UP
+            bends[i, k] *= factor
             if not bends[i, k] < 1e300:
                 return False
     return True
