@@ -65,7 +65,9 @@ class FrameClock:
     def _timely(self, frame: SensorFrame) -> tuple[Reading, ...]:
         """The readings of a frame by this clock."""
         for each in frame.readings:
-            stamps = self._stamps.setdefault(each.source, deque(maxlen=_STAMPS))
+            stamps = self._stamps.get(each.source)
+            if stamps is None:
+                stamps = self._stamps[each.source] = deque(maxlen=_STAMPS)
             if not stamps or stamps[-1] != each.stamp:
                 stamps.append(each.stamp)
         if not self._offset and all(math.isfinite(each.time) for each in frame.readings):

@@ -148,11 +148,8 @@ def step(
     """
     now, before = frame.time, state.state
     _update_readings(state, frame, estimate)
-    conditions = frozenset(
-        notice.condition  # a retraction may be at its end
-        for notice in frame.notices
-        if notice != _BEAM_END
-    )
+    seen = (notice.condition for notice in frame.notices if notice != _BEAM_END)  # a retraction may be at its end
+    conditions = frozenset(seen) if frame.notices else _NOTHING
     inputs = _Inputs(now, estimate, target, powder, conditions, cause, standing, stopped)
     given = tuple(orders)
     answered = tuple(
@@ -187,6 +184,7 @@ def step(
     return Verdict(state.state, state.reason, mode, hold, valve, answered, kind)
 
 
+_NOTHING: Final = frozenset[Condition]()
 _BEAM_END: Final = Notice(Condition.DRUM_END, RETRACTION)
 _KEEPING: Final = (PrintState.REFILLING, PrintState.STOPPED)  # keep their reason where a pause is ordered
 _RUNNING: Final = (PrintState.READY, PrintState.PRINTING)

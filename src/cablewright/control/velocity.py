@@ -168,31 +168,33 @@ def step(
         return np.zeros(len(settings.hosts)) if rates is None else _within(settings, rates, estimate)
     if not np.isfinite(estimate.lengths).all():
         return np.zeros(len(settings.hosts))
-    target = target._replace(  # kernels are compiled for arrays that may be written
-        position=np.array(target.position),
-        velocity=np.array(target.velocity),
-        accelerations=np.array(target.accelerations, order="C"),
-    )
+    own = target.position, target.velocity, target.accelerations
+    if not all(each.flags.carray for each in own):  # kernels are compiled for arrays that may be written
+        place, speed, moving = (np.array(each, order="C") for each in own)
+        target = target._replace(position=place, velocity=speed, accelerations=moving)
     held = _held_point(settings, state, target, dt)
     swing, rates = _STILL, np.empty(settings.model.m)
     if settings.swing is not None:
         swing = follow(settings.swing, state.swing, estimate.rotation, dt)
     place = estimate.position.copy()
     packed, free, gains = settings.model.packed, settings.free, settings.gains
-    toward, whole = kernel.follow(
-        packed, free, gains, held.lengths, place, target.position, target.velocity, swing, dt, rates
-    )
-    if not np.isfinite(toward).all():
-        return np.zeros(len(settings.hosts))
     if settings.law == "paper":
+        toward, _ = kernel.follow(
+            packed, free, gains, held.lengths, place, target.position, target.velocity, swing, dt, rates
+        )
+        if not np.isfinite(toward).all():
+            return np.zeros(len(settings.hosts))
         rates += _slack_term(settings, taut_at(settings.model, place + 0.5 * dt * target.velocity), estimate, dt)
         return _within(settings, rates[settings.hosts], estimate)
-    error = kernel.balance(
-        packed, settings.hosts, free, gains, held.lengths, held.tensions, toward, whole,
+    drawn, error = kernel.pursue(
+        packed, settings.hosts, free, gains, held.lengths, held.tensions,
         target.position if held.solved is None else held.solved.pose,
+        place, target.position, target.velocity, swing,
         estimate.excess.copy(), np.empty(0) if tensions is None else tensions.copy(), dt,
         state.planned_excess, state.slack_line, rates,
     )  # fmt: skip
+    if not drawn:
+        return np.zeros(len(settings.hosts))
     if not (settings.manage_slack or math.isnan(error)):
         state.chosen, state.tension_error = held.tensions, error
     if calms and held.solved is not None:
@@ -232,7 +234,7 @@ def _held_point(settings: VelocitySettings, state: VelocityState, target: Target
 def _within(settings: VelocitySettings, rates: Array, estimate: Estimate) -> Array:
     """Return speeds (w,), rad/s, at *rates* (w,), m/s, of the winches' lines, scaled so that none exceeds the limit."""
     speeds = rates / estimate.radii[settings.hosts]
-    largest = float(np.abs(speeds).max())
+    largest = max(map(abs, speeds.tolist()))
     return speeds * (settings.max_drum_speed / largest) if largest > settings.max_drum_speed else speeds
 
 
@@ -287,8 +289,9 @@ def _length_errors(
         if codes.any():
             return np.full(model.m, np.nan)
         return np.asarray(np.linalg.lstsq(hanging.per_length[0][kept], motion_between(here, held.poses[0])[kept])[0])
-    rows = model.rows(retraction=None if retraction is None else retraction[:1])
-    packed: Packed = model.packed._replace(lines=rows.lines[0])
+    packed: Packed = model.packed
+    if retraction is not None:
+        packed = packed._replace(lines=model.rows(retraction=retraction[:1]).lines[0])
     taut = taut_of(packed, here)
     by_motion = taut.per_motion[hosts]
     error = by_motion @ motion_between(here, held.poses[0])

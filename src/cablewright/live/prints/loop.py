@@ -374,6 +374,8 @@ class Printer:
 
         It reaches them even where it was rejected, as their own faults are a cause for that: it is ordered again then.
         """
+        if not verdict.orders:
+            return command
         asked = any(order.kind is OrderKind.RESET and not self._is_late(order) for order in verdict.orders)
         able = RESET in self.machine.abilities.outputs and WinchMode.OFF in command.modes
         return replace(command, outputs={RESET: 1.0}) if asked and able else command
@@ -397,7 +399,7 @@ class Printer:
         try:
             check_command(self.machine.abilities, command, -math.inf)
             most = self.plan.guard.max_drum_speed or math.inf
-            if not float(np.abs(command.winch_speeds).max()) <= most:
+            if not max(map(abs, command.winch_speeds.tolist())) <= most:
                 raise InputError(f"command.winch_speeds: over {most:g} rad/s")
         except InputError as error:
             supervisor.fail(self.supervisor, command.time, f"the control failed: {error}")
@@ -410,7 +412,7 @@ class Printer:
         if verdict.state is PrintState.PRINTING and estimate.valid:
             tensions = self.velocity.chosen
             printed = self.plan.path.printing_point(estimate.position, estimate.rotation)
-            error = self.plan.path.track.nearest(printed, target.distance).offset
+            error = self.plan.path.offset(printed, target.distance)
         place = frozen(self.plan.path.printing_point(target.position, target.rotation))
         where = target.layer, target.distance, place
         return Progress(estimate.time, verdict.state, *where, error, verdict.reason, tensions)

@@ -6,6 +6,7 @@ log has it, and else the estimate.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterator
 from typing import Any, Final
 
@@ -97,6 +98,8 @@ class Views:
         self._due = -np.inf
         self._begun = False
         self._nozzle = np.array(head.nozzle)
+        self._points = np.array([line.platform_point for line in head.robot.lines])
+        self._exits = [_xyz(line.exit_point) for line in head.robot.lines]
         self._lidars = [_mounted(name, lidar) for name, lidar in head.settings.lidars.items()]
         self._path: list[dict[str, float]] = []
         self._last = np.full(3, np.inf)  # m, where the path ends
@@ -192,13 +195,12 @@ class Views:
 
     def _lines(self, stamp: dict[str, int], shown: Truth | Estimate) -> dict[str, Any]:
         """The lines, straight; orange where they are slack."""
-        points = [line.platform_point for line in self._robot.lines]
         pose = np.concatenate([shown.position, np.nan_to_num(shown.rotation)])[: self._robot.n]
-        ends = placed(pose, points)
-        slack = shown.excess > 0.0
-        pairs = [each for line, end in zip(self._robot.lines, ends, strict=True) for each in (line.exit_point, end)]
-        colours = [_ORANGE if each else _BLUE for each in slack for _ in range(2)]
-        return _entity(stamp, "world", "lines", lines=[_line(_LINE_LIST, pairs, _BLUE, 2.0, colours)])
+        ends = [dict(zip("xyz", end, strict=True)) for end in placed(pose, self._points).tolist()]
+        pairs = [each for pair in zip(self._exits, ends, strict=True) for each in pair]
+        colours = [_ORANGE if each else _BLUE for each in (shown.excess > 0.0).tolist() for _ in range(2)]
+        drawn = _line(_LINE_LIST, (), _BLUE, 2.0, colours) | {"points": pairs}
+        return _entity(stamp, "world", "lines", lines=[drawn])
 
     def _gone(self, stamp: dict[str, int], time: float, place: Array) -> Iterator[dict[str, Any]]:
         """The path that the nozzle printed, in pieces: the last one is sent again as it grows."""
@@ -289,5 +291,6 @@ def _xyz(values: Any) -> dict[str, float]:
     return dict(zip("xyz", np.asarray(values, dtype=float).tolist(), strict=True))
 
 
+@functools.cache
 def _rgba(colour: Any) -> dict[str, float]:
     return dict(zip("rgba", colour, strict=True))
