@@ -60,7 +60,10 @@ class FrameClock:
             elif elapsed > _LATE * period:
                 notices = (*notices, Notice(Condition.OVERRUN))
         self._now = now
-        return SensorFrame(now, self._timely(frame), notices), min(elapsed, _MOST * period)
+        readings = self._timely(frame)
+        if now != frame.time or readings is not frame.readings or notices is not frame.notices:
+            frame = SensorFrame(now, readings, notices)
+        return frame, min(elapsed, _MOST * period)
 
     def _timely(self, frame: SensorFrame) -> tuple[Reading, ...]:
         """The readings of a frame by this clock."""

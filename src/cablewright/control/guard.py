@@ -301,8 +301,11 @@ def _stuck(settings: GuardSettings, state: GuardState, now: float, counts: list[
     for i, (count, most) in enumerate(zip(counts, settings.max_uncounted.tolist(), strict=True)):
         last = state.uncounted.get(i)
         given = not modes or modes[i] is WinchMode.VELOCITY
-        if last is None or not given or abs(count - last.counts) > _COUNTS * most * settings.counts_per_radian:
+        if last is None:
             state.uncounted[i] = _Uncounted(now, count, turned[i])
+            continue
+        if not given or abs(count - last.counts) > _COUNTS * most * settings.counts_per_radian:
+            last.time, last.counts, last.turned = now, count, turned[i]
             continue
         angle = turned[i] - last.turned
         if abs(angle) > most and now - last.time >= late:

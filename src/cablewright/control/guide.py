@@ -15,7 +15,7 @@ from typing import Final, NamedTuple, Self
 import numpy as np
 
 from cablewright.control.attitude import Attitude
-from cablewright.control.ramp_mean import PeriodAt, RampMean
+from cablewright.control.ramp_mean import STEADY, PeriodAt, RampMean
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
 from cablewright.kernels.control import path_target as kernel
@@ -241,7 +241,7 @@ def step(path: TimedPath, state: GuideState, dt: float, mode: GuideMode, share: 
     now, path_speed, flow, layer, lays = found[kernel.DISTANCE :].tolist()
     here, there = found[kernel.HERE : kernel.THERE], found[kernel.THERE : kernel.DISTANCE]
     moving = found[kernel.ACCELERATIONS : kernel.HERE].reshape(2, 3)
-    if factor and state.factor_mean.rates.any():
+    if factor and state.factor_mean.rates is not STEADY:
         moving = moving + state.factor_mean.rates * (there - here) / (dt * factor)
     target = Target(
         found[: kernel.VELOCITY],

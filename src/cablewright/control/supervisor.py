@@ -170,7 +170,7 @@ def step(
     elif state.reason == _POSITION_LOST and (why := _person(settings, state, now)):
         _happen(state, Happening.PERSON, now, why)  # from now on it takes an order
     _advance(settings, state, inputs)
-    at_rest = target is None or (target.path_speed == 0.0 and not target.velocity.any())
+    at_rest = target is None or (target.path_speed == 0.0 and not any(target.velocity.tolist()))
     mode = _MODES.get(state.state, GuideMode.HOLD)
     if state.state is PrintState.READY and not _is_settled(settings, state, now):
         mode = GuideMode.HOLD
@@ -285,7 +285,7 @@ def _hard_limit(settings: SupervisorSettings, state: SupervisorState, inputs: _I
     for axis, low, at, high in zip("xyz", settings.min_position, x, settings.max_position, strict=True):
         if not low <= at <= high:
             return _stop(f"{axis} = {at:.3f} m is outside {low:g} to {high:g} m")
-    speed = math.sqrt(float(estimate.velocity @ estimate.velocity))
+    speed = math.hypot(*estimate.velocity.tolist())
     if speed > settings.max_speed:
         return _stop(f"the platform moves at {speed:.3f} m/s; at most {settings.max_speed:g} is allowed")
     return None
@@ -341,8 +341,7 @@ def _target_limit(settings: SupervisorSettings, inputs: _Inputs) -> str:
     """Whether the platform is too far from its target, or that is unknown: the reason, or an empty text."""
     if inputs.target is None:
         return ""
-    error = inputs.target.position - inputs.estimate.position
-    distance = math.sqrt(float(error @ error))
+    distance = math.dist(inputs.target.position.tolist(), inputs.estimate.position.tolist())
     if distance <= settings.max_error:
         return ""
     return f"the platform is {distance:.3f} m from its target; at most {settings.max_error:g} is allowed"

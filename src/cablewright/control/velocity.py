@@ -35,6 +35,7 @@ from cablewright.kernels.control import point_rates as kernel
 from cablewright.kernels.control.moving_part import split
 from cablewright.kernels.control.point_rates import PointGains
 from cablewright.kernels.layout import Packed
+from cablewright.models.fidelity import CableLaw
 from cablewright.models.free_coordinates import free_coordinates
 from cablewright.models.inertia import compensates, inertia_wrenches
 from cablewright.models.packed_views import LineNumbers
@@ -102,6 +103,16 @@ class VelocitySettings:
             return None
         packed: Packed = model.rows(preferred=preferred_tensions(model))
         return packed
+
+    @cached_property
+    def pair(self) -> Packed | None:
+        """A batch of two rows for `solve_rows`, of a rigid platform with a winch for each line; None: others."""
+        model, robot = self.model, self.model.robot
+        if not robot.is_plainly_driven or model.fidelity.cable is CableLaw.RIGID:
+            return None
+        packed: Packed = model.rows(preferred=preferred_tensions(model))
+        lines, platform = (np.repeat(each, 2, axis=0) for each in (packed.lines, packed.platform))
+        return packed._replace(lines=lines, platform=platform)
 
     @cached_property
     def leads(self) -> bool:
@@ -254,7 +265,7 @@ def _rates_of_body(
     there = moved(here, dt * np.concatenate([target.velocity, target.rate]))
     retraction = None if beam is None else np.array([beam.length, beam.length + dt * beam.speed])
     pushed = target.accelerations if settings.leads else None
-    held = held_at(settings.model, np.stack([here, there]), retraction, pushed)
+    held = held_at(settings.model, np.stack([here, there]), retraction, pushed, settings.pair)
     if held is None or not np.isfinite(estimate.lengths).all():
         return None
     state.chosen = held.tensions[0]
@@ -266,7 +277,7 @@ def _rates_of_body(
         return None
     correction = min(settings.gain, 0.5 / dt) * error
     rates = (then - now) / dt + _bounded(correction, settings.max_correction)
-    if calms:
+    if calms and settings.stretch is not None:
         rates += _stretch_rates(settings, state, held.solved[0], np.zeros(3), estimate, dt)[settings.hosts]
     return np.asarray(rates)
 

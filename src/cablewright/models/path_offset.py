@@ -32,8 +32,11 @@ class Nearest(NamedTuple):
 
 def arrays_of(track: Track) -> TrackArrays:
     """Return a track as arrays for kernels."""
-    own = track.positions, track.distance, track.layer, track.laying, track.along_x, track.along_y, track.level
-    return TrackArrays(*map(read_only, own))
+    along = read_only(track.along_x), read_only(track.along_y)
+    layer, laying = read_only(track.layer), read_only(track.laying)
+    return TrackArrays(
+        read_only(track.positions), read_only(track.distance), layer, laying, *along, read_only(track.level)
+    )
 
 
 def read_only(values: NDArray[_Kind]) -> NDArray[_Kind]:

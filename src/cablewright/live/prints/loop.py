@@ -210,7 +210,7 @@ class Printer:
             frame,
             estimate,
             cause=self._cause(frame, state),
-            standing=not command.winch_speeds.any() and WinchMode.TENSION not in command.modes,
+            standing=not any(command.winch_speeds.tolist()) and WinchMode.TENSION not in command.modes,
             stopped=stopped,
             target=self.target,
             powder=self.load.left,
@@ -374,8 +374,6 @@ class Printer:
 
         It reaches them even where it was rejected, as their own faults are a cause for that: it is ordered again then.
         """
-        if not verdict.orders:
-            return command
         asked = any(order.kind is OrderKind.RESET and not self._is_late(order) for order in verdict.orders)
         able = RESET in self.machine.abilities.outputs and WinchMode.OFF in command.modes
         return replace(command, outputs={RESET: 1.0}) if asked and able else command

@@ -7,6 +7,7 @@ log has it, and else the estimate.
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Iterator
 from typing import Any, Final
 
@@ -269,22 +270,15 @@ def _between(stamp: Any, parent: str, child: str, place: Any, turn: Any) -> dict
 
 def quaternion(R: Array) -> dict[str, float]:
     """The unit quaternion of a rotation matrix, by the largest of its four parts."""
-    squares = np.array(
-        [1.0 + R[0, 0] - R[1, 1] - R[2, 2], 1.0 - R[0, 0] + R[1, 1] - R[2, 2],
-         1.0 - R[0, 0] - R[1, 1] + R[2, 2], 1.0 + R[0, 0] + R[1, 1] + R[2, 2]]
-    )  # fmt: skip
-    k = int(np.argmax(squares))
-    parts = np.empty(4)
-    parts[k] = squares[k]
-    cross = (R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1])
-    if k == 3:
-        parts[:3] = cross
-    else:
-        parts[3] = cross[k]
-        for other in {0, 1, 2} - {k}:
-            parts[other] = R[k, other] + R[other, k]
-    parts /= np.linalg.norm(parts)
-    return dict(zip("xyzw", parts.tolist(), strict=True))
+    rows = R.tolist()
+    (a, _, c), (d, e, f), (g, h, i) = rows
+    squares = (1.0 + a - e - i, 1.0 - a + e - i, 1.0 - a - e + i, 1.0 + a + e + i)
+    k, cross = squares.index(max(squares)), (h - f, c - g, d - rows[0][1])
+    parts = [*cross, squares[3]]
+    if k < 3:
+        parts = [squares[k] if j == k else rows[k][j] + rows[j][k] for j in range(3)] + [cross[k]]
+    size = math.hypot(*parts)
+    return {key: part / size for key, part in zip("xyzw", parts, strict=True)}
 
 
 def _xyz(values: Any) -> dict[str, float]:

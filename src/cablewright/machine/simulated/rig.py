@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -48,8 +48,7 @@ _FLAG_CONDITIONS = (
 )
 
 
-@dataclass(frozen=True, eq=False)
-class RigState:
+class RigState(NamedTuple):
     """Quantities of a rig that sensors measure, at one time."""
 
     truth: Truth
@@ -206,7 +205,8 @@ class Rig:
         drum = self._twist
         if drum is None:
             return
-        keep = math.exp(-math.dist(self.motion[:3], self._last_position) / drum.yaw_wander_length)
+        moved = math.dist(self.motion[:3].tolist(), self._last_position.tolist())
+        keep = math.exp(-moved / drum.yaw_wander_length)
         self._last_position = self.motion[:3].copy()
         push = drum.yaw_wander * math.sqrt(1.0 - keep * keep)
         rest = keep * (self.body[dynamics.YAW_REST] - self.yaw.angle) + push * self._random.standard_normal()
@@ -237,7 +237,7 @@ class Rig:
         if self.robot.platform.may_lift and self.swing.on_plane[1] > 0.0:
             notices.append(Notice(Condition.OFF_PLANE))
         self.swing.on_plane[1] = -math.inf
-        if not self.winch_flags.any():
+        if not any(self.winch_flags.tolist()):
             return notices
         notices += [
             Notice(condition, line.name)
