@@ -189,12 +189,13 @@ def step(
         swing = follow(settings.swing, state.swing, estimate.rotation, dt)
     place = estimate.position.copy()
     packed, free, gains = settings.model.packed, settings.free, settings.gains
-    if settings.law == "paper":
+    if settings.law != "model":
         toward, _ = kernel.follow(
             packed, free, gains, held.lengths, place, target.position, target.velocity, swing, dt, rates
         )
         if not np.isfinite(toward).all():
             return np.zeros(len(settings.hosts))
+    if settings.law == "paper":
         rates += _slack_term(settings, taut_at(settings.model, place + 0.5 * dt * target.velocity), estimate, dt)
         return _within(settings, rates[settings.hosts], estimate)
     drawn, error = kernel.pursue(

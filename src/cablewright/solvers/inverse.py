@@ -114,7 +114,7 @@ def solve_rows(model: Model, packed: Packed, poses: Array, wrenches: Array | Non
     """Solve as `solve_inverse` for neighbouring *poses* (k, n), as it checks them, with *wrenches* (k, 6) or None.
 
     *packed*: the model in k rows, with its preferred tensions and a winch for each line. Returns None where any row has
-    no solution at once; `solve_inverse` tries more.
+    no solution from its start; `solve_inverse` tries more.
     """
     if wrenches is not None:
         packed = packed._replace(platform=packed.platform.copy())
