@@ -6,6 +6,7 @@ beside the code of an earlier revision: both in turns, each in processes of its 
 
 from __future__ import annotations
 
+import gc
 import os
 import subprocess
 import sys
@@ -44,6 +45,8 @@ QUICK = FULL.model_copy(update={"curve": None, "helix": RING})
 
 _FIRST = 300
 """Steps that are not counted: the machine is reset, and the filter begins."""
+_TIMED = 7
+"""One step of so many is timed: prime to those of a lidar's turn and of other intervals."""
 
 
 def rows(job: Job) -> Iterator[Row]:
@@ -97,40 +100,49 @@ class Spent(NamedTuple):
     steps: int
     period: float  # s, of the machine
     whole: float  # of all, with the log, also in its thread
-    machine: float  # of the simulated machine
-    control: NDArray[np.float64]  # (steps,) of guard, estimation and control
+    machine: float  # of the simulated machine in all steps, by those that are timed
+    control: NDArray[np.float64]  # (k,) of guard, estimation and control, of each step that is timed
 
 
 def loop_times(twin: MachineTwin, steps: int) -> Spent:
-    """Return what *steps* of a print take, after some that are not counted."""
+    """Return what *steps* of a print take, after some that are not counted.
+
+    One step of seven is timed: clocks of processor time may take as long as a tenth of a step.
+    """
     machine, printer = begin_print(twin, plan_print(twin))
-    attendant, inner, alone = attendant_of(machine, printer, twin.choices), machine.step, 0.0
+    attendant, inner = attendant_of(machine, printer, twin.choices), machine.step
+    alone: list[float] = []
 
     def step(command: Command) -> SensorFrame:
-        nonlocal alone
         begin = time.thread_time()
         frame = inner(command)
-        alone += time.thread_time() - begin
+        alone.append(time.thread_time() - begin)
         return frame
 
-    machine.step = step  # type: ignore[method-assign]
     head = LogHead(started(twin.robot, twin.path), machine.settings, machine.period, simulation=machine.simulation)
-    control, first = np.empty(steps + _FIRST), (0.0, 0.0)
+    control, first = [], 0.0
     with tempfile.TemporaryDirectory() as name:
         log_path, checkpoint = Path(name) / "log.mcap", Path(name) / "checkpoint.bin"
         with write_log(log_path, head, threaded=True) as log, SnapshotWriter(checkpoint) as writer:
             recorder = FolderRecorder(log, writer, Timing(machine.period))
             machine.open()
-            for number in range(len(control)):
+            gc.freeze()  # as a print does
+            for number in range(steps + _FIRST):
                 if number == _FIRST:
-                    first = time.process_time(), alone
-                orders, begin, before = attendant.orders(printer, printer.time), time.thread_time(), alone
-                made = printer.step(orders)
-                control[number] = time.thread_time() - begin - (alone - before)
+                    first = time.process_time()
+                orders = attendant.orders(printer, printer.time)
+                if number < _FIRST or number % _TIMED:
+                    made = printer.step(orders)
+                else:
+                    machine.step, begin = step, time.thread_time()  # type: ignore[method-assign]
+                    made = printer.step(orders)
+                    control.append(time.thread_time() - begin - alone[-1])
+                    machine.step = inner  # type: ignore[method-assign]
                 recorder.add(printer, made, last=False)
-            whole = time.process_time() - first[0]
+            whole = time.process_time() - first
+            gc.unfreeze()
             machine.close()
-    return Spent(steps, machine.period, whole, alone - first[1], control[_FIRST:])
+    return Spent(steps, machine.period, whole, steps * float(np.mean(alone)), np.array(control))
 
 
 def body_rows(radius: float) -> Iterator[Row]:

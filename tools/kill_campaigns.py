@@ -39,6 +39,7 @@ from cablewright.foundation.errors import MAX_MESSAGE
 from cablewright.foundation.saving import read_snapshots
 from cablewright.foundation.signals import Scan
 from cablewright.machine.log.log import read_log
+from cablewright.models.path_offset import nearest
 from cablewright.printing.job import load_job
 from cablewright.running.user_key import DIRECTORY
 
@@ -410,7 +411,7 @@ def laid(out: Path, job: Path) -> Array:
             assert entry.truth is not None
             assert entry.command is not None
             assert entry.progress is not None
-            here = track.nearest(entry.truth.position, entry.progress.distance, 0.1).distance
+            here = nearest(track, entry.truth.position, entry.progress.distance, 0.1).distance
             if entry.command.valve > 0.0 and before is not None:
                 stretches.append((before, here))
             before = here

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cablewright.models.path_offset import nearest, nearest_of_each
 from cablewright.printing.job import load_job
 from cablewright.printing.path import Samples
 from cablewright.printing.track import Track
@@ -45,7 +46,7 @@ def test_the_nearest_place_is_that_of_brute_force(track: Track) -> None:
     rng = np.random.default_rng(1)
     for around in rng.uniform(0.0, track.length, 60):
         point = track.at(around).position + rng.normal(0.0, 0.1, 3)
-        found = track.nearest(point, around, 0.4)
+        found = nearest(track, point, around, 0.4)
         least = brute_force(track, point, around, 0.4)
         assert abs(found.offset) <= least + 1e-12
         assert abs(found.offset) == pytest.approx(least, abs=2e-6)
@@ -57,11 +58,11 @@ def test_a_batch_agrees_with_single_calls(track: Track) -> None:
     around = rng.uniform(-0.2, track.length + 0.2, 300)
     points = track.places(around) + rng.normal(0.0, 0.05, (300, 3))
     points[7, 0] = np.nan
-    distance, offset = track.nearest_of_each(points, around, 0.3)
+    distance, offset = nearest_of_each(track, points, around, 0.3)
     assert np.isnan(distance[7])
     assert np.isnan(offset[7])
     for i in np.flatnonzero(np.isfinite(offset)):
-        one = track.nearest(points[i], around[i], 0.3)
+        one = nearest(track, points[i], around[i], 0.3)
         assert (distance[i], offset[i]) == pytest.approx((one.distance, one.offset), abs=1e-12)
 
 
@@ -70,7 +71,7 @@ def test_left_of_the_path_is_positive(track: Track, side: float) -> None:
     for distance in np.linspace(0.5, track.length - 0.5, 40):
         place = track.at(distance)
         left = np.array([-place.tangent[1], place.tangent[0], 0.0])
-        found = track.nearest(place.position + 0.02 * side * left, distance)
+        found = nearest(track, place.position + 0.02 * side * left, distance)
         assert found.offset == pytest.approx(0.02 * side, rel=5e-3)
         assert found.distance == pytest.approx(distance, abs=2e-3)
 
@@ -82,13 +83,13 @@ def test_round_a_sharp_corner_the_offset_keeps_its_side_and_size() -> None:
     track = Track.of(samples_of([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), end], [0, 0], [True, True]))
     for direction in np.linspace(-np.pi / 2, turn - np.pi / 2, 31):
         point = np.array([1.0 + 0.1 * np.cos(direction), 0.1 * np.sin(direction), 0.0])
-        assert track.nearest(point, 1.0).offset == pytest.approx(-0.1)
+        assert nearest(track, point, 1.0).offset == pytest.approx(-0.1)
 
 
 def test_at_the_ends_only_what_is_beside_counts() -> None:
     track = Track.of(samples_of([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0)], [0], [True]))
-    assert track.nearest((-0.3, 0.01), 0.0) == pytest.approx((0.0, 0.01))
-    assert track.nearest((1.3, -0.01), 1.0) == pytest.approx((1.0, -0.01))
+    assert nearest(track, (-0.3, 0.01), 0.0) == pytest.approx((0.0, 0.01))
+    assert nearest(track, (1.3, -0.01), 1.0) == pytest.approx((1.0, -0.01))
 
 
 def test_where_the_path_crosses_itself_the_branch_meant_is_found(track: Track) -> None:
@@ -110,9 +111,9 @@ def test_where_the_path_crosses_itself_the_branch_meant_is_found(track: Track) -
         for distance in branches:
             place = track.at(distance - 0.01)
             point = place.position + 0.003 * np.array([-place.tangent[1], place.tangent[0], 0.0])
-            nearest = track.nearest(point, distance, 0.5)
-            assert nearest.offset == pytest.approx(0.003, abs=1e-5)
-            assert nearest.distance == pytest.approx(distance - 0.01, abs=1e-3)
+            near = nearest(track, point, distance, 0.5)
+            assert near.offset == pytest.approx(0.003, abs=1e-5)
+            assert near.distance == pytest.approx(distance - 0.01, abs=1e-3)
 
 
 def test_layers_above_each_other_are_distinguished(track: Track) -> None:
@@ -120,7 +121,7 @@ def test_layers_above_each_other_are_distinguished(track: Track) -> None:
     assert visits.number.tolist() == [1, 2, 3]
     assert visits.begin == pytest.approx([0.0, 28.0, 56.0], abs=1e-2)
     for layer, begin in zip(visits.number, visits.begin, strict=True):
-        at = track.nearest(track.at(begin + 5.0).position, begin + 5.01)
+        at = nearest(track, track.at(begin + 5.0).position, begin + 5.01)
         assert at.distance == pytest.approx(begin + 5.0, abs=1e-9)
         assert track.layer[track.piece(at.distance)] == layer
         assert track.laying[track.piece(begin + 5.0)]
@@ -133,15 +134,15 @@ def test_an_upright_rise_between_two_layers_lays_nothing_and_points_up() -> None
     begin = track.visits.begin[1]
     assert track.at(begin + 0.05).tangent == pytest.approx([0.0, 0.0, 1.0])
     assert not track.laying[track.piece(begin + 0.05)]
-    assert track.nearest((0.3, 0.02), begin + 0.35).distance == pytest.approx(begin + 0.4)
-    assert track.nearest((0.3, 0.02), 0.35) == pytest.approx((0.3, 0.02))
+    assert nearest(track, (0.3, 0.02), begin + 0.35).distance == pytest.approx(begin + 0.4)
+    assert nearest(track, (0.3, 0.02), 0.35) == pytest.approx((0.3, 0.02))
 
 
 def test_way_back_along_the_same_line_is_where_one_is_meant_to_be() -> None:
     track = Track.of(samples_of([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 0.0)], [0, 1], [True, False]))
     point = (0.7, 0.01)
-    assert track.nearest(point, 0.72) == pytest.approx((0.7, 0.01))
-    assert track.nearest(point, 1.28) == pytest.approx((1.3, -0.01))
+    assert nearest(track, point, 0.72) == pytest.approx((0.7, 0.01))
+    assert nearest(track, point, 1.28) == pytest.approx((1.3, -0.01))
 
 
 def test_beyond_the_ends_places_stay(track: Track) -> None:
@@ -154,4 +155,4 @@ def test_beyond_the_ends_places_stay(track: Track) -> None:
 
 def test_a_path_that_only_rises_has_places_beside_it() -> None:
     track = Track.of(samples_of([(0.0, 0.0, 0.0), (0.0, 0.0, 1.0)], [0], [True]), shift=(1.0, 0.0, 0.0))
-    assert track.nearest((1.0, 0.2, 0.5), 0.5) == pytest.approx((0.0, 0.2))
+    assert nearest(track, (1.0, 0.2, 0.5), 0.5) == pytest.approx((0.0, 0.2))

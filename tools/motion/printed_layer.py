@@ -16,6 +16,7 @@ from cablewright.foundation.signals import PrintState
 from cablewright.live.prints.plan import plan_print, twin_of
 from cablewright.live.prints.run import begin_print
 from cablewright.live.prints.simulated_operator import Attendant
+from cablewright.models.path_offset import nearest_of_each
 from cablewright.printing.job import load_job
 from cablewright.robot import load
 
@@ -42,7 +43,7 @@ def main() -> None:
             sys.exit(f"{printer.supervisor.state}: {printer.supervisor.reason}")
     machine.close()
     found, pulls = np.array(rows), np.array(tensions)
-    _, aside = plan.path.track.nearest_of_each(found[:, 2:5], found[:, 1], SEARCH)
+    _, aside = nearest_of_each(plan.path.track, found[:, 2:5], found[:, 1], SEARCH)
     away = 1e3 * np.hypot(aside, found[:, 4] - found[:, 5])
     slack = (pulls < SLACK).any(axis=1).mean()
     sys.stdout.write(

@@ -60,12 +60,17 @@ class FrameClock:
             elif elapsed > _LATE * period:
                 notices = (*notices, Notice(Condition.OVERRUN))
         self._now = now
-        return SensorFrame(now, self._timely(frame), notices), min(elapsed, _MOST * period)
+        readings = self._timely(frame)
+        if now != frame.time or readings is not frame.readings or notices is not frame.notices:
+            frame = SensorFrame(now, readings, notices)
+        return frame, min(elapsed, _MOST * period)
 
     def _timely(self, frame: SensorFrame) -> tuple[Reading, ...]:
         """The readings of a frame by this clock."""
         for each in frame.readings:
-            stamps = self._stamps.setdefault(each.source, deque(maxlen=_STAMPS))
+            stamps = self._stamps.get(each.source)
+            if stamps is None:
+                stamps = self._stamps[each.source] = deque(maxlen=_STAMPS)
             if not stamps or stamps[-1] != each.stamp:
                 stamps.append(each.stamp)
         if not self._offset and all(math.isfinite(each.time) for each in frame.readings):

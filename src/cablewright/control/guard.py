@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from operator import sub
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -48,6 +49,7 @@ UNCOUNTED: Final = 0.02
 _LATE: Final = 0.5  # of the encoders' timeout: for so long it is so at least, as commands and readings are late
 _COUNTS: Final = 0.1  # of the ordered cable: least motion of an encoder that counts
 
+_JUDGED: Final = (Tensions, Encoders, Drives, Inputs, YawAngle)
 _FALLS: Final = 0.01  # of the limit: least decrease of a falling tension
 
 _STANDING: Final = (Condition.STALLED, Condition.DRUM_END)  # winches that do not turn, and say so
@@ -168,9 +170,9 @@ def judge(
         state.turned = state.turned + command.winch_speeds * max(frame.time - then, 0.0)
         state.ordered = frame.time, command
     for reading in frame.readings:
-        if isinstance(reading, Tensions | Encoders | Drives | Inputs | YawAngle):
+        if isinstance(reading, _JUDGED):
             _read(settings, state, reading.source, reading, frame.time)
-    if any(notice.condition in _STANDING for notice in frame.notices):
+    if frame.notices and any(notice.condition in _STANDING for notice in frame.notices):
         state.uncounted.clear()
     found = _conditions(frame) + _silences(settings, state, frame.time)
     for causes in state.causes.values():
@@ -279,10 +281,12 @@ def _encoder_speeds(settings: GuardSettings, state: GuardState, now: float, coun
     if elapsed <= 0.0:  # after a reading from the future
         return []
     per_second = 1.0 / (settings.counts_per_radian * elapsed)
-    limits = [settings.max_drum_speed] * len(counts)
+    limits, changes = [settings.max_drum_speed] * len(counts), list(map(sub, counts, before[1]))
+    if per_second * max(map(abs, changes)) <= limits[0] and not (state.over.get("out") or state.over.get("in")):
+        return []
     found = []
     for way, name in ((per_second, "out"), (-per_second, "in")):
-        speeds = [way * (now - then) for now, then in zip(counts, before[1], strict=True)]
+        speeds = [way * change for change in changes]
         fast = _confirmed(state, name, speeds, limits)
         found += [StopCause(_too_much(settings.winch(i), "turns at", i, speeds, limits, "rad/s")) for i in fast]
     return found
@@ -297,8 +301,11 @@ def _stuck(settings: GuardSettings, state: GuardState, now: float, counts: list[
     for i, (count, most) in enumerate(zip(counts, settings.max_uncounted.tolist(), strict=True)):
         last = state.uncounted.get(i)
         given = not modes or modes[i] is WinchMode.VELOCITY
-        if last is None or not given or abs(count - last.counts) > _COUNTS * most * settings.counts_per_radian:
+        if last is None:
             state.uncounted[i] = _Uncounted(now, count, turned[i])
+            continue
+        if not given or abs(count - last.counts) > _COUNTS * most * settings.counts_per_radian:
+            last.time, last.counts, last.turned = now, count, turned[i]
             continue
         angle = turned[i] - last.turned
         if abs(angle) > most and now - last.time >= late:

@@ -7,18 +7,21 @@ acceleration: a print that is stopped slows down along its path and continues fr
 from __future__ import annotations
 
 import math
-from bisect import bisect_right
 from dataclasses import dataclass, field, fields, replace
 from enum import Enum
+from functools import cached_property
 from typing import Final, NamedTuple, Self
 
 import numpy as np
 
 from cablewright.control.attitude import Attitude
-from cablewright.control.ramp_mean import PeriodAt, RampMean
+from cablewright.control.ramp_mean import STEADY, PeriodAt, RampMean
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
-from cablewright.models.rotation import turn_between
+from cablewright.kernels.control import path_target as kernel
+from cablewright.kernels.control.path_target import LawArrays, TrackArrays
+from cablewright.models.path_offset import arrays_of, nearest_in, read_only
+from cablewright.models.rotation import motion_between
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.path import Samples
 from cablewright.printing.shaping import Shaper
@@ -177,41 +180,20 @@ class TimedPath:
         """Duration at a speed factor of 1, s."""
         return float(self.arrival[-1])
 
-    def accelerations(self, begin: float, end: float) -> Array:
-        """Return the accelerations (2, 3), m/s^2, at *begin* and *end*, s, of the law; 0 where it has none.
-
-        A law without shaping jumps from one to the next.
-        """
-        if self.vector is None:
-            return _STEADY
-        found = np.zeros((2, 3))
-        for row, path_time in enumerate((begin, end)):
-            i, left, reached = self._between(path_time)
-            share = min(max((path_time - left) / (reached - left), 0.0), 1.0)
-            found[row] = self.vector[i] + share * (self.vector[i + 1] - self.vector[i])
-        return found
+    @cached_property
+    def arrays(self) -> tuple[TrackArrays, LawArrays]:
+        """Track and time law for kernels."""
+        vector = np.zeros((0, 3)) if self.vector is None else self.vector
+        law = LawArrays(*map(read_only, (self.start, self.arrival, self.speed, vector)))
+        return arrays_of(self.track), law
 
     def distance(self, path_time: float) -> float:
-        """Return the distance along the path, m, at *path_time*, s, of the law.
+        """Return the distance along the path, m, at *path_time*, s, of the law."""
+        return float(kernel.distance_at(*self.arrays, path_time))
 
-        Cubic Hermite interpolation between two points: exact for constant acceleration or speed.
-        """
-        i, left, reached = self._between(path_time)
-        speed, distance = self.speed.data, self.track.distance.data  # whose items are Python's own floats
-        begin, end = distance[i], distance[i + 1]
-        if path_time <= left:
-            return begin
-        whole = reached - left
-        u = min((path_time - left) / whole, 1.0)
-        a, b, rise = speed[i] * whole, speed[i + 1] * whole, end - begin
-        along = u * (a + u * (3.0 * rise - 2.0 * a - b + u * (a + b - 2.0 * rise)))
-        return begin + min(max(along, 0.0), rise)
-
-    def _between(self, path_time: float) -> tuple[int, float, float]:
-        """Return the point before *path_time*, s, when the law leaves it, and when it reaches the next one, s."""
-        start, arrival = self.start.data, self.arrival.data
-        i = min(max(bisect_right(arrival, path_time) - 1, 0), len(arrival) - 2)
-        return i, start[i], arrival[i + 1]
+    def offset(self, point: Array, around: float) -> float:
+        """Return the offset of a *point* (3,), m, from the path near the distance *around*, m; see `path_offset`."""
+        return nearest_in(self.arrays[0], point.tolist(), around).offset
 
 
 @dataclass(eq=False)
@@ -249,33 +231,27 @@ def step(path: TimedPath, state: GuideState, dt: float, mode: GuideMode, share: 
     """
     if state.position is not None:
         return _approach(path, state, dt, mode)
-    begin = state.path_time
-    now = path.distance(begin)
-    state.speed_factor = _speed_factor(path, state, dt, mode, share)
-    state.path_time = min(begin + state.speed_factor * dt, path.duration)
-    then = path.distance(state.path_time)
-    here, there = path.track.at(now).position, path.track.at(then).position
-    piece = path.track.piece(0.5 * (now + then))
-    offset = np.array([0.0, 0.0, state.height_offset])
-    finished = state.path_time >= path.duration
-    extruding = bool(path.track.laying[piece])
-    layer = int(path.track.layer[piece])
-    path_speed, arrived = (then - now) / dt, state.speed_factor == 0.0
-    flow = path_speed if extruding else 0.0
-    if lead := path.motion.pressure_advance:
-        flow = _flow(path, begin + lead, state.path_time + lead, dt)
-    moving = path.accelerations(begin, state.path_time) * state.speed_factor**2
-    if state.factor_mean.rates.any() and state.speed_factor:
-        moving = moving + state.factor_mean.rates * (there - here) / (dt * state.speed_factor)
+    begin, motion = state.path_time, path.motion
+    state.speed_factor = factor = _speed_factor(path, state, dt, mode, share)
+    state.path_time = min(begin + factor * dt, path.duration)
+    found = np.empty(kernel.TARGET)
+    track, law = path.arrays
+    lead = float(motion.pressure_advance)
+    kernel.advance(track, law, begin, state.path_time, dt, lead, factor, state.height_offset, found)
+    now, path_speed, flow, layer, lays = found[kernel.DISTANCE :].tolist()
+    here, there = found[kernel.HERE : kernel.THERE], found[kernel.THERE : kernel.DISTANCE]
+    moving = found[kernel.ACCELERATIONS : kernel.HERE].reshape(2, 3)
+    if factor and state.factor_mean.rates is not STEADY:
+        moving = moving + state.factor_mean.rates * (there - here) / (dt * factor)
     target = Target(
-        here + offset,
-        (there - here) / dt,
+        found[: kernel.VELOCITY],
+        found[kernel.VELOCITY : kernel.ACCELERATIONS],
         now,
-        layer,
+        int(layer),
         path_speed,
-        extruding,
-        arrived,
-        finished,
+        lays > 0.0,
+        factor == 0.0,
+        state.path_time >= path.duration,
         flow=flow,
         accelerations=moving,
     )
@@ -283,12 +259,6 @@ def step(path: TimedPath, state: GuideState, dt: float, mode: GuideMode, share: 
         return target
     turned, goal = path.attitude.rotation(float(here[2])), path.attitude.rotation(float(there[2]))
     return _carrying(path.attitude, target, here, there, turned, goal, dt)
-
-
-def _flow(path: TimedPath, begin: float, end: float, dt: float) -> float:
-    """Return the strand to lay in a step of *dt*, s, in m/s: that of the path from *begin* to *end*, s of its law."""
-    early, late = path.distance(begin), path.distance(end)
-    return (late - early) / dt if path.track.laying[path.track.piece(0.5 * (early + late))] else 0.0
 
 
 def leave_path(path: TimedPath, state: GuideState, position: Array, rotation: Array) -> None:
@@ -333,6 +303,8 @@ def _speed_factor(path: TimedPath, state: GuideState, dt: float, mode: GuideMode
 
 def _ramped(path: TimedPath, state: GuideState, dt: float, factor: float, goal: float) -> float:
     """Return what follows the speed *factor*: as near to *goal* as the acceleration, less the law's own, allows."""
+    if factor == goal:
+        return goal
     now = state.path_time
     before, here, after = (path.distance(now + shift) for shift in (-dt, 0.0, dt))
     speed, own = (after - here) / dt, (after - 2.0 * here + before) / dt**2 * state.speed_factor**2
@@ -355,7 +327,8 @@ def _approach(path: TimedPath, state: GuideState, dt: float, mode: GuideMode) ->
     way = goal - state.position
     turned = state.rotation if state.rotation is not None else _STILL
     scheduled = _STILL if path.attitude is None else path.attitude.rotation(float(goal[2]))
-    turn = _STILL if path.attitude is None else turn_between(turned, scheduled)
+    ends = np.concatenate([_STILL, turned]), np.concatenate([_STILL, scheduled])
+    turn = _STILL if path.attitude is None else motion_between(*ends)[3:]
     left = math.sqrt(float(way @ way) + _ARM * _ARM * float(turn @ turn))
     ahead = way / left if left else _STILL
     state.speed = _approach_speed(path, state, left, dt, mode)

@@ -13,10 +13,11 @@ from typing import NamedTuple
 import numpy as np
 
 from cablewright.foundation.arrays import Array
+from cablewright.kernels.layout import Packed
 from cablewright.models.inertia import inertia_wrenches
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.solvers.hanging_path import hung
-from cablewright.solvers.inverse import solve_inverse
+from cablewright.solvers.inverse import solve_inverse, solve_rows
 
 
 class Held(NamedTuple):
@@ -28,13 +29,24 @@ class Held(NamedTuple):
     solved: Equilibrium
 
 
-def held_at(model: Model, poses: Array, retraction: Array | None, accelerations: Array | None = None) -> Held | None:
+def held_at(
+    model: Model,
+    poses: Array,
+    retraction: Array | None,
+    accelerations: Array | None = None,
+    packed: Packed | None = None,
+) -> Held | None:
     """Return how *model* holds *poses* (k, 6), at *retraction* lengths (k,), m; None where no tensions do.
 
     With fewer winches than degrees of freedom the platform hangs as it does at rest, with its nozzle at these poses.
-    *accelerations* (k, 3): m/s^2, of the platform, under whose forces it is held; None: at rest.
+    *accelerations* (k, 3): m/s^2, of the platform, under whose forces it is held; None: at rest. *packed*: the model
+    in k rows where its winches hold all coordinates, to save time.
     """
     wrenches = None if accelerations is None else inertia_wrenches(model.robot, poses, accelerations)
+    if packed is not None and retraction is None:
+        found = solve_rows(model, packed, poses, wrenches)
+        if found is not None:
+            return Held(found.pose, found.tensions, found.lengths, found)
     poses = hung(model, poses, retraction)
     solved = solve_inverse(model, poses, path=True, retraction=retraction, wrenches=wrenches)
     return Held(solved.pose, solved.tensions, solved.lengths, solved) if np.isfinite(solved.lengths).all() else None

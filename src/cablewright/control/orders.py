@@ -53,8 +53,10 @@ def examine(
     stopped begins again only after a pause of all jog requests. Whatever is no stop is rejected `ORDER_LIFE` after it
     was ordered.
     """
+    found: list[Order] = []
+    if not orders:
+        return found
     stops = any(order.kind in STOPS for order in orders)
-    found = []
     for order in orders:
         if not _is_sound(order):
             why = f"{order.kind}: time and arguments: finite numbers are expected, in tuples"

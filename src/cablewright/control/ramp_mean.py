@@ -19,7 +19,8 @@ PeriodAt = Callable[[Array], float]
 """Period, s, of the slowest mode with the platform at a place (3,), m."""
 
 _NONE: Final = np.zeros(0)
-_STEADY: Final = np.zeros((2, 1))
+STEADY: Final = np.zeros((2, 1))
+"""Rates of a speed that is no mean."""
 
 
 @dataclass(eq=False)
@@ -29,7 +30,7 @@ class RampMean:
     Speeds are (d,), m/s or shares of a speed. Until the next `rest` the mean stays as long as it is.
     """
 
-    rates: Array = field(default_factory=lambda: _STEADY)
+    rates: Array = field(default_factory=lambda: STEADY)
     """(2, d) 1/s of a speed: its changes of the last step and of this one; zero where it is no mean."""
     _past: Array = field(default_factory=lambda: _NONE)  # (k, d) wanted speeds, the last one first; k = 0: at rest
     _weights: Array = field(default_factory=lambda: _NONE)  # (k,)
@@ -43,7 +44,7 @@ class RampMean:
     def rest(self) -> None:
         """Forget the wanted speeds: the speed is no mean any more."""
         self._past = self._weights = _NONE
-        self.rates = _STEADY
+        self.rates = STEADY
 
     def asked(self, now: Array) -> Array:
         """Return the last wanted speed; *now* (d,): the present speed."""
@@ -62,10 +63,12 @@ class RampMean:
 
         *period*: of the slowest mode, s, where the mean begins.
         """
+        if self.rates is STEADY and not len(self._past) and now.tolist() == asked.tolist():
+            return asked
         then = self._mean(now, asked, period, dt)
         rates = np.empty((2, len(then)))
         rates[0], rates[1] = self.rates[1], (then - now) / dt
-        self.rates = rates
+        self.rates = rates if rates.any() else STEADY
         return then
 
     def _mean(self, now: Array, asked: Array, period: Callable[[], float], dt: float) -> Array:

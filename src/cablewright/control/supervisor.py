@@ -148,11 +148,8 @@ def step(
     """
     now, before = frame.time, state.state
     _update_readings(state, frame, estimate)
-    conditions = frozenset(
-        notice.condition  # a retraction may be at its end
-        for notice in frame.notices
-        if notice != _BEAM_END
-    )
+    seen = (notice.condition for notice in frame.notices if notice != _BEAM_END)  # a retraction may be at its end
+    conditions = frozenset(seen) if frame.notices else _NOTHING
     inputs = _Inputs(now, estimate, target, powder, conditions, cause, standing, stopped)
     given = tuple(orders)
     answered = tuple(
@@ -173,7 +170,7 @@ def step(
     elif state.reason == _POSITION_LOST and (why := _person(settings, state, now)):
         _happen(state, Happening.PERSON, now, why)  # from now on it takes an order
     _advance(settings, state, inputs)
-    at_rest = target is None or (target.path_speed == 0.0 and not target.velocity.any())
+    at_rest = target is None or (target.path_speed == 0.0 and not any(target.velocity.tolist()))
     mode = _MODES.get(state.state, GuideMode.HOLD)
     if state.state is PrintState.READY and not _is_settled(settings, state, now):
         mode = GuideMode.HOLD
@@ -187,6 +184,7 @@ def step(
     return Verdict(state.state, state.reason, mode, hold, valve, answered, kind)
 
 
+_NOTHING: Final = frozenset[Condition]()
 _BEAM_END: Final = Notice(Condition.DRUM_END, RETRACTION)
 _KEEPING: Final = (PrintState.REFILLING, PrintState.STOPPED)  # keep their reason where a pause is ordered
 _RUNNING: Final = (PrintState.READY, PrintState.PRINTING)
@@ -287,7 +285,7 @@ def _hard_limit(settings: SupervisorSettings, state: SupervisorState, inputs: _I
     for axis, low, at, high in zip("xyz", settings.min_position, x, settings.max_position, strict=True):
         if not low <= at <= high:
             return _stop(f"{axis} = {at:.3f} m is outside {low:g} to {high:g} m")
-    speed = math.sqrt(float(estimate.velocity @ estimate.velocity))
+    speed = math.hypot(*estimate.velocity.tolist())
     if speed > settings.max_speed:
         return _stop(f"the platform moves at {speed:.3f} m/s; at most {settings.max_speed:g} is allowed")
     return None
@@ -343,8 +341,7 @@ def _target_limit(settings: SupervisorSettings, inputs: _Inputs) -> str:
     """Whether the platform is too far from its target, or that is unknown: the reason, or an empty text."""
     if inputs.target is None:
         return ""
-    error = inputs.target.position - inputs.estimate.position
-    distance = math.sqrt(float(error @ error))
+    distance = math.dist(inputs.target.position.tolist(), inputs.estimate.position.tolist())
     if distance <= settings.max_error:
         return ""
     return f"the platform is {distance:.3f} m from its target; at most {settings.max_error:g} is allowed"

@@ -14,7 +14,7 @@ from typing import Final, Self
 import numpy as np
 
 from cablewright.foundation.arrays import Array
-from cablewright.models.rotation import matrix_of
+from cablewright.kernels.control.point_rates import calm
 
 ADDED: Final = 0.1
 """Share of critical damping that is added. With a delay of 40 ms and a lag of 20 ms, seven times as much is stable."""
@@ -49,12 +49,5 @@ class SwingState:
 
 def follow(settings: SwingDamping, state: SwingState, rotation: Array, dt: float) -> Array:
     """Return the velocity (3,), m/s, at which the platform is to follow a drum of *rotation* (3,), rad, for *dt*, s."""
-    below = (-matrix_of(rotation)[:2, 2]).tolist()  # where the drum is, per length of the pendulum
-    mean, memory = state.mean.tolist(), _PERIODS * 2.0 * math.pi / settings.rate
-    if any(map(math.isnan, mean)):
-        mean = below
-    x, y = (then + (now - then) * min(dt / memory, 1.0) for then, now in zip(mean, below, strict=True))
-    state.mean, faster = np.array([x, y]), 2.0 * settings.added * settings.rate * settings.length
-    size = faster * math.hypot(below[0] - x, below[1] - y)
-    faster *= MOST_SPEED / size if size > MOST_SPEED else 1.0
-    return np.array([faster * (below[0] - x), faster * (below[1] - y), 0.0])
+    share, faster = min(dt * settings.rate / (_PERIODS * math.tau), 1.0), 2.0 * settings.added * settings.rate
+    return np.array([*calm(rotation.copy(), state.mean, share, faster * settings.length, MOST_SPEED), 0.0])

@@ -35,6 +35,7 @@ from cablewright.kernels.control import point_rates as kernel
 from cablewright.kernels.control.moving_part import split
 from cablewright.kernels.control.point_rates import PointGains
 from cablewright.kernels.layout import Packed
+from cablewright.models.fidelity import CableLaw
 from cablewright.models.free_coordinates import free_coordinates
 from cablewright.models.inertia import compensates, inertia_wrenches
 from cablewright.models.packed_views import LineNumbers
@@ -104,6 +105,16 @@ class VelocitySettings:
         return packed
 
     @cached_property
+    def pair(self) -> Packed | None:
+        """A batch of two rows for `solve_rows`, of a rigid platform with a winch for each line; None: others."""
+        model, robot = self.model, self.model.robot
+        if not robot.is_plainly_driven or model.fidelity.cable is CableLaw.RIGID:
+            return None
+        packed: Packed = model.rows(preferred=preferred_tensions(model))
+        lines, platform = (np.repeat(each, 2, axis=0) for each in (packed.lines, packed.platform))
+        return packed._replace(lines=lines, platform=platform)
+
+    @cached_property
     def leads(self) -> bool:
         """Whether lengths lead the platform where it accelerates."""
         return compensates(self.model.robot)
@@ -168,31 +179,34 @@ def step(
         return np.zeros(len(settings.hosts)) if rates is None else _within(settings, rates, estimate)
     if not np.isfinite(estimate.lengths).all():
         return np.zeros(len(settings.hosts))
-    target = target._replace(  # kernels are compiled for arrays that may be written
-        position=np.array(target.position),
-        velocity=np.array(target.velocity),
-        accelerations=np.array(target.accelerations, order="C"),
-    )
+    own = target.position, target.velocity, target.accelerations
+    if not all(each.flags.carray for each in own):  # kernels are compiled for arrays that may be written
+        place, speed, moving = (np.array(each, order="C") for each in own)
+        target = target._replace(position=place, velocity=speed, accelerations=moving)
     held = _held_point(settings, state, target, dt)
     swing, rates = _STILL, np.empty(settings.model.m)
     if settings.swing is not None:
         swing = follow(settings.swing, state.swing, estimate.rotation, dt)
     place = estimate.position.copy()
     packed, free, gains = settings.model.packed, settings.free, settings.gains
-    toward, whole = kernel.follow(
-        packed, free, gains, held.lengths, place, target.position, target.velocity, swing, dt, rates
-    )
-    if not np.isfinite(toward).all():
-        return np.zeros(len(settings.hosts))
+    if settings.law != "model":
+        toward, _ = kernel.follow(
+            packed, free, gains, held.lengths, place, target.position, target.velocity, swing, dt, rates
+        )
+        if not np.isfinite(toward).all():
+            return np.zeros(len(settings.hosts))
     if settings.law == "paper":
         rates += _slack_term(settings, taut_at(settings.model, place + 0.5 * dt * target.velocity), estimate, dt)
         return _within(settings, rates[settings.hosts], estimate)
-    error = kernel.balance(
-        packed, settings.hosts, free, gains, held.lengths, held.tensions, toward, whole,
+    drawn, error = kernel.pursue(
+        packed, settings.hosts, free, gains, held.lengths, held.tensions,
         target.position if held.solved is None else held.solved.pose,
+        place, target.position, target.velocity, swing,
         estimate.excess.copy(), np.empty(0) if tensions is None else tensions.copy(), dt,
         state.planned_excess, state.slack_line, rates,
     )  # fmt: skip
+    if not drawn:
+        return np.zeros(len(settings.hosts))
     if not (settings.manage_slack or math.isnan(error)):
         state.chosen, state.tension_error = held.tensions, error
     if calms and held.solved is not None:
@@ -232,7 +246,7 @@ def _held_point(settings: VelocitySettings, state: VelocityState, target: Target
 def _within(settings: VelocitySettings, rates: Array, estimate: Estimate) -> Array:
     """Return speeds (w,), rad/s, at *rates* (w,), m/s, of the winches' lines, scaled so that none exceeds the limit."""
     speeds = rates / estimate.radii[settings.hosts]
-    largest = float(np.abs(speeds).max())
+    largest = max(map(abs, speeds.tolist()))
     return speeds * (settings.max_drum_speed / largest) if largest > settings.max_drum_speed else speeds
 
 
@@ -252,7 +266,7 @@ def _rates_of_body(
     there = moved(here, dt * np.concatenate([target.velocity, target.rate]))
     retraction = None if beam is None else np.array([beam.length, beam.length + dt * beam.speed])
     pushed = target.accelerations if settings.leads else None
-    held = held_at(settings.model, np.stack([here, there]), retraction, pushed)
+    held = held_at(settings.model, np.stack([here, there]), retraction, pushed, settings.pair)
     if held is None or not np.isfinite(estimate.lengths).all():
         return None
     state.chosen = held.tensions[0]
@@ -264,7 +278,7 @@ def _rates_of_body(
         return None
     correction = min(settings.gain, 0.5 / dt) * error
     rates = (then - now) / dt + _bounded(correction, settings.max_correction)
-    if calms:
+    if calms and settings.stretch is not None:
         rates += _stretch_rates(settings, state, held.solved[0], np.zeros(3), estimate, dt)[settings.hosts]
     return np.asarray(rates)
 
@@ -287,8 +301,9 @@ def _length_errors(
         if codes.any():
             return np.full(model.m, np.nan)
         return np.asarray(np.linalg.lstsq(hanging.per_length[0][kept], motion_between(here, held.poses[0])[kept])[0])
-    rows = model.rows(retraction=None if retraction is None else retraction[:1])
-    packed: Packed = model.packed._replace(lines=rows.lines[0])
+    packed: Packed = model.packed
+    if retraction is not None:
+        packed = packed._replace(lines=model.rows(retraction=retraction[:1]).lines[0])
     taut = taut_of(packed, here)
     by_motion = taut.per_motion[hosts]
     error = by_motion @ motion_between(here, held.poses[0])

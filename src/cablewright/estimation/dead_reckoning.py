@@ -281,12 +281,13 @@ def _update_lengths(settings: ReckoningSettings, state: ReckoningState, reading:
         state.start_counts = reading.counts
     rotation = settings.winches.of_lines(reading.counts - state.start_counts) / settings.counts_per_radian
     wound = state.start_angles - rotation
-    if not settings.drums.holds(wound):
+    paid = settings.drums.paid(state.start_angles, wound)
+    if paid is None:
         state.monitor.report("encoders", "jump", "the counts exceed the turns of a winch drum: not used")
         return
     state.monitor.clear("encoders", "jump")
     state.rotation = rotation
-    out = state.start_lengths + settings.drums.paid(state.start_angles, wound)
+    out = state.start_lengths + paid
     state.lengths = out if state.creep is None else out * (1.0 + state.creep.strain - state.start_strain)
 
 

@@ -57,6 +57,10 @@ class FaultMonitor:
         """Whether a fault is active."""
         return (source, kind) in self._active
 
+    def concerns(self, source: str) -> bool:
+        """Whether any fault of a *source* is active."""
+        return any(fault.source == source for fault in self._active.values())
+
     def restart(self, now: float, sentence: str) -> None:
         """Reset all reading times, because the clock jumped back to *now*, s; *sentence* is that fault's."""
         self._times.clear()

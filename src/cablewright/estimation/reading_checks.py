@@ -184,7 +184,10 @@ def queue_scan(checks: ReadingChecks, pending: list[Scan], scan: Scan, keep: int
 
 def report_line_sensors(monitor: FaultMonitor, lines: tuple[Line, ...], state: SlacknessState) -> None:
     """Report or clear the fault of each line's accelerometer: no reading, or always the same."""
-    for line, excess, same in zip(lines, state.excess.tolist(), state.stuck.tolist(), strict=True):
+    found = state.excess.tolist(), state.stuck.tolist()
+    if not (monitor.concerns("line_angles") or any(map(math.isnan, found[0])) or any(found[1])):
+        return
+    for line, excess, same in zip(lines, *found, strict=True):
         if same or math.isnan(excess):
             why = "repeats the same reading" if same else "gives no reading"
             monitor.report("line_angles", line.name, f"the accelerometer on line {line.name} {why}: not used")

@@ -39,11 +39,13 @@ class ReadingTimes:
         One that was ahead is old when it is repeated. One that it overtook counts as ahead as well, also when the clock
         has reached its time: it may be as old as that, or its source's clock was put right.
         """
-        ahead = self._ahead.setdefault(source, deque(maxlen=_MOST))
+        ahead = self._ahead.get(source)
+        if ahead is None:
+            ahead = self._ahead[source] = deque(maxlen=_MOST)
         if time <= self._last.get(source, -math.inf) or time in ahead:
             return Timeliness.OLD
         reached = now + CLOCK_TOLERANCE
-        if not time <= reached or any(time <= each <= reached for each in ahead):
+        if not time <= reached or (ahead and any(time <= each <= reached for each in ahead)):
             if math.isfinite(time):
                 ahead.append(time)
             return Timeliness.AHEAD

@@ -249,7 +249,7 @@ class _WithTensions:
 
     def step(self, frame: SensorFrame) -> Estimate:
         estimate = self._filtered.step(frame)
-        if not (estimate.valid and (estimate.lengths > 0.0).all()):
+        if not (estimate.valid and all(each > 0.0 for each in estimate.lengths.tolist())):
             self._tracker = None
         elif self._tracker is None:
             with suppress(AnswerError):  # no equilibrium, so no tensions

@@ -101,7 +101,7 @@ def check_command(abilities: Abilities, command: Command, last_time: float) -> N
         raise InputError(f"command.time = {command.time:g} s: the clock jumped back, from {last_time:g} s")
     if command.modes:
         _check_modes(abilities, command, speeds)
-    if unknown := sorted(command.outputs.keys() - abilities.outputs):
+    if command.outputs and (unknown := sorted(command.outputs.keys() - abilities.outputs)):
         raise InputError(f"command.outputs: {unknown[0]!r}: the machine has no such output")
     for name, value in command.outputs.items():
         if not math.isfinite(value):

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
+from cablewright.kernels.plant import winding
 
 TURN = 2.0 * np.pi
 
@@ -67,20 +70,26 @@ class LineCoils:
         outs = zip(self.coils, lengths.tolist(), strict=True)
         return np.array([0.0 if coil is None else coil.angle(self.held - out) for coil, out in outs])
 
-    def holds(self, angles: Array) -> bool:
-        """Whether the drums have the turns for *angles* (m,), rad."""
-        rows = zip(self.coils, angles.tolist(), strict=True)
-        return all(coil is None or 0.0 <= angle <= TURN * (len(coil.radii) - 1) for coil, angle in rows)
+    @cached_property
+    def _tables(self) -> tuple[Array, Array, NDArray[np.int64]]:
+        """Radii and wound lengths (m, k), m, after each of so many turns (m,); 0 turns: of a line without a winch."""
+        turns = np.array([0 if coil is None else len(coil.radii) - 1 for coil in self.coils])
+        radii, wound = np.zeros((2, len(turns), int(turns.max(initial=0)) + 1))
+        for i, coil in enumerate(self.coils):
+            if coil is not None:
+                radii[i, : turns[i] + 1], wound[i, : turns[i] + 1] = coil.radii, coil.wound
+        return radii, wound, turns
 
-    def paid(self, before: Array, now: Array) -> Array:
-        """Return the lengths (m,), m, paid out between two angles (m,), rad, wound. Raises `InputError`."""
-        rows = zip(self.coils, before.tolist(), now.tolist(), strict=True)
-        return np.array([0.0 if coil is None else coil.length(was) - coil.length(is_) for coil, was, is_ in rows])
+    def paid(self, before: Array, now: Array) -> Array | None:
+        """Return the lengths (m,), m, paid out between two angles (m,), rad, wound; None: beyond a drum's turns."""
+        found = np.empty(len(self.coils))
+        return found if winding.paid_out(*self._tables, before, now, found) else None
 
     def radii(self, angles: Array) -> Array:
         """Return the radius, m, at which each line leaves its drum, (m,); *angles* (m,), rad, are wound up."""
-        rows = zip(self.coils, angles.tolist(), strict=True)
-        return np.array([np.nan if coil is None else coil.radius(angle) for coil, angle in rows])
+        (radii, _, turns), found = self._tables, np.empty(len(self.coils))
+        winding.radii_by(radii, turns, angles, found)
+        return found
 
 
 def wind(

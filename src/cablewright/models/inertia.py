@@ -8,6 +8,7 @@ import numpy as np
 
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
+from cablewright.kernels.motion.inertia import push
 from cablewright.models.rotation import matrices
 from cablewright.models.statics import Equilibrium
 from cablewright.models.stiffness import Stiffness, along_chords, stiffness
@@ -70,9 +71,11 @@ def inertia_wrenches(robot: Robot, poses: Array, accelerations: Array, rates: Ar
         found[:] = -(mass @ accelerations[..., None])[..., 0]
         found -= np.concatenate([pull, np.cross(centre, pull) + spin], axis=1)
         return found
-    found[:, :3] = -platform.mass * accelerations[:, :3]
     if isinstance(platform, RigidPlatform):
-        found[:, 3:] = np.cross(matrices(poses[:, 3:]) @ np.asarray(platform.centre_of_mass), found[:, :3])
+        moved, centre = np.array(accelerations[:, :3], order="C"), np.array(platform.centre_of_mass)
+        push(np.array(poses, order="C"), moved, platform.mass, centre, found)
+    else:
+        found[:, :3] = -platform.mass * accelerations[:, :3]
     return found
 
 

@@ -70,6 +70,7 @@ class Tracker:
         self.states = begin.states.copy()
         self.margin = np.nan
         self._lengths = begin.lengths.copy()
+        self._pulls: tuple[Array, Array] | None = None  # states, and the tensions of these
         self._packed = model.packed
         self._work = workspace(self._packed)
         self._pool: Array | None = None
@@ -100,6 +101,7 @@ class Tracker:
 
     def restart(self, lengths: Array) -> bool:
         """Go to the equilibrium of *lengths* (m,), m, near the pose; return whether there is one."""
+        self._pulls = None  # states may have been loaded
         pose, states = self.pose.copy(), self.states.copy()
         code, _, _ = kernel.solve_near(self._packed, lengths, pose, states, self._work)
         if code == Code.OK:
@@ -114,7 +116,9 @@ class Tracker:
     @property
     def tensions(self) -> Array:
         """(m,) at the sheaves, N, of the last equilibrium."""
-        return np.asarray(LineStates(self.states).tension)
+        if self._pulls is None or self._pulls[0] is not self.states:
+            self._pulls = self.states, np.asarray(LineStates(self.states).tension)
+        return self._pulls[1]
 
     @property
     def solved(self) -> Equilibrium:

@@ -32,6 +32,7 @@ from cablewright.live.prints.snapshot_writer import SnapshotWriter
 from cablewright.machine.interface import Abilities, check_command
 from cablewright.machine.log.log import LogHead, read_log, write_log
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
+from cablewright.models.path_offset import nearest
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.numeric_path import Helix
 from cablewright.robot import load
@@ -130,7 +131,7 @@ class Kept:
         assert isinstance(printer.machine, OwnMachine)
         if step.progress.state is PrintState.PRINTING:
             track = printer.plan.path.track
-            self.off.append(track.nearest(printer.machine.plant.truth.position, step.progress.distance).offset)
+            self.off.append(nearest(track, printer.machine.plant.truth.position, step.progress.distance).offset)
         self.ends.append(last)
 
 

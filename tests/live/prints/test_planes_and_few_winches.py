@@ -15,6 +15,7 @@ from cablewright.live.prints.plan import PrintOptions, plan_print, twin_of
 from cablewright.live.prints.run import run_print
 from cablewright.machine.log.log import read_log
 from cablewright.machine.simulated.machine_file import machine_file
+from cablewright.models.path_offset import nearest
 from cablewright.printing.job import load_job
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
@@ -72,7 +73,7 @@ def test_print_follows_its_path_within_the_limits_of_tension(
         seen = [each for each in log.entries() if each.progress and each.progress.state is PrintState.PRINTING]
     for each in seen:
         nozzle = twin.path.printing_point(each.truth.position, each.truth.rotation)
-        assert twin.path.track.nearest(nozzle, each.progress.distance).offset < 3e-3
+        assert nearest(twin.path.track, nozzle, each.progress.distance).offset < 3e-3
     low, high = np.array([line.tension_limits for line in robot.lines]).T
     tensions = np.array([each.truth.tensions for each in seen])
     assert (tensions >= low).all()

@@ -67,8 +67,7 @@ class Print:
 
     def beside(self, step: Step) -> float:
         """True distance from the path, m."""
-        track = self.printer.plan.path.track
-        return track.nearest(self.machine.truth.position, step.progress.distance).offset
+        return self.printer.plan.path.offset(self.machine.truth.position, step.progress.distance)
 
 
 @pytest.mark.parametrize("law", ["paper", "model"])

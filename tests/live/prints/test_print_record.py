@@ -20,6 +20,7 @@ from cablewright.live.prints.steps_table import row_type
 from cablewright.live.prints.structure import _floor_correction
 from cablewright.live.prints.vibration import WINDOW, VibrationWindows, peak_frequency
 from cablewright.machine.log.log import Entry, LogWriter, read_log
+from cablewright.models.path_offset import nearest
 from cablewright.printing.job import Bead
 from cablewright.printing.track import Track
 from print_logs import SPEED, printed, rounds, standard, without
@@ -46,7 +47,7 @@ def test_moments_are_those_of_every_printing_step(made, found) -> None:
     steps = printing(entries)
     for own, of in (("truth", found.true), ("estimate", found.estimated)):
         signals = [getattr(each, own) for each in steps]
-        near = [track.nearest(s.position, e.progress.distance, 0.3) for s, e in zip(signals, steps, strict=True)]
+        near = [nearest(track, s.position, e.progress.distance, 0.3) for s, e in zip(signals, steps, strict=True)]
         errors = np.array([each.offset for each in near])
         ways = np.array([track.at(each.distance).tangent for each in near])
         speeds = (np.array([each.velocity for each in signals]) * ways).sum(axis=1)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Final
 
 import numpy as np
@@ -13,7 +12,6 @@ from cablewright.estimation.body.state import BodyState
 from cablewright.estimation.body.updates.update import DrumPulls
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.signals import Encoders
-from cablewright.models.coil import Coil
 
 _FASTER: Final = 1.5  # times the winches' largest speed: counts that change so fast have slipped ...
 _SLIDES: Final = 1e-3  # m, assumed, from rest until a cable slides over all of its sheave
@@ -69,12 +67,13 @@ def _leave_out(settings: BodySettings, state: BodyState, jumped: NDArray[np.bool
 def _unwind(settings: BodySettings, state: BodyState, counts: NDArray[np.int64]) -> None:
     """Set the lengths paid out by *counts* (w,) since home."""
     angles = state.home.angles - settings.winches.of_lines(counts) / settings.counts_per_radian
-    if not settings.drums.holds(angles):
+    paid = settings.drums.paid(state.home.angles, angles)
+    if paid is None:
         state.monitor.report("encoders", "jump", "the counts exceed the turns of a winch drum: not used")
         return
     state.monitor.clear("encoders", "jump")
-    paid = settings.drums.paid(state.home.angles, angles)
-    state.wound.sliding = np.clip(state.wound.sliding + (paid - state.wound.paid) / _SLIDES, -1.0, 1.0)
+    slid = state.wound.sliding + (paid - state.wound.paid) / _SLIDES
+    state.wound.sliding = np.minimum(np.maximum(slid, -1.0), 1.0)
     state.wound.paid = paid
     state.wound.angles = angles
 
@@ -88,15 +87,4 @@ def see_drums(settings: BodySettings, state: BodyState) -> None:
 
 def radii(settings: BodySettings, state: BodyState) -> Array:
     """Return the radii (m,), m, at which cable leaves the drums, as estimated."""
-    bare = [_radius(coil, angle) for coil, angle in zip(settings.coils, state.wound.angles.tolist(), strict=True)]
-    return np.array(bare) * (1.0 + state.belief.unknowns[state.layout.radius])
-
-
-def _radius(coil: Coil | None, angle: float) -> float:
-    """As `Coil.radius`, in a fifth of the time; NaN without a winch."""
-    if coil is None:
-        return math.nan
-    turns = angle / math.tau
-    whole = min(max(int(turns), 0), len(coil.radii) - 2)
-    low, high = float(coil.radii[whole]), float(coil.radii[whole + 1])
-    return low + min(max(turns - whole, 0.0), 1.0) * (high - low)
+    return settings.drums.radii(state.wound.angles) * (1.0 + state.belief.unknowns[state.layout.radius])

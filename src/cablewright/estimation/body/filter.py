@@ -13,7 +13,6 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cablewright.estimation.body import diagnosis, encoder_lengths, measurement
 from cablewright.estimation.body.correction import correct
@@ -52,7 +51,8 @@ def step(settings: BodySettings, state: BodyState, frame: SensorFrame) -> Estima
         _read_beam(settings, state, beam.length)
     for encoders in accepted(state.monitor, frame.of(Encoders), frame.time):
         encoder_lengths.read(settings, state, encoders)
-    state.belief.gradients[_by_radius(state)] = state.wound.paid
+    first, (m, size) = state.layout.radius.start, state.belief.gradients.shape
+    state.belief.gradients.flat[first : first + m * (size + 1) : size + 1] = state.wound.paid  # by the drums' radii
     state.lengths = corrected(state)
     found = follow(state)
     for climate in accepted(state.monitor, frame.of(Climate), frame.time):
@@ -74,12 +74,6 @@ def step(settings: BodySettings, state: BodyState, frame: SensorFrame) -> Estima
     diagnosis.give_up(state)
     state.monitor.check_timeouts(frame.time)
     return _estimate(settings, state, slopes, found)
-
-
-def _by_radius(state: BodyState) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Where the gradients of the lengths by the drums' radii are."""
-    lines = np.arange(state.layout.m)
-    return lines, state.layout.radius.start + lines
 
 
 def _read_beam(settings: BodySettings, state: BodyState, length: float) -> None:
@@ -129,8 +123,12 @@ def _estimate(settings: BodySettings, state: BodyState, slopes: Slopes | None, f
     if slopes is not None:
         state.belief.pose_covariance = measurement.pose_covariance(state, slopes)
     covariance = np.zeros((9, 9))
-    covariance[np.ix_(_POSE, _POSE)] = state.belief.pose_covariance
-    covariance[range(3, 6), range(3, 6)] = _SPEED_SIGMA**2
+    own = state.belief.pose_covariance
+    covariance[:3, :3], covariance[:3, 6:], covariance[6:, :3], covariance[6:, 6:] = (
+        own[:3, :3], own[:3, 3:], own[3:, :3], own[3:, 3:],
+    )  # fmt: skip
+    covariance[3, 3] = covariance[4, 4] = covariance[5, 5] = _SPEED_SIGMA**2
+    covariance.flags.writeable = False
     excess = state.lengths - state.taut.lengths
     return Estimate(
         state.latest.time,
@@ -141,11 +139,8 @@ def _estimate(settings: BodySettings, state: BodyState, slopes: Slopes | None, f
         frozen(excess),
         excess > settings.slack_threshold,
         frozen(encoder_lengths.radii(settings, state)),
-        covariance=frozen(covariance),
+        covariance=covariance,
         faults=state.monitor.faults,
         valid=found and state.home.known and not state.monitor.is_active("encoders", "quiet"),
         consistency=state.judged.consistency,
     )
-
-
-_POSE: Final = (0, 1, 2, 6, 7, 8)

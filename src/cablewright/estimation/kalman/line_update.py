@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.estimation.kalman.coil_layers import CoilLayers
-from cablewright.estimation.kalman.gauss_markov import fade
 from cablewright.estimation.kalman.sag import Balanced, Sag, balanced, each_alone
 from cablewright.estimation.kalman.state import (
     FilterSettings,
@@ -27,7 +26,6 @@ from cablewright.estimation.kalman.state import (
     judge,
 )
 from cablewright.foundation.arrays import Array
-from cablewright.kernels.covariance import add_multiples
 from cablewright.kernels.filtering import hanging
 from cablewright.kernels.filtering import predict as predicting
 from cablewright.kernels.filtering.estimate import excess_of
@@ -52,11 +50,15 @@ def update_jacobian(settings: FilterSettings, state: FilterState, *, at_once: bo
     """
     if not at_once and state.time - state.hung.time < _JACOBIAN_INTERVAL:
         return
-    _spread_stretch(settings, state)
-    _spread_compliances(state)
+    model, (x, _, at), hung, lines = settings.machine.model, state.mean, state.hung, state.lines
+    predicting.spread(
+        x, state.P, at, hung.jacobian, hung.by_compliance, lines.loosened,
+        lines.stretching, settings.stretch_time, settings.stretch_rate_sigma,
+    )  # fmt: skip
+    lines.stretching = 0.0
     if settings.layers is not None:
         _predict_layers(settings.layers, state)
-    model, (x, _, at), there = settings.machine.model, state.mean, state.motion.position.copy()
+    there = state.motion.position.copy()
     taut = taut_at(model, there)
     if not np.isfinite(taut.toward).all():
         state.monitor.report("encoders", "lost", "a line has no tangent at the estimated position")
@@ -120,32 +122,6 @@ def _predict_layers(layers: CoilLayers, state: FilterState) -> None:
     if change.any():
         diagonal(state.P)[state.layout.radii] += layers.doubt(change, state.lines.radii)
         state.lines.radii += change
-
-
-def _spread_stretch(settings: FilterSettings, state: FilterState) -> None:
-    """Predict the rates of stretch, and what they did to the covariance of lengths and B, since the last time.
-
-    A rate is a Gauss-Markov process.
-    """
-    lay, P, J, dt = state.layout, state.P, state.hung.jacobian, state.lines.stretching
-    if not dt > 0.0:
-        return
-    state.lines.stretching = 0.0
-    add_multiples(P, lay.position.start, lay.stretch.start, dt * J)
-    add_multiples(P, lay.lengths.start, lay.stretch.start, dt * np.eye(len(state.lines.lengths)))
-    keep = fade(P, lay.stretch, dt / settings.stretch_time, (settings.stretch_rate_sigma * state.lines.lengths) ** 2)
-    state.lines.stretch_rates *= keep
-
-
-def _spread_compliances(state: FilterState) -> None:
-    """Predict what compliances did to the covariance of B, since the last time.
-
-    A line that is more compliant than its stiffness k says moves B by less for a change e of its excess: (u'Ku) dp = u
-    e dk.
-    """
-    lay = state.layout
-    add_multiples(state.P, lay.position.start, lay.compliances.start, state.hung.by_compliance * state.lines.loosened)
-    state.lines.loosened = np.zeros_like(state.lines.loosened)
 
 
 def update(settings: FilterSettings, state: FilterState) -> None:

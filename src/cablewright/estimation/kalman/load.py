@@ -7,6 +7,7 @@ from typing import Final
 
 from cablewright.estimation.kalman.line_update import update_jacobian
 from cablewright.estimation.kalman.state import FilterSettings, FilterState, diagonal
+from cablewright.kernels.filtering import predict as kernel
 
 _SHARE: Final = 0.05  # of the weight, up to which lines' stiffnesses are as before
 _MUCH: Final = 1e-3  # m in one step, after which B bounces
@@ -24,16 +25,18 @@ def weigh(settings: FilterSettings, state: FilterState, mass: float) -> None:
     if mass == before or state.taut is None:
         return
     parts = min(math.ceil(abs(mass - before) / (_SHARE * before)), _MOST_PARTS)
-    part, start = (before - mass) * settings.machine.tilt.gravity / parts, state.motion.position.copy()
+    part, (x, _, at) = (before - mass) * settings.machine.tilt.gravity / parts, state.mean
+    start, squared = state.motion.coasted[:3].copy() if parts > 1 else None, 0.0
     for _ in range(parts):
-        moved = part * state.hung.rising
-        state.motion.position += moved
-        state.lines.loosened -= state.taut.toward @ moved
-        if parts > 1:
+        squared = kernel.sink(
+            x, state.P, at, state.hung.rising, state.taut.toward, part,
+            settings.load_sigma if start is None else 0.0, state.lines.loosened, state.motion.coasted,
+        )  # fmt: skip
+        if start is not None:
             update_jacobian(settings, state, at_once=True)
-    sunk = state.motion.position - start
-    state.motion.coasted[:3] += sunk
-    squared = float(sunk @ sunk)
-    diagonal(state.P)[state.layout.position] += settings.load_sigma**2 * squared
+    if start is not None:
+        sunk = state.motion.coasted[:3] - start
+        squared = float(sunk @ sunk)
+        diagonal(state.P)[state.layout.position] += settings.load_sigma**2 * squared
     if squared > _MUCH**2:
         state.motion.bounce_end, state.turns.extracted = state.time + (0.0 if state.has_long_steps else _BOUNCE), None

@@ -1,6 +1,6 @@
 """A step of the velocity control of a point platform: the rates of its lengths."""
 
-from math import exp, isfinite, sqrt
+from math import exp, hypot, isfinite, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -8,6 +8,7 @@ import numpy as np
 from cablewright.kernels import jit
 from cablewright.kernels.control.moving_part import split
 from cablewright.kernels.layout import NOT_CONVERGED, OK, PREFERRED, TAU, WRENCH, Packed
+from cablewright.kernels.rotation import matrix
 from cablewright.kernels.statics.inverse import solve_inverse
 from cablewright.kernels.statics.inverse_work import inverse_workspace
 from cablewright.kernels.statics.line.upright import lengths_of
@@ -115,6 +116,43 @@ def follow(packed, free, gains, held, position, target, velocity, swing, dt, rat
         for k in range(3):
             rates[i] += toward[i, k] * (velocity[k] + share * error[k] + swing[k])
     return toward, found[:, WHOLE].copy()
+
+
+@jit(allocates=True)
+def pursue(
+    packed, hosts, free, gains, held, chosen, rest, position, target, velocity, swing, excess, tensions, dt,
+    planned, line, rates,
+):  # fmt: skip
+    """Write the *rates* (m,), m/s, of `follow` and `balance`; *rest* (3,), m: where *held* lengths hold the point.
+
+    Returns whether all lines have tangents, and the largest error of a tension, see `balance`.
+    """
+    toward, whole = follow(packed, free, gains, held, position, target, velocity, swing, dt, rates)
+    if not np.isfinite(toward).all():
+        return False, np.nan
+    return True, balance(
+        packed, hosts, free, gains, held, chosen, toward, whole, rest, excess, tensions, dt, planned, line, rates
+    )
+
+
+@jit(allocates=True)
+def calm(rotation, mean, share, faster, most):
+    """Return the velocity (x, y), m/s, at which a point follows its drum of *rotation* (3,), rad, of which it hangs.
+
+    *mean* (2,): of the drum's axis in plan view, NaN at first, goes to the present one by a *share*. *faster*: m/s for
+    each unit between both; *most*: m/s.
+    """
+    turned = np.empty((3, 3))
+    matrix(rotation, turned)
+    x, y = -turned[0, 2], -turned[1, 2]
+    if np.isnan(mean[0]) or np.isnan(mean[1]):
+        mean[0], mean[1] = x, y
+    mean[0] += (x - mean[0]) * share
+    mean[1] += (y - mean[1]) * share
+    size = faster * hypot(x - mean[0], y - mean[1])
+    if size > most:
+        faster *= most / size
+    return faster * (x - mean[0]), faster * (y - mean[1])
 
 
 @jit(allocates=True)

@@ -6,7 +6,7 @@ import numpy as np
 
 from cablewright.kernels import jit
 from cablewright.kernels.covariance import add_multiples
-from cablewright.kernels.filtering.update import ATTITUDE, GROUND, GYRO, LENGTHS, POSITION, RADII, STRETCH
+from cablewright.kernels.filtering.update import ATTITUDE, COMPLIANCES, GROUND, GYRO, LENGTHS, POSITION, RADII, STRETCH
 
 # Noise of a prediction by encoders: m per root metre, m per root second, share per root radian, m per root metre.
 TRAVEL, DRIFT, RADIUS, UNDERGROUND = 0, 1, 2, 3
@@ -59,6 +59,26 @@ def roll(x, P, at, jacobian, toward, hung, rotation, creep, noise, dt, gain, loo
     P[at[GROUND], at[GROUND]] += noise[UNDERGROUND] ** 2 * far
 
 
+@jit
+def sink(x, P, at, rising, toward, force, sigma, loosened, coasted):
+    """Predict B by a *force* upwards, N, of which no encoder shows that it stretches the lines.
+
+    *rising* (3,), m/N; *toward* (m, 3): of taut lines; *sigma*: of the motion, as a share of it. In place: *loosened*
+    (m,), m of excess; *coasted* (4,): what no count shows. Returns the square of the motion, m^2.
+    """
+    p, squared = at[POSITION], 0.0
+    for k in range(3):
+        moved = force * rising[k]
+        x[p + k] += moved
+        coasted[k] += moved
+        squared += moved * moved
+        for i in range(toward.shape[0]):
+            loosened[i] -= toward[i, k] * moved
+    for k in range(3):
+        P[p + k, p + k] += sigma**2 * squared
+    return squared
+
+
 @jit(allocates=True)
 def turn(x, P, at, rate, dt, noise, angular_rate):
     """Predict the attitude by the gyro's *rate* (3,), rad/s, over *dt*, s, with a *noise*, rad per root second.
@@ -78,6 +98,33 @@ def turn(x, P, at, rate, dt, noise, angular_rate):
     add_multiples(P, first, gyro, drifting)
     for k in range(3):
         P[first + k, first + k] += noise**2 * dt
+
+
+@jit(allocates=True)
+def spread(x, P, at, jacobian, by_compliance, loosened, dt, time, sigma):
+    """Predict rates of stretch over *dt*, s, and what they and compliances did to the covariance of lengths and B.
+
+    A rate is a Gauss-Markov process, correlated for a *time*, s, with the deviation *sigma*, 1/s, of lengths. A line
+    that is more compliant than its stiffness k says moves B by less for a change e of its excess: (u'Ku) dp = u e dk,
+    with *by_compliance* (3, m) and the excess *loosened* (m,), m, since the last time, which becomes 0.
+    """
+    m, lengths, stretch = loosened.shape[0], at[LENGTHS], at[STRETCH]
+    weights, own, variances = np.empty((3, m)), np.zeros((m, m)), np.empty(m)
+    if dt > 0.0:
+        for i in range(m):
+            own[i, i], variances[i] = dt, (sigma * x[lengths + i]) ** 2
+            for k in range(3):
+                weights[k, i] = dt * jacobian[k, i]
+        add_multiples(P, at[POSITION], stretch, weights)
+        add_multiples(P, lengths, stretch, own)
+        keep = fade(P, stretch, stretch + m, dt / time, variances)
+        for i in range(m):
+            x[stretch + i] *= keep
+    for i in range(m):
+        for k in range(3):
+            weights[k, i] = by_compliance[k, i] * loosened[i]
+        loosened[i] = 0.0
+    add_multiples(P, at[POSITION], at[COMPLIANCES], weights)
 
 
 @jit

@@ -1,6 +1,6 @@
 """One period of a moving machine: winches, retraction, body, line vibration; and the readings of lines' sensors."""
 
-from math import atan2, cos, exp, pi, sin, sqrt
+from math import atan2, cos, exp, nan, pi, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +11,8 @@ from cablewright.kernels.layout import FREE, NOT_CONVERGED, OK, TAU, WEIGHT
 from cablewright.kernels.plant.beam import LENGTH, pull_along, set_part, set_points, turn_drive
 from cablewright.kernels.plant.counterweights import hang, rise
 from cablewright.kernels.plant.dynamics import PLACE, RATE, TURN, VELOCITY, midpoint_step
-from cablewright.kernels.plant.winding import turn_winches
+from cablewright.kernels.plant.winding import radius_at, turn_winches
+from cablewright.kernels.rotation import matrix, rotate
 from cablewright.kernels.statics.line.interface import draw_line, guess_line
 from cablewright.kernels.statics.line.solved_line import heading_of_line
 from cablewright.kernels.statics.line.upright import is_slack, start_force
@@ -22,6 +23,9 @@ from cablewright.kernels.statics.platform import load_scale, place_platform, pos
 # the straight line, m; direction of the free span in plan view, rad.
 TENSION, TANGENT, SHOWN, TAUT, HEADING = 0, 1, 2, 3, 4
 SHOWS = 5
+
+# What `observe` writes of each line, all lines one after another, after the motion of drum or body.
+LINES, OF_EACH = 12, 7
 
 # Entries of the vibration parameters: damping ratio; amplitude in steady state at mid-span, m; gravity, m/s^2.
 DAMPING, AMPLITUDE, GRAVITY = 0, 1, 2
@@ -206,3 +210,66 @@ def show_lines(packed, states, pose, work, ends, vibrations, vibration, sensors_
         tilted = tangent - vibrations[i, 0] * wave * cos(wave * sensor_at)
         gravity = vibration[GRAVITY]
         shown[i, SHOWN] = atan2(gravity * sin(tilted) + tangential, gravity * cos(tilted) + normal)
+
+
+@jit
+def observe(
+    packed, states, pose, work, ends, vibrations, vibration, sensors_at, scratch, shown,
+    motion, lengths, winches, radii, ratio, upright, told, rotation,
+):  # fmt: skip
+    """Write what sensors measure: each line's readings, as `show_lines`, and the numbers *told* (12 + 7 m,).
+
+    These are *motion* (12,); and of each line its length, m, tension, N, excess, m, the radius at which it leaves its
+    drum, m, the angle that its accelerometer shows, rad, the direction of its swivel, rad, NaN unless *upright* (m,),
+    and the tension at its winch, N, by the *ratio* (m,). Writes also the *rotation* (3, 3) of the drum or body.
+    """
+    show_lines(packed, states, pose, work, ends, vibrations, vibration, sensors_at, scratch, shown)
+    m = lengths.shape[0]
+    for k in range(LINES):
+        told[k] = motion[k]
+    for i in range(m):
+        told[LINES + i], told[LINES + m + i] = lengths[i], shown[i, TENSION]
+        told[LINES + 2 * m + i] = lengths[i] - shown[i, TAUT]
+        told[LINES + 3 * m + i] = radius_at(winches[i], radii[i])
+        told[LINES + 4 * m + i] = shown[i, SHOWN]
+        told[LINES + 5 * m + i] = shown[i, HEADING] if upright[i] else nan
+        told[LINES + 6 * m + i] = shown[i, TENSION] * ratio[i]
+    matrix(motion[TURN : TURN + 3], rotation)
+
+
+@jit
+def over_ground(motion, point, rotation):
+    """Return where in plan view a *point* (3,), m, of the drum or body is, m, world; *rotation* (3, 3) is scratch."""
+    matrix(motion[TURN : TURN + 3], rotation)
+    x, y, _ = rotate(rotation, point[0], point[1], point[2])
+    return motion[PLACE] + x, motion[PLACE + 1] + y
+
+
+@jit(allocates=True)
+def feel(rotation, place, acceleration, rate, gravity, axes, measured):
+    """Add to *measured* (6,) the specific force, m/s^2, and turn rate, rad/s, at a *place* (3,), m, of a body.
+
+    *rotation* (3, 3), *acceleration* (6,), m/s^2 and rad/s^2, and *rate* (3,), rad/s, world: of the body. *axes* (3,
+    3): of the unit, in the body's frame.
+    """
+    arm, spun, force, turned = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    arm[0], arm[1], arm[2] = rotate(rotation, place[0], place[1], place[2])
+    cross(rate, arm, turned)
+    cross(rate, turned, spun)
+    cross(acceleration[3:], arm, turned)
+    for k in range(3):
+        force[k] = acceleration[k] + turned[k] + spun[k]
+    force[2] += gravity
+    for j in range(3):
+        for k in range(3):
+            along = 0.0
+            for i in range(3):
+                along += rotation[k, i] * axes[i, j]
+            measured[j] += force[k] * along
+            measured[3 + j] += rate[k] * along
+
+
+@jit
+def cross(a, b, out):
+    """Write the cross product of *a* and *b* (3,) to *out*."""
+    out[0], out[1], out[2] = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]

@@ -1,6 +1,6 @@
 """Winches: a motor that follows a commanded speed, and a drum on which each turn of cable has its own radius."""
 
-from math import cos, exp, pi, sin, sqrt
+from math import cos, exp, floor, nan, pi, sin, sqrt
 
 from cablewright.kernels import jit
 
@@ -120,6 +120,62 @@ def radius_at(own, radii):
     turn = min(int(own[ANGLE] / TURN), radii.shape[0] - 2)
     share = own[ANGLE] / TURN - turn
     return radii[turn] + share * (radii[turn + 1] - radii[turn]) + crossing(own, turn, share)[0]
+
+
+@jit
+def leaving(winches, radii, found):
+    """Write the radii (m,), m, at which all lines leave their drums to *found*; 0 of a line without one."""
+    for i in range(winches.shape[0]):
+        found[i] = radius_at(winches[i], radii[i])
+
+
+@jit
+def paid_out(radii, wound, turns, before, now, found):
+    """Write the lengths (m,), m, paid out between two angles wound, *before* and *now* (m,), rad, to *found*.
+
+    *radii* and *wound* (m, k), m, after each of so many *turns* (m,) of a drum; 0: of a line without one, 0 then.
+    Returns whether the drums hold the angles.
+    """
+    for i in range(turns.shape[0]):
+        found[i] = 0.0
+        if turns[i] > 0:
+            last = turns[i] * TURN
+            if not (0.0 <= before[i] <= last and 0.0 <= now[i] <= last):
+                return False
+            found[i] = _wound_at(radii[i], wound[i], turns[i], before[i]) - _wound_at(
+                radii[i], wound[i], turns[i], now[i]
+            )
+    return True
+
+
+@jit
+def _wound_at(radii, wound, turns, angle):
+    """Return the length of cable, m, on a drum with *angle*, rad, wound."""
+    whole = min(int(angle / TURN), turns - 1)
+    share, rise = angle / TURN - whole, radii[whole + 1] - radii[whole]
+    return wound[whole] + TURN * share * (radii[whole] + 0.5 * share * rise)
+
+
+@jit
+def radii_by(radii, turns, angles, found):
+    """Write the radii (m,), m, at which lines leave their drums with *angles* (m,), rad, wound; NaN without one."""
+    for i in range(turns.shape[0]):
+        found[i] = nan
+        if turns[i] > 0:
+            turn = min(max(angles[i] / TURN, 0.0), float(turns[i]))
+            whole = min(int(turn), turns[i] - 1)
+            found[i] = radii[i, whole] + (turn - whole) * (radii[i, whole + 1] - radii[i, whole])
+
+
+@jit
+def count(winches, hosts, begin, counts_per_turn, counts):
+    """Write the *counts* (w,) of the motors of *hosts* (w,) since their angles were *begin* (m,), rad; out: positive.
+
+    *counts_per_turn* (2,): turns of a motor per radian of its drum, and counts of its turn.
+    """
+    for j in range(hosts.shape[0]):
+        turned = begin[hosts[j]] - winches[hosts[j], ANGLE]
+        counts[j] = int(floor(turned * counts_per_turn[0] * counts_per_turn[1]))
 
 
 @jit

@@ -72,9 +72,10 @@ class LengthKeeper:
         out = np.array(self._saved.lengths)
         try:
             begin = reckoning.drums.angles(out)
-            return np.asarray(out + reckoning.drums.paid(begin, begin - turned))
         except InputError:  # beyond the drum's turns
             return None
+        paid = reckoning.drums.paid(begin, begin - turned)
+        return None if paid is None else np.asarray(out + paid)
 
     def tensions(self, torques: Array, lengths: Array, expected: Array) -> Array:
         """Tensions (m,), N, by *torques* (w,), N m, of the drums, where *lengths* (m,), m, are out.

@@ -210,7 +210,7 @@ class Printer:
             frame,
             estimate,
             cause=self._cause(frame, state),
-            standing=not command.winch_speeds.any() and WinchMode.TENSION not in command.modes,
+            standing=not any(command.winch_speeds.tolist()) and WinchMode.TENSION not in command.modes,
             stopped=stopped,
             target=self.target,
             powder=self.load.left,
@@ -397,7 +397,7 @@ class Printer:
         try:
             check_command(self.machine.abilities, command, -math.inf)
             most = self.plan.guard.max_drum_speed or math.inf
-            if not float(np.abs(command.winch_speeds).max()) <= most:
+            if not max(map(abs, command.winch_speeds.tolist())) <= most:
                 raise InputError(f"command.winch_speeds: over {most:g} rad/s")
         except InputError as error:
             supervisor.fail(self.supervisor, command.time, f"the control failed: {error}")
@@ -410,7 +410,7 @@ class Printer:
         if verdict.state is PrintState.PRINTING and estimate.valid:
             tensions = self.velocity.chosen
             printed = self.plan.path.printing_point(estimate.position, estimate.rotation)
-            error = self.plan.path.track.nearest(printed, target.distance).offset
+            error = self.plan.path.offset(printed, target.distance)
         place = frozen(self.plan.path.printing_point(target.position, target.rotation))
         where = target.layer, target.distance, place
         return Progress(estimate.time, verdict.state, *where, error, verdict.reason, tensions)

@@ -9,6 +9,7 @@ import numpy as np
 from cablewright.foundation.arrays import Array
 from cablewright.live.prints.result import ErrorLocation, LayerErrors, PathFollowing
 from cablewright.live.prints.steps_table import Rows
+from cablewright.models.path_offset import nearest_of_each
 from cablewright.printing.track import Track
 from cablewright.running.running_statistics import Histogram, Moments
 
@@ -31,7 +32,7 @@ class PathErrors:
     def add(self, rows: Rows) -> tuple[Array, Array]:
         """Add *rows* that print; return cross-track errors (k,), m, and speeds along the path (k,), m/s."""
         places, distance = rows[f"{self._prefix}position"], rows["distance"]
-        reached, error = self._track.nearest_of_each(places, distance, _SEARCH)
+        reached, error = nearest_of_each(self._track, places, distance, _SEARCH)
         known = np.isfinite(reached)
         piece = self._track.pieces(np.where(known, reached, 0.0))
         way = self._track.positions[piece + 1] - self._track.positions[piece]

@@ -39,6 +39,11 @@ def array_schema(of: Any) -> dict[str, Any]:
     return {"type": "array", "items": of}
 
 
+def as_it_is(value: Any) -> Any:
+    """Write a value that is JSON."""
+    return value
+
+
 class FieldKind(NamedTuple):
     """A kind of value. ``read`` converts a JSON value, None for a missing key; it raises `ValueError`, a sentence.
 
@@ -47,7 +52,7 @@ class FieldKind(NamedTuple):
 
     schema: dict[str, Any]
     read: Callable[[Any], Any]
-    write: Callable[[Any], Any] = lambda value: value
+    write: Callable[[Any], Any] = as_it_is
 
 
 def read_object(kinds: Mapping[str, FieldKind], values: Any) -> dict[str, Any]:

@@ -6,6 +6,8 @@ log has it, and else the estimate.
 
 from __future__ import annotations
 
+import functools
+import math
 from collections.abc import Iterator
 from typing import Any, Final
 
@@ -97,6 +99,8 @@ class Views:
         self._due = -np.inf
         self._begun = False
         self._nozzle = np.array(head.nozzle)
+        self._points = np.array([line.platform_point for line in head.robot.lines])
+        self._exits = [_xyz(line.exit_point) for line in head.robot.lines]
         self._lidars = [_mounted(name, lidar) for name, lidar in head.settings.lidars.items()]
         self._path: list[dict[str, float]] = []
         self._last = np.full(3, np.inf)  # m, where the path ends
@@ -192,13 +196,12 @@ class Views:
 
     def _lines(self, stamp: dict[str, int], shown: Truth | Estimate) -> dict[str, Any]:
         """The lines, straight; orange where they are slack."""
-        points = [line.platform_point for line in self._robot.lines]
         pose = np.concatenate([shown.position, np.nan_to_num(shown.rotation)])[: self._robot.n]
-        ends = placed(pose, points)
-        slack = shown.excess > 0.0
-        pairs = [each for line, end in zip(self._robot.lines, ends, strict=True) for each in (line.exit_point, end)]
-        colours = [_ORANGE if each else _BLUE for each in slack for _ in range(2)]
-        return _entity(stamp, "world", "lines", lines=[_line(_LINE_LIST, pairs, _BLUE, 2.0, colours)])
+        ends = [dict(zip("xyz", end, strict=True)) for end in placed(pose, self._points).tolist()]
+        pairs = [each for pair in zip(self._exits, ends, strict=True) for each in pair]
+        colours = [_ORANGE if each else _BLUE for each in (shown.excess > 0.0).tolist() for _ in range(2)]
+        drawn = _line(_LINE_LIST, (), _BLUE, 2.0, colours) | {"points": pairs}
+        return _entity(stamp, "world", "lines", lines=[drawn])
 
     def _gone(self, stamp: dict[str, int], time: float, place: Array) -> Iterator[dict[str, Any]]:
         """The path that the nozzle printed, in pieces: the last one is sent again as it grows."""
@@ -267,27 +270,21 @@ def _between(stamp: Any, parent: str, child: str, place: Any, turn: Any) -> dict
 
 def quaternion(R: Array) -> dict[str, float]:
     """The unit quaternion of a rotation matrix, by the largest of its four parts."""
-    squares = np.array(
-        [1.0 + R[0, 0] - R[1, 1] - R[2, 2], 1.0 - R[0, 0] + R[1, 1] - R[2, 2],
-         1.0 - R[0, 0] - R[1, 1] + R[2, 2], 1.0 + R[0, 0] + R[1, 1] + R[2, 2]]
-    )  # fmt: skip
-    k = int(np.argmax(squares))
-    parts = np.empty(4)
-    parts[k] = squares[k]
-    cross = (R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1])
-    if k == 3:
-        parts[:3] = cross
-    else:
-        parts[3] = cross[k]
-        for other in {0, 1, 2} - {k}:
-            parts[other] = R[k, other] + R[other, k]
-    parts /= np.linalg.norm(parts)
-    return dict(zip("xyzw", parts.tolist(), strict=True))
+    rows = R.tolist()
+    (a, _, c), (d, e, f), (g, h, i) = rows
+    squares = (1.0 + a - e - i, 1.0 - a + e - i, 1.0 - a - e + i, 1.0 + a + e + i)
+    k, cross = squares.index(max(squares)), (h - f, c - g, d - rows[0][1])
+    parts = [*cross, squares[3]]
+    if k < 3:
+        parts = [squares[k] if j == k else rows[k][j] + rows[j][k] for j in range(3)] + [cross[k]]
+    size = math.hypot(*parts)
+    return {key: part / size for key, part in zip("xyzw", parts, strict=True)}
 
 
 def _xyz(values: Any) -> dict[str, float]:
     return dict(zip("xyz", np.asarray(values, dtype=float).tolist(), strict=True))
 
 
+@functools.cache
 def _rgba(colour: Any) -> dict[str, float]:
     return dict(zip("rgba", colour, strict=True))

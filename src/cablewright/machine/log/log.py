@@ -111,13 +111,16 @@ class LogWriter:
         step = self._thinned.take(Logged(frame, command, truth, estimate, progress, tuple(orders)))
         if step is None:
             return
-        with self._writing():
+        try:
             if self._disk is not None and self._disk.full:
                 if self._drops:
                     self._lost, self.dropped, self._gap = step, self.dropped + 1, self._gap + 1
                     return
                 self._disk.wait()
             self._put(step)
+        except OSError as reason:
+            self._failed = True
+            raise cannot_write(self._name, reason) from None
         if self._flush_every is not None:
             since = frame.time if self._clock is None else self._clock()
             if since - self._flushed >= self._flush_every - 1e-9:

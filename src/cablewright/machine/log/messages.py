@@ -15,7 +15,7 @@ from pydantic_core import from_json, to_json
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import SOURCES, Encoders, Inertial, Reading, Scan, SensorFrame, frozen
-from cablewright.machine.log.fields import NOTICES, XYZ, XYZW, read_object
+from cablewright.machine.log.fields import NOTICES, XYZ, XYZW, as_it_is, read_object
 from cablewright.machine.log.topics import TOPICS, Signal, Topic
 
 _BY_NAME: Final = {each.topic: each for each in TOPICS}
@@ -24,12 +24,12 @@ _WRITERS: Final = {
     each.topic: (
         tuple(each.kinds),
         attrgetter(*(each.renamed.get(key, key) for key in each.kinds)),
-        tuple(kind.write for kind in each.kinds.values()),
+        tuple(None if kind.write is as_it_is else kind.write for kind in each.kinds.values()),
     )
     for each in TOPICS
     if each.signal is not SensorFrame
 }
-"""Of each topic: keys, attributes, and what makes JSON of each."""
+"""Of each topic: keys, attributes, and what makes JSON of each; None: it is JSON."""
 
 _MAX_RANGE: Final = 99.99  # m, of ranges that are written by table ...
 _STEPS: Final = 1e5  # ... in steps of 10 um: so many a metre
@@ -57,8 +57,11 @@ def encode(signal: Signal, winches: Sequence[str], counts_per_turn: int, epoch: 
 def _plain(signal: Signal, topic: Topic) -> dict[str, Any]:
     """The signal's attributes by the topic's kinds, without those that are left out."""
     keys, attributes, writers = _WRITERS[topic.topic]
-    written = {key: write(value) for key, write, value in zip(keys, writers, attributes(signal), strict=True)}
-    return {key: value for key, value in written.items() if value is not None} if None in written.values() else written
+    written = {}
+    for key, write, value in zip(keys, writers, attributes(signal), strict=True):
+        if (shown := value if write is None else write(value)) is not None:
+            written[key] = shown
+    return written
 
 
 def encode_frame(frame: SensorFrame) -> bytes:

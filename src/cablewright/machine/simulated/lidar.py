@@ -52,7 +52,8 @@ class SimulatedLidar:
     def read(self, state: RigState) -> Scan | None:
         """Record the drum's pose; return a scan at the end of a turn."""
         truth = state.truth
-        self._poses[self._count] = truth.time, *truth.position, *truth.rotation
+        pose = self._poses[self._count]
+        pose[0], pose[1:4], pose[4:] = truth.time, truth.position, truth.rotation
         self._count += 1
         if self._count <= self._steps:
             return None

@@ -56,7 +56,8 @@ class DynamicPlant:
         self._count = round(count)
         self._lengths_after = np.zeros(rig.robot.m)
         self._random = np.random.default_rng([rig.seed, 3])
-        for i in rig.robot.hung:  # a mass in place of a force
+        self._hung = rig.robot.hung
+        for i in self._hung:  # a mass in place of a force
             line, row = rig.robot.lines[i], rig.packed.lines[i]
             held, row[COUNTERWEIGHT] = row[COUNTERWEIGHT], 0.0
             own = rig.swing.weights[i]
@@ -66,7 +67,7 @@ class DynamicPlant:
     def advance(self, speeds: Array) -> list[Notice]:
         """Turn the winches at *speeds* (w,), rad/s, for one period, and move the platform; see `Plant.advance`."""
         rig, winches = self.rig, self.rig.winches
-        if len(rig.robot.hung):
+        if self._hung:
             rig.swing.weights[:, counterweights.RATIO] = rig.unmodelled.ratio
         code = machine_step.advance(
             rig.packed,

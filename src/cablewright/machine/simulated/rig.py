@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import Condition, Notice, Truth, WinchMode
+from cablewright.kernels.layout import PLATFORM_WEIGHT
 from cablewright.kernels.plant import beam, dynamics, machine_step, winding
 from cablewright.kernels.rotation import matrix
 from cablewright.kernels.statics.equilibrium import evaluate
@@ -47,8 +48,7 @@ _FLAG_CONDITIONS = (
 )
 
 
-@dataclass(frozen=True, eq=False)
-class RigState:
+class RigState(NamedTuple):
     """Quantities of a rig that sensors measure, at one time."""
 
     truth: Truth
@@ -205,7 +205,8 @@ class Rig:
         drum = self._twist
         if drum is None:
             return
-        keep = math.exp(-math.dist(self.motion[:3], self._last_position) / drum.yaw_wander_length)
+        moved = math.dist(self.motion[:3].tolist(), self._last_position.tolist())
+        keep = math.exp(-moved / drum.yaw_wander_length)
         self._last_position = self.motion[:3].copy()
         push = drum.yaw_wander * math.sqrt(1.0 - keep * keep)
         rest = keep * (self.body[dynamics.YAW_REST] - self.yaw.angle) + push * self._random.standard_normal()
@@ -236,7 +237,7 @@ class Rig:
         if self.robot.platform.may_lift and self.swing.on_plane[1] > 0.0:
             notices.append(Notice(Condition.OFF_PLANE))
         self.swing.on_plane[1] = -math.inf
-        if not self.winch_flags.any():
+        if not any(self.winch_flags.tolist()):
             return notices
         notices += [
             Notice(condition, line.name)
@@ -249,24 +250,21 @@ class Rig:
 
     def observe(self, time: float) -> RigState:
         """Return the present state, at *time*, s."""
-        packed, line, ends = self.packed, self.vibration, self.swing.ends
-        given = (packed, self.states, self.swing.place, self.work, ends, self.vibrations, line, self._sensors_at)
-        machine_step.show_lines(*given, self._scratch, self._shown)
-        motion, rotation = self.motion, self._turned()
-        air = air_at(self.settings.simulation.climate, time)
-        of_lines = self.lengths, self._shown[:, machine_step.TENSION], self.lengths - self._shown[:, machine_step.TAUT]
-        told = np.concatenate([motion[:12], *of_lines, self.winches.leaving_radii])
+        told, rotation = np.empty(machine_step.LINES + machine_step.OF_EACH * self.robot.m), np.empty((3, 3))
+        machine_step.observe(
+            self.packed, self.states, self.swing.place, self.work, self.swing.ends, self.vibrations, self.vibration,
+            self._sensors_at, self._scratch, self._shown, self.motion, self.lengths, self.winches.state,
+            self.winches.radii, self.unmodelled.ratio, self._upright, told, rotation,
+        )  # fmt: skip
         told.flags.writeable = False
-        (place, velocity, turned, rate), of_each = told[:12].reshape(4, 3), told[12:].reshape(4, -1)
-        lengths, tensions, excess, radii = of_each
+        place, velocity, turned, rate = told[: machine_step.LINES].reshape(4, 3)
+        of_lines = told[machine_step.LINES :].reshape(machine_step.OF_EACH, -1)
+        lengths, tensions, excess, radii, shown, swivels, pulled = of_lines
         truth = Truth(
             time, place, velocity, turned, rate, lengths, tensions, excess, radii, self.powder, self.retraction.length
         )
-        shown = self._shown[:, machine_step.SHOWN].copy()
-        counts = self.winches.counts
-        swivels = np.where(self._upright, self._shown[:, machine_step.HEADING], np.nan)
-        pulled = truth.tensions * self.unmodelled.ratio
-        acceleration, yaw = self.acceleration.copy(), self.yaw.angle
+        air = air_at(self.settings.simulation.climate, time)
+        acceleration, counts, yaw = self.acceleration.copy(), self.winches.counts, self.yaw.angle
         return RigState(truth, acceleration, rotation, shown, counts, *air, self.ground, swivels, pulled, yaw)
 
     def _pour(self, period: float, valve: float) -> list[Notice]:
@@ -295,7 +293,7 @@ class Rig:
 
     def _over_ground(self) -> tuple[float, float]:
         """Where in plan view the nozzle is, m, world."""
-        x, y, _ = (self.motion[:3] + self._turned() @ self.masses.nozzle).tolist()
+        x, y = machine_step.over_ground(self.motion, self.masses.nozzle, np.empty((3, 3)))
         return x, y
 
     def _turned(self) -> Array:
@@ -311,13 +309,12 @@ class Rig:
 
     def _weigh(self) -> None:
         """Set mass, centre and inertia by the content and the length of the platform."""
-        kept, stuck = self.body[[dynamics.YAW_REST]], 0.0 if self.stuck is None else self.stuck.mass
+        kept, stuck = self.body[dynamics.YAW_REST], 0.0 if self.stuck is None else self.stuck.mass
         self.body = self.masses.numbers(self.powder, stuck, self.retraction.length)
-        self.body[[dynamics.YAW_REST]] = kept
-        numbers = PlatformNumbers(self.packed.platform)
-        numbers.weight = self.masses.total(self.powder, stuck) * self.robot.scene.gravity
+        self.body[dynamics.YAW_REST] = kept
+        self.packed.platform[PLATFORM_WEIGHT] = self.masses.total(self.powder, stuck) * self.robot.scene.gravity
         if self.robot.n == 6:
-            numbers.centre_of_mass = self.body[dynamics.CENTRE : dynamics.CENTRE + 3]
+            PlatformNumbers(self.packed.platform).centre_of_mass = self.body[dynamics.CENTRE : dynamics.CENTRE + 3]
 
 
 def start_pose(robot: Robot, start: ArrayLike) -> Array:

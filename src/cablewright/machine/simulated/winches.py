@@ -36,6 +36,7 @@ class Winches:
         Raises `InputError` for a line without drum radius or cable diameter, or more cable out than a winch holds.
         """
         self.settings, self.lines = settings, WinchLines.of(robot)
+        self._counted = np.array([settings.ratio / winding.TURN, settings.counts])
         walks = {"radius_walk": walk.radius_walk, "sideways_walk": walk.sideways_walk, "memory": walk.walk_turns}
         self.coils = coils_of(robot, settings, seed, **walks)
         turns = min(len(coil.radii) for coil in self.coils if coil is not None)
@@ -106,14 +107,16 @@ class Winches:
     @property
     def leaving_radii(self) -> Array:
         """Radius at which each line leaves its drum, (m,) m; 0 without one."""
-        return np.array([winding.radius_at(own, radii) for radii, own in zip(self.radii, self.state, strict=True)])
+        found = np.empty(len(self.state))
+        winding.leaving(self.state, self.radii, found)
+        return found
 
     @property
     def counts(self) -> NDArray[np.int64]:
         """Counts (w,) of the motors' encoders since the start; paying out is positive."""
-        turned = self.start_angles - self.state[:, winding.ANGLE]
-        turns = turned[self.lines.hosts] * (self.settings.ratio / winding.TURN)
-        return np.asarray(np.floor(turns * self.settings.counts), dtype=np.int64)
+        found = np.empty(len(self.lines.hosts), np.int64)
+        winding.count(self.state, self.lines.hosts, self.start_angles, self._counted, found)
+        return found
 
     def after_load(self) -> None:
         """Raise `InputError` for a loaded drum angle below 0 or above what the drum can hold."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from cablewright.foundation.arrays import Array
@@ -38,15 +40,23 @@ class Masses:
 
     def numbers(self, powder: float, stuck: float, length: float) -> Array:
         """Return the kernel's numbers (BODY,) with the content of `total`, at the *length*, m, of a retraction."""
+        numbers = self._constant.copy()
+        if self._settings.simulation.drum is not None:
+            _put_drum(self._settings.owner.point_drum, powder, stuck, numbers)
+        else:
+            self._put_body(powder, stuck, length, numbers)
+        return numbers
+
+    @cached_property
+    def _constant(self) -> Array:
+        """The kernel's numbers that do not change, (BODY,)."""
         simulation, numbers = self._settings.simulation, np.zeros(dynamics.BODY)
         if simulation.drum is not None:
-            _put_drum(self._settings.owner.point_drum, powder, stuck, numbers)
             numbers[dynamics.DRAG] = simulation.drum.drag
             numbers[dynamics.SWING_DAMPING] = simulation.drum.swing_damping
             numbers[dynamics.YAW_DAMPING] = simulation.drum.yaw_damping
             numbers[dynamics.YAW_STIFFNESS] = simulation.drum.yaw_stiffness
         else:
-            self._put_body(powder, stuck, length, numbers)
             assert simulation.body is not None  # as validated
             numbers[dynamics.DRAG] = simulation.body.drag
             numbers[dynamics.SWING_DAMPING] = numbers[dynamics.YAW_DAMPING] = simulation.body.turn_damping

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from cablewright.foundation.arrays import Array
 from cablewright.foundation.signals import Inertial
+from cablewright.kernels.plant.machine_step import feel
 from cablewright.machine.quantities import Size
 from cablewright.machine.sensors.inertial import INERTIAL, InertialSensor
 from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated, TimedSensor
@@ -33,7 +33,7 @@ class InertialUnit(TimedSensor[InertialSensor, InertialFlaws]):
 
     def _mount(self, machine: Mounted) -> None:
         self._gravity, self._place = machine.robot.scene.gravity, np.array(self.settings.place)
-        self._axes = machine.mounting(self.source)
+        self._axes = np.ascontiguousarray(machine.mounting(self.source))
         sheet, flaws = self.settings, self.flaws
         force = sheet.acceleration_bias if flaws.acceleration_bias is None else flaws.acceleration_bias
         turn = sheet.rate_bias if flaws.rate_bias is None else flaws.rate_bias
@@ -45,23 +45,12 @@ class InertialUnit(TimedSensor[InertialSensor, InertialFlaws]):
         anywhere = self._random.uniform(-1.0, 1.0, 6)
         if chance < self.flaws.dropout:
             return None
-        R, rate = state.rotation, state.truth.rate
-        arm = R @ self._place
-        force = state.acceleration[:3] + _cross(state.acceleration[3:], arm) + _cross(rate, _cross(rate, arm))
-        force[2] += self._gravity
-        axes = R @ self._axes
-        measured = np.concatenate([force @ axes, rate @ axes]) + self.bias + self._deviation * noise
+        measured, rate = self.bias + self._deviation * noise, state.truth.rate
+        feel(state.rotation, self._place, state.acceleration, rate, self._gravity, self._axes, measured)
         if chance > 1.0 - self.flaws.outliers:
             measured = anywhere * _RANGE
         measured.flags.writeable = False
         return Inertial(state.truth.time, measured[:3], measured[3:])
-
-
-def _cross(a: Array, b: Array) -> Array:
-    """Cross product of two vectors; NumPy's own takes ten times as long."""
-    ax, ay, az = a.tolist()
-    bx, by, bz = b.tolist()
-    return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
 
 
 SIMULATED: Final = Simulated(INERTIAL, InertialFlaws, InertialUnit)

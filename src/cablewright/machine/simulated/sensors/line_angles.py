@@ -26,8 +26,10 @@ class LineAccelerometers(TimedSensor[LineSensor, SensorFlaws]):
         settings, flaws, count = self.settings, self.flaws, len(state.apparent_angles)
         angles = state.apparent_angles + self._zeros + settings.deviation * self._random.standard_normal(count)
         chance, anywhere = self._random.random(count), self._random.uniform(-0.5 * math.pi, 0.5 * math.pi, count)
-        angles = np.where(chance > 1.0 - flaws.outliers, anywhere, angles)
-        angles[chance < flaws.dropout] = np.nan
+        if flaws.outliers:
+            angles = np.where(chance > 1.0 - flaws.outliers, anywhere, angles)
+        if flaws.dropout:
+            angles[chance < flaws.dropout] = np.nan
         angles.flags.writeable = False
         return LineAngles(state.truth.time, angles)
 

@@ -60,8 +60,11 @@ class TensionSensors(TimedSensor[TensionSensor, TensionFlaws]):
         noise, walk = self._random.standard_normal((2, m))
         chance, anywhere = self._random.random(m), self._random.uniform(0.0, settings.most, m)
         self._zeros += self._drift * math.sqrt(1.0 / (settings.rate * _HOUR)) * walk
-        neighbours = 0.5 * (np.roll(true, 1) + np.roll(true, -1))
-        shown = self._factors * true + flaws.cross_talk * neighbours + self._zeros + settings.deviation * noise
+        shown = self._factors * true
+        if flaws.cross_talk:
+            shown += flaws.cross_talk * (0.5 * (np.roll(true, 1) + np.roll(true, -1)))
+        shown += self._zeros
+        shown += settings.deviation * noise
         shown = np.where(chance > 1.0 - flaws.outliers, anywhere, np.minimum(shown, settings.most))
         shown[chance < flaws.dropout] = np.nan
         if not by_motors:
