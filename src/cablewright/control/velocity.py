@@ -317,10 +317,10 @@ def _rates_of_body(
 def _length_errors(
     settings: VelocitySettings, here: Array, held: Held, retraction: Array | None, tensions: Array | None
 ) -> Array:
-    """Return by how much lengths of lines with a winch, m, are to grow from a pose *here* (6,) for the first one *held*.
+    """Return by how much lengths of winches' lines, m, are to grow from a pose *here* (6,) for the first one *held*.
 
-    The pose decides what moves the platform, *tensions* (m,), N, what does not. Both agree with lengths of
-    the model as long as lines are as soft and the platform as heavy as it says; else lengths alone would be followed,
+    The pose decides what moves the platform, *tensions* (m,), N, what does not. Both agree with lengths of the model as
+    long as lines are as soft and the platform as heavy as it says; else lengths alone would be followed,
     and the pose that they no longer hold. Fewer winches than degrees of freedom correct as many coordinates of the
     pose, with the position that of the nozzle; the others follow, as the platform hangs.
     """

@@ -28,7 +28,7 @@ TILT: Final = 15.0  # degrees from the vertical of a board that leans on a wall,
 CARRIED: Final = (
     Mapped(
         "Maslow_tlX, tlY, tlZ and so on for tr, bl, br", "lines.exit_point",
-        "eyelets; z is how far a belt falls from the sled; since 2025 as tlX and so on in kinematics: MaslowKinematics:",
+        "eyelets; z: how far a belt falls from the sled; since 2025 as tlX and so on in kinematics: MaslowKinematics:",
     ),
     Mapped("spoilboardThickness, workThickness", "lines.exit_point", "added to z, as the firmware does"),
     Mapped("Maslow_vertical", "platform.plane, lines.exit_point", "a board that leans 15 degrees, or one that lies"),

@@ -410,7 +410,8 @@ class Printer:
             tensions = self.velocity.chosen
             printed = self.plan.path.printing_point(estimate.position, estimate.rotation)
             error = self.plan.path.track.nearest(printed, target.distance).offset
-        place = frozen(self.plan.path.printing_point(*velocity.due(self.plan.velocity, self.velocity, target, self.time)))
+        due = velocity.due(self.plan.velocity, self.velocity, target, self.time)
+        place = frozen(self.plan.path.printing_point(*due))
         where = target.layer, target.distance, place
         return Progress(estimate.time, verdict.state, *where, error, verdict.reason, tensions)
 
