@@ -335,7 +335,8 @@ STYLES: dict[str, tuple[str, str, str, dict[Callable[[cw.Robot], object], object
     ),
     "maslow of 2025": (
         "maslow.yaml", MASLOW_NEW, "since 2025",
-        {lambda r: [round(line.exit_point[2], 12) for line in r.lines]: [0.118, 0.074, 0.052, 0.096]},
+        {lambda r: [round(line.platform_point[2] - line.exit_point[2], 12) for line in r.lines]:
+             [0.118, 0.074, 0.052, 0.096]},
         ("arms of 153.4 mm that stay level", "fixedZ: whether belts follow"),
     ),
     "fluidnc": (
@@ -419,17 +420,18 @@ STYLES: dict[str, tuple[str, str, str, dict[Callable[[cw.Robot], object], object
     ),
     "maslow of 2024, on a wall": (
         "maslow.yaml", MASLOW_WALL, "before 2025",
-        {lambda r: r.lines[0].exit_point: pytest.approx(
-            (0.01, 2.0 * math.sin(math.radians(15)) - 0.1 * math.cos(math.radians(15)),
-             2.0 * math.cos(math.radians(15)) + 0.1 * math.sin(math.radians(15)))),
+        {lambda r: np.subtract(r.lines[0].exit_point, r.lines[0].platform_point).tolist(): pytest.approx(
+            (0.01, 2.0 * math.sin(math.radians(15)) + 0.1 * math.cos(math.radians(15)),
+             2.0 * math.cos(math.radians(15)) - 0.1 * math.sin(math.radians(15)))),
          lambda r: r.platform.plane.directions[1]: pytest.approx(
              (0.0, math.sin(math.radians(15)), math.cos(math.radians(15))))},
         (),
     ),
     "maslow of 2025, wide": (
         "maslow.yaml", MASLOW_WIDE, "since 2025",
-        {lambda r: r.lines[0].exit_point: pytest.approx((-0.0305, 2.0605, 0.1175)),
-         lambda r: r.lines[2].exit_point: pytest.approx((0.0, 0.0, 0.0175)),
+        {lambda r: r.lines[0].exit_point: pytest.approx((-0.0305, 2.0605, 0.0)),
+         lambda r: r.lines[2].exit_point: pytest.approx((0.0, 0.0, 0.1)),
+         lambda r: r.lines[2].platform_point: pytest.approx((0.0, 0.0, 0.1175)),
          lambda r: [line.winch.max_speed for line in r.lines]: [pytest.approx(0.05), None, None, pytest.approx(0.025)],
          # the line from 0, 0 to 3500, 2070 meets that from 3510.25, 0 to -30.5, 2060.5 mm
          lambda r: r.platform.plane.gcode_zero: pytest.approx((1.7409303, 1.0296359, 0.0), abs=1e-6)},

@@ -35,7 +35,7 @@ def test_the_toml_loads_as_the_robot(name: str, tmp_path: Path) -> None:
 
 
 def test_maslow(tmp_path: Path) -> None:
-    """Distances between anchors are those of the file; the board leans, its normal out of it is up."""
+    """Distances between anchors are those of the file; belts fall by its Z, and so press the sled onto the board."""
     found = read(tmp_path, "maslow.yaml", MASLOW)
     robot = found.robot
     exits = {line.name: np.array(line.exit_point) for line in robot.lines}
@@ -44,8 +44,14 @@ def test_maslow(tmp_path: Path) -> None:
     assert across[0] == pytest.approx(2.9751)
     plane = robot.platform.plane
     assert plane is not None
-    heights = {name: plane.height(at) for name, at in exits.items()}
-    assert heights == pytest.approx({"top left": 0.1, "top right": 0.056, "bottom left": 0.034, "bottom right": 0.078})
+    (sled,) = {line.platform_point for line in robot.lines}
+    falls = {name: plane.height(sled) - plane.height(at) for name, at in exits.items()}
+    assert falls == pytest.approx({"top left": 0.1, "top right": 0.056, "bottom left": 0.034, "bottom right": 0.078})
+    assert plane.height(sled) == pytest.approx(0.1)
+    held = cw.inverse(robot, robot.platform.plane.gcode_zero, cable="rigid").checked()
+    pulls = np.sum([held.tensions[i] * (exits[line.name] - held.pose - sled) / held.lengths[i]
+                    for i, line in enumerate(robot.lines)], axis=0)  # fmt: skip
+    assert pulls @ plane.across < 0.0
     assert plane.across[2] == pytest.approx(math.sin(math.radians(15.0)))
     assert robot.freedoms == 2
     assert "maslow_calibration_grid_size: a robot file has no such key" in found.lost
@@ -58,9 +64,9 @@ def test_a_flat_maslow_has_no_gravity_in_its_plane(tmp_path: Path) -> None:
     assert robot.platform.plane is not None
     assert robot.platform.plane.across == (0.0, 0.0, 1.0)
     line = robot.lines[1]
-    assert line.exit_point == (3.0005, 2.09525, 0.056)
+    assert line.exit_point == pytest.approx((3.0005, 2.09525, 0.044))
     at = cw.inverse(robot, (1.5, 1.0, 0.0), cable="rigid")
-    assert at.lengths[1] == pytest.approx(math.dist((1.5, 1.0, 0.0), (3.0005, 2.09525, 0.056)), abs=1e-9)
+    assert at.lengths[1] == pytest.approx(math.dist((1.5, 1.0, 0.056), (3.0005, 2.09525, 0.0)), abs=1e-9)
 
 
 def test_klipper(tmp_path: Path) -> None:
@@ -196,8 +202,8 @@ def test_maslow_of_2025(tmp_path: Path) -> None:
     assert all(f"{key}: " in lost for key in ("armLength", "fixedZ", "maxSegmentLength"))
     assert "Maslow_tlX: the anchors of MaslowKinematics are read" in found.lost
     raised = read(tmp_path, "maslow.yaml", SECTION.replace("fixedZ: true", "workThickness: 12"))
-    heights = [[line.exit_point[2] for line in robot.lines] for robot in (raised.robot, old)]
-    assert heights[0] == pytest.approx([each + 0.012 for each in heights[1]], abs=1e-15)
+    falls = [[line.platform_point[2] - line.exit_point[2] for line in robot.lines] for robot in (raised.robot, old)]
+    assert falls[0] == pytest.approx([each + 0.012 for each in falls[1]], abs=1e-12)
 
 
 @pytest.mark.parametrize(

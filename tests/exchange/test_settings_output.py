@@ -182,6 +182,14 @@ def test_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     ours, back = load("maslow4"), loads(Path("back.toml").read_text())
     for line in back.lines:
         assert min(abs(_belt(ours, each) - _belt(back, line)) for each in ours.lines) < 1e-6  # of the file's normal
+    np.testing.assert_allclose(_heights(back), _heights(ours), atol=1e-6)
+
+
+def _heights(robot: Robot) -> list[tuple[float, float]]:
+    """How far out of its board each belt begins and ends; by the belts' names, m."""
+    height = robot.platform.plane.height
+    lines = sorted(robot.lines, key=lambda each: each.name)
+    return [(height(each.platform_point), height(each.exit_point)) for each in lines]
 
 
 def _belt(robot: Robot, line: Line) -> float:

@@ -69,8 +69,7 @@ def test_it_is_homed_at_a_measured_place_and_sent_to_another(robot: Robot, tmp_p
     assert given(printer, OrderKind.GO_TO, position=goal) == ""
     until(printer, PrintState.IDLE)
     rest(printer)
-    remains = printer.supervisor.reason  # two lines on one drum cannot correct a tilt that the torques show
-    assert remains == "" or (robot.n == 6 and "off its goal" in remains)
+    assert printer.supervisor.reason == ""  # as estimated it is there to 0.1 mm, whatever the tilt that torques show
     pose = pose_of(found)
     there = printer.plan.path.printing_point(pose[:3], np.pad(pose[3:], (0, 6 - robot.n)))
     assert np.linalg.norm(there - goal) < 3e-3

@@ -26,11 +26,12 @@ from cablewright.control.retractor import BeamMotion
 from cablewright.control.slack import SlackSettings, slack_rates
 from cablewright.control.stretch_damping import StretchDamping, StretchState
 from cablewright.control.stretch_damping import follow as follow_stretch
+from cablewright.control.stretch_damping import listen as listen_stretch
 from cablewright.control.swing_damping import SwingDamping, SwingState, follow
 from cablewright.foundation.arrays import Array, Indices
 from cablewright.foundation.choices import LawName
 from cablewright.foundation.errors import InputError, UnknownName, require_positive
-from cablewright.foundation.signals import Estimate
+from cablewright.foundation.signals import Encoders, Estimate, SensorFrame
 from cablewright.kernels.control import point_rates as kernel
 from cablewright.kernels.control.moving_part import split
 from cablewright.kernels.control.point_rates import PointGains
@@ -39,9 +40,10 @@ from cablewright.models.fidelity import CableLaw
 from cablewright.models.free_coordinates import free_coordinates
 from cablewright.models.inertia import compensates, inertia_wrenches
 from cablewright.models.packed_views import LineNumbers
-from cablewright.models.rotation import motion_between, moved
+from cablewright.models.rotation import matrix_of, motion_between, moved
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.support import Capability, require
+from cablewright.models.winch_lines import WinchLines
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.linearise import linearise_where_regular
 from cablewright.solvers.preferred_tensions import preferred_tensions
@@ -61,6 +63,7 @@ class VelocitySettings:
     one line is slack on purpose; otherwise all lines have the model's tensions. ``by_lengths``: whether the estimated
     position is that at which the lengths hold the platform at rest. ``swing``: of a drum below a point, which is
     damped; None: it is not. ``stretch``: the damping of swings in which lines stretch, under the law ``model``.
+    ``lag``: s, of the winches' speeds behind their commands.
     """
 
     model: Model
@@ -74,6 +77,7 @@ class VelocitySettings:
     slack: SlackSettings = field(default_factory=SlackSettings)
     swing: SwingDamping | None = None
     stretch: StretchDamping | None = None
+    lag: float = 0.0
 
     @property
     def damps(self) -> bool:
@@ -149,6 +153,10 @@ class VelocityState:
     stretch: StretchState = field(default_factory=StretchState)
     tension_error: float = math.inf  # N, largest, from those that the model chooses
     chosen: Array | None = None  # (m,) N at the sheaves, that the model chooses; None: lines that are slack on purpose
+    velocity: Array = field(default_factory=lambda: np.zeros(6))  # m/s, rad/s, expected of the platform: see `_coming`
+    commanded: Array = field(default_factory=lambda: np.zeros(6))  # m/s, rad/s, of the target in the last step ...
+    time: float = -math.inf  # s ... and its time
+    counted: float = -math.inf  # s, of the last counts of the encoders
 
 
 def start(settings: VelocitySettings) -> VelocityState:
@@ -174,8 +182,9 @@ def step(
     scaled, so that the platform stays on its path. Zeros for an unknown position or a line without a tangent there.
     """
     state.tension_error = math.inf  # unless it is found here
+    coming = _coming(settings, state, target, estimate.time, dt)
     if settings.model.n == 6:
-        rates = _rates_of_body(settings, state, estimate, target, dt, tensions, beam, calms=calms)
+        rates = _rates_of_body(settings, state, estimate, target, dt, tensions, beam, coming, calms=calms)
         return np.zeros(len(settings.hosts)) if rates is None else _within(settings, rates, estimate)
     if not np.isfinite(estimate.lengths).all():
         return np.zeros(len(settings.hosts))
@@ -187,7 +196,7 @@ def step(
     swing, rates = _STILL, np.empty(settings.model.m)
     if settings.swing is not None:
         swing = follow(settings.swing, state.swing, estimate.rotation, dt)
-    place = estimate.position.copy()
+    place = estimate.position + coming[:3]
     packed, free, gains = settings.model.packed, settings.free, settings.gains
     if settings.law != "model":
         toward, _ = kernel.follow(
@@ -212,6 +221,37 @@ def step(
     if calms and held.solved is not None:
         rates += _stretch_rates(settings, state, held.solved, target.accelerations[0], estimate, dt)
     return _within(settings, rates[settings.hosts], estimate)
+
+
+def listen(settings: VelocitySettings, state: VelocityState, frame: SensorFrame) -> None:
+    """Process the counts of a *frame*, by which positions are estimated, and tensions that swings change."""
+    state.counted = max([state.counted, *(each.time for each in frame.of(Encoders))])
+    if settings.stretch is not None:
+        listen_stretch(settings.stretch, state.stretch, frame)
+
+
+def due(settings: VelocitySettings, state: VelocityState, target: Target, now: float) -> tuple[Array, Array]:
+    """Return where the control wants the platform at the time *now*, s: position (3,), m, and rotation (3,), rad."""
+    if state.time != now:
+        return target.position, target.rotation
+    pose = moved(np.concatenate([target.position, target.rotation]), -settings.lag * state.velocity)
+    return pose[:3], pose[3:]
+
+
+def _coming(settings: VelocitySettings, state: VelocityState, target: Target, now: float, dt: float) -> Array:
+    """Return how far (6,), m and rad, commands given until *now*, s, will move the platform from where it is estimated.
+
+    Winches follow a speed u by v' = (u - v) / T. From a target that moves at u the platform is d away, with d' = u - v
+    and so d = T v, from rest on. Steps have constant u, and so an exact v; after a stop v is 0. The estimate is as old
+    as the counts, by A. Feedback of gain K that took (T + A) v for an error would move the platform outwards: on a
+    circle of radius R by about v^2 (T + A) / (R K).
+    """
+    passed = now - state.time
+    keep = math.exp(-passed / settings.lag) if settings.lag else 0.0
+    state.velocity = state.commanded + keep * (state.velocity - state.commanded) if passed <= 1.5 * dt else np.zeros(6)
+    state.commanded, state.time = np.concatenate([target.velocity, target.rate]), now
+    age = max(now - state.counted, 0.0) if math.isfinite(state.counted) else 0.0
+    return (settings.lag + age) * state.velocity
 
 
 class _HeldPoint(NamedTuple):
@@ -258,10 +298,14 @@ def _rates_of_body(
     dt: float,
     tensions: Array | None,
     beam: BeamMotion | None,
+    coming: Array,
     *,
     calms: bool,
 ) -> Array | None:
-    """Return rates (w,), m/s, of the winches' lines of a rigid platform; None where no tensions hold it."""
+    """Return rates (w,), m/s, of the winches' lines of a rigid platform; None where no tensions hold it.
+
+    *coming* (6,), m and rad: see `_coming`.
+    """
     here = np.concatenate([target.position, target.rotation])
     there = moved(here, dt * np.concatenate([target.velocity, target.rate]))
     retraction = None if beam is None else np.array([beam.length, beam.length + dt * beam.speed])
@@ -273,7 +317,8 @@ def _rates_of_body(
     if tensions is not None and np.isfinite(tensions).all():
         state.tension_error = float(np.abs(tensions - held.tensions[0]).max())
     now, then = held.lengths[:, settings.hosts]
-    error = _length_errors(settings, estimate, held, retraction, tensions)
+    reached = moved(np.concatenate([estimate.position, estimate.rotation]), coming)
+    error = _length_errors(settings, reached, held, retraction, tensions)
     if not np.isfinite(error).all():
         return None
     correction = min(settings.gain, 0.5 / dt) * error
@@ -284,29 +329,31 @@ def _rates_of_body(
 
 
 def _length_errors(
-    settings: VelocitySettings, estimate: Estimate, held: Held, retraction: Array | None, tensions: Array | None
+    settings: VelocitySettings, here: Array, held: Held, retraction: Array | None, tensions: Array | None
 ) -> Array:
-    """Return by how much lengths of lines with a winch, m, are to grow for the first pose *held*, and its tensions.
+    """Return by how much lengths of winches' lines, m, are to grow from a pose *here* (6,) for the first one *held*.
 
-    The estimated pose decides what moves the platform, *tensions* (m,), N, what does not. Both agree with lengths of
-    the model as long as lines are as soft and the platform as heavy as it says; else lengths alone would be followed,
+    The pose decides what moves the platform, *tensions* (m,), N, what does not. Both agree with lengths of the model as
+    long as lines are as soft and the platform as heavy as it says; else lengths alone would be followed,
     and the pose that they no longer hold. Fewer winches than degrees of freedom correct as many coordinates of the
-    pose; the others follow, as the platform hangs.
+    pose, with the position that of the nozzle; the others follow, as the platform hangs.
     """
     model, hosts = settings.model, settings.hosts
-    here = np.concatenate([estimate.position, estimate.rotation])
-    if len(hosts) == model.m < model.freedoms and model.free_directions is None:
+    motion = motion_between(here, held.poses[0])
+    if len(hosts) < model.freedoms and model.free_directions is None:
         kept = np.setdiff1d(np.arange(model.n), free_coordinates(model.robot))
         hanging, codes = linearise_where_regular(held.solved[:1])
         if codes.any():
-            return np.full(model.m, np.nan)
-        return np.asarray(np.linalg.lstsq(hanging.per_length[0][kept], motion_between(here, held.poses[0])[kept])[0])
+            return np.full(len(hosts), np.nan)
+        at_nozzle = np.column_stack([hanging.per_length[0] @ WinchLines.of(model.robot).senses.T, motion])
+        at_nozzle[:3] += np.cross(at_nozzle[3:].T, matrix_of(here[3:]) @ model.robot.platform.nozzle).T
+        return np.asarray(np.linalg.lstsq(at_nozzle[kept, :-1], at_nozzle[kept, -1])[0])
     packed: Packed = model.packed
     if retraction is not None:
         packed = packed._replace(lines=model.rows(retraction=retraction[:1]).lines[0])
     taut = taut_of(packed, here)
     by_motion = taut.per_motion[hosts]
-    error = by_motion @ motion_between(here, held.poses[0])
+    error = by_motion @ motion
     if tensions is None or len(hosts) <= model.freedoms:
         return np.asarray(error)
     own = stretches(LineNumbers(packed.lines), taut) * (tensions - held.tensions[0])

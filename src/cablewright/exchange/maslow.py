@@ -28,7 +28,7 @@ TILT: Final = 15.0  # degrees from the vertical of a board that leans on a wall,
 CARRIED: Final = (
     Mapped(
         "Maslow_tlX, tlY, tlZ and so on for tr, bl, br", "lines.exit_point",
-        "eyelets; z is out of the board; since 2025 as tlX and so on in kinematics: MaslowKinematics:",
+        "eyelets; z: how far a belt falls from the sled; since 2025 as tlX and so on in kinematics: MaslowKinematics:",
     ),
     Mapped("spoilboardThickness, workThickness", "lines.exit_point", "added to z, as the firmware does"),
     Mapped("Maslow_vertical", "platform.plane, lines.exit_point", "a board that leans 15 degrees, or one that lies"),
@@ -81,14 +81,18 @@ def read_maslow(path: Path, cable: str | None = None) -> ImportedRobot:
             lost.add(f"{entry.name}: {_WHY.get(entry.name, why)}")
     lean = math.radians(TILT) if vertical else math.radians(90.0)
     along, out = (0.0, math.sin(lean), math.cos(lean)), (0.0, -math.cos(lean), math.sin(lean))
-    exits = {corner: (x, *(_tidy(y * along[k] + z * out[k]) for k in (1, 2))) for corner, (x, y, z) in anchors.items()}
+    top = max(z for _, _, z in anchors.values())  # where belts leave the sled
+    exits = {
+        corner: (x, *(_tidy(y * along[k] + (top - z) * out[k]) for k in (1, 2)))
+        for corner, (x, y, z) in anchors.items()
+    }
     feet = [(x, *(_tidy(y * along[k]) for k in (1, 2))) for x, y, _ in anchors.values()]  # in the plane of the board
     assumed.add(f"platform.mass: {SLED:g} kg, the sled with its router")
     assumed.add("platform: a point; belts are straight from the anchors to it, without the arms of the sled")
-    if any(z for _, _, z in anchors.values()):
+    if top:
         assumed.add(
-            "lines.exit_point: in front of the board by Z, as lengths do not show which way a belt leads; the belts of "
-            "a Maslow lead down from its sled, and press it onto the board as much as they lift it here"
+            f"lines.platform_point: all belts leave the sled {1e3 * top:.4g} mm out of the board, and fall to anchors "
+            "that differ in height; those of a Maslow leave it at heights that differ"
         )
     x, y = middle(anchors)
     zero = (x, *(_tidy(y * along[k]) for k in (1, 2)))
@@ -108,6 +112,7 @@ def read_maslow(path: Path, cable: str | None = None) -> ImportedRobot:
         "platform": {"kind": "point", "mass": SLED, "plane": board},
         "lines": [
             _line(CORNERS[corner], at, chosen_cable(cable or BELT), settings.speed(_AXES[corner]))
+            | {"platform_point": tuple(_tidy(top * each) for each in out)}
             for corner, at in exits.items()
         ],
     }

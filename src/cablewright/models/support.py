@@ -245,6 +245,7 @@ _ROWS: Final = (
     (_C.REPRAPFIRMWARE, _REJECTED, f"{_TURNING} body plane", _BY_ANGLE),
     (_C.KLIPPER_WINCH, _REJECTED, f"{_TURNING} advantage body plane", _BY_ANGLE),
     (_C.KLIPPER_WINCH, _REJECTED, "counterweight shared-winch", _BY_ANGLE),
+    (_C.KLIPPER_WINCH, _REJECTED, "few-winches", _WINCH_OR_URDF),
     (_C.KLIPPER_WINCH, _REJECTED, "no-drum-radius", _IN_FILE),
     (_C.KLIPPER, _REJECTED, "no-drum-radius", _IN_FILE),
     (_C.LINUXCNC, _REJECTED, "no-drum-radius", _IN_FILE),

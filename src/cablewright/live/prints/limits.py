@@ -114,6 +114,7 @@ def planned(
         law,
         manage_slack=manages_slack,
         by_lengths=estimator == "encoders",
+        lag=settings.winch.lag,
     )
     if path.attitude is not None:
         velocity = replace(velocity, gain=_BODY_GAIN)

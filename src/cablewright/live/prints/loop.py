@@ -14,7 +14,7 @@ from typing import ClassVar, Final, Protocol, runtime_checkable
 
 import numpy as np
 
-from cablewright.control import drum_yaw, guard, guide, height, manual, retractor, stretch_damping, supervisor, velocity
+from cablewright.control import drum_yaw, guard, guide, height, manual, retractor, supervisor, velocity
 from cablewright.control.clock import FrameClock
 from cablewright.control.drum_yaw import YawSettings, YawState
 from cablewright.control.guard import GuardSettings, GuardState, StopCause
@@ -346,8 +346,7 @@ class Printer:
             return Command(now, frozen(np.zeros(self.machine.abilities.winches)))
         moved = self._retract(target, dt)
         own, tensions = self.plan.velocity, self.tensions
-        if own.stretch is not None:
-            stretch_damping.listen(own.stretch, self.velocity.stretch, frame)
+        velocity.listen(own, self.velocity, frame)
         calms = verdict.guide_mode is not GuideMode.HOLD and verdict.state is not PrintState.MANUAL  # its ramps stay
         speeds = velocity.step(own, self.velocity, estimate, target, dt, tensions, moved, calms=calms)
         outputs = {} if moved is None else {RETRACTION: moved.speed}
@@ -411,7 +410,8 @@ class Printer:
             tensions = self.velocity.chosen
             printed = self.plan.path.printing_point(estimate.position, estimate.rotation)
             error = self.plan.path.offset(printed, target.distance)
-        place = frozen(self.plan.path.printing_point(target.position, target.rotation))
+        due = velocity.due(self.plan.velocity, self.velocity, target, self.time)
+        place = frozen(self.plan.path.printing_point(*due))
         where = target.layer, target.distance, place
         return Progress(estimate.time, verdict.state, *where, error, verdict.reason, tensions)
 
