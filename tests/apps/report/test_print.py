@@ -61,8 +61,8 @@ def test_the_page_is_whole_in_itself(folder: Path) -> None:
 
 def test_figures_of_the_page_are_those_of_the_metrics(found: PrintRecord, folder: Path) -> None:
     page, told = (folder / "report.html").read_text(), found.to_dict()
-    assert f"{1e4 * told['path_error_variance']:.4g}" in page
-    assert f"{1e2 * told['mean_speed']:.4g}" in page
+    assert f"{1e6 * told['path_error_variance']:.4g}" in page
+    assert f"{1e3 * told['mean_speed']:.4g}" in page
     assert f"{told['structure']['mass']:.4g}" in page
     head, *rows = re.findall(r"<tr>(.*?)</tr>", page[page.index("Lines: load and slack") :], re.DOTALL)[:5]
     assert "taut, %" in head

@@ -9,8 +9,6 @@ from html import escape
 from importlib import resources
 from typing import Final
 
-from cablewright.apps.figures import NONE
-
 _ONE_LINE: Final = 24  # characters
 _FEW_COLUMNS: Final = 4  # that fit a phone
 
@@ -62,11 +60,10 @@ def short_name(name: str) -> str:
 
 
 def cards(figures: Iterable[tuple[str, str, str]]) -> Html:
-    """Return cards of key figures: name, value, and a note that may be empty; none of a figure without a value."""
+    """Return cards of key figures: name, value, and a note that may be empty."""
     shown = [
         element("div", element("dt", what), element("dd", value, element("small", note)), class_="card")
         for what, value, note in figures
-        if value != NONE
     ]
     return element("dl", *shown, class_="cards")
 

@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 
 from cablewright.apps import style
+from cablewright.apps.figures import NONE
 from cablewright.apps.pictures.print import (
     drum_picture,
     errors_picture,
@@ -135,7 +136,7 @@ def _cards(found: PrintRecord) -> list[tuple[str, str, str]]:
     made = list(key_figures(found, (*_CARDS, *of_body, *without_truth)))
     if found.structure is not None:
         made += key_figures(found.structure, ("mass", "max_height"))
-    return made
+    return [each for each in made if each[1] != NONE]
 
 
 def _shown(pictures: Pictures, *names: str) -> Iterator[Html]:

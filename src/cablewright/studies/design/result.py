@@ -104,7 +104,10 @@ class Designed(Pictured):
         if not self.chosen:
             return ""
         first, aims = self.chosen[0], self.what.objectives
-        values = (f"{each.name} {value:.4g}" for each, value in zip(self.what.variables, first.values, strict=True))
+        values = (
+            f"{each.name} = {value:.4g} {each.unit}"
+            for each, value in zip(self.what.variables, first.values, strict=True)
+        )
         read = (f"{key} {_read(key, first)} instead of {_read(key, self.original)}" for key in aims)
         return (
             f"The {'best' if len(aims) == 1 else 'most balanced'} candidate has {', '.join(values)}: {', '.join(read)}"
