@@ -33,26 +33,37 @@ if TYPE_CHECKING:
 @command("import examples/robot.wcrfx --out runs/robot.toml", "exchange.result:Imported")
 def import_command(
     *,
-    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="File to read; of a CASPR model both.")],
+    files: Annotated[
+        list[Path],
+        typer.Argument(metavar="FILE...", help="File to read; for a CASPR model give both files, bodies and cables."),
+    ],
     out: Annotated[Path, typer.Option("--out", metavar="FILE.toml", help="Robot file to write; it must not exist.")],
     form: Annotated[
-        ReadFormatName | None, typer.Option("--format", help="Format of the file; by default by its content.")
+        ReadFormatName | None,
+        typer.Option("--format", help="Format of the file; by default recognised by its content."),
     ] = None,
     cable: Annotated[
         CableName | None,
         typer.Option(
-            "--cable", help="Cable of all lines, see docs/robots.md; by default the file's, or an assumed one."
+            "--cable",
+            help="Cable of all lines, by its name in the table of cables in docs/robots.md; by default "
+            "the file's, or an assumed one.",
         ),
     ] = None,
     cable_set: Annotated[
-        str | None, typer.Option("--cable-set", metavar="ID", help="Set of cables of a CASPR model; else its default.")
+        str | None,
+        typer.Option(
+            "--cable-set",
+            metavar="ID",
+            help="Set of cables to read from a CASPR model; by default the model's own default set.",
+        ),
     ] = None,
     nozzle_below: Annotated[
         str | None,
         typer.Option(
             "--nozzle-below",
             metavar="L",
-            help="Of a Hangprinter: distance of the nozzle below the point where its lines meet.",
+            help="For a Hangprinter: distance of the nozzle below the point where its lines meet, in m or with a unit.",
         ),
     ] = None,
     as_json: AsJson = False,
@@ -93,36 +104,58 @@ class MotionOptions:
 
     machine: Annotated[
         str | None,
-        typer.Option("--machine", metavar="NAME", help="Machine file: layers of cable on drums, and the gear."),
+        typer.Option(
+            "--machine",
+            metavar="NAME",
+            help="Machine file that describes the layers of cable on the drums and the gear.",
+        ),
     ] = None
     layers: Annotated[
-        str | None, typer.Option("--layers", metavar="FIRST,LAST", help="Layers of the part; by default all.")
+        str | None,
+        typer.Option(
+            "--layers", metavar="FIRST,LAST", help="First and last layer to export, from 1; by default all layers."
+        ),
     ] = None
     tolerance: Annotated[
         str | None,
         typer.Option(
             "--tolerance",
             metavar="L",
-            help="Largest error of a line's length between two points, m or like '20 um'; by default half a microstep.",
+            help="Largest error of a line's length by interpolation between two points, in m or like '20 um'; by "
+            "default half a microstep.",
         ),
     ] = None
     microsteps: Annotated[
-        int | None, typer.Option("--microsteps", help="Microsteps of a full step; by default 16.")
+        int | None,
+        typer.Option("--microsteps", help="Number of microsteps in a full step of the motors; by default 16."),
     ] = None
     full_steps: Annotated[
-        int | None, typer.Option("--full-steps", help="Full steps of a motor's turn; by default 200.")
+        int | None, typer.Option("--full-steps", help="Number of full steps in a turn of a motor; by default 200.")
     ] = None
 
     gear: Annotated[
         str | None,
-        typer.Option("--gear", metavar="MOTOR:SPOOL", help="Teeth of each gear; by default the machine's, or no gear."),
+        typer.Option(
+            "--gear",
+            metavar="MOTOR:SPOOL",
+            help="Teeth of the gear wheels of motor and winch drum, like "
+            "20:255; by default the machine file's gear, or none.",
+        ),
     ] = None
     version: Annotated[
         RrfVersionName | None,
-        typer.Option("--firmware-version", help="Of RepRapFirmware; by default 3.6, or 3.7 for over 5 lines."),
+        typer.Option(
+            "--firmware-version",
+            help="Version of RepRapFirmware for which the files are written; by "
+            "default 3.6, or 3.7 for more than 5 lines.",
+        ),
     ] = None
     complete: Annotated[
-        bool, typer.Option("--config", help="Of LinuxCNC, a complete configuration: HAL, homing, simulated joints.")
+        bool,
+        typer.Option(
+            "--config",
+            help="For linuxcnc: also write a complete configuration with HAL file, homing and simulated joints.",
+        ),
     ] = False
 
     def written(self, target: str, made_for: TargetName | None, robot: cw.Robot, job: Path, out: Path) -> Exported:
@@ -178,16 +211,23 @@ def export_command(
     robot: RobotName,
     job: Annotated[
         Path | None,
-        typer.Argument(metavar="[JOB]", help="For a firmware a job's TOML or G-code file; for ros2 a machine's log."),
+        typer.Argument(
+            metavar="[JOB]", help="For a firmware: the job's TOML or G-code file. For ros2: a machine's log."
+        ),
     ] = None,
-    out: Annotated[Path, typer.Option("--out", metavar="OUT", help="File to write, or folder; it must not exist.")],
+    out: Annotated[Path, typer.Option("--out", metavar="OUT", help="File or folder to write; it must not exist.")],
     made_for: Annotated[
         TargetName | None,
-        typer.Option("--for", help="Of gcode: rrf or klipper, with firmware kinematics; of slicer: a slicer."),
+        typer.Option(
+            "--for",
+            help="For the format gcode: the firmware, rrf or klipper, that computes the "
+            "kinematics. For the format slicer: the name of the slicer.",
+        ),
     ] = None,
     bead: BeadSize = None,
     schema_version: Annotated[
-        WireXVersion | None, typer.Option("--schema-version", help="Of WireX; by default 0.32.")
+        WireXVersion | None,
+        typer.Option("--schema-version", help="Version of the WireX file format that is written; by default 0.32."),
     ] = None,
     at: Pose = None,
     motion: MotionOptions,

@@ -29,7 +29,11 @@ def interference_command(
     at: Pose = None,
     mesh: Annotated[
         Path | None,
-        typer.Option("--mesh", metavar="FILE.stl", help="Mesh of the part, instead of the strands of the job."),
+        typer.Option(
+            "--mesh",
+            metavar="FILE.stl",
+            help="STL file with the mesh of the part, instead of the strands that the job lays.",
+        ),
     ] = None,
     mesh_scale: Annotated[
         float, typer.Option("--mesh-scale", metavar="F", help="Size in m of one unit of the mesh; 0.001 for mm.")
@@ -45,7 +49,11 @@ def interference_command(
     ] = 0.1,
     tolerance: Annotated[
         float,
-        typer.Option("--tolerance", metavar="D", help="Maximum distance of a line from the chords that replace it, m."),
+        typer.Option(
+            "--tolerance",
+            metavar="D",
+            help="Maximum distance of a line's curve from the straight chords that replace it, m.",
+        ),
     ] = 1e-3,
     bead: BeadSize = None,
     laws: LawOptions,

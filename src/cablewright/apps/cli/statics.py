@@ -41,7 +41,7 @@ def inverse_command(
         typer.Option(
             "--slack",
             metavar="LINE=EXCESS[,LINE=EXCESS]",
-            help="Slack lines with their excess, m; a line by name, or by number from 1.",
+            help="Slack lines, each by name or by number from 1, with its excess of length over a taut line, m.",
         ),
     ] = None,
     all_slack_sets: Annotated[
@@ -81,7 +81,8 @@ def forward_command(
     robot: RobotOptions,
     lengths: LengthsOrLog,
     guess: Annotated[
-        str | None, typer.Option("--guess", metavar="X,Y,Z[,RX,RY,RZ]", help="Pose to start from, m and rad.")
+        str | None,
+        typer.Option("--guess", metavar="X,Y,Z[,RX,RY,RZ]", help="Pose from which the solver starts, m and rad."),
     ] = None,
     cable: Annotated[CableLaw, typer.Option("--cable", help="Cable law: elastic or catenary; rigid is an error.")] = (
         CableLaw.CATENARY
@@ -89,22 +90,34 @@ def forward_command(
     sheave: SheaveChoice = None,
     modulus_factors: Annotated[
         str | None,
-        typer.Option("--modulus-factors", metavar="F1,..,Fm", help="Factor on the Young's modulus of each line."),
+        typer.Option(
+            "--modulus-factors",
+            metavar="F1,..,Fm",
+            help="Factors on the Young's modulus of the lines, one for each line.",
+        ),
     ] = None,
     retraction: Retraction = None,
     certify: Annotated[
-        bool, typer.Option("--certify", help="Prove that exactly one equilibrium is near, and how near.")
+        bool,
+        typer.Option(
+            "--certify",
+            help="Prove that exactly one equilibrium is near the solution, and print a bound on its distance.",
+        ),
     ] = False,
     length_error: Annotated[
         str | None,
         typer.Option(
             "--length-error",
             metavar="D[,..,Dm]",
-            help="Error of the lengths, m: prints a box that is proved to contain the pose.",
+            help="Largest error of each line's length, m; prints a box that is proved to contain the pose for all "
+            "such errors.",
         ),
     ] = None,
     budget: Annotated[
-        int | None, typer.Option("--budget", help="Maximum number of subdivisions for that box; by default 20000.")
+        int | None,
+        typer.Option(
+            "--budget", help="Maximum number of subdivisions for the box of --length-error; by default 20000."
+        ),
     ] = None,
     as_json: AsJson = False,
 ) -> int:
@@ -191,7 +204,7 @@ def equilibria_command(
         bool,
         typer.Option(
             "--exhaustive",
-            help="Search the whole box of a point platform for others; loops in dead spans are not covered.",
+            help="Search the whole box for all equilibria of a point platform; loops in dead spans are not covered.",
         ),
     ] = False,
     time_limit: Annotated[
@@ -203,7 +216,8 @@ def equilibria_command(
         typer.Option(
             "--out",
             metavar="FILE",
-            help="State of --exhaustive, from which the same command resumes; by default in runs/, by the robot.",
+            help="File for the state of --exhaustive, from which the same command resumes; by default in runs/, "
+            "named for the robot.",
         ),
     ] = None,
     sheave: SheaveChoice = None,

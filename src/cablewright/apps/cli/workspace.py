@@ -52,7 +52,11 @@ def workspace_command(
     ] = 1.0,
     mesh: Annotated[
         Path | None,
-        typer.Option("--mesh", metavar="FILE.stl|.glb", help="Write the boundary as a closed mesh, in m."),
+        typer.Option(
+            "--mesh",
+            metavar="FILE.stl|.glb",
+            help="Mesh file to write, with the boundary of the workspace as a closed surface, in m.",
+        ),
     ] = None,
     executor: ExecutorOptions,
     output: OutputOptions,
@@ -136,15 +140,24 @@ def retraction_command(
     *,
     robot: RobotOptions,
     min_length: Annotated[
-        float | None, typer.Option("--from", metavar="L", help="Min length, m; by default the robot's.")
+        float | None, typer.Option("--from", metavar="L", help="Smallest retraction length, m; by default the robot's.")
     ] = None,
     max_length: Annotated[
-        float | None, typer.Option("--to", metavar="L", help="Max length, m; by default the robot's.")
+        float | None, typer.Option("--to", metavar="L", help="Largest retraction length, m; by default the robot's.")
     ] = None,
-    steps: Annotated[int, typer.Option("--steps", metavar="N", help="Number of lengths to try.")] = 9,
-    heights: Annotated[int, typer.Option("--heights", metavar="N", help="Number of slices of the box.")] = 40,
+    steps: Annotated[
+        int, typer.Option("--steps", metavar="N", help="Number of retraction lengths to try in each slice.")
+    ] = 9,
+    heights: Annotated[
+        int, typer.Option("--heights", metavar="N", help="Number of horizontal slices of the search box.")
+    ] = 40,
     tolerance: Annotated[
-        float, typer.Option("--tolerance", metavar="T", help="Error of each volume, as a share of it.")
+        float,
+        typer.Option(
+            "--tolerance",
+            metavar="T",
+            help="Error of each volume, as a fraction of the volume, at which the refinement stops.",
+        ),
     ] = 2e-3,
     region: RegionOptions,
     output: OutputOptions,

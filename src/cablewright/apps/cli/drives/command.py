@@ -29,21 +29,28 @@ class ActionOptions:
 
     place: Annotated[
         str | None,
-        typer.Option("--place", metavar="X,Y,Z[,..]", help="Measured position of the platform, m [and rad], for home."),
+        typer.Option(
+            "--place",
+            metavar="X,Y,Z[,..]",
+            help="For the action home: measured position of the platform, m [and rotation vector, rad].",
+        ),
     ] = None
-    line: Annotated[str | None, typer.Option("--line", metavar="NAME", help="Line of the winch to move, for jog.")] = (
-        None
-    )
+    line: Annotated[
+        str | None, typer.Option("--line", metavar="NAME", help="For the action jog: line whose winch moves.")
+    ] = None
     speed: Annotated[
-        float, typer.Option("--speed", metavar="V", help="Cable speed, m/s, positive pays out, for jog --line.")
+        float, typer.Option("--speed", metavar="V", help="For jog --line: speed of the cable, m/s; positive pays out.")
     ] = 0.01
     velocity: Annotated[
-        str | None, typer.Option("--velocity", metavar="VX,VY,VZ", help="Velocity of the platform, m/s, for jog.")
+        str | None,
+        typer.Option("--velocity", metavar="VX,VY,VZ", help="For the action jog: velocity of the platform, m/s."),
     ] = None
     seconds: Annotated[
         float | None,
         typer.Option(
-            "--seconds", metavar="T", help="Time in which the winches stay enabled, s; by default until Ctrl-C."
+            "--seconds",
+            metavar="T",
+            help="Time after which the winches are released, s; by default they stay enabled until Ctrl-C.",
         ),
     ] = None
 
@@ -102,24 +109,35 @@ def drives_command(
         typer.Argument(metavar="ROBOT", help="A robot's TOML file, or a name that `cablewright robots` lists."),
     ] = None,
     machine: Annotated[
-        str | None, typer.Option("--machine", metavar="FILE", help="Machine file of a machine on drives.")
+        str | None, typer.Option("--machine", metavar="FILE", help="Machine file (TOML) that describes the drives.")
     ] = None,
     given: ActionOptions,
     tried: Annotated[
         bool,
-        typer.Option("--try", help="Use virtual drives in this process, in virtual time; no state is saved."),
+        typer.Option(
+            "--try",
+            help="Try the action on virtual drives in this process, in virtual time; no counts or lengths are saved.",
+        ),
     ] = False,
     virtual: Annotated[
         Path | None,
-        typer.Option("--virtual", metavar="FILE", help="Simulate the drives of a machine file on this computer."),
+        typer.Option(
+            "--virtual",
+            metavar="FILE",
+            help="Simulate the drives of a machine file on this computer, for another program that commands them.",
+        ),
     ] = None,
     at: Annotated[
         str | None,
         typer.Option(
-            "--at", metavar="X,Y,Z[,..]", help="Start position of the platform of virtual drives, m [and rad]."
+            "--at",
+            metavar="X,Y,Z[,..]",
+            help="Start position of the platform on virtual drives, m [and rotation vector, rad].",
         ),
     ] = None,
-    seed: Annotated[int, typer.Option("--seed", help="Seed of the machine as built behind virtual drives.")] = 0,
+    seed: Annotated[
+        int, typer.Option("--seed", help="Seed of the random errors of the simulated machine that virtual drives move.")
+    ] = 0,
     as_json: AsJson = False,
 ) -> int:
     """Moves the winches of the machine. No performance level is claimed: add a hard-wired emergency stop.
