@@ -183,8 +183,8 @@ def _weighed(record: Array, poles: Array, times: Array) -> list[tuple[complex, f
 def _stable(table: Array, least: float) -> list[tuple[float, float, float, float]]:
     """Return medians and spreads of frequency and damping of the modes that at least *least* orders have.
 
-    *table*: of all poles. The mode with the most energy, summed over orders, is taken first, with the strongest pole
-    near it of each order.
+    *table*: all poles, one in each row. The mode with the most energy, summed over orders, is taken first, with the
+    strongest pole near it of each order.
     """
     found = []
     left = table

@@ -67,7 +67,7 @@ class JobDistances:
     ) -> Self:
         """Return it before the first block; the part is the *mesh*, or else the *beads* that *robot* lays.
 
-        *room*: for all.
+        *room*: folder for all arrays.
         """
         if mesh is None:
             laid = deposit(samples, beads, room, robot.platform.lays_along)

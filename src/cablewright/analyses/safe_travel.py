@@ -74,8 +74,9 @@ def driven_job(
 ) -> tuple[Job, Samples]:
     """Return a *job* with the speeds, the acceleration and the corners of its motion on a *robot*, and its samples.
 
-    They have the speeds and the travel moves of that motion. *samples*, *toolpath*: of the job; by default those of
-    its file. Raises `InputError` where nothing limits a speed, or the robot cannot follow the job's schedule.
+    They have the speeds and the travel moves of that motion. *samples*, *toolpath*: samples and toolpath of the job; by
+    default those of its file. Raises `InputError` where nothing limits a speed, or the robot cannot follow the job's
+    schedule.
     """
     job = on_plane(robot, job)
     toolpath = toolpath or job.toolpath()

@@ -153,9 +153,9 @@ def read_measured(path: str | Path, robot: Robot) -> Measured:
 
 
 def _check_blanks(fields: dict[str, Array], where: str, lines: Sequence[int]) -> None:
-    """Raise `InputError` for a position of which only a part is blank, or a sigma without one; *where*: in messages.
+    """Raise `InputError` for a position of which only a part is blank, or a sigma without one.
 
-    And for a sensor whose cells are all blank.
+    *where*: place of the row, for messages. And for a sensor whose cells are all blank.
     """
     blank = {name: np.isnan(values) for name, values in fields.items()}
     for name, column in _CELLS:

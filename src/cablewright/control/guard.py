@@ -70,11 +70,11 @@ class GuardSettings:
     """Limits of m lines and w winches; None: not judged.
 
     ``max_tensions``: (m,) N at the sheaves. ``min_tensions``: (m,) N, of estimated ones while it prints.
-    ``max_torques``: (w,) N m of the winch drums. ``max_drum_speed``: rad/s of a winch drum.
-    ``max_following_error``: rad of it. ``counts_per_radian``: of the encoders, per radian of a winch
-    drum; None: speeds are judged by the drives alone. ``max_uncounted``: (w,) rad that a winch drum may be ordered to
-    turn without a count. ``timeouts``: s without a reading, by source. ``hosts``: (w,) indices of the lines that
-    winches are named for; None: each line has a winch of its own.
+    ``max_torques``: (w,) N m of the winch drums. ``max_drum_speed``: highest speed of a winch drum, rad/s.
+    ``max_following_error``: largest following error of a drum, rad. ``counts_per_radian``: encoder counts per radian of
+    a winch drum; None: speeds are judged by the drives alone. ``max_uncounted``: (w,) rad that a winch drum may be
+    ordered to turn without a count. ``timeouts``: s without a reading, by source. ``hosts``: (w,) indices of the lines
+    that winches are named for; None: each line has a winch of its own.
     """
 
     max_tensions: Array

@@ -95,11 +95,11 @@ class TimedPath:
         samples: Samples | None = None,
         robot: Robot | None = None,
     ) -> Self:
-        """Return the timed path of the first *layers* of a *job*; None: all. *lift*: of the platform over the path, m.
+        """Return the timed path of the first *layers* of a *job*; None: all.
 
-        *nozzle*: of a rigid platform, m, platform frame. *samples*: of the path; by default those of the job's file.
-        *robot*: whose modes shape the motion, see `JobMotion`. Raises `InputError` for a path without material, and for
-        more layers than it has.
+        *lift*: height of the platform over the path, m. *nozzle*: nozzle of a rigid platform, m, platform frame.
+        *samples*: samples of the path; by default those of the job's file. *robot*: robot whose modes shape the motion,
+        see `JobMotion`. Raises `InputError` for a path without material, and for more layers than it has.
         """
         if samples is None:
             toolpath = job.toolpath()

@@ -48,10 +48,10 @@ def examine(
 ) -> list[Order]:
     """Return the orders at *now*, s, each with why it cannot be obeyed; an empty text leaves it to the state.
 
-    *known*: whether the position is. *procedures*: that the plan has. *step*: s, that the last one took as planned; an
-    order given before it is no older for that. A stop overrides motion orders of the same step, and a jog that was
-    stopped begins again only after a pause of all jog requests. Whatever is no stop is rejected `ORDER_LIFE` after it
-    was ordered.
+    *known*: whether the position is known. *procedures*: procedures that the plan has. *step*: planned duration of the
+    last step, s; an order given before it is no older for that. A stop overrides motion orders of the same step, and a
+    jog that was stopped begins again only after a pause of all jog requests. Whatever is no stop is rejected
+    `ORDER_LIFE` after it was ordered.
     """
     stops = any(order.kind in STOPS for order in orders)
     found = []

@@ -60,7 +60,7 @@ class RampMean:
     def take(self, now: Array, asked: Array, period: Callable[[], float], dt: float) -> Array:
         """Return the speed (d,) of the next *dt*, s, where *asked* (d,) is wanted and *now* (d,) is the present one.
 
-        *period*: of the slowest mode, s, where the mean begins.
+        *period*: period of the slowest mode at the position where the mean begins, s.
         """
         then = self._mean(now, asked, period, dt)
         rates = np.empty((2, len(then)))

@@ -143,8 +143,9 @@ def step(
 ) -> Verdict:
     """Return the verdict for one step; *state* changes in place.
 
-    *cause*: of the guard, to stop. *standing*: whether the winches are commanded to stand; *stopped*: for as long as a
-    stop takes. *target*: of the last step. *powder*, kg: estimate. *orders* that are rejected already change nothing.
+    *cause*: why the guard demands a stop, if it does. *standing*: whether the winches are commanded to stand;
+    *stopped*: whether they have been for as long as a stop takes. *target*: target of the last step. *powder*:
+    estimated powder in the drum, kg. *orders* that are already rejected change nothing.
     """
     now, before = frame.time, state.state
     _update_readings(state, frame, estimate)

@@ -36,8 +36,8 @@ _TENSIONS, _COUNTS = "tensions", "counts"
 class TakeUpSettings:
     """Settings for taking up slack. ``tension``: N, of a taut line. ``max_length``: m of cable to reel in at most.
 
-    ``names``: of the w winches, by their lines. ``counts_per_radian``: of the encoders, per radian of a drum.
-    ``radius``: m, the drums' largest. ``arms`` (w,): m, torque of a drum over the tension of one cable on it.
+    ``names``: names of the w winches, from their lines. ``counts_per_radian``: encoder counts per radian of a winch
+    drum. ``radius``: m, the drums' largest. ``arms`` (w,): m, torque of a drum over the tension of one cable on it.
     ``opposed`` (w,): drums with lines that pull against each other. Both None: a line alone is on each drum.
     """
 

@@ -58,8 +58,8 @@ class VelocitySettings:
     ``max_drum_speed``: rad/s of a winch drum. ``gain``: 1/s, of the path error; ``max_correction``: m/s.
     ``internal_gain``: 1/s, of the lines' errors in the null space. ``manage_slack``: under the law ``model``, whether
     one line is slack on purpose; otherwise all lines have the model's tensions. ``by_lengths``: whether the estimated
-    position is that at which the lengths hold the platform at rest. ``swing``: of a drum below a point, which is
-    damped; None: it is not. ``stretch``: the damping of swings in which lines stretch, under the law ``model``.
+    position is that at which the lengths hold the platform at rest. ``swing``: damping of the swing of a drum below a
+    point; None: it is not damped. ``stretch``: damping of swings in which lines stretch, under the law ``model``.
     """
 
     model: Model
@@ -158,9 +158,10 @@ def step(
 ) -> Array:
     """Return the speeds of the winch drums (w,), rad/s, for the next *dt* (s); positive pays out.
 
-    *tensions* (m,), N: estimated, of a rigid platform, or measured, of a point; None: unknown. *beam*: of a platform
-    that retracts. *calms*: whether swings in which lines stretch may be damped now. If one exceeds the limit, all are
-    scaled, so that the platform stays on its path. Zeros for an unknown position or a line without a tangent there.
+    *tensions* (m,), N: estimated for a rigid platform, measured for a point platform; None: unknown. *beam*: retraction
+    of a platform that retracts. *calms*: whether swings in which lines stretch may be damped now. If one exceeds the
+    limit, all are scaled, so that the platform stays on its path. Zeros for an unknown position or a line without a
+    tangent there.
     """
     state.tension_error = math.inf  # unless it is found here
     if settings.model.n == 6:

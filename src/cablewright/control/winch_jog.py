@@ -27,9 +27,9 @@ class WinchJogSettings:
 
     ``max_tension``: N, of the line while it reels in. ``radius``: m, the drum's largest, so that cable is never faster.
     ``min_tension``: N, under which the sign of a line that is held must be wrong; (w,) where that differs by drum.
-    ``deceleration``: m/s^2 of cable, when it is let go. ``max_run_out``: m of cable, from the last order to rest.
-    ``delay``: s from an order to the motion. ``arms``: as in `TakeUpSettings`. ``opposed``: the drum reels another line
-    in as it pays this one out.
+    ``deceleration``: deceleration of the cable when the button is released, m/s^2. ``max_run_out``: largest length of
+    cable from the last order to rest, m. ``delay``: s from an order to the motion. ``arms``: radii by which lines act,
+    see `TakeUpSettings`. ``opposed``: the drum reels another line in as it pays this one out.
     """
 
     line: int

@@ -44,11 +44,11 @@ class ReckoningSettings:
     """The machine as described.
 
     ``counts_per_radian``: encoder counts for a radian of a winch drum. ``coils``: each line's cable on its drum, wound
-    regularly; None: it has no winch. ``total_length``: m of cable of a winch, wound and paid out.
-    ``slack_threshold``: m of excess from which a line
-    counts as slack. ``smoothing_time``: s, of the velocity and of tensions. ``timeout``: s without counts after which
-    that is a fault. ``cells``: load cells or torques, which help to learn lengths where a place is measured.
-    ``priors``: of the quantities to learn at measured places; None: each place corrects lengths by itself.
+    regularly; None: it has no winch. ``total_length``: m of cable of a winch, wound and paid out. ``slack_threshold``:
+    m of excess from which a line counts as slack. ``smoothing_time``: s, of the velocity and of tensions. ``timeout``:
+    s without counts after which that is a fault. ``cells``: load cells or torques, which help to learn lengths where a
+    place is measured. ``priors``: priors of the quantities to estimate at measured positions; None: each measured
+    position corrects the lengths by itself.
     """
 
     model: Model
@@ -137,8 +137,8 @@ def placed(
 
     Of all changes of the lengths that bring it there the smallest is taken, in proportion to each line's length: what
     creeps and what an oversized drum pays out is a share of it. *by_tensions*: with more taut lines than degrees of
-    freedom, changes that do not move the platform are those that fit measured tensions best. Raises `AnswerError` where
-    there is no equilibrium in between.
+    freedom, choose the changes that do not move the platform so that they fit the measured tensions best. Raises
+    `AnswerError` where there is no equilibrium in between.
     """
     lengths = counted(state)
     share, pose = lengths**2, state.tracker.pose

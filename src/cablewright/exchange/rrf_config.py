@@ -259,8 +259,8 @@ def rrf_config(
 ) -> ExportedFile:
     """Return the lines of a ``config.g``.
 
-    *full_steps*: of a motor's turn; *positions* (k, 3): of the nozzle along the job, m, for which Q and R are chosen.
-    Raises `InputError`.
+    *full_steps*: number of full steps in a turn of a motor; *positions* (k, 3): positions of the nozzle along the job,
+    m, for which Q and R are chosen. Raises `InputError`.
     """
     require(robot, Capability.REPRAPFIRMWARE)
     target.require(robot)

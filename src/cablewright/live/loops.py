@@ -154,8 +154,8 @@ def compare_loops(
     * *plants*: ``quasi-static``, ``dynamic``, or ``make(robot, start, seed)``, which returns a machine with the true
       state among its `Abilities`. *start* (n,), m and rad, is the first pose.
 
-    *machine*: as for `simulate`. The largest drum speed bounds all controllers equally. The trajectory begins when the
-    estimate is valid.
+    *machine*: machine to simulate, see `simulate`. The largest drum speed bounds all controllers equally. The
+    trajectory begins when the estimate is valid.
 
     Raises `InputError` for unknown names, two of one name, rates that are not m finite numbers, and a plant without a
     truth.

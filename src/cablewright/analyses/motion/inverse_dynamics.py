@@ -122,10 +122,10 @@ def inverse_dynamics(robot: Robot | Model, trajectory: Trajectory, **options: Un
     """Compute lengths, tensions and speeds of the lines that move the platform along a *trajectory*.
 
     Weight, loads and the forces of inertia of the platform (Newton and Euler) are in balance with the lines at each
-    time; cables, sheaves and winches are massless, and nothing swings. *options*: as `inverse`, which chooses the
-    tensions. Where none are within the limits, the answer is no at that time, as for `inverse`. Raises `InputError` for
-    a robot with fewer winches than degrees of freedom or with counterweights, for a body that turns and has no inertia,
-    and for poses of another number of coordinates.
+    time; cables, sheaves and winches are massless, and nothing swings. *options*: options of `inverse`, which chooses
+    the tensions. Where none are within the limits, the answer is no at that time, as for `inverse`. Raises `InputError`
+    for a robot with fewer winches than degrees of freedom or with counterweights, for a body that turns and has no
+    inertia, and for poses of another number of coordinates.
 
     Examples
     --------

@@ -47,11 +47,11 @@ _LOOPBACK: Final = ("localhost", "127.0.0.1", "[::1]")
 class Address:
     """Network address of the page.
 
-    ``names``: by which other computers call this one.
+    ``names``: host names by which other computers call this one.
 
-    ``certificate`` and ``certificate_key``: files for TLS. ``camera``: of a picture of the machine, MJPEG or still.
-    ``news``: file with the receivers of news on layers, pauses, faults and ends. ``ros2``: number of
-    the domain of ROS 2 that gets the machine's state.
+    ``certificate`` and ``certificate_key``: files for TLS. ``camera``: address of a picture of the machine, MJPEG or
+    still. ``news``: file with the receivers of news on layers, pauses, faults and ends. ``ros2``: number of the domain
+    of ROS 2 that gets the machine's state.
     """
 
     host: str = "127.0.0.1"

@@ -67,7 +67,8 @@ class Uploads:
     def new_job(self, name: object, **about: object) -> str:
         """Make the folder of a new job; return its number. Raises `InputError` where there are too many.
 
-        *about*: of one that a slicer has sent: ``file``, its name there; ``by``, its key; ``wants_print``.
+        *about*: details of a job that a slicer has sent: ``file``, its name in the slicer; ``by``, the slicer's key;
+        ``wants_print``.
         """
         jobs = self.folder / JOBS
         kept = [each for each in jobs.iterdir() if each.is_dir()]

@@ -54,9 +54,9 @@ class KnownValue(Description):
 class CalibrationRecord(FileDescription):
     """The file of a calibration for later drift checks: values, their covariance, and the data that they are from.
 
-    ``sigma``: of the sensors, as their residuals say. ``redundancy``: the redundant numbers from which the encoders'
-    sigma is estimated; absent where it was given. ``considered``: numbers that count as known, by their errors.
-    ``covariance``: the rows of the lower triangle of that of values and considered, SI.
+    ``sigma``: standard deviation of the sensors, from their residuals. ``redundancy``: the redundant numbers from which
+    the encoders' sigma is estimated; absent where it was given. ``considered``: numbers that count as known, by their
+    errors. ``covariance``: the rows of the lower triangle of that of values and considered, SI.
     """
 
     robot: str

@@ -313,7 +313,7 @@ def guide(
 ) -> Guidance:
     """Return the *count* poses to measure next, after those in *data*: a file, or None where nothing is measured yet.
 
-    *need*, *rough*: as for `calibrate`. *tension_limits*: min and max, N, that all poses keep, by default those of the
+    *need*, *rough*: see `calibrate`. *tension_limits*: min and max, N, that all poses keep, by default those of the
     lines. Lines are straight and rigid. Raises `InputError` as `calibrate`, and if hardly any pose is feasible.
 
     Examples

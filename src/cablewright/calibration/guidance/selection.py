@@ -84,10 +84,10 @@ def calibration_poses(
 ) -> CalibrationPoses:
     """Select *count* of random *candidates* in the workspace to measure for a calibration of *robot*.
 
-    *criterion*: one of `CRITERIA`. *sigma*: standard deviation of the encoders, m. *plan*: with the unknowns, or a TOML
-    file. Candidates are feasible with straight rigid lines within *tension_limits* (N), by default those of the lines.
-    Poses are added greedily, then exchanged while that improves the criterion. Raises `InputError` for too few poses or
-    candidates.
+    *criterion*: one of `CRITERIA`. *sigma*: standard deviation of the encoders, m. *plan*: plan that names the
+    unknowns, or a TOML file. Candidates are feasible with straight rigid lines within *tension_limits* (N), by default
+    those of the lines. Poses are added greedily, then exchanged while that improves the criterion. Raises `InputError`
+    for too few poses or candidates.
 
     Examples
     --------

@@ -105,7 +105,10 @@ class Explanation:
 
 
 class Evidence:
-    """Numbers (d,) with a covariance (d, d), and suspects. *freedom*: of the covariance's sigma; inf if it is known."""
+    """Numbers (d,) with a covariance (d, d), and suspects.
+
+    *freedom*: degrees of freedom of the covariance's sigma; inf if sigma is known.
+    """
 
     def __init__(self, numbers: Array, covariance: Array, suspects: Sequence[Suspect], freedom: float) -> None:
         whitening = np.linalg.inv(np.linalg.cholesky(covariance))

@@ -98,7 +98,7 @@ def min_poses(problem: CalibrationProblem) -> int:
 
 
 def _lacks(problem: CalibrationProblem, unknown: str) -> str | None:
-    """Return the column without which no data determine an *unknown*: of its sensor, or of the lines' load."""
+    """Return the column without which no data determine an *unknown*: that of its sensor, or of the lines' load."""
     by_loads = unknown == "exit_compliance" and not problem.elastic
     sensor = "tension" if by_loads else unknown.partition("_")[0]
     return SENSORS[sensor][1] if sensor in SENSORS and not problem.measured.has(sensor) else None

@@ -96,9 +96,8 @@ class CreepResult(Pictured):
 
     ``compliances`` (j + 1,), 1/N: after an hour, of the Voigt elements with their ``retardations`` and of logarithmic
     creep, at the mean ``temperature`` (degrees Celsius) and ``humidity`` (relative) under load; None: not recorded.
-    ``covariance``: of 1 / EA (1/N), the compliances, the strain at the first sample, and those of expansion, activation
-    energy and humidity exponent that are reported.
-    ``residuals`` (k,): strains that the law leaves.
+    ``covariance``: covariance of 1 / EA (1/N), the compliances, the strain at the first sample, and those of expansion,
+    activation energy and humidity exponent that are reported. ``residuals`` (k,): strains that the law leaves.
     """
 
     FIGURES: ClassVar = FIGURES
@@ -220,7 +219,8 @@ def creep(
     """Return stiffness and creep of a cable from a *test* with times, or its CSV: a held load, or cycles.
 
     *initial_length* (m): the distance of the two points between which the elongation is measured, at elongation zero.
-    *retardations*: of Voigt elements, s, up to four that rise; beside them creep is logarithmic from 1 s on.
+    *retardations*: retardation times of the Voigt elements, s, up to four that rise; beside them creep is logarithmic
+    from 1 s on.
 
     The strain is linear in all that is found: 1 / EA, the compliances of the elements and of the logarithmic part, the
     thermal expansion where the test has temperatures that change, and the strain at the first sample. So it is one

@@ -30,8 +30,8 @@ Mapped = tuple[tuple[Object, ...], ...]
 class ObjectParameter(NamedTuple):
     """A value of an object. ``mask``: bits of it that count. ``optional``: a drive may lack it.
 
-    ``lasts``: whether it still holds once all is written; others are intermediate steps. ``given``: by the drive and
-    its motor: it is compared, and never written.
+    ``lasts``: whether it still holds once all is written; others are intermediate steps. ``given``: whether the drive
+    and its motor determine the value: it is compared, and never written.
     """
 
     object: Object
@@ -84,7 +84,7 @@ def mapping(at: int, mapped: tuple[Object, ...]) -> list[ObjectParameter]:
 def guards(settings: WinchDriveSettings, scale: Scale, counts: int, period: float) -> list[ObjectParameter]:
     """Return the drive's own supervision, its units and stop options: written and read back at each enable.
 
-    *counts*: of the encoder, for one turn of the motor. *period*: s, of the cycle.
+    *counts*: encoder counts for one turn of the motor. *period*: length of the bus cycle, s.
     """
     turn = abs(scale.speed)
     deceleration = round(settings.deceleration / scale.radii[0] * turn)

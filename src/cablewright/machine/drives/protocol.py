@@ -60,8 +60,8 @@ class WinchDrives(Protocol):
     def cycle(self, setpoints: tuple[Setpoint, ...], due: float, *, reset: bool = False, beats: bool = True) -> float:
         """Command *setpoints*, wait until *due*, s, and take the answers; return the time of measurement, s.
 
-        *reset*: of faults, by an edge. *beats*: whether the heartbeat goes on, without which each drive stops by
-        itself. Raises nothing: see `trouble`.
+        *reset*: whether to reset faults, by an edge of the bit. *beats*: whether the heartbeat goes on, without which
+        each drive stops by itself. Raises nothing: see `trouble`.
         """
 
     def close(self, *, proven: bool) -> None:

@@ -12,7 +12,10 @@ _STUFFED: Final = 1.2  # bits for one, with those that keep the bus in step
 
 @dataclass(eq=False)
 class BusStatistics:
-    """Counted since the bus was opened. ``lateness``: of each SYNC, s; ``answer``: from it to the last PDO, s."""
+    """Statistics of the bus since it was opened.
+
+    ``lateness``: delay of each SYNC, s; ``answer``: time from a SYNC to the last PDO that answers it, s.
+    """
 
     cycles: int = 0
     sent: int = 0

@@ -51,10 +51,10 @@ _Text = Annotated[str, Field(min_length=1, max_length=60)]
 class LogHead:
     """Metadata of a log. ``robot`` is the description, not the truth; ``settings``: what the machine's owner knows.
 
-    ``epoch``: UTC of time 0; None for a simulation, so that one input gives the same bytes.
-    ``versions``: of software and firmware, by name. ``simulation``, ``plant`` and ``seed`` are of simulated machines
-    alone; a log may lack them. ``home``: pose, m and rad, at which the platform was homed; its retraction then is
-    that of ``robot``. ``every``: the log has the first of so many steps.
+    ``epoch``: UTC of time 0; None for a simulation, so that one input gives the same bytes. ``versions``: versions of
+    software and firmware, by name. ``simulation``, ``plant`` and ``seed`` are of simulated machines alone; a log may
+    lack them. ``home``: pose, m and rad, at which the platform was homed; its retraction then is that of ``robot``.
+    ``every``: the log has the first of so many steps.
     """
 
     robot: Robot
