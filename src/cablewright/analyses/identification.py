@@ -73,7 +73,7 @@ def identify_swing(times: Array, record: Array, highest: float | None = None) ->
     centred = record - record.mean(axis=0)
     total = float((centred**2).sum())
     if total <= 0.0:
-        raise InputError("no swing: nothing moves in the record")
+        raise InputError("no swing: nothing moves in the record; push the platform, and record it again")
     realised = _poles(_components(centred), step)
     found = [
         (order, *_hertz(pole), energy / total)

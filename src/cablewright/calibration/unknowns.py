@@ -174,7 +174,9 @@ def _grouped(robot: Robot, found: Iterator[Unknown], groups: Sequence[Sequence[s
     given = list(found)
     for member in group_of if given and given[0].line is not None else ():
         if not any(each.line == member for each in given):
-            raise InputError(f"groups: {given[0].name}: line {member!r} has none; leave it out of the group")
+            raise InputError(
+                f"groups: {given[0].name}: line {member!r} does not have this number; leave the line out of the group"
+            )
     value_of = {each.line: nominal(robot, each) for each in given} if groups else {}
     for each in given:
         group = [one.line for one in given if one.line is not None and one.line in group_of.get(each.line, ())]

@@ -106,7 +106,9 @@ class TimedPath:
             job, samples = job.with_corners(job.beads(toolpath)), job.samples(toolpath)
         numbers = np.unique(samples.layer[samples.extruding])
         if not len(numbers):
-            raise InputError(f"{job.source}: no material is laid along the path: there is no layer to print")
+            raise InputError(
+                f"{job.source}: the path lays no material, so there is no layer to print; give a job with extrusion"
+            )
         if layers is not None:
             if not 1 <= layers <= len(numbers):
                 raise InputError(f"layers = {layers}: must be 1 to {len(numbers)}, the layers of {job.source}")

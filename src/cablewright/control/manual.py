@@ -240,7 +240,7 @@ def _towards(settings: ManualSettings, state: ManualState, dt: float) -> Array:
 def _goal(settings: ManualSettings, order: Order) -> Array:
     if order.kind is OrderKind.PARK:
         if settings.park is None:
-            raise InputError("park: the machine has no parking place")
+            raise InputError("park: the machine file sets no parking position")
         return np.array(settings.park)
     return _vector(order, "position")
 

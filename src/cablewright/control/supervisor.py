@@ -68,7 +68,10 @@ class SupervisorSettings:
         timeouts = ("settling_time", "position_timeout", "stall_timeout", "tensioning_timeout")
         require_positive(**{name: getattr(self, name) for name in ("max_speed", "max_excess", "max_error", *timeouts)})
         if not all(low < high for low, high in zip(self.min_position, self.max_position, strict=True)):
-            raise InputError(f"limits of the position: {self.min_position} to {self.max_position} m is empty")
+            raise InputError(
+                f"limits of the position: {self.min_position} to {self.max_position} m: each minimum "
+                f"must be below its maximum"
+            )
 
 
 @dataclass(eq=False)

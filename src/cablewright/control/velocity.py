@@ -119,7 +119,8 @@ class VelocitySettings:
             raise UnknownName("law", self.law, LAWS)
         if self.model.n != 3 and self.law != "model":
             raise InputError(
-                f"law = {self.law}: is one of a point platform; that of {self.model.robot.name!r} is rigid"
+                f"law = {self.law}: is only for a point platform; the platform of {self.model.robot.name!r} is "
+                f"rigid: use law model"
             )
         require(self.model, Capability.CONTROL)
         names = ("gain", "max_correction", "internal_gain", "max_drum_speed")

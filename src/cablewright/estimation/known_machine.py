@@ -44,7 +44,10 @@ class KnownMachine:
     def __post_init__(self) -> None:
         """Reject lidars without a model, platforms with a rotation and counts that are not positive."""
         if len(self.lidars) != len(self.walls.lidars):
-            raise InputError(f"lidars: {len(self.lidars)} sources for {len(self.walls.lidars)} lidars")
+            raise InputError(
+                f"lidars: {len(self.lidars)} sources of scans for {len(self.walls.lidars)} lidars; give "
+                f"one source for each lidar"
+            )
         if self.model.n != 3:
             raise InputError(f"robot {self.model.robot.name!r}: only a point platform's state can be observed")
         if not self.counts_per_radian > 0.0:

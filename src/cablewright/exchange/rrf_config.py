@@ -410,5 +410,7 @@ def _list(words: _Words, letter: str, count: int, read: Callable[[str, str], Any
     text, place = words[letter]
     parts = text.split(":")
     if len(parts) < count:
-        raise InputError(f"{place}: {letter} = {text[:60]!r}: has {len(parts)} values; there are {count} anchors")
+        raise InputError(
+            f"{place}: {letter} = {text[:60]!r}: has {len(parts)} values; give one for each of the {count} anchors"
+        )
     return [read(part, f"{place}: {letter}") for part in parts[:count]]

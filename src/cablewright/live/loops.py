@@ -200,7 +200,7 @@ def _named(
         if isinstance(each, str) and each not in known:
             raise UnknownName(what, each, known)
         if name in found:
-            raise InputError(f"{what} {name}: is there twice; give each a name of its own")
+            raise InputError(f"{what} {name}: this name occurs twice; give each a name of its own")
         found[name] = ours(each) if isinstance(each, str) else each
     return list(found.items())
 

@@ -109,7 +109,7 @@ def simulate(
     """
     described, settings = robot.robot if isinstance(robot, Model) else robot, driving or DriveSettings()
     if sum(each is not None for each in (loop, hold, trajectory)) != 1:
-        raise InputError("simulate: expected either loop, a length, or hold, a place, or trajectory")
+        raise InputError("simulate: give one of loop (a length), hold (a position) and trajectory")
     if hold is not None and duration is None:
         raise InputError("simulate: hold needs a duration")
     if loop is not None and not 0.0 < loop < MAX_LENGTH:

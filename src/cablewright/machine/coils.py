@@ -40,7 +40,10 @@ def coil_of(
     """
     if line.winch.drum_radius is None or line.cable.diameter is None:
         missing = "winch.drum_radius" if line.winch.drum_radius is None else "cable.diameter"
-        raise InputError(f"line {line.name!r} gives no {missing}, which the cable on its winch needs")
+        raise InputError(
+            f"line {line.name!r} has no {missing} in the robot file, which the model of the cable on "
+            f"its winch needs: add it"
+        )
     core, pitch, growth = line.winch.drum_radius, settings.pitch, 0.0
     drum = drum_of(line)
     if drum is not None and drum.build_up > 0.0:  # its radius is linear in its angle

@@ -34,7 +34,9 @@ class Coil:
         """Return the length of cable (m) on the drum with *angle* wound. Raises `InputError` beyond the last turn."""
         turns = angle / TURN
         if not 0.0 <= turns <= len(self.radii) - 1:
-            raise InputError(f"{angle:g} rad wound: this drum holds 0 to {TURN * (len(self.radii) - 1):g} rad")
+            raise InputError(
+                f"{angle:g} rad of cable wound on the winch drum; it holds 0 to {TURN * (len(self.radii) - 1):g} rad"
+            )
         whole = min(int(turns), len(self.radii) - 2)
         share = turns - whole
         rise = self.radii[whole + 1] - self.radii[whole]
@@ -43,7 +45,7 @@ class Coil:
     def angle(self, length: float) -> float:
         """Return the angle that winds *length* (m) of cable. Raises `InputError` for more than the drum holds."""
         if not 0.0 <= length <= self.wound[-1]:
-            raise InputError(f"{length:g} m wound: this drum holds 0 to {self.wound[-1]:g} m")
+            raise InputError(f"{length:g} m of cable wound on the winch drum; it holds 0 to {self.wound[-1]:g} m")
         whole = min(int(np.searchsorted(self.wound, length, side="right")) - 1, len(self.radii) - 2)
         begin, rise = self.radii[whole], self.radii[whole + 1] - self.radii[whole]
         rest = (length - self.wound[whole]) / TURN
@@ -110,7 +112,10 @@ def wind(
         raise InputError(f"radius_walk = {radius_walk:g} m: must be under a sixth of the drum's radius, {core:g} m")
     turns = int(min(np.ceil(capacity / (TURN * (core - 3.0 * radius_walk))), MAX_TURNS)) + 2
     if turns > MAX_TURNS:
-        raise InputError(f"{capacity:g} m on a drum of {core:g} m: more than {MAX_TURNS} turns")
+        raise InputError(
+            f"{capacity:g} m of cable on a winch drum of radius {core:g} m take more than {MAX_TURNS} "
+            f"turns, the maximum; give a larger drum_radius or a smaller capacity"
+        )
     index = np.arange(turns + 1)
     layer, place = np.divmod(index, per_layer)
     across = (place + 0.5) / per_layer - 0.5

@@ -224,9 +224,12 @@ def accuracy(
         with _shared(question, file, executor) as asked:
             return asked.answer(asked.hold(poses, retraction))
     if retraction is not None:
-        raise InputError("retraction: of poses (N, n); at one pose give the robot retracted")
+        raise InputError(
+            "retraction: is only for several poses (N, n); for one pose give the robot retracted, "
+            "robot.retracted(length)"
+        )
     if file is not None or executor is not None:
-        raise InputError("executor, file: are for many poses; one pose takes no time")
+        raise InputError("executor, file: leave them out for a single pose; they are for many")
     return at_pose(question, poses, seed)
 
 
@@ -283,6 +286,7 @@ def _unrotated(model: Model, positions: Array) -> Array:
 def _studied(places: Places, found: Accuracy, limits: BoundaryLimits | None = None) -> AccuracyStudy:
     if not np.isfinite(found.spread.max_error).any():
         raise AnswerError(
-            f"robot {found.robot.name}: no place has an equilibrium for any values of the uncertain parameters"
+            f"robot {found.robot.name}: at none of the positions does any set of parameter values have an "
+            f"equilibrium; give smaller ranges or other positions"
         )
     return AccuracyStudy(places, found, limits, sheave_rules(found.robot))

@@ -154,5 +154,5 @@ def _read_positions(path: Path) -> tuple[Array, Array]:
         raise InputError(f"{path}: fewer than 2 rows below its header")
     if (np.diff(table[:, 0]) <= 0.0).any():
         row = int(np.flatnonzero(np.diff(table[:, 0]) <= 0.0)[0]) + 2
-        raise InputError(f"{path}: t does not rise in row {row}; rows rise in time")
+        raise InputError(f"{path}: the time t does not rise in row {row}; sort the rows by time")
     return table[:, 0], table[:, 1:]

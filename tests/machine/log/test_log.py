@@ -190,7 +190,7 @@ def test_a_clock_that_jumps_back_is_named(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("topic", "data", "says"),
     [
-        ("/imu", b"{", "a message of /imu is no JSON"),
+        ("/imu", b"{", "a message of /imu is not valid JSON"),
         ("/imu", b"[]", "/imu: an object is expected"),
         ("/imu", b"[" * 100_000, "no JSON"),
         ("/imu", b'{"time": 1, "linear_acceleration": {"x": 1, "y": 2}}', "linear_acceleration: z: a finite number"),

@@ -313,7 +313,7 @@ class AccuracyQuestion:
         model = Model.full(robot, tension_limits=tension_limits)
         known = tuple(model.robot.ranges() if ranges is None else ranges)
         if not known:
-            raise InputError("ranges: none are given; at least one parameter has to be uncertain")
+            raise InputError("ranges: none are given; give the range of at least one uncertain parameter")
         if isinstance(method, str):
             if method not in METHODS:
                 raise UnknownName("method", method, METHODS)

@@ -319,7 +319,8 @@ def drawn(ranges: Sequence[Range], samples: int, seed: int) -> Array:
             column[wrong] = rng.normal(each.nominal, each.deviation, int(wrong.sum()))
         else:
             raise InputError(
-                f"{each.parameter.label}: a deviation of {each.deviation:g} is too wide for what it can be"
+                f"{each.parameter.label}: a standard deviation of {each.deviation:g} gives mostly impossible values; "
+                f"give a smaller one"
             )
     return found
 

@@ -354,7 +354,10 @@ class Comparison:
 def bracket_of(robot: Robot) -> Bracket:
     """Return the robot's own bracket. Raises `InputError` if it has none."""
     if robot.bracket is None:
-        raise InputError(f"robot {robot.name!r} has no table [bracket]: give one, or a file of its own with --bracket")
+        raise InputError(
+            f"robot {robot.name!r} has no table [bracket]: add one to the robot file, or give a bracket "
+            f"file with --bracket"
+        )
     return robot.bracket
 
 

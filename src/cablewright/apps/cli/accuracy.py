@@ -162,7 +162,7 @@ class UncertaintyOptions:
 
         if self.uncertainty is not None:
             if self.modulus_range is not None:
-                raise InputError("--modulus-range and --uncertainty: give one of them")
+                raise InputError("--modulus-range and --uncertainty: give only one of the two")
             return load_uncertainty(self.uncertainty).of(machine, str(self.uncertainty))
         if self.modulus_range is None:
             return machine.ranges()
@@ -174,7 +174,7 @@ class UncertaintyOptions:
         if self.method == "monte-carlo":
             return cw.MonteCarlo(100_000 if self.samples is None else self.samples, self.seed)
         if self.samples is not None:
-            raise InputError("--samples goes with --method monte-carlo")
+            raise InputError("--samples is only for --method monte-carlo; leave it out")
         return self.method
 
 
@@ -257,7 +257,9 @@ def _working(executor: ExecutorOptions, folder: Path | None) -> Iterator[ManyOpt
             yield {"progress": show}
         return
     if folder is None:
-        raise InputError("--workers and --cluster: are for a shape; one pose takes no time")
+        raise InputError(
+            "--workers and --cluster: leave them out for a single pose (--at); they are for many positions"
+        )
     kept = _beside(folder)
     with executor.working(kept, *_KERNELS) as (works, show):
         yield {"progress": show, "executor": works, "file": kept}

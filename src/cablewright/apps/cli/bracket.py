@@ -65,7 +65,7 @@ def bracket_command(
     if sum(given is not None for given in (at, job, workspace)) != 1:
         raise InputError("bracket: expected one of --at X,Y,Z, --job JOB and --workspace STEP")
     if at is None and retraction is not None:
-        raise InputError("--retraction is for --at; a job's schedule sets it")
+        raise InputError("--retraction is only for --at: a job's schedule sets the retraction; leave it out")
     model = cw.Model.of(robot.loaded(), cable=cable, tension_limits=tension_range(tension_limits))
     _require_fem(vtu is not None)
 

@@ -80,7 +80,7 @@ def import_command(
     if out.suffix != ".toml":
         raise cw.InputError(f"--out = {str(out)!r}: must end in .toml")
     if out.exists() or out.is_symlink():
-        raise cw.InputError(f"{out}: is there already; nothing is overwritten")
+        raise cw.InputError(f"{out}: exists already and is not overwritten; choose another name")
     below = 0.0 if nozzle_below is None else quantity(nozzle_below, "--nozzle-below", LENGTH)
     found = read_robot(files, form, ImportOptions(cable, cable_set, below))
     text = robot_toml(found, "cablewright import")
@@ -169,9 +169,11 @@ class MotionOptions:
         if tolerance is not None and tolerance >= 1.0:
             raise InputError(f"--tolerance = {self.tolerance!r}: must be under 1 m; a number alone is in m")
         if target == "gcode" and tolerance is not None:
-            raise InputError("export gcode: --tolerance is for winches by angle; leave it out")
+            raise InputError(
+                "export gcode: --tolerance is only for formats that move each winch by its angle; leave it out"
+            )
         if self.complete and target != "linuxcnc":
-            raise InputError(f"export {target}: --config is of linuxcnc; leave it out")
+            raise InputError(f"export {target}: --config is only for the format linuxcnc; leave it out")
         given: dict[str, Any] = {
             "machine": machine, "stepper": self._stepper(), "layers": _layers(self.layers), "version": self.version,
             "gear": _gear(self.gear),
@@ -249,13 +251,15 @@ def export_command(
     is_firmware = target in (*FIRMWARE, "gcode")
     _require_target(target, made_for, bead, job, is_firmware)
     if not is_firmware and motion != MotionOptions():
-        raise InputError(f"export {target}: --machine, --layers and their like are for a firmware")
+        raise InputError(
+            f"export {target}: --machine, --layers and similar options are only for firmware; leave them out"
+        )
     if schema_version is not None and target != "wirex":
-        raise InputError(f"--schema-version = {schema_version}: only wirex has versions")
+        raise InputError(f"--schema-version = {schema_version}: only the format wirex has versions; leave it out")
     if at is not None and target not in AT_A_POSE:
-        raise InputError(f"--at = {at!r}: only {', '.join(AT_A_POSE)} are written at a pose")
+        raise InputError(f"--at = {at!r}: only {', '.join(AT_A_POSE)} are written for one pose; leave --at out")
     if out.exists() or out.is_symlink():
-        raise InputError(f"{out}: is there already; nothing is overwritten")
+        raise InputError(f"{out}: exists already and is not overwritten; choose another name")
     described = cw.load(robot)
     if target == "slicer":
         return answer(_profile(made_for, described, bead, out), as_json, out=out)
@@ -309,9 +313,12 @@ def _require_target(
         wanted = " or ".join(FOR.get(target, ())) or "left out"
         raise InputError(f"export {target}: --for = {made_for}: must be {wanted}; gcode and slicer take one")
     if (target == "slicer") is (bead is None):
-        raise InputError(f"export {target}: --bead WIDTH,HEIGHT of strands is given for a slicer, and only there")
+        raise InputError(
+            f"export {target}: a slicer needs --bead WIDTH,HEIGHT, the size of its strands; other "
+            f"formats take no --bead"
+        )
     if is_firmware and job is None:
-        raise InputError(f"export {target}: expected a JOB after ROBOT, whose motion is written")
+        raise InputError(f"export {target}: give the JOB whose motion is to be exported, after ROBOT")
     if target == "ros2" and job is None:
         raise InputError("export ros2: expected a machine's LOG after ROBOT, a file or a run folder")
     if not (is_firmware or target == "ros2") and job is not None:

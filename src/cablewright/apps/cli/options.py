@@ -311,7 +311,7 @@ class OrientedRegionOptions(RegionOptions):
         if values is None:
             return self.retraction
         if self.retraction is not None:
-            raise InputError("--retraction and --retraction-law: give one of them")
+            raise InputError("--retraction and --retraction-law: give only one of the two")
         if len(values) not in (2, 4):
             raise InputError(
                 f"--retraction-law = {self.retraction_law!r}: expected C,D of the length C z + D in m, or C,D,MIN,MAX"
@@ -367,7 +367,7 @@ class OutputOptions:
         """Reject other kinds of files, before any work. Raises `InputError`."""
         check_suffix(self.plot, "--plot", ".png", ".svg", ".pdf")
         if self.plot is None and (self.plot_width is not None or self.plot_style is not None):
-            raise InputError("--plot-width and --plot-style: they are for --plot FILE")
+            raise InputError("--plot-width and --plot-style: give --plot FILE too, the picture that they are for")
         check_suffix(self.report, "--report", ".html")
 
     def write(self, found: Pictured, title: str, *, when: bool = True) -> dict[str, Path | None]:
@@ -426,5 +426,5 @@ class ExecutorOptions:
             with chosen(self.workers, self.cluster) as executor, progress(*kernels) as show:
                 yield executor, show
         except KeyboardInterrupt:
-            tell(f"{kept} has what is done; the same command resumes")
+            tell(f"{kept} has the finished results; the same command resumes from there")
             raise

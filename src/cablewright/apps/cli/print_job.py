@@ -143,7 +143,7 @@ class RunOptions:
 
         name, _, number = self.log.partition("=")
         if name != "every" or not number.isdecimal() or not 1 <= int(number[:9]) <= MAX_EVERY:
-            raise InputError(f"--log = {self.log[:60]!r}: every=N is expected, N from 1 to {MAX_EVERY} steps")
+            raise InputError(f"--log = {self.log[:60]!r}: expected every=N, with N from 1 to {MAX_EVERY} steps")
         return int(number)
 
 
@@ -190,7 +190,7 @@ def print_job_command(
     from cablewright.foundation.units import DURATION, LENGTH
 
     if run.resume and run.restart:
-        raise InputError("print: --resume or --restart, not both")
+        raise InputError("print: give either --resume or --restart, not both")
     if machine is not None and cw.load_machine(machine).kind != "simulated":
         simulated.require_usual(machine)
         for option, value, only in (("--estimator", estimator, "encoders"), ("--height", height, "job")):

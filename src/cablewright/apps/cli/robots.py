@@ -146,7 +146,9 @@ def warm_command(
 
     begin, folder = time.monotonic(), open_folder()
     if folder is None or not os.access(folder, os.W_OK):
-        raise EnvironmentFault(f"compiled kernels cannot be kept: {folder or 'no folder'} cannot be written to")
+        raise EnvironmentFault(
+            f"compiled kernels cannot be saved on this computer: {folder or 'no folder'} cannot be written to"
+        )
     prepare(tuple(TASKS), tell_compiling)
     return answer(Warmed(tuple(TASKS), time.monotonic() - begin, str(folder)), as_json)
 

@@ -83,7 +83,7 @@ def serve_command(
     file = machine or described.name
     if machine is None and described.name not in cw.machine_names():
         file = _built(described, folder)
-        tell(f"note: no machine was given: {file} is used, built for {described.name} with assumed numbers")
+        tell(f"note: no --machine was given: {file} is used, written for {described.name} with assumed numbers")
     owner = cw.load_machine(file)
     with TemporaryDirectory() as aside:
         state = Path(aside) / "machine" if tried else Path(file).with_suffix("")
@@ -130,7 +130,7 @@ def _station(
     pose = resting_pose(robot, None if given is None else np.array(given))
     if owner.kind == "simulated":
         if tried:
-            raise InputError("--try: is for a machine file that names drives")
+            raise InputError("--try: is only for a machine file with a table [drives]; leave it out")
         return SimulatedStation(robot, whole_machine(file), seed, pose)
     return DriveStation(robot, owner, state, _virtual(robot, owner, file, pose, seed) if tried else None, pose)
 

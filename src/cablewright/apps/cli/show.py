@@ -81,7 +81,7 @@ def _scene_of(robot: cw.Robot, name: str, what: Path, report: Progress) -> Scene
 
         inputs = (read_manifest(what) or {}).get("inputs")
         if not isinstance(inputs, dict) or inputs.get("robot") != robot_hash(name):
-            raise InputError(f"{what}: is of another robot than {name}, or its file has changed")
+            raise InputError(f"{what}: belongs to another robot than {name}, or to an earlier version of its file")
         return check_folder_scene(robot, what)
     if what.is_dir() or what.suffix == ".mcap":
         from cablewright.apps.web.log_scene import log_scene

@@ -99,7 +99,7 @@ class DriveOptions:
         if (self.loop is None) == (self.hold is None):
             raise InputError("simulate: expected either --loop or --hold")
         if self.hold is not None and self.duration is None:
-            raise InputError("--hold needs --duration")
+            raise InputError("--hold needs --duration, the time to hold the position in s")
         if len(numbers(self.hold or "0,0,0", "--hold") or []) != 3:
             raise InputError(f"--hold = {self.hold}: expected X,Y,Z, m")
 

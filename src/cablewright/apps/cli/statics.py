@@ -60,7 +60,7 @@ def inverse_command(
         model = cw.Model.of(robot.loaded(), **laws.laws())
         pose = pose_of(at, model.robot) or []
         if slack is not None and all_slack_sets:
-            raise InputError("--slack and --all-slack-sets: give one of them")
+            raise InputError("--slack and --all-slack-sets: give only one of the two")
         if slack is None and not all_slack_sets:
             return answer(SolvedPose.judged(solve_inverse(model, pose, retraction=retraction)), as_json)
         if retraction is not None:
@@ -159,7 +159,7 @@ def _logged(model: cw.Model, file: Path, start: list[float] | None, single: Mapp
 
     for option, given in single.items():
         if given is not None:
-            raise InputError(f"{option}: is for one set of lengths, not for a file")
+            raise InputError(f"{option}: is only for one set of lengths, not for a file of several; leave it out")
     model.refuse_rigid()
     return forward_log(model, read_lengths(file, model.robot), start)
 
@@ -234,7 +234,7 @@ def equilibria_command(
     model = cw.Model.of(robot.loaded(retraction), sheave=sheave)
     given, within = numbers(lengths, "--lengths") or [], numbers(box, "--box")
     if not exhaustive and (time_limit is not None or out is not None):
-        raise InputError("--time-limit and --out: only with --exhaustive")
+        raise InputError("--time-limit and --out: are only for --exhaustive; leave them out")
     found = cw.equilibria(model, given, box=within, starts=starts, seed=seed)
     return answer(_searched(found, within, out, time_limit) if exhaustive else found, as_json)
 

@@ -76,9 +76,15 @@ def workspace_command(
         given |= who
         planar = is_planar(machine, given["box"])
         if planar and mesh is not None:
-            raise InputError("--mesh needs a surface: this workspace is an area; --json has its outlines")
+            raise InputError(
+                "--mesh: the workspace of a planar robot is an area without a surface; --json prints "
+                "its outlines instead"
+            )
         if planar and volume.count == "nodes":
-            raise InputError("--count nodes counts in a volume: this workspace is an area, and a --box may give it one")
+            raise InputError(
+                "--count nodes: the workspace of a planar robot is an area; give a --box with a volume, "
+                "or leave --count out"
+            )
         if volume.count == "nodes":
             return answer(cw.count_nodes(machine, criterion, **given), output.as_json)
         given |= {"tolerance": volume.tolerance, "seed": volume.seed}
@@ -116,9 +122,12 @@ def _check_files(volume: CountOptions, mesh: Path | None, output: OutputOptions)
         drawn = (("--mesh", mesh), ("--plot", output.plot), ("--report", output.report))
         for option, value in drawn:
             if value is not None:
-                raise InputError(f"{option} needs the surface: it does not go with --count nodes")
+                raise InputError(
+                    f"{option} needs the surface of the workspace, which --count nodes does not "
+                    f"compute; leave one of the two out"
+                )
         if volume.tolerance is not None:
-            raise InputError("--tolerance does not go with --count nodes, whose error is that of its grid")
+            raise InputError("--tolerance is not for --count nodes, whose error depends on --grid; leave it out")
 
 
 def _wrench_box(text: str | None, n: int) -> Any:

@@ -134,7 +134,9 @@ class Address:
 def require_libraries() -> None:
     """Raise `EnvironmentFault` where the extra ``web`` is missing, or the system cannot share open files."""
     if sys.platform == "win32":
-        raise EnvironmentFault("serve: needs Linux or macOS: control and server share sockets that are inherited")
+        raise EnvironmentFault(
+            "serve: needs Linux or macOS, because the control and the server share sockets; use one of these systems"
+        )
     if missing := [name for name in _LIBRARIES if importlib.util.find_spec(name) is None]:
         raise EnvironmentFault(f"serve: {missing[0]} is not installed: pip install 'cablewright[web]'")
 

@@ -84,7 +84,7 @@ class Uploads:
         """Write a file of a job from an upload; return its size. Raises `InputError`, `TooLarge` by name."""
         folder, name = self.job(number), PARTS[part]
         if (folder / name).exists():
-            raise InputError(f"{part}: was sent already; a changed file is another job")
+            raise InputError(f"{part}: was sent already; upload a changed file as a new job")
         room = await asyncio.to_thread(self._room, name)
         whole, size = bytearray(), 0
         async for piece in data:  # to its end, so that whoever sends it reads the answer

@@ -133,7 +133,9 @@ def record_of(found: Calibration, data: str | Path, date: datetime) -> Calibrati
     Raises `InputError` for a calibration without sigmas.
     """
     if found.verdict == "bad" or not np.isfinite(found.covariance).all():
-        raise InputError(f"{data}: a calibration without sigmas has no record: nothing could be compared with it")
+        raise InputError(
+            f"{data}: a calibration without standard deviations gives no record for --check; measure more poses"
+        )
     plan, factors = found.problem.plan, found.problem.factors
     sizes = {key: getattr(plan.sigma, key) * factors.get(kind, 1.0) for kind, key in SIGMA_OF.items()}
     sizes["encoder"] = found.encoder_sigma

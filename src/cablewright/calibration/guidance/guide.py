@@ -330,7 +330,7 @@ def guide(
         raise InputError("guide: chooses poses for rigid lines only; leave --cable out")
     plan, robot = plan_of(plan), model.robot
     if "exit_point" not in plan.unknowns:
-        raise InputError("guide: exit_point must be among the unknowns: poses are chosen for exit points")
+        raise InputError("guide: poses are chosen for exit points; add exit_point to the plan's unknowns")
     measured = read_measured(data, robot) if isinstance(data, str | Path) else data
     known = Knowledge.of(robot, measured, plan, rough, need, seed, progress)
     if known.found is not None and known.found.verdict == "bad":

@@ -349,7 +349,7 @@ def _require_loads(test: TensileTest) -> tuple[Array, Array]:
         )
     loads = test.force - test.force[0]
     if not np.abs(loads).max() > 0.0:
-        raise InputError(f"{test.origin}: the force never changes: record from before the load on")
+        raise InputError(f"{test.origin}: the force never changes: begin the record before the load is applied")
     return test.time - test.time[0], loads
 
 
@@ -364,7 +364,7 @@ def _require_time(test: TensileTest, times: Array, under: Mask, taus: tuple[floa
     begin = max(LOG_BEGIN, float(np.diff(times[first:][:2]).max(initial=0.0)))
     if loaded < _DECADES * begin:
         why = f"logarithmic creep needs two decades of time, from {_spell(begin)} to {_spell(_DECADES * begin)}"
-        raise InputError(f"{test.origin}: {why}; the test has {_spell(loaded)} under load")
+        raise InputError(f"{test.origin}: {why}; this test is under load for {_spell(loaded)}")
     if taus:
         early = times[first:][times[first:] <= times[first] + taus[0]]
         if len(early) < _PER_RETARDATION:

@@ -188,7 +188,7 @@ class Printer:
         *by_tensions*: see `dead_reckoning.placed`. Raises `InputError` if it takes no place.
         """
         if not isinstance(self.estimator, DeadReckoning):
-            raise InputError("a measured place is for the estimator of encoders alone")
+            raise InputError("a measured position needs the estimator of encoders alone: --estimator encoders")
         self.estimator.place_measured(place, by_tensions)
 
     def step(self, orders: tuple[Order, ...] = ()) -> Step:

@@ -187,9 +187,14 @@ def _require_places(choices: PrintOptions, chosen: str, robot: Robot, owner: Mac
         ("place stops", choices.place_stops > 1),
     ):
         if given and not any(measured.values()):
-            raise InputError(f"{name}: place layers or place every says when places are measured; both are 0")
+            raise InputError(
+                f"{name}: give place layers or place every, which set when positions are measured; both are 0"
+            )
     if choices.place_tensions and choices.place_learn:
-        raise InputError("place tensions, place learn: what places teach is by places alone; give one of both")
+        raise InputError(
+            "place tensions, place learn: measured positions are used with tensions, or to estimate "
+            "errors of the lines; give only one of the two"
+        )
     irregular = owner.winch.radius_deviation
     if choices.place_learn and irregular > MOST_IRREGULAR:
         why = f"machine {owner.name!r}: cable that lies so irregularly on its drums, winch.radius_deviation ="

@@ -94,7 +94,7 @@ class CanopenDrives:
         self._bus.require_alone()
         if found is None:
             raise EnvironmentFault(
-                f"drives.nodes.{axis.name}.id = {axis.node}: no drive answers; check wiring and number"
+                f"drives.nodes.{axis.name}.id = {axis.node}: no drive answers; check the wiring and this node number"
             )
         found.require(axis.name, self.settings.rated_torque)
 

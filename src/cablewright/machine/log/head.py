@@ -134,11 +134,13 @@ def epoch_of(texts: Mapping[str, str]) -> int:
 def read_head(texts: Mapping[str, str], origin: str) -> LogHead:
     """Return the head of a log's metadata, of this schema or an earlier one. Raises `InputError`, naming *origin*."""
     if sum(map(len, texts.values())) > _MAX_HEAD:
-        raise InputError(f"{origin}: the head is larger than {_MAX_HEAD >> 20} MiB")
+        raise InputError(
+            f"{origin}: the head of the log, its description of the machine, is larger than {_MAX_HEAD >> 20} MiB"
+        )
     try:
         values: dict[str, Any] = {key: json.loads(text) for key, text in texts.items()}
     except (ValueError, RecursionError):
-        raise InputError(f"{origin}: the head is no JSON") from None
+        raise InputError(f"{origin}: the head of the log is not valid JSON") from None
     schema = values.pop("schema", None)
     if type(schema) is not int or not 1 <= schema <= NEWEST_SCHEMA:
         raise InputError(f"{origin}: schema {shown(schema)} of the log: this cablewright reads 1 to {NEWEST_SCHEMA}")

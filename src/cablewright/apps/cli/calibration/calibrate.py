@@ -186,7 +186,7 @@ def calibrate_command(
 
     machine = cw.load(robot)
     if since.check and guidance.guide:
-        raise InputError("--check and --guide: give one of them")
+        raise InputError("--check and --guide: give only one of the two")
     if since.check:
         last = _record(robot, since.last)
         if last is None:
@@ -200,7 +200,9 @@ def calibrate_command(
         return _guide(machine, fit, guidance, seed, as_json)
     page = report or (None if out is None else out.with_suffix(".html"))
     if out is not None and page is not None and page.resolve() == out.resolve():
-        raise InputError(f"--out {out}: is the file of the report too; give a robot's, as FILE.toml")
+        raise InputError(
+            f"--out {out}: the report would have the same file name; give the name of a robot file, FILE.toml"
+        )
     found = _compared(replace(_found(machine, fit, seed), accepted=accept), _record(robot, since.last))
     out = out if found.ok else None
     page = report or (None if out is None else out.with_suffix(".html"))

@@ -50,7 +50,7 @@ def survey_command(
     from cablewright.robot import file_text, update
 
     if out is not None and robot is None:
-        raise InputError(f"--out = {str(out)!r}: there is no --robot whose exit points it could have")
+        raise InputError(f"--out = {str(out)!r}: give --robot too, the robot file that gets the surveyed exit points")
     found = cw.survey(file, plan, robot=None if robot is None else cw.load(robot))
     if out is not None and robot is not None:
         rebuilt, notes = surveyed(cw.load(robot), found)
@@ -167,7 +167,9 @@ def walls_command(
     The answer is no (exit 1) if no wall is in sight, or if the position is unknown.
     """
     if place.laser is not None and place.room is None:
-        raise InputError(f"--laser = {place.laser!r}: there is no --room whose wall it could be")
+        raise InputError(
+            f"--laser = {place.laser!r}: give --room too, the file with the walls that the distances are measured to"
+        )
     names = None if scan.columns is None else [name.strip() for name in scan.columns.split(",")]
     low, high = interval(place.yaw, "--yaw")
     found = cw.walls(

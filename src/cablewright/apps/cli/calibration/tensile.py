@@ -73,7 +73,7 @@ class SpecimenOptions:
         if self.section is not None and self.diameter is not None:
             raise InputError(f"--diameter = {self.diameter!r}: give either this or --section, not both")
         if self.robot is None and self.line is not None:
-            raise InputError(f"--line = {self.line!r}: there is no --robot that it could be a line of")
+            raise InputError(f"--line = {self.line!r}: give --robot too, the robot that has this line")
         area = _quantity(self.section, "--section", AREA)
         diameter = _quantity(self.diameter, "--diameter", LENGTH)
         area = area if diameter is None else math.pi / 4 * diameter**2

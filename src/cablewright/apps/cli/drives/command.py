@@ -151,7 +151,7 @@ def drives_command(
 
     if virtual is not None:
         if action is not None:
-            raise InputError("drives: --virtual, or an action, not both")
+            raise InputError("drives: give either --virtual or an action, not both")
         return _be_virtual(virtual, robot, at, seed)
     if action is None or robot is None or machine is None:
         raise InputError(f"drives: expected ACTION ROBOT --machine FILE; actions: {', '.join(get_args(Action))}")
@@ -160,7 +160,9 @@ def drives_command(
     if not tried:
         return answer(given.done(action, described, settings, Path(machine).with_suffix(""), None), as_json)
     if action == "jog" or (action == "enable" and given.seconds is None):
-        raise InputError(f"drives {action}: --try has no person who ends it")
+        raise InputError(
+            f"drives {action}: runs until an operator ends it, whom --try does not simulate; leave --try out"
+        )
     port = _virtual_bus(action, described, machine, at, seed)
     with TemporaryDirectory() as folder:
         return answer(given.done(action, described, settings, Path(folder) / "machine", port), as_json)
@@ -195,11 +197,13 @@ def _be_virtual(file: Path, robot: str | None, at: str | None, seed: int) -> int
     twin = cw.load_twin(file)
     name, drives = robot or twin.owner.robot, twin.owner.drives
     if name is None:
-        raise InputError(f"{file}: robot: is missing: virtual drives need one behind them")
+        raise InputError(f"{file}: robot: is missing; name the robot that the virtual drives move")
     if drives is None or (twin.owner.kind == "canopen" and drives.interface != "loopback"):
         raise InputError(f'{file}: drives.interface: must be "loopback" for virtual drives')
     if not drives.channel:
-        raise InputError(f"{file}: drives.channel: is missing: the interface at which virtual drives answer")
+        raise InputError(
+            f"{file}: drives.channel: is missing; name the network interface at which virtual drives answer"
+        )
     described = cw.load(name)
     rig = VirtualRig(described, twin, _start(described, at), seed=seed)
     rig.warm()
