@@ -195,7 +195,7 @@ BAD_CABLES = {
         caspr_cables()
         .replace("<attachment>", "<base_rotating_pulley>", 1)
         .replace("</attachment>", "</base_rotating_pulley>", 1),
-        "<base_rotating_pulley>: only an attachment",
+        "<base_rotating_pulley>: this attachment type is not supported",
     ),
     "link 2": (caspr_cables().replace("<link>1</link>", "<link>2</link>", 1), "one of link 1"),
     "reference": (caspr_cables().replace('"joint"', '"end"', 1), "must be joint or com"),

@@ -44,7 +44,7 @@ _ANY: Final = Dimension("reading", {"1": Decimal(1)})
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LineVibration(Result):
-    """A line by its first frequencies, beside the model at a pose."""
+    """Tension, density and modulus of a line from its first frequencies, compared with the model at a pose."""
 
     FIGURES: ClassVar = (
         Figure("line", "", "Name of the line."),

@@ -43,7 +43,7 @@ _FIRST: Final = 6  # places of a way that are looked at before all
 
 @dataclass(frozen=True)
 class LedTravel:
-    """One travel move that was changed, or that no way was found for."""
+    """A travel move that was changed, or for which no safe path was found."""
 
     FIGURES: ClassVar = (
         Figure("line", "", "Line of the G-code file."),

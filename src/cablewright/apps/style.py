@@ -227,9 +227,9 @@ def subplots(width: float, height: float, rows: int, columns: int, **options: An
 def grid(
     width: float, height: float, shape: tuple[int, int], *places: tuple[int | slice, int | slice], **ratios: Any
 ) -> tuple[Figure, list[SubplotSpec]]:
-    """Return a figure of that size in inches, and *places* in a grid of rows and columns. Call within `drawing`.
+    """Return a figure of that size in inches, and its axes at *places* in a grid of rows and columns.
 
-    On a narrow page the places are one below the other.
+    Call within `drawing`. On a narrow page the places are one below the other.
     """
     rows, columns = shape
     if not is_narrow():

@@ -76,12 +76,12 @@ class Unknown(Parameter):
 
     @property
     def name(self) -> str:
-        """The name without an axis: ``exit_point``."""
+        """Name of the unknown without its axis: ``exit_point``."""
         return self.entry.base
 
     @property
     def axis(self) -> int | None:
-        """0 to 2 of a coordinate, otherwise None."""
+        """Index of the axis, 0 to 2, if the unknown is a coordinate of a point; otherwise None."""
         return self.entry.axis
 
     @property
@@ -96,7 +96,7 @@ class Unknown(Parameter):
 
     @property
     def of_equilibrium(self) -> bool:
-        """Whether equilibria depend on it: it is a number of the line or its mount, not of the winch."""
+        """Whether equilibria depend on the unknown: it is a number of the line or its mount, not of the winch."""
         return self.entry.role == "hardware" or self.name == "exit_compliance"
 
     @property

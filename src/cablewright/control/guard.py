@@ -89,7 +89,7 @@ class GuardSettings:
     hosts: tuple[int, ...] | None = None
 
     def winch(self, i: int) -> str:
-        """Return of which line winch *i* is, in words."""
+        """Return the words for winch *i*: the name of its line."""
         return f"line {(i if self.hosts is None else self.hosts[i]) + 1}"
 
     def __post_init__(self) -> None:
@@ -120,7 +120,7 @@ class _Uncounted:
 
 @dataclass(eq=False)
 class GuardState:
-    """Changed in place by `judge`. The last reading of a source stays valid until the next one."""
+    """State of the guard, changed in place by `judge`. The last reading of a source stays valid until the next one."""
 
     start_time: float = math.inf  # s, of the first frame
     times: ReadingTimes = field(default_factory=ReadingTimes)  # of each source

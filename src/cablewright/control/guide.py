@@ -218,7 +218,10 @@ class TimedPath:
 
 @dataclass(eq=False)
 class GuideState:
-    """Changed in place by `step`. `path_time`, `height_offset` and `toured` are enough to continue after a restart."""
+    """State of the guide, changed in place by `step`.
+
+    `path_time`, `height_offset` and `toured` are enough to continue after a restart.
+    """
 
     SAVED = ("path_time", "height_offset", "toured")
 

@@ -29,7 +29,7 @@ _MAX_ARGUMENTS: Final = 20  # of an order
 
 @dataclass(eq=False)
 class OrderState:
-    """Changed in place by `examine`."""
+    """State of the examination of orders, changed in place by `examine`."""
 
     times: ReadingTimes = field(default_factory=ReadingTimes)  # of orders to jog
     jog_time: float = -math.inf  # s, of the last order to jog

@@ -24,9 +24,10 @@ _STEADY: Final = np.zeros((2, 1))
 
 @dataclass(eq=False)
 class RampMean:
-    """Changed in place. It is at rest until another speed is wanted, and again once all speeds of the mean are equal.
+    """A moving mean of wanted speeds, changed in place.
 
-    Speeds are (d,), m/s or shares of a speed. Until the next `rest` the mean stays as long as it is.
+    It is at rest until another speed is wanted, and again once all speeds of the mean are equal. Speeds are (d,), m/s
+    or shares of a speed. Until the next `rest` the mean stays as long as it is.
     """
 
     rates: Array = field(default_factory=lambda: _STEADY)

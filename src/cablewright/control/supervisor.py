@@ -76,7 +76,7 @@ class SupervisorSettings:
 
 @dataclass(eq=False)
 class SupervisorState:
-    """Changed in place by `step`. It begins with a fault: nothing moves before a reset."""
+    """State of the supervisor, changed in place by `step`. It begins with a fault: nothing moves before a reset."""
 
     SAVED = ("barrier_stops", "refills", "finished")
 
@@ -109,7 +109,7 @@ class SupervisorState:
 
 
 class Verdict(NamedTuple):
-    """Permissions for the next step."""
+    """Permissions of the supervisor for the next step."""
 
     state: PrintState
     reason: str
@@ -144,7 +144,7 @@ def step(
     powder: float = math.inf,
     orders: Iterable[Order] = (),
 ) -> Verdict:
-    """Return the verdict for one step; *state* changes in place.
+    """Judge one step of control: return whether the machine may move, print or must stop; *state* changes in place.
 
     *cause*: why the guard demands a stop, if it does. *standing*: whether the winches are commanded to stand;
     *stopped*: whether they have been for as long as a stop takes. *target*: target of the last step. *powder*:

@@ -105,7 +105,7 @@ class TakeUp:
         return ProcedureStep(self._still(), tuple(modes), asked)
 
     def hear(self, frame: SensorFrame) -> bool:
-        """Process the readings of a frame; return whether fresh tensions and counts of all winches exist."""
+        """Process the readings of a frame; return whether there are new tensions and counts of all winches."""
         m = len(self.settings.names)
         for reading in frame.of(Tensions):
             pulls = pulls_of(reading, self.settings.arms)

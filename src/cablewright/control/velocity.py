@@ -53,13 +53,14 @@ _STILL: Final = np.zeros(3)
 
 @dataclass(frozen=True, eq=False)
 class VelocitySettings:
-    """Law, gains and limits.
+    """Settings of the velocity control: law, gains and limits.
 
-    ``max_drum_speed``: rad/s of a winch drum. ``gain``: 1/s, of the path error; ``max_correction``: m/s.
-    ``internal_gain``: 1/s, of the lines' errors in the null space. ``manage_slack``: under the law ``model``, whether
-    one line is slack on purpose; otherwise all lines have the model's tensions. ``by_lengths``: whether the estimated
-    position is that at which the lengths hold the platform at rest. ``swing``: damping of the swing of a drum below a
-    point; None: it is not damped. ``stretch``: damping of swings in which lines stretch, under the law ``model``.
+    ``max_drum_speed``: largest speed of a winch drum, rad/s. ``gain``: gain on the path error, 1/s; ``max_correction``:
+    largest speed of its correction, m/s. ``internal_gain``: gain on the lines' errors in the null space, 1/s.
+    ``manage_slack``: under the law ``model``, whether one line is slack on purpose; otherwise all lines have the
+    model's tensions. ``by_lengths``: whether the estimated position is that at which the lengths hold the platform at
+    rest. ``swing``: damping of the swing of a drum below a point; None: it is not damped. ``stretch``: damping of
+    swings in which lines stretch, under the law ``model``.
     """
 
     model: Model
@@ -129,7 +130,7 @@ class VelocitySettings:
 
 @dataclass(eq=False)
 class VelocityState:
-    """Changed in place by `step`."""
+    """State of the velocity control, changed in place by `step`."""
 
     planned_excess: Array  # (m,) m, of each line on purpose
     held: Array  # (m, 6) states of the lines with which a point was held at rest last ...
@@ -142,7 +143,7 @@ class VelocityState:
 
 
 def start(settings: VelocitySettings) -> VelocityState:
-    """Return the state before the first step."""
+    """Return the state of the control before the first step."""
     return VelocityState(np.zeros(settings.model.m), np.zeros((settings.model.m, 6)))
 
 

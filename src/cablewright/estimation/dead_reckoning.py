@@ -44,11 +44,11 @@ class ReckoningSettings:
     """The machine as described.
 
     ``counts_per_radian``: encoder counts for a radian of a winch drum. ``coils``: each line's cable on its drum, wound
-    regularly; None: it has no winch. ``total_length``: m of cable of a winch, wound and paid out. ``slack_threshold``:
-    m of excess from which a line counts as slack. ``smoothing_time``: s, of the velocity and of tensions. ``timeout``:
-    s without counts after which that is a fault. ``cells``: load cells or torques, which help to learn lengths where a
-    place is measured. ``priors``: priors of the quantities to estimate at measured positions; None: each measured
-    position corrects the lengths by itself.
+    regularly; None: it has no winch. ``total_length``: length of a winch's cable, wound and paid out, m.
+    ``slack_threshold``: excess of length from which a line counts as slack, m. ``smoothing_time``: time over which
+    velocity and tensions are smoothed, s. ``timeout``: time without counts after which there is a fault, s. ``cells``:
+    load cells or torques, which help to learn lengths where a place is measured. ``priors``: priors of the quantities
+    to estimate at measured positions; None: each measured position corrects the lengths by itself.
     """
 
     model: Model
@@ -69,7 +69,7 @@ class ReckoningSettings:
 
     @cached_property
     def drums(self) -> LineCoils:
-        """The lines' cables on their drums."""
+        """The coils of the lines' cables on their winch drums."""
         return LineCoils(self.coils, self.total_length)
 
     @cached_property
@@ -80,7 +80,7 @@ class ReckoningSettings:
 
 @dataclass(eq=False)
 class ReckoningState:
-    """Changed in place by `step`."""
+    """State of dead reckoning, changed in place by `step`."""
 
     SAVED = ("creep", "learnt")
 

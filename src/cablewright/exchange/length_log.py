@@ -115,7 +115,7 @@ class LoggedPoses(Result):
 
     @property
     def refusal(self) -> str:
-        """Sentence that explains why the answer is no; empty if it is yes."""
+        """Sentence that explains why the command's answer is no (exit code 1); empty if the answer is yes."""
         if self.solved == self.rows:
             return ""
         first = int(np.flatnonzero(~self.poses.ok)[0])

@@ -14,7 +14,7 @@ from cablewright.robot import Line, Robot
 def coils_of(robot: Robot, settings: WinchSettings, seed: int | None = None, **walk: float) -> tuple[Coil | None, ...]:
     """Return the cable of each line on its drum, None where a counterweight hangs; raises as `coil_of`.
 
-    Regularly wound, or by *seed* with the deviations *walk* of `coil_of`.
+    The coils are regularly wound, or with random deviations *walk* by *seed*, see `coil_of`.
     """
     randoms = (None if seed is None else np.random.default_rng([seed, 1, i]) for i in range(robot.m))
     return tuple(

@@ -17,7 +17,7 @@ MAX_TURNS: Final = 200_000
 
 @dataclass(frozen=True, eq=False)
 class Coil:
-    """A drum with cable, turn by turn from the bare core on; radius and position are linear between two turns.
+    """The cable wound on a winch drum, turn by turn from the bare core; radius and position are interpolated.
 
     Angles are the drum's, rad, 0 for the empty drum. Read-only arrays.
     """

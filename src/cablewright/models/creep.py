@@ -102,7 +102,7 @@ class CreepMemory:
 
     @property
     def strain(self) -> Array:
-        """Creep strain of each line, (m,)."""
+        """Strain of each line by creep until now, (m,)."""
         return np.asarray(self.stretched.sum(axis=1))
 
     def feel(self, air: Air) -> None:

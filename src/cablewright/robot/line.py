@@ -158,12 +158,12 @@ class Line(Description):
 
     @property
     def has_upright_swivel(self) -> bool:
-        """Whether its sheave turns about the vertical, on which its cable comes to it."""
+        """Whether the line's sheave swivels about the vertical axis along which the cable arrives."""
         return isinstance(self.sheave, Swivel) and self.sheave.upright and not self.is_aside
 
     @property
     def has_arc(self) -> bool:
-        """Whether its cable lies on a sheave at either end of the free span."""
+        """Whether the cable lies on a sheave at one or both ends of the free span."""
         return not isinstance(self.sheave, Eyelet) or self.platform_sheave is not None
 
     @property

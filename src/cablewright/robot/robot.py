@@ -284,7 +284,7 @@ class Robot(FileDescription):
 
     @property
     def winch_lines(self) -> tuple[Line, ...]:
-        """The lines with a winch of their own."""
+        """Indices of the lines with a winch of their own."""
         return tuple(self.lines[i] for i in self.hosts)
 
     @property
@@ -294,7 +294,7 @@ class Robot(FileDescription):
 
     @property
     def sharing(self) -> tuple[Line, ...]:
-        """The lines that are on the drum of another line."""
+        """Indices of the lines whose cable is on the winch drum of another line."""
         return tuple(line for line in self.lines if line.shared_winch is not None)
 
     @property

@@ -142,7 +142,7 @@ class AccuracyStudy(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Cautions on the figures."""
+        """Notes that caution about the figures of the result."""
         broken = [rule for rule in self.rules if not rule.holds]
         if not broken:
             return self.accuracy.notes

@@ -152,7 +152,7 @@ class AccuracyAtPose(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Cautions on the figures."""
+        """Notes that caution about the figures of the result."""
         inner = self.region.interior
         if inner is None or inner.corner_is_worst:
             return self.accuracy.notes

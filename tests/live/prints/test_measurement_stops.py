@@ -188,7 +188,7 @@ def test_before_the_first_counts_nothing_is_learnt() -> None:
             {"place_stops": 2},
             "place stops: give place layers or place every, which set when positions are measured; both are 0",
         ),
-        ({"place_learn": True}, "place learn: place layers or place every says when"),
+        ({"place_learn": True}, "place learn: give place layers or place every"),
         ({"place_every": 60.0, "place_learn": True, "place_tensions": True}, "give only one of the two"),
     ],
 )

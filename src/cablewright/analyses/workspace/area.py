@@ -62,7 +62,7 @@ class WorkspaceArea(Pictured):
 
     @property
     def refusal(self) -> str:
-        """Reason for a no, in a sentence; empty for a yes."""
+        """Sentence that explains why there is no converged area; empty if there is one."""
         return VERDICTS.get(self.status, "")
 
     @property

@@ -75,7 +75,7 @@ class RetractionLaw:
     of: str = "nozzle"
 
     def at(self, heights: ArrayLike) -> Array:
-        """Return the lengths at *heights*, m."""
+        """Return the retraction lengths, m, at *heights*, m."""
         lengths = self.slope * np.asarray(heights, dtype=np.float64) + self.intercept
         return np.clip(lengths, self.least, self.most)
 
@@ -154,7 +154,7 @@ class Criterion:
 
     @property
     def turns(self) -> Array | None:
-        """The orientations of a rigid body; None for a point platform."""
+        """The rotations (K, 3) of a rigid platform under which the criterion must hold; None for a point platform."""
         return self.orientations if self.model.n == 6 else None
 
     @property

@@ -60,7 +60,7 @@ class SearchBox:
 
     @property
     def flat_axis(self) -> int:
-        """The axis along which its ends are nearest to each other: that across a flat box."""
+        """Index of the axis along which the box is shortest; for a flat box, the axis across it."""
         return int((self.high - self.low).argmin())
 
     @property
@@ -84,7 +84,7 @@ class SearchBox:
 
 @dataclass(frozen=True, eq=False)
 class Refined:
-    """The surface of the inside, and the error of its volume."""
+    """The surface around the inside of a workspace, and the error of its volume."""
 
     mesh: TriangleMesh
     error: float  # m^3

@@ -75,7 +75,7 @@ class Workspace(Pictured):
 
     @property
     def refusal(self) -> str:
-        """Reason for a no, in a sentence; empty for a yes."""
+        """Sentence that explains why there is no workspace or no converged one; empty if there is one."""
         return VERDICTS.get(self.status, "")
 
     @property
@@ -138,7 +138,7 @@ class NodeCount(Result):
 
     @property
     def refusal(self) -> str:
-        """Reason for a no, in a sentence; empty for a yes."""
+        """Sentence that explains why there is no workspace or no converged one; empty if there is one."""
         return VERDICTS.get(self.status, "")
 
     @property

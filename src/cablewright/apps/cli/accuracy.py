@@ -97,7 +97,10 @@ class PlaceOptions:
 
     @property
     def shape(self) -> str:
-        """The requested shape. Raises `InputError` unless it is one, with the options it takes."""
+        """Return the name of the requested shape, like helix.
+
+        Raises `InputError` unless exactly one is given, with its options.
+        """
         given = [shape for shape in SHAPES if getattr(self, shape) is not None and getattr(self, shape) is not False]
         if len(given) != 1:
             names = " and ".join(f"--{shape}" for shape in given) or "none"

@@ -226,7 +226,7 @@ class RobotSupport(Result):
 
     @classmethod
     def of(cls, robot: cw.Robot) -> RobotSupport:
-        """Return the support of a robot by `cablewright.models.support`."""
+        """Return which capabilities support a robot, see `cablewright.models.support`."""
         from cablewright.models.support import Capability, support
 
         found = ((capability, support(robot, capability)) for capability in Capability)

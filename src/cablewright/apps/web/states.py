@@ -56,7 +56,7 @@ class States:
     def drawn(
         cls, packed_robot: PackedRobot, robot: Robot, poses: Array, states: Array, tensions: Array, **more: Any
     ) -> States:
-        """States from line states (F, m, 6); lines whose state is not known are straight, from exit to platform."""
+        """Return the states to draw from line states (F, m, 6); a line of unknown state is drawn straight."""
         frame = np.subtract(robot.scene.frame_max, robot.scene.frame_min)
         tolerance = float(frame.max()) / _FINE
         curves, sheaves = [], []

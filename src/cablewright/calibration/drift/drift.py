@@ -173,7 +173,7 @@ class Drift(Result):
 
     @property
     def verdict(self) -> str:
-        """The outcome in a word."""
+        """The outcome of the drift check in one word."""
         if self.probability >= self.false_alarm:
             return "unchanged"
         wrong = bool(self.changes) and all(each.pose is not None for each in self.changes)
@@ -181,7 +181,7 @@ class Drift(Result):
 
     @property
     def refusal(self) -> str:
-        """The changes in a sentence; empty without any."""
+        """A sentence that names the detected changes; empty if there are none."""
         if self.verdict == "unchanged":
             return ""
         named = "; ".join(each.sentence for each in self.changes) or "no single change explains how"

@@ -184,7 +184,10 @@ def load_record(path: str | Path) -> CalibrationRecord:
 
 
 def compared(found: Calibration, last: CalibrationRecord, level: float = LEVEL) -> Explanation:
-    """Return the changes since the *last* calibration. Raises `InputError` where they have no unknown in common."""
+    """Return the changes of the unknowns since the *last* calibration.
+
+    Raises `InputError` where they have no unknown in common.
+    """
     before = {(each.name, each.line): at for at, each in enumerate(last.values)}
     both = [
         (at, before[each.kind, each.line])

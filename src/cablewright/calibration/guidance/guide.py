@@ -266,7 +266,10 @@ FIGURES = (
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Guidance(Result):
-    """The poses to measure next, and the present knowledge; `found` is the calibration so far, if there is one."""
+    """Advice on a calibration in progress: the poses to measure next, and the present knowledge.
+
+    `found` is the calibration so far, if there is one.
+    """
 
     FIGURES: ClassVar = FIGURES
     HEADLINES: ClassVar = ("advice", "poses", "sigma")
@@ -290,7 +293,7 @@ class Guidance(Result):
 
     @property
     def reasons(self) -> tuple[str, ...]:
-        """Reasons against the present result."""
+        """Reasons why the present calibration is not yet good."""
         return () if self.found is None else self.found.reasons
 
     @property

@@ -228,7 +228,7 @@ def _travel(path: Array) -> float:
 
 
 def nearest_order(points: Array, begin: Array) -> list[int]:
-    """Return an order of points (N, 3): first the nearest to *begin* (3,), m, then always the nearest next."""
+    """Return an order to visit points (N, 3), m: first the nearest to *begin* (3,), then the nearest left."""
     left, order, here = list(range(len(points))), list[int](), begin
     while left:
         order.append(left.pop(int(np.argmin(np.linalg.norm(points[left] - here, axis=1)))))

@@ -162,7 +162,7 @@ class CreepResult(Pictured):
 
     @property
     def table(self) -> list[dict[str, float]]:
-        """Creep by time, no longer than the specimen was under load."""
+        """Table of creep by time, no longer than the specimen was under load."""
         rows = []
         for time in (*(each for each in _TIMES if each < self.loaded), self.loaded):
             size, sigma = self.compliance_at(time)
@@ -171,7 +171,7 @@ class CreepResult(Pictured):
 
     @property
     def law(self) -> list[dict[str, float | str]]:
-        """Each part of the law with its compliance after an hour."""
+        """Table of the parts of the creep law, each with its compliance after an hour."""
         names = [*(f"element of {tau:g} s" for tau in self.retardations), "logarithmic"]
         sigmas = np.sqrt(np.diagonal(self.covariance))[1:]
         found = zip(names, self.compliances.tolist(), sigmas.tolist(), strict=False)

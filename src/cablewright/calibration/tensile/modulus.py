@@ -116,7 +116,7 @@ class TensileResult(Pictured):
 
     @property
     def loads(self) -> tuple[float, float]:
-        """The band's lower and upper load, N."""
+        """The lower and upper load of the band in which the modulus is fitted, N."""
         return self.band[0] * self.breaking_load, self.band[1] * self.breaking_load
 
     @property

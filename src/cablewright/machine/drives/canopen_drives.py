@@ -108,7 +108,10 @@ class CanopenDrives:
             self._leave()
 
     def read(self) -> dict[str, list[tuple[ObjectParameter, int | None]]]:
-        """The parameters to write, and each drive's value, by line; None: it has no such object. Raises as `open`."""
+        """Return the parameters to write with each drive's value, by line; None: a drive lacks the object.
+
+        Raises as `open`.
+        """
         bus = self.connect()
         try:
             return read_back(bus, self.axes, self.parameters)

@@ -114,15 +114,15 @@ def guards(settings: WinchDriveSettings, scale: Scale, counts: int, period: floa
 
 
 def speed_limit(scale: Scale, speed: float) -> ObjectParameter:
-    """The largest speed of the motor, for one of the drum of *speed*, rad/s."""
+    """Return the parameter that limits the motor's speed to that at a drum speed of *speed*, rad/s."""
     return ObjectParameter(o.MAX_MOTOR_SPEED, math.ceil(speed * scale.ratio * _MOTOR_TURN))
 
 
 def shut(valve: int) -> list[ObjectParameter]:
-    """The output of the valve, shut, and alone under command; *valve*: its bit, as a mask, 0: none."""
+    """Return the parameters that shut the valve's output and command it alone; *valve*: its bit, as a mask, 0: none."""
     return [ObjectParameter(o.OUTPUTS, 0, mask=valve), ObjectParameter(o.OUTPUT_MASK, valve)] if valve else []
 
 
 def disarmed() -> ObjectParameter:
-    """The end of the watch over this computer's heartbeat, of a disabled drive."""
+    """Return the parameters that end a disabled drive's supervision of this computer's heartbeat."""
     return ObjectParameter(o.CONSUMER_HEARTBEAT, 0)

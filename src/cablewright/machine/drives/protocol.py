@@ -19,7 +19,10 @@ class WinchDrives(Protocol):
         """List all devices on the bus, of this machine or not; no parameter is written. Raises `EnvironmentFault`."""
 
     def read(self) -> dict[str, list[tuple[ObjectParameter, int | None]]]:
-        """The parameters to write, and each drive's value, by line; None: it has no such object. Raises as `open`."""
+        """Return the parameters to write with each drive's present value, by line; None: a drive lacks the object.
+
+        Raises as `open`.
+        """
 
     @property
     def winches(self) -> WinchLines:

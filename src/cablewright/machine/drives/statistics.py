@@ -33,7 +33,7 @@ class BusStatistics:
         self.bits += _STUFFED * (_BITS + 8 * size)
 
     def figures(self, period: float, bitrate: int) -> dict[str, float | int]:
-        """The numbers by name, ``load``: share of the bus."""
+        """The statistics by name; ``load`` is the share of the bus that is used."""
         busy = self.bits / (self.cycles * period * bitrate) if self.cycles else 0.0
         numbers: dict[str, float | int] = {"cycles": self.cycles, "sent": self.sent, "received": self.received}
         numbers |= {"missed": self.missed, "malformed": self.malformed, "errors": self.errors}

@@ -43,8 +43,8 @@ def test_import_of_two_files(here: Path) -> None:
     [
         (["import", "own.wcrfx", "--out", "own.wcrfx"], "--out"),
         (["import", "none.wcrfx", "--out", "a.toml"], "none.wcrfx: no such file"),
-        (["import", "own.wcrfx", "--out", "there.toml"], "there.toml: is there already"),
-        (["export", "mjcf", "cogiro", "--out", "there.toml"], "there.toml: is there already"),
+        (["import", "own.wcrfx", "--out", "there.toml"], "there.toml: exists already"),
+        (["export", "mjcf", "cogiro", "--out", "there.toml"], "there.toml: exists already"),
         (["export", "klipper", "house-printer", "--out", "a"], "give the JOB whose motion"),
         (["export", "mjcf", "cogiro", "part.gcode", "--out", "a"], "takes no JOB"),
         (["export", "mjcf", "cogiro", "--schema-version", "0.31", "--out", "a"], "only the format wirex has versions"),
@@ -56,7 +56,7 @@ def test_import_of_two_files(here: Path) -> None:
         (["export", "wirex", "maslow4", "--out", "a"], "has platform.plane; not supported. Export mjcf"),
         (["export", "step", "cogiro", "--out", "a"], "step"),
         (["forward", "merlet2023", "--lengths", "none.csv"], "none.csv: no such file"),
-        (["forward", "merlet2023", "--lengths", "none.csv", "--certify"], "--certify: is for one set"),
+        (["forward", "merlet2023", "--lengths", "none.csv", "--certify"], "--certify: is only for one set"),
     ],
 )
 def test_bad_arguments_are_one_line(

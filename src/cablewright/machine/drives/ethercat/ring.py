@@ -156,7 +156,7 @@ class Ring:
         return str(self._soem.al_status_code_to_string(self._devices[position].al_status))
 
     def request(self, position: int, state: int) -> None:
-        """Request a state of a device; with `ERROR` it acknowledges why it left another."""
+        """Request a state of a device; with `ERROR`, also acknowledge its error."""
         device = self._devices[position]
         device.state = state
         device.write_state()

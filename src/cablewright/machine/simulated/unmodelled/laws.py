@@ -19,7 +19,10 @@ _Value = TypeVar("_Value")
 
 
 def of_lines(lines: Sequence[str], by_line: Mapping[str, _Value], other: _Value) -> list[_Value]:
-    """Return the value of *by_line* for each of the *lines*, by name, else the *other*; raises `UnknownName`."""
+    """Return a value for each of the *lines*: that of *by_line* for its name, else *other*.
+
+    Raises `UnknownName` for a name that is no line.
+    """
     for name in by_line:
         if name not in lines:
             raise UnknownName("line", name, tuple(lines))
