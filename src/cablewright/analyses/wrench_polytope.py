@@ -147,8 +147,8 @@ def available_wrenches(
     if count > MAX_FACETS:
         asked = f"{model.freedoms - 1} of {winched.sum()} lines"
         raise InputError(
-            f"{count} choices of {asked}: at most {MAX_FACETS} are computed; `workspace` with the "
-            f"criterion capacity gives the margin without facets"
+            f"{count} choices of {asked}: at most {MAX_FACETS} are computed; `capacity` computes the margin without "
+            f"facets"
         )
     given, single = as_poses(model, poses, "pose")
     found, loads = structures(model, given, retraction=retraction)
