@@ -238,7 +238,7 @@ BAD = {
     "klipper without a radius": ("printer.cfg", KLIPPER.replace("rotation_distance: 251.2\n", ""), "rotation_distance"),
     "klipper, two winches": ("printer.cfg", KLIPPER[: KLIPPER.index("[stepper_c]")], "at least 3"),
     "klipper, a gap": ("printer.cfg", KLIPPER.replace("stepper_b", "stepper_f"), "without the winches before it"),
-    "klipper, section twice": ("printer.cfg", KLIPPER.replace("stepper_b", "stepper_a"), "is there twice"),
+    "klipper, section twice": ("printer.cfg", KLIPPER.replace("stepper_b", "stepper_a"), "occurs twice"),
     "klipper, nan": ("printer.cfg", KLIPPER.replace("anchor_z: 3000", "anchor_z: nan"), "stepper_d.anchor_z = 'nan'"),
     "klipper, negative": ("printer.cfg", KLIPPER.replace("251.3", "-251.3"), "must be over 0 mm"),
     "klipper, two in one place": (

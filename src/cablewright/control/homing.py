@@ -50,8 +50,8 @@ class HomingSettings:
     not measured. ``frame``: corners (3,), m, between which the platform has to be, and may be moved to find which line
     is wrong. ``tensions``: function that returns the tensions (m,), N, for drum torques (w,), N m, lengths (m,), m, and
     expected tensions (m,), N. ``tension_error``: its allowed error, a share of the platform's weight. ``power_lost``:
-    whether counters have begun again since the lengths were saved. ``laid``: mass that has left the model's platform,
-    kg.
+    whether counters have begun again since the lengths were saved. ``laid``: function that returns the mass that has
+    left the model's platform, kg.
     """
 
     model: Model

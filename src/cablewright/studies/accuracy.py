@@ -225,8 +225,7 @@ def accuracy(
             return asked.answer(asked.hold(poses, retraction))
     if retraction is not None:
         raise InputError(
-            "retraction: is only for several poses (N, n); for one pose give the robot retracted, "
-            "robot.retracted(length)"
+            "retraction: of poses (N, n) only; for one pose give the robot retracted, robot.retracted(length)"
         )
     if file is not None or executor is not None:
         raise InputError("executor, file: leave them out for a single pose; they are for many")

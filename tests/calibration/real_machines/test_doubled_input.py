@@ -78,7 +78,9 @@ def test_a_copied_row_is_rejected(tmp_path: Path) -> None:
     file = tmp_path / "data.csv"
     text = write_measured(made(), WANG).splitlines()
     file.write_text("\n".join([*text, text[7]]) + "\n")
-    with pytest.raises(InputError, match="line 22: repeats all measurements of line 8: a copy measures nothing new"):
+    with pytest.raises(
+        InputError, match="line 22: repeats all measurements of line 8; a copied row is no new measurement"
+    ):
         calibrate(WANG, file)
     file.write_text("\n".join([*text, text[7].rpartition(",")[0] + ",0.5"]) + "\n")
     assert len(read_measured(file, WANG).counted) == 21

@@ -189,7 +189,7 @@ def test_before_the_first_counts_nothing_is_learnt() -> None:
             "place stops: give place layers or place every, which set when positions are measured; both are 0",
         ),
         ({"place_learn": True}, "place learn: give place layers or place every"),
-        ({"place_every": 60.0, "place_learn": True, "place_tensions": True}, "give only one of the two"),
+        ({"place_every": 60.0, "place_learn": True, "place_tensions": True}, "give one of them, not both"),
     ],
 )
 def test_options_that_do_not_fit(options: dict, message: str) -> None:

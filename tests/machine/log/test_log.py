@@ -232,10 +232,10 @@ def test_what_is_no_log_is_rejected(tmp_path: Path, written: tuple[Path, list[En
     path = tmp_path / "a.mcap"
     for content in (b"", b"hello", written[0].read_bytes()[:300], bytes(500)):
         path.write_bytes(content)
-        with pytest.raises(InputError, match="no log of a machine"):
+        with pytest.raises(InputError, match="is not a log of a machine"):
             read_log(path)
     empty(path, None)
-    with pytest.raises(InputError, match="no log of a machine"):
+    with pytest.raises(InputError, match="is not a log of a machine"):
         read_log(path)
     for metadata, says in (
         ({"schema": "3"}, "schema 3"),

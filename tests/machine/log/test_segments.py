@@ -66,7 +66,7 @@ def test_segments_read_as_one_log(tmp_path: Path) -> None:
     found, notes = contents(tmp_path)
     assert found == EXPECTED
     assert len(notes) == 1
-    assert "log-001.mcap: no log of a machine" in notes[0]
+    assert "log-001.mcap: this file is not a log of a machine" in notes[0]
     assert next_segment(tmp_path) == tmp_path / "log-005.mcap"
 
 

@@ -107,7 +107,7 @@ class RefinementSettings:
     def of(cls, tolerance: float | None, grid: int | None, seed: int) -> RefinementSettings:
         """Return the settings for a *tolerance* or for *grid* nodes along the longest side. Raises `InputError`."""
         if tolerance is not None and grid is not None:
-            raise InputError("grid and tolerance: give only one of the two")
+            raise InputError("grid and tolerance: give one of them, not both")
         if tolerance is not None and not TOLERANCES[0] <= tolerance <= TOLERANCES[1]:
             low, high = TOLERANCES
             raise InputError(f"tolerance {tolerance:g}: {low:g} to {high:g} of the volume is allowed")

@@ -268,7 +268,7 @@ def count_nodes(
     *options* and other arguments are as for `workspace`. Raises `InputError`.
     """
     if grid is not None and step is not None:
-        raise InputError("grid and step: give only one of the two")
+        raise InputError("grid and step: give one of them, not both")
     chosen = Criterion.of(robot, criterion, **options)
     counts = (checked_grid(GRID if grid is None else grid),) * 3 if step is None else _counts(chosen.box, step)
     inside = chosen.margin(chosen.box.grid(counts).reshape(-1, 3), progress, "nodes") >= 0.0

@@ -165,7 +165,7 @@ class UncertaintyOptions:
 
         if self.uncertainty is not None:
             if self.modulus_range is not None:
-                raise InputError("--modulus-range and --uncertainty: give only one of the two")
+                raise InputError("--modulus-range and --uncertainty: give one of them, not both")
             return load_uncertainty(self.uncertainty).of(machine, str(self.uncertainty))
         if self.modulus_range is None:
             return machine.ranges()

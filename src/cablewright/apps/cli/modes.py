@@ -69,7 +69,7 @@ def modes_command(
     from cablewright.studies.measured_modes import measured_modes
 
     if log is not None and boundary:
-        raise InputError("--log and --boundary: give only one of the two")
+        raise InputError("--log and --boundary: give one of them, not both")
     if log is None and (at is None) != boundary:
         raise InputError("modes: give either --at X,Y,Z or --boundary")
     machine, given = robot.loaded(), region.as_arguments()

@@ -311,7 +311,7 @@ class OrientedRegionOptions(RegionOptions):
         if values is None:
             return self.retraction
         if self.retraction is not None:
-            raise InputError("--retraction and --retraction-law: give only one of the two")
+            raise InputError("--retraction and --retraction-law: give one of them, not both")
         if len(values) not in (2, 4):
             raise InputError(
                 f"--retraction-law = {self.retraction_law!r}: expected C,D of the length C z + D in m, or C,D,MIN,MAX"

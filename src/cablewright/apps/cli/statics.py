@@ -60,7 +60,7 @@ def inverse_command(
         model = cw.Model.of(robot.loaded(), **laws.laws())
         pose = pose_of(at, model.robot) or []
         if slack is not None and all_slack_sets:
-            raise InputError("--slack and --all-slack-sets: give only one of the two")
+            raise InputError("--slack and --all-slack-sets: give one of them, not both")
         if slack is None and not all_slack_sets:
             return answer(SolvedPose.judged(solve_inverse(model, pose, retraction=retraction)), as_json)
         if retraction is not None:

@@ -193,7 +193,7 @@ def _require_places(choices: PrintOptions, chosen: str, robot: Robot, owner: Mac
     if choices.place_tensions and choices.place_learn:
         raise InputError(
             "place tensions, place learn: measured positions are used with tensions, or to estimate "
-            "errors of the lines; give only one of the two"
+            "errors of the lines; give one of them, not both"
         )
     irregular = owner.winch.radius_deviation
     if choices.place_learn and irregular > MOST_IRREGULAR:

@@ -186,7 +186,7 @@ def calibrate_command(
 
     machine = cw.load(robot)
     if since.check and guidance.guide:
-        raise InputError("--check and --guide: give only one of the two")
+        raise InputError("--check and --guide: give one of them, not both")
     if since.check:
         last = _record(robot, since.last)
         if last is None:

@@ -100,7 +100,8 @@ def file_name(given: str) -> str:
     name = given.removeprefix("/")
     if not name or name.startswith(".") or set(name) & set("/\\") or printable(name) != name:
         raise InputError(
-            f"name {given[:80]!r}: is a path, or has characters that a file name cannot have; send the file's name "
+            f"name {given[:80]!r}: names a path, or has characters that a file name cannot have; send the file's "
+            f"name "
             f"alone"
         )
     if len(name) > MAX_NAME:
