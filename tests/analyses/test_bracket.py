@@ -292,5 +292,5 @@ def test_missing_data_is_reported() -> None:
 def test_a_lever_too_short_for_its_bores_is_rejected() -> None:
     bracket = HOUSE.bracket.model_dump()
     bracket["lever"] |= {"pin": 0.03, "axle": 0.03}
-    with pytest.raises(InputError, match="leave no room"):
+    with pytest.raises(InputError, match="overlap"):
         cheek(Bracket.model_validate(bracket), 0.03, 1)

@@ -103,7 +103,7 @@ def test_a_simulated_machine_follows_a_trajectory() -> None:
     poses = np.array(found.drive.poses)
     assert len(poses) == found.drive.steps
     assert poses[-1, :3] == pytest.approx(way.poses[-1], abs=2e-3)
-    with pytest.raises(cw.InputError, match="either loop"):
+    with pytest.raises(cw.InputError, match="give one of loop"):
         cw.simulate(robot, trajectory=way, hold=[0, 0, 1])
 
 

@@ -354,7 +354,7 @@ def test_bad_input_is_rejected(options: dict, says: str) -> None:
 
 
 def test_a_grid_goes_by_its_nodes_or_by_its_step() -> None:
-    with pytest.raises(InputError, match="grid and step: give one of them"):
+    with pytest.raises(InputError, match="grid and step: give one of them, not both"):
         count_nodes(JUNG, "exact", grid=9, step=0.25)
     np.testing.assert_array_equal(
         count_nodes(JUNG, "exact", grid=9).inside, count_nodes(JUNG, "exact", step=0.25).inside

@@ -98,7 +98,7 @@ def test_nothing_is_overwritten(cli, there: str) -> None:
             Path("attic").write_text("mine")
         case _:
             Path("attic").symlink_to("elsewhere")
-    assert "attic: is there already; nothing is overwritten" in cli("new", "attic").refusal
+    assert "attic: exists already and is not overwritten" in cli("new", "attic").refusal
     assert names() == ["attic"]
 
 

@@ -205,7 +205,7 @@ def test_the_command_line_takes_the_same_endings(tmp_path: Path, capsys: pytest.
     for options, text in (
         (["--plot", "m.tiff"], "ends in .png or .svg or .pdf"),
         (["--plot", str(file), "--plot-width", "wide"], "unknown width"),
-        (["--plot-width", "one-column"], "they are for --plot"),
+        (["--plot-width", "one-column"], "give --plot FILE too"),
     ):
         assert run([*held, *options]) == 2
         assert text in capsys.readouterr().err

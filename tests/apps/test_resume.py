@@ -158,7 +158,7 @@ def test_a_print_that_another_program_began_meanwhile_stays_as_it_is(
         return begin(*given)
 
     monkeypatch.setattr(prints, "begin_print", late)
-    assert "holds a run" in again(cli, printed[0], folder, "--seed", "7").refusal
+    assert "is not empty" in again(cli, printed[0], folder, "--seed", "7").refusal
     for name in (MANIFEST, CHECKPOINT):
         assert (folder / name).read_bytes() == (printed[1] / name).read_bytes()
 

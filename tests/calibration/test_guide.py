@@ -104,5 +104,5 @@ def test_what_it_cannot_do_is_rejected() -> None:
         cw.guide(WANG, count=0)
     with pytest.raises(InputError, match="rigid lines only"):
         cw.guide(cw.Model(WANG, cw.Fidelity.of("elastic")))
-    with pytest.raises(InputError, match="exit_point must be among"):
+    with pytest.raises(InputError, match="add exit_point to the plan's unknowns"):
         cw.guide(WANG, plan=CalibrationPlan(unknowns=("length_offset",)))

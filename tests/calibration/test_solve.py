@@ -363,7 +363,7 @@ def test_identical_poses_are_rejected() -> None:
 
 def test_as_many_lines_as_degrees_of_freedom_calibrate_nothing() -> None:
     three = WANG.model_copy(update={"lines": WANG.lines[:3]})
-    with pytest.raises(InputError, match="nothing is left over"):
+    with pytest.raises(InputError, match="there are no redundant measurements"):
         calibrate(three, Measured(np.random.default_rng(0).uniform(-1, 1, (40, 3))))
 
 

@@ -107,7 +107,9 @@ def test_what_cannot_be_obeyed_is_rejected(order: Order, says: str) -> None:
 
 
 def test_without_a_parking_place_parking_is_rejected() -> None:
-    assert "no parking place" in manual.refusal(ManualSettings((0.0,) * 3, (1.0,) * 3, 0.5), Order(OrderKind.PARK), 0.0)
+    assert "no parking position" in manual.refusal(
+        ManualSettings((0.0,) * 3, (1.0,) * 3, 0.5), Order(OrderKind.PARK), 0.0
+    )
 
 
 def test_an_order_that_is_old_moves_nothing() -> None:

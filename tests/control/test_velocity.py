@@ -156,7 +156,7 @@ def test_what_is_no_controller_is_rejected() -> None:
         settings(law="magic")
     with pytest.raises(InputError, match="gain = -1"):
         settings(gain=-1.0)
-    with pytest.raises(InputError, match="is one of a point platform"):
+    with pytest.raises(InputError, match="is only for a point platform"):
         VelocitySettings(Model(load("cogiro")), 1.0)
     with pytest.raises(InputError, match="clearance = 0"):
         HeightControl(0.0)

@@ -517,7 +517,7 @@ def test_rejections() -> None:
         RoomMap((RoomWall("a", (1, 0), 1), RoomWall("a", (0, 1), 1)))
     with pytest.raises(InputError, match="a unit normal"):
         RoomMap((RoomWall("a", (1, 1), 1),))
-    with pytest.raises(InputError, match="must rise by a turn at most"):
+    with pytest.raises(InputError, match="at most one turn apart"):
         WallSettings(KNOWN, yaw_range=(1.0, 1.0))
     with pytest.raises(InputError, match="sigma over 0"):
         LidarModel(sigma=0.0)

@@ -204,7 +204,7 @@ def test_what_is_rejected(folder: Path, content: str | bytes, suffix: str, how: 
 
 
 def test_large_files_are_not_read(folder: Path) -> None:
-    with pytest.raises(InputError, match="larger than 8388608 bytes, the most a scan may hold"):
+    with pytest.raises(InputError, match="larger than 8388608 bytes, the maximum size of a scan"):
         read(folder, b" " * (8 << 20) + b"x", "json")
     large = folder / "large.yaml"
     with large.open("wb") as file:

@@ -173,7 +173,7 @@ _THREE = caspr_cables().replace(
     "</attachments>", "<attachment><link>1</link><location>0 0 0</location></attachment></attachments>", 1
 )
 BAD_BODIES = {
-    "links between bodies": (BODIES.replace("</links>", _TWO + "</links>"), "links between bodies"),
+    "links between bodies": (BODIES.replace("</links>", _TWO + "</links>"), "only robots with a single link"),
     "hanging on a body": (BODIES.replace("<num>0</num>", "<num>1</num>"), "must be 0, the ground"),
     "other joint": (BODIES.replace("SPATIAL_EULER_XYZ", "R_Z"), "joint.type = 'R_Z'"),
     "spherical joint": (BODIES.replace("SPATIAL_EULER_XYZ", "S_EULER_XYZ"), "joint.type = 'S_EULER_XYZ': must be one"),
@@ -182,20 +182,20 @@ BAD_BODIES = {
     "mass": (BODIES.replace("<mass>12.5", "<mass>-12.5"), "must be at least"),
     "infinite": (BODIES.replace("<mass>12.5", "<mass>inf"), "must be a finite number"),
     "unit": (BODIES.replace("<mass>12.5", "<mass>12.5 kg"), "must be 1 numbers"),
-    "operational link": (BODIES.replace("link_rigid", "link_soft"), "only a link_rigid is read"),
+    "operational link": (BODIES.replace("link_rigid", "link_soft"), "only link_rigid is"),
 }
 BAD_CABLES = {
     "two of one name": (
         caspr_cables(caspr_cable("a", (0, 0, 1), (0, 0, 0)) + caspr_cable("a", (1, 0, 1), (0, 0, 0.1))),
         "2 lines are named 'a'",
     ),
-    "spring": (_SPRING, "only a cable_ideal is read"),
+    "spring": (_SPRING, "only cable_ideal is"),
     "three attachments": (_THREE, "3 attachments"),
     "pulley": (
         caspr_cables()
         .replace("<attachment>", "<base_rotating_pulley>", 1)
         .replace("</attachment>", "</base_rotating_pulley>", 1),
-        "<base_rotating_pulley>: only an attachment",
+        "<base_rotating_pulley>: this attachment type is not supported",
     ),
     "link 2": (caspr_cables().replace("<link>1</link>", "<link>2</link>", 1), "one of link 1"),
     "reference": (caspr_cables().replace('"joint"', '"end"', 1), "must be joint or com"),
@@ -232,5 +232,5 @@ def test_half_a_model(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"own_cables\.xml is not beside it"):
         read_caspr([tmp_path / "own_bodies.xml"])
     (tmp_path / "body.xml").write_text(BODIES)
-    with pytest.raises(InputError, match="name both files"):
+    with pytest.raises(InputError, match="give both"):
         read_caspr([tmp_path / "body.xml"])

@@ -577,7 +577,7 @@ BAD = {
     "delta by M669": ("config.g", "M669 K3\n", "K3 is a linear delta"),
     "delta by M665": ("config.g", "M665 R105 L215 B85 H250\n", "M665 is of a linear delta"),
     "nine anchors": ("config.g", RRF_36.replace("N5", "N9"), "must be 3 to 5 anchors before RepRapFirmware 3.7"),
-    "six radii of eight": ("config.g", RRF_37.replace("R64:64:64", "R64"), "R = .* has 6 values; there are 8 anchors"),
+    "six radii of eight": ("config.g", RRF_37.replace("R64:64:64", "R64"), "R = .* 6 values; give one for each"),
     "no radii of eight": (
         "config.g", RRF_37.replace("R64:64:64:64:64:64:64:64", ""), "has no R; with over 5 anchors"
     ),
@@ -586,7 +586,7 @@ BAD = {
     ),
     "expression": ("config.g", RRF_33.replace("Q0.05", "Q{global.q}"), "an expression; write its value"),
     "anchor in m": ("config.g", RRF_33.replace("D2200.5", "D2.2005"), "anchor D is 2.2005 mm from the origin"),
-    "cut": ("config.g", RRF_33[: RRF_33.index(":65\n") - 2], "has 3 values; there are 4 anchors|letters, each with"),
+    "cut": ("config.g", RRF_33[: RRF_33.index(":65\n") - 2], "3 values; give one for each|letters, each with"),
     "klipper, delta": ("printer.cfg", KLIPPER_2018.replace("winch", "delta"), "kinematics = 'delta': must be winch"),
     "klipper, elsewhere": (
         "printer.cfg", "[include winches.cfg]\n[printer]\nmax_velocity: 3\n", r"in a file that \[include winches.cfg\]"

@@ -244,7 +244,7 @@ BAD = {
     "klipper without a radius": ("printer.cfg", KLIPPER.replace("rotation_distance: 251.2\n", ""), "rotation_distance"),
     "klipper, two winches": ("printer.cfg", KLIPPER[: KLIPPER.index("[stepper_c]")], "at least 3"),
     "klipper, a gap": ("printer.cfg", KLIPPER.replace("stepper_b", "stepper_f"), "without the winches before it"),
-    "klipper, section twice": ("printer.cfg", KLIPPER.replace("stepper_b", "stepper_a"), "is there twice"),
+    "klipper, section twice": ("printer.cfg", KLIPPER.replace("stepper_b", "stepper_a"), "occurs twice"),
     "klipper, nan": ("printer.cfg", KLIPPER.replace("anchor_z: 3000", "anchor_z: nan"), "stepper_d.anchor_z = 'nan'"),
     "klipper, negative": ("printer.cfg", KLIPPER.replace("251.3", "-251.3"), "must be over 0 mm"),
     "klipper, two in one place": (
@@ -259,7 +259,7 @@ BAD = {
     "rrf, ten anchors": ("config.g", RRF.replace("N4", "N10"), "must be 3 to 5 anchors"),
     "rrf, half an anchor": ("config.g", RRF.replace("A0.0:-1604.5:-114.08", "A0.0:-1604.5"), "must be X:Y:Z in mm"),
     "rrf, no anchor": ("config.g", RRF.replace("C-1440.27:741.63:-161.23 ", ""), "has no C"),
-    "rrf, few radii": ("config.g", RRF.replace(":64.673", ""), "has 3 values; there are 4 anchors"),
+    "rrf, few radii": ("config.g", RRF.replace(":64.673", ""), "has 3 values; give one for each of the 4 anchors"),
     "rrf, advantage": ("config.g", RRF.replace("U2:2:2:4", "U2:2:2:2.5"), "must be a whole number"),
     "rrf, no spool": ("config.g", RRF.replace("R65.239", "R0"), "drum_radius"),
     "rrf, build-up": ("config.g", RRF.replace("Q0.0356", "Q-0.03"), "must be 0 mm or more"),

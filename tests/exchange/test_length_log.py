@@ -81,7 +81,7 @@ BAD = {
     "not a number": (GOOD.replace("0.1;", "0.1;x", 1), "must be a finite number"),
     "short row": (GOOD + "\n0.5;1;2", "3 cells; the header has 5"),
     "negative": (GOOD.replace("0.1;", "0.1;-", 1), "must be over 0"),
-    "time falls": (GOOD.replace("0.2;", "0.05;", 1), "time falls in row 3"),
+    "time falls": (GOOD.replace("0.2;", "0.05;", 1), "the time in row 3 is before"),
     "empty": ("", "is empty"),
     "header alone": (GOOD.split("\n")[0], "no rows"),
 }

@@ -163,10 +163,10 @@ def test_the_command(tmp_path, capsys) -> None:
     assert told["messages"]["/tf"] == len(read(tmp_path / "bag")["/tf"])
     assert any("cut or damaged" in each for each in told["lost"])
     for words, says in (
-        (("cogiro", str(half)), "is of robot 'merlet2023', not of 'cogiro'"),
+        (("cogiro", str(half)), "belongs to robot 'merlet2023', not to 'cogiro'"),
         (("merlet2023",), "expected a machine's LOG"),
         (("merlet2023", str(tmp_path / "no.mcap")), "no such file"),
-        (("merlet2023", __file__), "no log of a machine"),
+        (("merlet2023", __file__), "is not a log of a machine"),
     ):
         assert run(["export", "ros2", *words, "--out", str(tmp_path / "other")]) == 2
         assert says in capsys.readouterr().err

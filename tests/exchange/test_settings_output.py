@@ -144,7 +144,7 @@ def test_anchors_that_are_no_corners_are_rejected(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("target", "robot", "message"),
     [
-        ("wallplotter", "hangprinter-v4", "no point in a platform.plane"),
+        ("wallplotter", "hangprinter-v4", "no point platform in a platform.plane"),
         ("maslow", "wall-plotter", "2 lines on 2 winches; a Maslow 4 has 4"),
         ("polargraph", "maslow4", "4 lines on 4 winches"),
     ],

@@ -108,7 +108,7 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     for more, why in (
         ([], "--for = None: must be orca or prusa or cura"),
         (["--for", "rrf", "--bead", "1mm,1mm"], "--for = rrf: must be orca or prusa or cura"),
-        (["--for", "orca"], "--bead WIDTH,HEIGHT of strands is given for a slicer"),
+        (["--for", "orca"], "a slicer needs --bead WIDTH,HEIGHT"),
     ):
         assert run([*given, *more]) == 2
         assert why in capsys.readouterr().err

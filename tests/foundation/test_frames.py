@@ -44,7 +44,7 @@ def test_a_grid_of_places_is_a_data_set() -> None:
 def test_places_that_fill_no_grid_are_rejected() -> None:
     with pytest.raises(cw.InputError, match="fill no grid"):
         cw.inverse(ROBOT, GRID[:5]).to_xarray()
-    with pytest.raises(cw.InputError, match="not of places"):
+    with pytest.raises(cw.InputError, match="it has no positions"):
         cw.inverse(ROBOT, GRID[0]).to_xarray()
 
 

@@ -78,7 +78,7 @@ def test_wrong_ones_are_named() -> None:
         ({"controllers": ["modelx"]}, "unknown controller 'modelx'; did you mean 'model'?"),
         ({"estimators": ["kalman"]}, "unknown estimator 'kalman'"),
         ({"plants": ["dynamics"]}, "did you mean 'dynamic'?"),
-        ({"controllers": ["model", "model"]}, "controller model: is there twice"),
+        ({"controllers": ["model", "model"]}, "controller model: this name occurs twice"),
         (
             {"controllers": [with_rates([0.0, 1.0])]},
             "controller mine: 4 finite rates, m/s, are expected, not shape (2,)",

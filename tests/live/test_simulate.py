@@ -39,8 +39,8 @@ def test_a_simulation_is_a_result() -> None:
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        ({}, "either loop, a length, or hold, a place"),
-        ({"loop": 28.0, "hold": [0.0, 0.0, 1.2]}, "either loop, a length, or hold, a place"),
+        ({}, "give one of loop"),
+        ({"loop": 28.0, "hold": [0.0, 0.0, 1.2]}, "give one of loop"),
         ({"hold": [0.0, 0.0, 1.2]}, "hold needs a duration"),
         ({**SHORT, "hold": [0.0, 0.0]}, "3 finite numbers"),
         ({**SHORT, "plant": "static"}, "unknown plant 'static'; did you mean 'quasi-static'"),

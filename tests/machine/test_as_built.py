@@ -56,5 +56,5 @@ def test_changing_one_tolerance_leaves_the_other_errors() -> None:
 def test_what_cannot_be_built_is_rejected() -> None:
     with pytest.raises(InputError, match="seed = -1"):
         as_built(ROBOT, SIMULATION.tolerances, -1)
-    with pytest.raises(InputError, match="leaves line"):  # one of four sheaves shrinks by more than it has
+    with pytest.raises(InputError, match="without radius"):  # one of four sheaves shrinks by more than it has
         as_built(ROBOT, SIMULATION.tolerances.model_copy(update={"sheave_radius": 1e3}), 0)

@@ -60,7 +60,7 @@ def test_what_no_drum_is_is_rejected() -> None:
         wind(1e4, 1e-6, WIDTH, DIAMETER, PITCH)
     made = coil()
     for asked in (-0.1, made.wound[-1] + 1.0):
-        with pytest.raises(InputError, match="this drum holds"):
+        with pytest.raises(InputError, match="it holds"):
             made.angle(asked)
-    with pytest.raises(InputError, match="this drum holds"):
+    with pytest.raises(InputError, match="it holds"):
         made.length(-1.0)

@@ -55,7 +55,7 @@ def test_drums_of_a_robot() -> None:
     robot, machine = load("house-printer"), load_machine("house-printer")
     assert {drum.coil is None for drum in drums_of(robot)} == {True}
     assert {drum.held for drum in drums_of(robot, machine)} == {58.0}
-    with pytest.raises(InputError, match=r"gives no winch\.drum_radius"):
+    with pytest.raises(InputError, match=r"has no winch\.drum_radius"):
         drums_of(load("caroca"))
 
 

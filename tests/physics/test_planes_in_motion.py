@@ -135,5 +135,5 @@ def test_estimator_by_encoders_follows_lengths_in_the_plane(tmp_path) -> None:
     assert estimate.valid
     assert robot.platform.plane.height(estimate.position) == pytest.approx(0.0, abs=1e-9)
     assert np.linalg.norm(estimate.position - machine.truth.position) < 5e-3
-    with pytest.raises(InputError, match="estimator = filter: is one of a platform that moves in no plane"):
+    with pytest.raises(InputError, match="estimator = filter: is only for a platform that does not move in a plane"):
         estimator("filter", robot, machine.settings, planar_robots.places(robot, 1)[0])

@@ -154,7 +154,7 @@ def test_scans_give_the_field_back() -> None:
 @pytest.mark.parametrize(
     ("made", "words"),
     [
-        (lambda: HeightField.flat((0, 0), (0, 1), 0.1), "there is no area"),
+        (lambda: HeightField.flat((0, 0), (0, 1), 0.1), "m is empty"),
         (lambda: HeightField.flat((0, 0), (1, 1), 0.0), "cell = 0"),
         (lambda: HeightField.flat((0, 0), (1e3, 1e3), 1e-3), "give a larger cell"),
         (lambda: Powder(density=0.0), "density = 0"),

@@ -82,7 +82,7 @@ def test_a_long_file_that_ends_in_other_things_is_read(write) -> None:
         (b"", "0 bytes, too few"),
         (b"not a mesh", "too few"),
         (binary(cuboid())[:-1], "truncated: 12 triangles by its header take 684 bytes, it has 683"),
-        (b"\0" * 80 + b"\xff\xff\xff\xff", "4294967295 triangles by its header; at most"),
+        (b"\0" * 80 + b"\xff\xff\xff\xff", "its header states 4294967295 triangles; at most"),
         (binary(cuboid()[:0]), "holds no triangle"),
         ("solid nothing\nendsolid nothing\n" + " " * 80, "holds no triangle"),
         (binary(np.full((1, 3, 3), np.nan)), "triangle 1: a coordinate is not finite"),
@@ -90,9 +90,9 @@ def test_a_long_file_that_ends_in_other_things_is_read(write) -> None:
         (text(cuboid()).replace("vertex 0 0 0", "vertex 0 1e308 0", 1), "triangle 1: a coordinate"),
         (binary(np.full((1, 3, 3), np.inf)), "triangle 1: a coordinate is not finite"),
         (binary(np.full((1, 3, 3), 3e38)), "over 1e+06 m"),
-        (text(cuboid()).replace("vertex 0 0 0", "vertex 0 nan 0"), "line 4: a vertex has 3 finite numbers"),
-        (text(cuboid()).replace("vertex 0 0 0", "vertex 0 0"), "line 4: a vertex has 3 finite numbers"),
-        (text(cuboid()).replace("vertex 0 0 0", "vertex a b c"), "line 4: a vertex has 3 finite numbers"),
+        (text(cuboid()).replace("vertex 0 0 0", "vertex 0 nan 0"), "line 4: a vertex must be 3 finite numbers"),
+        (text(cuboid()).replace("vertex 0 0 0", "vertex 0 0"), "line 4: a vertex must be 3 finite numbers"),
+        (text(cuboid()).replace("vertex 0 0 0", "vertex a b c"), "line 4: a vertex must be 3 finite numbers"),
         (text(cuboid())[:-200], "must be part of a facet of three vertices"),
         (text(cuboid()).removesuffix("endsolid box\n"), "truncated: the last line is no endsolid"),
         (
@@ -128,7 +128,7 @@ def test_a_text_of_too_many_triangles_is_rejected(write, monkeypatch) -> None:
     monkeypatch.setattr(stl, "MAX_TRIANGLES", 5)
     with pytest.raises(InputError, match="at most 4096 bytes, 5 triangles"):
         read_stl(write(text(cuboid())))
-    with pytest.raises(InputError, match="12 triangles by its header; at most 5"):
+    with pytest.raises(InputError, match="its header states 12 triangles; at most 5"):
         read_stl(write(binary(cuboid())))
 
 

@@ -160,7 +160,7 @@ def test_a_single_line_has_no_neighbour() -> None:
         (BEAM, "", 1.0, "unknown parameter ''"),
         (BEAM, "width-x+", 1.0, "unknown parameter ''"),
         (BEAM, "temperature", 1.0, "unknown parameter 'temperature'"),
-        (BEAM, "width-x@1", 1.0, "width-x is of the whole robot, not of line '1'"),
+        (BEAM, "width-x@1", 1.0, "width-x belongs to the whole robot, not to line '1'"),
         (BEAM, "mass@1", 1.0, "mass is a number of the platform, not of a line"),
         (BEAM, "exit_point.x@9", 1.0, "unknown line '9'"),
         (BEAM, "mass", 0.0, "mass = 0: it must be above 0"),

@@ -92,7 +92,7 @@ def test_a_shared_number_is_that_of_every_line(kind: Kind) -> None:
 def test_what_no_description_has_is_not_set() -> None:
     robot = load("house-printer")
     for name in ("length_offset", "length_scale"):
-        with pytest.raises(InputError, match=f"{name}: no robot file has it"):
+        with pytest.raises(InputError, match=f"{name}: is not a number of a robot file"):
             with_value(robot, Parameter(name, "south-west"), 0.5)
     with pytest.raises(InputError, match=r"build_up: line 'south-west' has no winch.build_up"):
         with_value(robot, Parameter("build_up", "south-west"), 0.5)

@@ -130,7 +130,7 @@ def test_a_state_that_lacks_something_is_none(found: Equilibria, tmp_path: Path,
     values = {key: value for key, value in state.values.items() if key != missing}
     arrays = {key: value for key, value in state.arrays.items() if key != missing}
     write_snapshots(file, {"search": Snapshot(values, arrays)})
-    with pytest.raises(InputError, match="no state of a search"):
+    with pytest.raises(InputError, match="no saved state of a search"):
         search_all(found, BOX, file, time_limit=1e-9)
 
 

@@ -32,7 +32,7 @@ WRONG = [
     ({"compensation": "fulll"}, UnknownName, "did you mean 'full'"),
     ({"tension_limits": (500.0, 20.0)}, InputError, "lowest < highest"),
     ({"home": [0.0, 0.0, 14.9]}, InputError, "home: "),
-    ({"ranges": ()}, InputError, "at least one parameter"),
+    ({"ranges": ()}, InputError, "at least one uncertain parameter"),
 ]
 
 

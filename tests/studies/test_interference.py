@@ -85,9 +85,9 @@ def test_given_beads_are_those_of_the_part(job: Job, model: Model) -> None:
     found = thin.to_dict()
     assert (found["bead_width"], found["bead_height"], found["bead_by"]) == (0.002, 0.001, "as given")
     solid = TriangleMesh.of_corners(np.array([[[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0]]]))
-    with pytest.raises(InputError, match="bead is of the strands"):
+    with pytest.raises(InputError, match="bead is the size of the strands"):
         interference(model, job, part=solid, bead=Bead())
-    with pytest.raises(InputError, match="bead is of the strands"):
+    with pytest.raises(InputError, match="bead is the size of the strands"):
         interference(model, [0.0, 0.0, 1.0], bead=Bead())
 
 

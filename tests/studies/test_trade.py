@@ -166,7 +166,7 @@ def test_a_tampered_combination_is_rejected(tmp_path: Path) -> None:
     stored = json.loads(line)
     stored["value"]["volume"] = "large"
     file.write_text(f"{head}\n{json.dumps(stored)}\n")
-    with pytest.raises(InputError, match="holds no combinations"):
+    with pytest.raises(InputError, match="holds no results of a trade study"):
         trade(BEAM, {APART: [0.1]}, asked, file=file)
 
 
@@ -180,8 +180,8 @@ def test_a_folder_that_cannot_be_written_is_said(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("varied", "asked", "says"),
     [
-        ({}, TradeSettings(), "nothing varies"),
-        ({APART: ()}, TradeSettings(), "nothing varies"),
+        ({}, TradeSettings(), "vary: give at least one parameter"),
+        ({APART: ()}, TradeSettings(), "vary: give at least one parameter"),
         ({APART: range(101), WIDE: range(100)}, TradeSettings(), "10100 combinations: at most 10000"),
         ({APART: [0.1], LENGTH: [1.5, 3.0]}, TradeSettings(), "retraction = 3: .* retracts from 1.2 to 2 m"),
         (

@@ -54,7 +54,7 @@ def test_an_empty_scan_has_no_wall() -> None:
     [
         ({"noise": 0.0}, "noise = 0"),
         ({"limits": (3.0, 1.0)}, "0 <= min_range < max_range"),
-        ({"lasers": (cw.Laser("north", 1.0),)}, "lasers = north: there is no room"),
+        ({"lasers": (cw.Laser("north", 1.0),)}, "lasers = north: give the room too"),
     ],
 )
 def test_wrong_options(options: dict, says: str) -> None:

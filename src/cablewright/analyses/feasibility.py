@@ -55,7 +55,7 @@ class Finding:
         return any(self.limit == status.value for status in Status)
 
     def bounds(self) -> str:
-        """Return the allowed range, in words."""
+        """Return the allowed range of the limit, in words."""
         low, high = self.allowed
         if not np.isfinite(low):
             return f"at most {high:g} {self.unit}"
@@ -66,7 +66,7 @@ class Finding:
 
 @dataclass(frozen=True, eq=False)
 class LineQuantities:
-    """The limited quantities, (k, m) each, SI; NaN where a quantity is not defined."""
+    """The quantities of lines that hardware limits bound, (k, m) each, SI; NaN where a quantity is not defined."""
 
     lowest_tension: Array  # along the line
     highest_tension: Array  # along the line
@@ -181,7 +181,7 @@ def judge(
 
 
 def ranked(findings: Iterable[Finding]) -> tuple[Finding, ...]:
-    """Return findings with violations first, those of the hardware before statuses, most samples first."""
+    """Return findings sorted: violations first, of hardware limits before statuses, and those of most samples first."""
     return tuple(sorted(findings, key=lambda found: (found.violations == 0, found.is_status, -found.violations)))
 
 

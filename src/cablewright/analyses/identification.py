@@ -73,7 +73,7 @@ def identify_swing(times: Array, record: Array, highest: float | None = None) ->
     centred = record - record.mean(axis=0)
     total = float((centred**2).sum())
     if total <= 0.0:
-        raise InputError("no swing: nothing moves in the record")
+        raise InputError("no swing: nothing moves in the record; push the platform, and record it again")
     realised = _poles(_components(centred), step)
     found = [
         (order, *_hertz(pole), energy / total)
@@ -183,8 +183,8 @@ def _weighed(record: Array, poles: Array, times: Array) -> list[tuple[complex, f
 def _stable(table: Array, least: float) -> list[tuple[float, float, float, float]]:
     """Return medians and spreads of frequency and damping of the modes that at least *least* orders have.
 
-    *table*: of all poles. The mode with the most energy, summed over orders, is taken first, with the strongest pole
-    near it of each order.
+    *table*: all poles, one in each row. The mode with the most energy, summed over orders, is taken first, with the
+    strongest pole near it of each order.
     """
     found = []
     left = table

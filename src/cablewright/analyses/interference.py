@@ -117,7 +117,7 @@ class Distances(Pictured):
 
     @property
     def status(self) -> str:
-        """One word: touching, near (under the clearance), the status of a pose that cannot be held, or free."""
+        """In a word: touching, near (under the clearance), free, or the status of a pose that cannot be held."""
         worst = self.worst
         if worst is not None and worst.margin <= 0.0:
             return "touching"
@@ -142,7 +142,7 @@ class Distances(Pictured):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Assumptions on the cables."""
+        """Notes on assumptions about the cables."""
         thin = [line for line in self.robot.lines if line.cable.diameter is None]
         if not thin:
             return ()
@@ -151,7 +151,7 @@ class Distances(Pictured):
 
     @property
     def nearest_of(self) -> dict[str, Contact | None]:
-        """The nearest of each kind by its key in JSON."""
+        """The nearest contact of each kind, by the kind's key in JSON."""
         return {f"line_{kind}": one for kind, one in zip(KINDS, self.contacts, strict=True)}
 
 
@@ -331,13 +331,13 @@ class Free:
 
     @property
     def fraction(self) -> float:
-        """Share of the holdable positions that is free; NaN if none is holdable."""
+        """Share of free positions among those that the lines can hold; NaN if they can hold none."""
         held = int((~np.isnan(self.margins)).sum())
         return int(self.free.sum()) / held if held else float("nan")
 
     @property
     def floor(self) -> Array:
-        """(nx, ny) lowest height, m, above which every holdable position is free; NaN where there is none."""
+        """Lowest height (nx, ny), m, above which all positions that lines can hold are free; NaN: there is none."""
         z = self.axes[2]
         barred = ~self.free & ~np.isnan(self.margins)
         above = barred.shape[2] - np.argmax(barred[:, :, ::-1], axis=2)

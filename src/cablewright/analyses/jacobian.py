@@ -52,7 +52,10 @@ def structure_matrix(robot: Robot | Model, poses: ArrayLike, **options: Unpack[S
     found, _ = structures(model, poses, retraction=options.get("retraction"))
     single = np.ndim(poses) == 1
     if single and np.isnan(found).any():
-        raise AnswerError("no structure matrix here: a platform point is at an exit point or inside a sheave")
+        raise AnswerError(
+            "no structure matrix at this pose: a platform point is at an exit point or inside a "
+            "sheave; choose another pose"
+        )
     return found[0] if single else found
 
 

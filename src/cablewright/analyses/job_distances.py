@@ -33,7 +33,7 @@ PART = KINDS.index("part")
 
 @dataclass(frozen=True, eq=False)
 class Clearances:
-    """Distances of lines at k samples, as far as a check keeps them."""
+    """Smallest distances of lines from obstacles at k samples of a job, as a check stores them."""
 
     smallest: Array  # (k,) m; inf where there is nothing, NaN where no line is known
     nearest: Contact | None  # of all; its row is the sample
@@ -65,9 +65,9 @@ class JobDistances:
         settings: InterferenceSettings = DEFAULT,
         room: Room = MEMORY,
     ) -> Self:
-        """Return it before the first block; the part is the *mesh*, or else the *beads* that *robot* lays.
+        """Return the distances before the first block; the part is the *mesh*, or else the *beads* that *robot* lays.
 
-        *room*: for all.
+        *room*: folder for all arrays.
         """
         if mesh is None:
             laid = deposit(samples, beads, room, robot.platform.lays_along)
@@ -99,7 +99,7 @@ class JobDistances:
 
     @property
     def clearances(self) -> Clearances:
-        """The smallest distances, without the part, which takes more memory than they."""
+        """The smallest distances without the description of the part, which takes more memory."""
         return Clearances(of_rows(np.minimum, self.margins), self.nearest)
 
 

@@ -13,8 +13,9 @@ from cablewright.kernels.layout import Packed
 def polylines(packed: Packed, pose: Array, states: Array, tolerance: float, ends: float = 0.0) -> list[Array]:
     """Return the free span of each line at one pose, (k, 3) m, world, from its sheave to the platform.
 
-    *packed*: of one row; *pose* (n,); *states* (m, 6): see `LineStates`; *tolerance*: distance from the curve to its
-    chords, m. Points are *ends* (m) from either end as well. Empty where a state is not finite.
+    *packed*: the robot's numbers in one row; *pose* (n,); *states* (m, 6): see `LineStates`; *tolerance*: largest
+    distance from the curve to its chords, m. Points are *ends* (m) from either end as well. Empty where a state is not
+    finite.
     """
     m = packed.lines.shape[-2]
     points, counts = np.zeros((m, MAX_POINTS, 3)), np.zeros(m, np.int64)

@@ -44,7 +44,7 @@ _ANY: Final = Dimension("reading", {"1": Decimal(1)})
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LineVibration(Result):
-    """A line by its first frequencies, beside the model at a pose."""
+    """Tension, density and modulus of a line from its first frequencies, compared with the model at a pose."""
 
     FIGURES: ClassVar = (
         Figure("line", "", "Name of the line."),
@@ -121,7 +121,8 @@ def line_vibration(
 
     *frequency*: across the plane of the sag, or a CSV of a vibration: ``t`` and readings of an accelerometer or a load
     cell. *sigma*: its standard deviation, Hz; by default that of the record, or 0.5 %. *in_plane*: first frequency in
-    the plane of the sag, Hz, for EA where sag matters. *tension*: by a load cell, N, instead of by statics.
+    the plane of the sag, Hz, for EA where sag matters. *tension*: tension that a load cell measured, N; None: it
+    follows from statics.
 
     Raises `InputError` for an unknown line, a cable without weight, numbers out of range and records without a
     vibration near the expected one; `AnswerError` where no tensions hold the pose.

@@ -51,8 +51,8 @@ def stiffness(
 
     ``total`` (n, n), N/m and N m/rad, is the restoring wrench per motion of the origin and rotation, world, with the
     winches held; it is what NumPy reads, ``np.linalg.eigvalsh(cw.stiffness(robot, pose))``. ``elastic`` and
-    ``geometric`` are its parts. *options*: as `inverse`, which finds the tensions. Rows of a batch that do not balance
-    are NaN; a single pose raises `AnswerError`. Raises `InputError`.
+    ``geometric`` are its parts. *options*: options of `inverse`, which finds the tensions. Rows of a batch that do not
+    balance are NaN; a single pose raises `AnswerError`. Raises `InputError`.
 
     Source: Behzadipour and Khajepour 2006; see `docs/modes.md`.
 
@@ -145,7 +145,7 @@ def dexterity(
     """Compute condition number, dexterity and manipulability at *poses*, (n,) or (N, n) in m and rad.
 
     *of*: the ``jacobian`` of straight cables, or the ``stiffness``. Rotations count as motions of a point at *length*,
-    m, from the origin, so that one number can be compared with another: the answer depends on it. *options*: those of
+    m, from the origin, so that one number can be compared with another: the answer depends on it. *options*: options of
     `jacobian` or `stiffness`. Rows without an answer are NaN. Raises `InputError`, and `AnswerError` for a single pose.
 
     Source: Salisbury and Craig 1982; Yoshikawa 1985.

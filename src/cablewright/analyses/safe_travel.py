@@ -43,7 +43,7 @@ _FIRST: Final = 6  # places of a way that are looked at before all
 
 @dataclass(frozen=True)
 class LedTravel:
-    """One travel move that was changed, or that no way was found for."""
+    """A travel move that was changed, or for which no safe path was found."""
 
     FIGURES: ClassVar = (
         Figure("line", "", "Line of the G-code file."),
@@ -74,8 +74,9 @@ def driven_job(
 ) -> tuple[Job, Samples]:
     """Return a *job* with the speeds, the acceleration and the corners of its motion on a *robot*, and its samples.
 
-    They have the speeds and the travel moves of that motion. *samples*, *toolpath*: of the job; by default those of
-    its file. Raises `InputError` where nothing limits a speed, or the robot cannot follow the job's schedule.
+    They have the speeds and the travel moves of that motion. *samples*, *toolpath*: samples and toolpath of the job; by
+    default those of its file. Raises `InputError` where nothing limits a speed, or the robot cannot follow the job's
+    schedule.
     """
     job = on_plane(robot, job)
     toolpath = toolpath or job.toolpath()

@@ -110,7 +110,7 @@ class WrenchPolytope(Pictured, Rows):
         `AnswerError` where no force can be applied beside it.
         """
         if not self.single:
-            raise InputError("vertices: of one pose; take a row of the batch, polytopes[0]")
+            raise InputError("vertices: computed for one pose only; take a row of the batch, polytopes[0]")
         fixed = self.required.copy()
         if moment is not None and len(fixed) == 6:
             fixed[3:] = as_rows(moment, 3, "moment", "N m")[0][0]
@@ -145,11 +145,17 @@ def available_wrenches(
     count = comb(min(int(winched.sum()), model.winches), model.freedoms - 1)
     if count > MAX_FACETS:
         asked = f"{model.freedoms - 1} of {winched.sum()} lines"
-        raise InputError(f"{count} choices of {asked}: at most {MAX_FACETS}; capacity has their margin alone")
+        raise InputError(
+            f"{count} choices of {asked}: at most {MAX_FACETS} are computed; `capacity` computes the margin without "
+            f"facets"
+        )
     given, single = as_poses(model, poses, "pose")
     found, loads = structures(model, given, retraction=retraction)
     if single and np.isnan(found).any():
-        raise AnswerError("no structure matrix here: a platform point is at an exit point or inside a sheave")
+        raise AnswerError(
+            "no structure matrix at this pose: a platform point is at an exit point or inside a "
+            "sheave; choose another pose"
+        )
     free = directions(model.robot.platform.plane, model.n)
     limits = np.array([line.tension_limits for line in model.robot.lines], dtype=np.float64)
     limits[:] = limits if model.tension_limits is None else model.tension_limits
@@ -246,9 +252,12 @@ def _slice(found: WrenchPolytope, fixed: Array) -> Array:
     bounds = [(None, None)] * size + [(0.0, None)]
     program = linprog([0.0] * size + [-1.0], A_ub=np.column_stack([matrix, across]), b_ub=bound, bounds=bounds)
     if program.status != 0 or not program.x[-1] > 0.0:
-        raise AnswerError("no force can be applied beside that moment")
+        raise AnswerError("the lines cannot apply any force together with this moment; give a smaller moment")
     try:
         corners = HalfspaceIntersection(np.column_stack([matrix, -bound]), program.x[:-1]).intersections
     except QhullError:
-        raise AnswerError("the forces beside that moment are too flat for corners") from None
+        raise AnswerError(
+            "the forces that the lines can apply together with this moment lie nearly in a plane, so "
+            "the corners are not defined"
+        ) from None
     return np.asarray(corners @ forces.T)

@@ -110,9 +110,9 @@ class ShownFigure(Figure):
 def drawing(width: float | str | None = None, style: str | Path | Mapping[str, Any] | None = None) -> Iterator[None]:
     """Context with this style of matplotlib instead of the user's settings, which return afterwards.
 
-    The settings are the process's: draw in one thread at a time. *width*: of `WIDTHS`, or in m; None: each picture has
-    its own. *style*: a style sheet, or settings by name, over those of `STYLE_SHEET`; with a width its ``font.size`` is
-    that on the page, and other sizes are in proportion. Raises `InputError`.
+    The settings are the process's: draw in one thread at a time. *width*: a name in `WIDTHS`, or a length in m; None:
+    each picture has its own. *style*: a style sheet, or settings by name, over those of `STYLE_SHEET`; with a width its
+    ``font.size`` is that on the page, and other sizes are in proportion. Raises `InputError`.
     """
     before, inches = (_Page.width, _Page.shrink), page_width(width)
     with mpl.rc_context():
@@ -227,9 +227,9 @@ def subplots(width: float, height: float, rows: int, columns: int, **options: An
 def grid(
     width: float, height: float, shape: tuple[int, int], *places: tuple[int | slice, int | slice], **ratios: Any
 ) -> tuple[Figure, list[SubplotSpec]]:
-    """Return a figure of that size in inches, and *places* in a grid of rows and columns. Call within `drawing`.
+    """Return a figure of that size in inches, and its axes at *places* in a grid of rows and columns.
 
-    On a narrow page the places are one below the other.
+    Call within `drawing`. On a narrow page the places are one below the other.
     """
     rows, columns = shape
     if not is_narrow():

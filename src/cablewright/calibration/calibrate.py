@@ -69,7 +69,8 @@ def calibrate(
     unknown. Lines are rigid unless a *cable* law or a model says otherwise; elastic ones require tensions or measured
     poses. *rough*: max error of the file's exit points in each coordinate, m; starts are drawn within it with *seed*.
     *outliers*: whether gross errors are rejected. *need*: max standard deviation of exit points for a good verdict, m.
-    *models*: with ``auto`` the effects of `Calibration.effects` that cross-validation asks for are added to the model.
+    *models*: ``file`` or ``auto``; with ``auto`` the effects of `Calibration.effects` that cross-validation asks for
+    are added to the model.
 
     Raises `InputError` for data or a plan that cannot be used: too few poses, other units, a contradictory datum;
     `AnswerError` if elastic lines have no equilibrium near any pose. Source: Wang, Caro 2021.

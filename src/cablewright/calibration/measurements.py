@@ -50,10 +50,12 @@ _MAY_BE_BLANK: Final = ("guess", "pose_sigma", *(name for name, _ in _CELLS))
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """The measurements at N poses. `guess`: start values of the poses; with `pose_sigma`, measurements of them.
+    """The measurements for a calibration at N poses.
 
-    A row of `guess` is NaN where nothing is known of the pose, one of `pose_sigma` where it was not measured, and so is
-    a cell of any other sensor. `near`: where rows of tensions are linearised, if not at start values.
+    `guess`: start values of the poses, or measured poses where `pose_sigma` has their standard deviations. A row of
+    `guess` is NaN if the pose is unknown, a row of `pose_sigma` if the pose was not measured, and a cell of another
+    sensor if that was not read. `near`: poses at which the equations of tensions are linearised, if not at the start
+    values.
     """
 
     counted: Array  # (N, m) m: length changes since home, by encoders
@@ -153,9 +155,9 @@ def read_measured(path: str | Path, robot: Robot) -> Measured:
 
 
 def _check_blanks(fields: dict[str, Array], where: str, lines: Sequence[int]) -> None:
-    """Raise `InputError` for a position of which only a part is blank, or a sigma without one; *where*: in messages.
+    """Raise `InputError` for a position of which only a part is blank, or a sigma without one.
 
-    And for a sensor whose cells are all blank.
+    *where*: place of the row, for messages. And for a sensor whose cells are all blank.
     """
     blank = {name: np.isnan(values) for name, values in fields.items()}
     for name, column in _CELLS:

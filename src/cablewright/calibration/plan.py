@@ -42,8 +42,8 @@ _Poses = Annotated[tuple[Annotated[int, Strict(), Field(ge=1)], ...], Field(min_
 class Sigmas(Description):
     """Standard deviations of the sensors. Without ``encoder``, that of the encoders is estimated from the residuals.
 
-    ``friction``: of the guides between exit point and load cell, as a share of the tension. ``frequency``:
-    of the first lateral vibration of a free cable, Hz.
+    ``friction``: friction of the guides between exit point and load cell, as a share of the tension. ``frequency``: of
+    the first lateral vibration of a free cable, Hz.
     """
 
     encoder: _Sigma[Length] | None = None
@@ -95,7 +95,7 @@ class Known(Description):
     """A number that is not among the unknowns: its ``value``, and the standard deviation of that, in its SI unit.
 
     Without ``value`` it is that of the robot file, 0 or 1; without ``deviation`` it is assumed as for other robots.
-    ``stretch``: of lines that count as stiff, over that by the file's stiffness.
+    ``stretch``: stretch of lines that count as stiff, relative to that by the file's stiffness.
     """
 
     name: str
@@ -210,9 +210,9 @@ class CalibrationPlan(FileDescription):
 
     ``lengths``: whether counts are lengths from the exit point on (absolute) or changes since home (relative; the
     default, with ``length_offset`` among the unknowns). ``shared``: unknowns that are one number for all lines;
-    ``groups``: for some. ``datum``: exit points (``south-west``) or coordinates (``south-east.y``) to hold. ``level``:
-    sigma of the tilt of all exit points against the file, rad. ``across``: for a platform in a plane, sigma of the
-    file's distance of each exit point from it, m.
+    ``groups``: unknowns that some lines share. ``datum``: exit points (``south-west``) or coordinates
+    (``south-east.y``) to hold. ``level``: sigma of the tilt of all exit points against the file, rad. ``across``: for a
+    platform in a plane, sigma of the file's distance of each exit point from it, m.
     """
 
     lengths: Literal["absolute", "relative"] | None = None

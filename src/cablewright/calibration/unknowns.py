@@ -76,12 +76,12 @@ class Unknown(Parameter):
 
     @property
     def name(self) -> str:
-        """The name without an axis: ``exit_point``."""
+        """Name of the unknown without its axis: ``exit_point``."""
         return self.entry.base
 
     @property
     def axis(self) -> int | None:
-        """0 to 2 of a coordinate, otherwise None."""
+        """Index of the axis, 0 to 2, if the unknown is a coordinate of a point; otherwise None."""
         return self.entry.axis
 
     @property
@@ -96,7 +96,7 @@ class Unknown(Parameter):
 
     @property
     def of_equilibrium(self) -> bool:
-        """Whether equilibria depend on it: it is a number of the line or its mount, not of the winch."""
+        """Whether equilibria depend on the unknown: it is a number of the line or its mount, not of the winch."""
         return self.entry.role == "hardware" or self.name == "exit_compliance"
 
     @property
@@ -174,7 +174,9 @@ def _grouped(robot: Robot, found: Iterator[Unknown], groups: Sequence[Sequence[s
     given = list(found)
     for member in group_of if given and given[0].line is not None else ():
         if not any(each.line == member for each in given):
-            raise InputError(f"groups: {given[0].name}: line {member!r} has none; leave it out of the group")
+            raise InputError(
+                f"groups: {given[0].name}: line {member!r} does not have this number; leave the line out of the group"
+            )
     value_of = {each.line: nominal(robot, each) for each in given} if groups else {}
     for each in given:
         group = [one.line for one in given if one.line is not None and one.line in group_of.get(each.line, ())]

@@ -45,7 +45,10 @@ class YawSettings:
 
 @dataclass(eq=False)
 class YawState:
-    """Changed in place by `step`. ``angle``: rad, of the drive: by its encoder, or without one by its commands."""
+    """State of the yaw drive, changed in place by `step`.
+
+    ``angle``: angle of the drive, rad, by its encoder, or without one by its commands.
+    """
 
     SAVED = ("angle",)
 

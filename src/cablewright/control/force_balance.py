@@ -72,10 +72,10 @@ class ForceBalance:
 def balance(
     model: Model, pose: Array, tensions: Array | Callable[[Array], Array], share: float, laid: float = 0.0
 ) -> ForceBalance:
-    """Judge *tensions* (m,), N, at the sheaves, with the platform at *pose* (n,), m and rad; *share*: of its weight.
+    """Judge *tensions* (m,), N, at the sheaves, with the platform at *pose* (n,), m and rad.
 
-    A function gives those of a pose: lines on one drum share its torque by where they are thought to be.
-    *laid*: kg that have left the model's platform.
+    *share*: allowed deviation as a share of the platform's weight. A function gives those of a pose: lines on one drum
+    share its torque by where they are thought to be. *laid*: kg that have left the model's platform.
     """
 
     def tensions_at(at: Array) -> Array:

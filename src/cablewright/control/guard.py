@@ -72,11 +72,11 @@ class GuardSettings:
     """Limits of m lines and w winches; None: not judged.
 
     ``max_tensions``: (m,) N at the sheaves. ``min_tensions``: (m,) N, of estimated ones while it prints.
-    ``max_torques``: (w,) N m of the winch drums. ``max_drum_speed``: rad/s of a winch drum.
-    ``max_following_error``: rad of it. ``counts_per_radian``: of the encoders, per radian of a winch
-    drum; None: speeds are judged by the drives alone. ``max_uncounted``: (w,) rad that a winch drum may be ordered to
-    turn without a count. ``timeouts``: s without a reading, by source. ``hosts``: (w,) indices of the lines that
-    winches are named for; None: each line has a winch of its own.
+    ``max_torques``: (w,) N m of the winch drums. ``max_drum_speed``: highest speed of a winch drum, rad/s.
+    ``max_following_error``: largest following error of a drum, rad. ``counts_per_radian``: encoder counts per radian of
+    a winch drum; None: speeds are judged by the drives alone. ``max_uncounted``: (w,) rad that a winch drum may be
+    ordered to turn without a count. ``timeouts``: s without a reading, by source. ``hosts``: (w,) indices of the lines
+    that winches are named for; None: each line has a winch of its own.
     """
 
     max_tensions: Array
@@ -91,7 +91,7 @@ class GuardSettings:
     hosts: tuple[int, ...] | None = None
 
     def winch(self, i: int) -> str:
-        """Return of which line winch *i* is, in words."""
+        """Return the words for winch *i*: the name of its line."""
         return f"line {(i if self.hosts is None else self.hosts[i]) + 1}"
 
     def __post_init__(self) -> None:
@@ -122,7 +122,7 @@ class _Uncounted:
 
 @dataclass(eq=False)
 class GuardState:
-    """Changed in place by `judge`. The last reading of a source stays valid until the next one."""
+    """State of the guard, changed in place by `judge`. The last reading of a source stays valid until the next one."""
 
     start_time: float = math.inf  # s, of the first frame
     times: ReadingTimes = field(default_factory=ReadingTimes)  # of each source

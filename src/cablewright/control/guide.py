@@ -98,18 +98,20 @@ class TimedPath:
         samples: Samples | None = None,
         robot: Robot | None = None,
     ) -> Self:
-        """Return the timed path of the first *layers* of a *job*; None: all. *lift*: of the platform over the path, m.
+        """Return the timed path of the first *layers* of a *job*; None: all.
 
-        *nozzle*: of a rigid platform, m, platform frame. *samples*: of the path; by default those of the job's file.
-        *robot*: whose modes shape the motion, see `JobMotion`. Raises `InputError` for a path without material, and for
-        more layers than it has.
+        *lift*: height of the platform over the path, m. *nozzle*: nozzle of a rigid platform, m, platform frame.
+        *samples*: samples of the path; by default those of the job's file. *robot*: robot whose modes shape the motion,
+        see `JobMotion`. Raises `InputError` for a path without material, and for more layers than it has.
         """
         if samples is None:
             toolpath = job.toolpath()
             job, samples = job.with_corners(job.beads(toolpath)), job.samples(toolpath)
         numbers = np.unique(samples.layer[samples.extruding])
         if not len(numbers):
-            raise InputError(f"{job.source}: no material is laid along the path: there is no layer to print")
+            raise InputError(
+                f"{job.source}: the path lays no material, so there is no layer to print; give a job with extrusion"
+            )
         if layers is not None:
             if not 1 <= layers <= len(numbers):
                 raise InputError(f"layers = {layers}: must be 1 to {len(numbers)}, the layers of {job.source}")
@@ -198,7 +200,10 @@ class TimedPath:
 
 @dataclass(eq=False)
 class GuideState:
-    """Changed in place by `step`. `path_time`, `height_offset` and `toured` are enough to continue after a restart."""
+    """State of the guide, changed in place by `step`.
+
+    `path_time`, `height_offset` and `toured` are enough to continue after a restart.
+    """
 
     SAVED = ("path_time", "height_offset", "toured")
 

@@ -12,7 +12,8 @@ from cablewright.foundation.errors import require_positive
 class HeightControl:
     """Settings of height control.
 
-    ``clearance``: m, mean height over the surface below. ``gain``: 1/s. ``max_speed``: m/s.
+    ``clearance``: mean height over the surface below, m. ``gain``: gain on the height error, 1/s. ``max_speed``:
+    largest vertical speed of the correction, m/s.
     """
 
     clearance: float

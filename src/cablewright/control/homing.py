@@ -44,14 +44,15 @@ _APART: Final = 0.05  # m between two places that are one
 
 @dataclass(frozen=True, eq=False)
 class HomingSettings:
-    """Settings of homing. ``lengths``: those at counts by saved data, m; None: none. ``accept``: takes the result.
+    """Settings of homing. ``lengths``: lengths at the present counts by saved data, m; None: there are none.
 
-    It is given the lengths (m,), their counts (w,) and their pose (n,). ``guess``: (n,) m and rad, roughly where the
-    platform is. ``place``: (n,), where a person has measured it; None: not measured.
-    ``frame``: corners (3,), m, between which the platform has to be, and may be moved to find which line is wrong.
-    ``tensions``: of torques (w,), N m, of the drums, and lengths, m, and of expected tensions (m,), N: the pull of the
-    lines, (m,) N. ``tension_error``: its allowed error, a share of the platform's weight. ``power_lost``: whether
-    counters have begun again since the lengths were saved. ``laid``: kg that have left the model's platform.
+    ``accept``: function that takes the result. The arguments of ``accept`` are the lengths (m,), their counts (w,) and
+    their pose (n,). ``guess``: approximate pose (n,), m and rad. ``place``: pose (n,) that a person has measured; None:
+    not measured. ``frame``: corners (3,), m, between which the platform has to be, and may be moved to find which line
+    is wrong. ``tensions``: function that returns the tensions (m,), N, for drum torques (w,), N m, lengths (m,), m, and
+    expected tensions (m,), N. ``tension_error``: its allowed error, a share of the platform's weight. ``power_lost``:
+    whether counters have begun again since the lengths were saved. ``laid``: function that returns the mass that has
+    left the model's platform, kg.
     """
 
     model: Model

@@ -35,9 +35,9 @@ class ManualSettings:
 
     ``deceleration``: m/s^2, of a jog that is let go; None: ``acceleration``. ``max_run_out``: m, from the last order to
     jog to rest. ``delay``: s from a target to its motion. ``holds``: whether the lines hold a rigid platform with its
-    nozzle at a place (3,), m, at a rotation (3,), rad; None: no order. ``period``: for which a motion from rest is
-    shaped; None: it is not. A jog that is let go or is to slow down, and a stop before lines cannot hold, are not.
-    ``plane``: in which the moved point stays; None: in none.
+    nozzle at a place (3,), m, at a rotation (3,), rad; None: no order. ``period``: period of the mode for which a
+    motion from rest is shaped; None: it is not. A jog that is let go or is to slow down, and a stop before lines cannot
+    hold, are not. ``plane``: plane in which the moved point stays; None: it may leave every plane.
     """
 
     min_position: tuple[float, float, float]
@@ -240,7 +240,7 @@ def _towards(settings: ManualSettings, state: ManualState, dt: float) -> Array:
 def _goal(settings: ManualSettings, order: Order) -> Array:
     if order.kind is OrderKind.PARK:
         if settings.park is None:
-            raise InputError("park: the machine has no parking place")
+            raise InputError("park: the machine file sets no parking position")
         return np.array(settings.park)
     return _vector(order, "position")
 

@@ -29,7 +29,7 @@ _MAX_ARGUMENTS: Final = 20  # of an order
 
 @dataclass(eq=False)
 class OrderState:
-    """Changed in place by `examine`."""
+    """State of the examination of orders, changed in place by `examine`."""
 
     times: ReadingTimes = field(default_factory=ReadingTimes)  # of orders to jog
     jog_time: float = -math.inf  # s, of the last order to jog
@@ -48,10 +48,10 @@ def examine(
 ) -> list[Order]:
     """Return the orders at *now*, s, each with why it cannot be obeyed; an empty text leaves it to the state.
 
-    *known*: whether the position is. *procedures*: that the plan has. *step*: s, that the last one took as planned; an
-    order given before it is no older for that. A stop overrides motion orders of the same step, and a jog that was
-    stopped begins again only after a pause of all jog requests. Whatever is no stop is rejected `ORDER_LIFE` after it
-    was ordered.
+    *known*: whether the position is known. *procedures*: procedures that the plan has. *step*: planned duration of the
+    last step, s; an order given before it is no older for that. A stop overrides motion orders of the same step, and a
+    jog that was stopped begins again only after a pause of all jog requests. Whatever is no stop is rejected
+    `ORDER_LIFE` after it was ordered.
     """
     found: list[Order] = []
     if not orders:

@@ -25,9 +25,10 @@ STEADY: Final = np.zeros((2, 1))
 
 @dataclass(eq=False)
 class RampMean:
-    """Changed in place. It is at rest until another speed is wanted, and again once all speeds of the mean are equal.
+    """A moving mean of wanted speeds, changed in place.
 
-    Speeds are (d,), m/s or shares of a speed. Until the next `rest` the mean stays as long as it is.
+    It is at rest until another speed is wanted, and again once all speeds of the mean are equal. Speeds are (d,), m/s
+    or shares of a speed. Until the next `rest` the mean stays as long as it is.
     """
 
     rates: Array = field(default_factory=lambda: STEADY)
@@ -61,7 +62,7 @@ class RampMean:
     def take(self, now: Array, asked: Array, period: Callable[[], float], dt: float) -> Array:
         """Return the speed (d,) of the next *dt*, s, where *asked* (d,) is wanted and *now* (d,) is the present one.
 
-        *period*: of the slowest mode, s, where the mean begins.
+        *period*: period of the slowest mode at the position where the mean begins, s.
         """
         if self.rates is STEADY and not len(self._past) and now.tolist() == asked.tolist():
             return asked

@@ -54,7 +54,10 @@ class BeamSettings:
 
 @dataclass(eq=False)
 class BeamState:
-    """State of the retraction. ``length``: m, last measured. Changed in place by `read`."""
+    """State of the drive that retracts the platform. ``length``: last measured retraction length, m.
+
+    Changed in place by `read`.
+    """
 
     length: float
     times: ReadingTimes = field(default_factory=ReadingTimes)

@@ -27,7 +27,10 @@ class StopKind(IntEnum):
 
 @dataclass(frozen=True)
 class StopSettings:
-    """Settings of stops. ``ramp_time``: s of the winches' common ramp. ``hold_time``: s held before brakes close."""
+    """Settings of stops. ``ramp_time``: duration of the winches' common ramp, s.
+
+    ``hold_time``: time for which winches hold before brakes close, s.
+    """
 
     ramp_time: float = 0.3
     hold_time: float = 0.5

@@ -174,10 +174,11 @@ def swings_at(held: Equilibrium) -> Swings | None:
 
 @dataclass(eq=False)
 class StretchState:
-    """Changed in place by `follow`. ``tensions`` (m,), N: read last, at ``read``, s; ``time``, s: of the last step.
+    """State of the damping, changed in place by `follow`.
 
-    ``planned`` (n,): the wrench of planned tensions, with the delay of the measurement. ``filtered`` (3, n): the lags
-    of the motion; None: they begin again.
+    ``tensions`` (m,), N: the last ones, read at ``read``, s; ``time``: time of the last step, s. ``planned`` (n,): the
+    wrench of planned tensions, with the delay of the measurement. ``filtered`` (3, n): the lags of the motion; None:
+    they begin again.
     """
 
     tensions: Array | None = None

@@ -68,12 +68,15 @@ class SupervisorSettings:
         timeouts = ("settling_time", "position_timeout", "stall_timeout", "tensioning_timeout")
         require_positive(**{name: getattr(self, name) for name in ("max_speed", "max_excess", "max_error", *timeouts)})
         if not all(low < high for low, high in zip(self.min_position, self.max_position, strict=True)):
-            raise InputError(f"limits of the position: {self.min_position} to {self.max_position} m is empty")
+            raise InputError(
+                f"limits of the position: {self.min_position} to {self.max_position} m: each minimum "
+                f"must be below its maximum"
+            )
 
 
 @dataclass(eq=False)
 class SupervisorState:
-    """Changed in place by `step`. It begins with a fault: nothing moves before a reset."""
+    """State of the supervisor, changed in place by `step`. It begins with a fault: nothing moves before a reset."""
 
     SAVED = ("barrier_stops", "refills", "finished")
 
@@ -106,7 +109,7 @@ class SupervisorState:
 
 
 class Verdict(NamedTuple):
-    """Permissions for the next step."""
+    """Permissions of the supervisor for the next step."""
 
     state: PrintState
     reason: str
@@ -141,10 +144,11 @@ def step(
     powder: float = math.inf,
     orders: Iterable[Order] = (),
 ) -> Verdict:
-    """Return the verdict for one step; *state* changes in place.
+    """Judge one step of control: return whether the machine may move, print or must stop; *state* changes in place.
 
-    *cause*: of the guard, to stop. *standing*: whether the winches are commanded to stand; *stopped*: for as long as a
-    stop takes. *target*: of the last step. *powder*, kg: estimate. *orders* that are rejected already change nothing.
+    *cause*: why the guard demands a stop, if it does. *standing*: whether the winches are commanded to stand;
+    *stopped*: whether they have been for as long as a stop takes. *target*: target of the last step. *powder*:
+    estimated powder in the drum, kg. *orders* that are already rejected change nothing.
     """
     now, before = frame.time, state.state
     _update_readings(state, frame, estimate)

@@ -42,7 +42,10 @@ class SwingDamping:
 
 @dataclass(eq=False)
 class SwingState:
-    """Changed in place by `follow`. ``mean``: (2,) horizontal part of the drum's axis, over the last while."""
+    """State of the damping of swings, changed in place by `follow`.
+
+    ``mean``: (2,) horizontal part of the drum's axis, over the last while.
+    """
 
     mean: Array = field(default_factory=lambda: np.full(2, np.nan))
 

@@ -36,8 +36,8 @@ _TENSIONS, _COUNTS = "tensions", "counts"
 class TakeUpSettings:
     """Settings for taking up slack. ``tension``: N, of a taut line. ``max_length``: m of cable to reel in at most.
 
-    ``names``: of the w winches, by their lines. ``counts_per_radian``: of the encoders, per radian of a drum.
-    ``radius``: m, the drums' largest. ``arms`` (w,): m, torque of a drum over the tension of one cable on it.
+    ``names``: names of the w winches, from their lines. ``counts_per_radian``: encoder counts per radian of a winch
+    drum. ``radius``: m, the drums' largest. ``arms`` (w,): m, torque of a drum over the tension of one cable on it.
     ``opposed`` (w,): drums with lines that pull against each other. Both None: a line alone is on each drum.
     """
 
@@ -105,7 +105,7 @@ class TakeUp:
         return ProcedureStep(self._still(), tuple(modes), asked)
 
     def hear(self, frame: SensorFrame) -> bool:
-        """Process the readings of a frame; return whether fresh tensions and counts of all winches exist."""
+        """Process the readings of a frame; return whether there are new tensions and counts of all winches."""
         m = len(self.settings.names)
         for reading in frame.of(Tensions):
             pulls = pulls_of(reading, self.settings.arms)

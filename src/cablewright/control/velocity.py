@@ -56,14 +56,15 @@ _STILL: Final = np.zeros(3)
 
 @dataclass(frozen=True, eq=False)
 class VelocitySettings:
-    """Law, gains and limits.
+    """Settings of the velocity control: law, gains and limits.
 
-    ``max_drum_speed``: rad/s of a winch drum. ``gain``: 1/s, of the path error; ``max_correction``: m/s.
-    ``internal_gain``: 1/s, of the lines' errors in the null space. ``manage_slack``: under the law ``model``, whether
-    one line is slack on purpose; otherwise all lines have the model's tensions. ``by_lengths``: whether the estimated
-    position is that at which the lengths hold the platform at rest. ``swing``: of a drum below a point, which is
-    damped; None: it is not. ``stretch``: the damping of swings in which lines stretch, under the law ``model``.
-    ``lag``: s, of the winches' speeds behind their commands.
+    ``max_drum_speed``: largest speed of a winch drum, rad/s. ``gain``: gain on the path error, 1/s; ``max_correction``:
+    largest speed of its correction, m/s. ``internal_gain``: gain on the lines' errors in the null space, 1/s.
+    ``manage_slack``: under the law ``model``, whether one line is slack on purpose; otherwise all lines have the
+    model's tensions. ``by_lengths``: whether the estimated position is that at which the lengths hold the platform at
+    rest. ``swing``: damping of the swing of a drum below a point; None: it is not damped. ``stretch``: damping of
+    swings in which lines stretch, under the law ``model``.
+    ``lag``: time constant of the winches' speeds behind their commands, s.
     """
 
     model: Model
@@ -134,7 +135,8 @@ class VelocitySettings:
             raise UnknownName("law", self.law, LAWS)
         if self.model.n != 3 and self.law != "model":
             raise InputError(
-                f"law = {self.law}: is one of a point platform; that of {self.model.robot.name!r} is rigid"
+                f"law = {self.law}: is only for a point platform; the platform of {self.model.robot.name!r} is "
+                f"rigid: use law model"
             )
         require(self.model, Capability.CONTROL)
         names = ("gain", "max_correction", "internal_gain", "max_drum_speed")
@@ -143,7 +145,7 @@ class VelocitySettings:
 
 @dataclass(eq=False)
 class VelocityState:
-    """Changed in place by `step`."""
+    """State of the velocity control, changed in place by `step`."""
 
     planned_excess: Array  # (m,) m, of each line on purpose
     held: Array  # (m, 6) states of the lines with which a point was held at rest last ...
@@ -160,7 +162,7 @@ class VelocityState:
 
 
 def start(settings: VelocitySettings) -> VelocityState:
-    """Return the state before the first step."""
+    """Return the state of the control before the first step."""
     return VelocityState(np.zeros(settings.model.m), np.zeros((settings.model.m, 6)))
 
 
@@ -177,9 +179,10 @@ def step(
 ) -> Array:
     """Return the speeds of the winch drums (w,), rad/s, for the next *dt* (s); positive pays out.
 
-    *tensions* (m,), N: estimated, of a rigid platform, or measured, of a point; None: unknown. *beam*: of a platform
-    that retracts. *calms*: whether swings in which lines stretch may be damped now. If one exceeds the limit, all are
-    scaled, so that the platform stays on its path. Zeros for an unknown position or a line without a tangent there.
+    *tensions* (m,), N: estimated for a rigid platform, measured for a point platform; None: unknown. *beam*: retraction
+    of a platform that retracts. *calms*: whether swings in which lines stretch may be damped now. If one exceeds the
+    limit, all are scaled, so that the platform stays on its path. Zeros for an unknown position or a line without a
+    tangent there.
     """
     state.tension_error = math.inf  # unless it is found here
     coming = _coming(settings, state, target, estimate.time, dt)

@@ -23,13 +23,14 @@ _SILENCE: Final = 0.5  # s without a tension of the line
 
 @dataclass(frozen=True)
 class WinchJogSettings:
-    """Settings of a winch jog. ``line``: index of its winch, of ``lines``. ``speed``: m/s of cable, positive pays out.
+    """Settings of a winch jog. ``line``: index of the winch's line; ``lines``: number of lines.
 
-    ``max_tension``: N, of the line while it reels in. ``radius``: m, the drum's largest, so that cable is never faster.
-    ``min_tension``: N, under which the sign of a line that is held must be wrong; (w,) where that differs by drum.
-    ``deceleration``: m/s^2 of cable, when it is let go. ``max_run_out``: m of cable, from the last order to rest.
-    ``delay``: s from an order to the motion. ``arms``: as in `TakeUpSettings`. ``opposed``: the drum reels another line
-    in as it pays this one out.
+    ``speed``: speed of the cable, m/s, positive pays out. ``max_tension``: highest tension of the line while it reels
+    in, N. ``radius``: largest radius of the drum, m, so that cable is never faster. ``min_tension``: N, under which the
+    sign of a line that is held must be wrong; (w,) where that differs by drum. ``deceleration``: deceleration of the
+    cable when the button is released, m/s^2. ``max_run_out``: largest length of cable from the last order to rest, m.
+    ``delay``: time from an order to the motion, s. ``arms``: radii by which lines act, see `TakeUpSettings`.
+    ``opposed``: the drum reels another line in as it pays this one out.
     """
 
     line: int

@@ -44,11 +44,11 @@ class ReckoningSettings:
     """The machine as described.
 
     ``counts_per_radian``: encoder counts for a radian of a winch drum. ``coils``: each line's cable on its drum, wound
-    regularly; None: it has no winch. ``total_length``: m of cable of a winch, wound and paid out.
-    ``slack_threshold``: m of excess from which a line
-    counts as slack. ``smoothing_time``: s, of the velocity and of tensions. ``timeout``: s without counts after which
-    that is a fault. ``cells``: load cells or torques, which help to learn lengths where a place is measured.
-    ``priors``: of the quantities to learn at measured places; None: each place corrects lengths by itself.
+    regularly; None: it has no winch. ``total_length``: length of a winch's cable, wound and paid out, m.
+    ``slack_threshold``: excess of length from which a line counts as slack, m. ``smoothing_time``: time over which
+    velocity and tensions are smoothed, s. ``timeout``: time without counts after which there is a fault, s. ``cells``:
+    load cells or torques, which help to learn lengths where a place is measured. ``priors``: priors of the quantities
+    to estimate at measured positions; None: each measured position corrects the lengths by itself.
     """
 
     model: Model
@@ -69,7 +69,7 @@ class ReckoningSettings:
 
     @cached_property
     def drums(self) -> LineCoils:
-        """The lines' cables on their drums."""
+        """The coils of the lines' cables on their winch drums."""
         return LineCoils(self.coils, self.total_length)
 
     @cached_property
@@ -80,7 +80,7 @@ class ReckoningSettings:
 
 @dataclass(eq=False)
 class ReckoningState:
-    """Changed in place by `step`."""
+    """State of dead reckoning, changed in place by `step`."""
 
     SAVED = ("creep", "learnt")
 
@@ -137,8 +137,8 @@ def placed(
 
     Of all changes of the lengths that bring it there the smallest is taken, in proportion to each line's length: what
     creeps and what an oversized drum pays out is a share of it. *by_tensions*: with more taut lines than degrees of
-    freedom, changes that do not move the platform are those that fit measured tensions best. Raises `AnswerError` where
-    there is no equilibrium in between.
+    freedom, choose the changes that do not move the platform so that they fit the measured tensions best. Raises
+    `AnswerError` where there is no equilibrium in between.
     """
     lengths = counted(state)
     share, pose = lengths**2, state.tracker.pose

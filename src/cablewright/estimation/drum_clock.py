@@ -28,8 +28,9 @@ _AGREE: Final = 3  # frames in a row, for a clock that was set forward
 class ClockLeadSettings:
     """Known properties of the drum's clock.
 
-    ``offset``: s, standard deviation at the start. ``drift``: of its rate. ``latency``: s, shortest time of a reading
-    over the link. ``age``: s, how old the youngest of a frame may be beyond that; None: as the machine's period.
+    ``offset``: s, standard deviation at the start. ``drift``: standard deviation of its rate. ``latency``: s, shortest
+    time of a reading over the link. ``age``: s, how old the youngest of a frame may be beyond that; None: as the
+    machine's period.
     """
 
     offset: float

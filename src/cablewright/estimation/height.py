@@ -37,10 +37,10 @@ class HeightSettings:
     drum's axis in which the structure, and in the paper the floor, is measured. ``lowest_points``: how many points the
     floor's line goes through. ``outlier_distance``: m; a point that differs by more from both neighbours is rejected.
     ``sigma``: m, of one range: corrects the bias of taking the lowest of noisy points; 0, as the paper: no correction.
-    ``max_slope``: of the line through the lowest points, beyond which they are no floor. ``floor_cone``: rad, half
-    angle in which the floor is searched instead, as the lowest level with many points, because the cone may contain
-    only structure; None, as the paper: in the cone. ``floor``: m, world, height of the floor. ``place_sigma``, m, and
-    ``turn_sigma``, rad: of the lidar's mount along and about each axis of the drum.
+    ``max_slope``: slope of the line through the lowest points, beyond which these are no floor. ``floor_cone``: rad,
+    half angle in which the floor is searched instead, as the lowest level with many points, because the cone may
+    contain only structure; None, as the paper: in the cone. ``floor``: m, world, height of the floor. ``place_sigma``,
+    m, and ``turn_sigma``, rad: of the lidar's mount along and about each axis of the drum.
     """
 
     mount: tuple[float, float, float]

@@ -23,8 +23,8 @@ class KnownMachine:
     ``counts_per_radian``: encoder counts for a radian of a winch drum. ``max_drum_speed``: rad/s of a winch drum.
     ``valve_depth``: m, from B down to the distance sensor. ``max_rejections``: turns in a row whose lidar's position is
     not accepted, after which it is believed. ``position_timeout``: s without an accepted lidar position until the
-    estimate is invalid. ``timeouts``: s by source, without a reading, until that is a fault. ``clock``: that of the
-    drum; None: it is the machine's.
+    estimate is invalid. ``timeouts``: time without a reading after which a source is at fault, s, by source. ``clock``:
+    clock of the drum; None: it is the machine's.
     """
 
     model: Model
@@ -44,7 +44,10 @@ class KnownMachine:
     def __post_init__(self) -> None:
         """Reject lidars without a model, platforms with a rotation and counts that are not positive."""
         if len(self.lidars) != len(self.walls.lidars):
-            raise InputError(f"lidars: {len(self.lidars)} sources for {len(self.walls.lidars)} lidars")
+            raise InputError(
+                f"lidars: {len(self.lidars)} sources of scans for {len(self.walls.lidars)} lidars; give "
+                f"one source for each lidar"
+            )
         if self.model.n != 3:
             raise InputError(f"robot {self.model.robot.name!r}: only a point platform's state can be observed")
         if not self.counts_per_radian > 0.0:

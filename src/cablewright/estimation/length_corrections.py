@@ -56,9 +56,10 @@ class LengthPriors:
     """What is assumed of lengths before anything is measured, standard deviations: assumed, not fitted to a machine.
 
     ``place``: m, of a measured place in each coordinate. ``share``: error of a line's length, as a share of it.
-    ``creep``: of the length, after an hour under the mean tension of all lines at the start. ``mount``: m/N. ``drift``:
-    of the length, in an hour, as a random walk. ``scatter``: of the length, again at each place: hysteresis and
-    friction. ``radius``, m, and ``turns``: of the winding, see `machine.settings.WinchSettings`.
+    ``creep``: creep of the length after an hour under the mean tension of all lines at the start. ``mount``: compliance
+    of the mount, m/N. ``drift``: random walk of the length in an hour. ``scatter``: error of the length that is new at
+    each position, by hysteresis and friction. ``radius``, m, and ``turns``: of the winding, see
+    `machine.settings.WinchSettings`.
     """
 
     place: float

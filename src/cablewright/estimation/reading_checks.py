@@ -52,7 +52,7 @@ _MAX_BOUNCE: Final = 1.0  # s in which no acceleration is about gravity, before 
 class ReadingChecks:
     """The last reading of each sensor, and how many of the IMU's in a row were bad.
 
-    ``winches``: whose encoders are read; None: of one for each line.
+    ``winches``: winches whose encoders are read; None: one for each line.
     """
 
     monitor: FaultMonitor

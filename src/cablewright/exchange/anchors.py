@@ -33,9 +33,10 @@ def anchored_robot(
 ) -> Robot:
     """Return a point platform on *lines* by name, from exit points through eyelets.
 
-    *cable*: one of the table; *stiffness*: of the file's, N, where none of the table is chosen; *below*: m, of the
-    nozzle below the point where lines meet. Firmware has the anchors as that point sees them with the nozzle at the
-    origin. Values that the lines do not have are noted in *assumed*. Raises `InputError`.
+    *cable*: a name in the table of cables; *stiffness*: stiffness of the file's cable, N, where none of the table is
+    chosen; *below*: distance, m, of the nozzle below the point where lines meet. Firmware has the anchors as that point
+    sees them with the nozzle at the origin. Values that the lines do not have are noted in *assumed*. Raises
+    `InputError`.
     """
     table = chosen_cable(cable or CABLE)
     if cable is None and stiffness is not None:

@@ -81,7 +81,9 @@ def require_right_handed(axes: Sequence[Sequence[float]], place: str) -> None:
         if abs(sum(a * b for a, b in zip(one, other, strict=True)) - wanted) > 1e-4:
             raise InputError(f"{place}: a11 to a33 are no rotation: columns must be orthogonal and of length 1")
     if _determinant(x, y, z) < 0.0:
-        raise InputError(f"{place}: a11 to a33 are left-handed axes (determinant -1); only right-handed ones are read")
+        raise InputError(
+            f"{place}: a11 to a33 are left-handed axes (determinant -1); only right-handed axes are supported"
+        )
 
 
 def as_point(lines: Iterable[dict[str, Any]]) -> bool:

@@ -69,8 +69,10 @@ def _both(paths: Sequence[Path]) -> list[Path]:
             beside = path.with_name(path.stem.removesuffix(one) + other + path.suffix)
             if is_file(beside):
                 return [path, beside]
-            raise InputError(f"{path}: its other half {beside.name} is not beside it; name both files")
-    raise InputError(f"{path}: half of a CASPR model; name both files, that of the bodies and that of the cables")
+            raise InputError(
+                f"{path}: the second file of the CASPR model, {beside.name}, is not in the same folder; give both files"
+            )
+    raise InputError(f"{path}: this is one of the two files of a CASPR model; give both, bodies and cables")
 
 
 @dataclass
@@ -100,7 +102,7 @@ class _Reader:
         if not lines:
             raise InputError(f"{chosen.place}: <cable_set> is empty: a robot without lines")
         if is_point and not as_point(lines):
-            raise InputError(f"{body.place}: a body that does not rotate with several attachments is not described")
+            raise InputError(f"{body.place}: a body that does not rotate but has several attachments is not supported")
         if not is_point and as_point(lines) and len(lines) > 1:
             self.lost.add("joint.type: all cables meet in one point, about which nothing holds a body: it is a point")
             is_point = True
@@ -122,9 +124,11 @@ class _Reader:
         links = self.bodies.children
         for link in links:
             if link.tag != "link_rigid":
-                raise InputError(f"{link.place}: <{link.tag[:60]}>: only a link_rigid is read")
+                raise InputError(
+                    f"{link.place}: <{link.tag[:60]}>: this link type is not supported; only link_rigid is"
+                )
         if len(links) != 1:
-            raise InputError(f"{self.bodies_path}: {len(links)} links; a robot with links between bodies is not read")
+            raise InputError(f"{self.bodies_path}: {len(links)} links; only robots with a single link are supported")
         return links[0]
 
     def _joint(self, body: Element) -> str:
@@ -177,7 +181,7 @@ class _Reader:
     def _set(self) -> Element:
         sets = {each.attribute("id"): each for each in self.cables.all("cable_set")}
         if len(sets) < sum(1 for _ in self.cables.all("cable_set")):
-            raise InputError(f"{self.cables_path}: two <cable_set> have one id")
+            raise InputError(f"{self.cables_path}: two <cable_set> have the same id; give each an id of its own")
         if not sets:
             raise InputError(f"{self.cables_path}: <cables> has no <cable_set>")
         wanted = self.cable_set
@@ -191,16 +195,20 @@ class _Reader:
 
     def _line(self, cable: Element, centre: Point) -> dict[str, Any]:
         if cable.tag != "cable_ideal":
-            raise InputError(f"{cable.place}: <{cable.tag[:60]}>: only a cable_ideal is read")
+            raise InputError(
+                f"{cable.place}: <{cable.tag[:60]}>: this cable type is not supported; only cable_ideal is"
+            )
         reference = cable.attribute("attachment_reference") if "attachment_reference" in cable.attributes else "joint"
         if reference not in ("joint", "com"):
             raise InputError(f"{cable.place}: attachment_reference = {shown(reference)}: must be joint or com")
         ends = cable.one("attachments").children
         for end in ends:
             if end.tag != "attachment":
-                raise InputError(f"{end.place}: <{end.tag[:60]}>: only an attachment that is a point is read")
+                raise InputError(
+                    f"{end.place}: <{end.tag[:60]}>: this attachment type is not supported; only a point is"
+                )
         if len(ends) != 2:
-            raise InputError(f"{cable.place}: {len(ends)} attachments; only cables with two are read")
+            raise InputError(f"{cable.place}: {len(ends)} attachments; only cables with two attachments are supported")
         places = {end.one("link").numbers(1)[0]: end.one("location").numbers(3) for end in ends}
         if set(places) != {0.0, 1.0}:
             raise InputError(f"{cable.place}: attachments must be one of link 0, the ground, and one of link 1")

@@ -67,10 +67,10 @@ def firmware(
 ) -> Firmware:
     """Return the files for a firmware. Without a *machine* drums have one layer and no gear, and that is noted.
 
-    *tolerance*: of lengths between points, m; by default half a microstep, or none where the firmware computes the
-    lengths itself. By default a jump of a length, as of a line that goes slack, may be `TOLERANCE` and is noted.
-    *version*: of RepRapFirmware; *gear*: teeth of motors and spools; *complete*: of LinuxCNC, all files that it needs
-    to move simulated joints.
+    *tolerance*: largest error of the lengths between two points, m; by default half a microstep, or none where the
+    firmware computes the lengths itself. By default a jump of a length, as of a line that goes slack, may be
+    `TOLERANCE` and is noted. *version*: version of RepRapFirmware; *gear*: teeth of motors and spools; *complete*: for
+    LinuxCNC, whether to write all files that it needs to move simulated joints.
 
     Raises `InputError` for a robot or job that it cannot do, by name, and `AnswerError` where the robot cannot.
     """

@@ -18,9 +18,10 @@ from cablewright.foundation.toml_input import read_bytes
 
 @dataclass(frozen=True)
 class ImportOptions:
-    """Choices of an import. ``cable``: one of the table of cables; ``cable_set``: of a CASPR model.
+    """Choices of an import.
 
-    ``nozzle_below``: m, of the nozzle of a Hangprinter below the point where its lines meet.
+    ``cable``: one of the table of cables; ``cable_set``: set of cables to read from a CASPR model. ``nozzle_below``: m,
+    of the nozzle of a Hangprinter below the point where its lines meet.
     """
 
     cable: str | None = None
@@ -87,9 +88,10 @@ READ: Final[Mapping[str, ReadFormat]] = MappingProxyType({
 
 
 def read_robot(paths: Sequence[Path], name: str | None = None, options: ImportOptions | None = None) -> ImportedRobot:
-    """Return the robot of files of a format; *name*: of the format, default: by the content of the first file.
+    """Return the robot of files of a format.
 
-    Raises `InputError`: for a file of no known format, for several files where one is read, and as the format's reader.
+    *name*: name of the format; by default the content of the first file decides. Raises `InputError`: for a file of no
+    known format, for several files where one is read, and as the format's reader.
     """
     chosen = _format_of(paths[0]) if name is None else name
     if chosen not in READ:

@@ -202,13 +202,13 @@ def _sections(path: Path) -> tuple[dict[str, dict[str, str]], dict[Any, str]]:
         if match := _SECTION.fullmatch(text):
             section = match[1]
             if section in sections:
-                raise InputError(f"{place}: section [{section[:60]}] is there twice")
+                raise InputError(f"{place}: section [{section[:60]}] occurs twice; keep one of them")
             sections[section] = {}
         elif match := _OPTION.fullmatch(text):
             if not section:
-                raise InputError(f"{place}: {match[1][:60]} before any [section]")
+                raise InputError(f"{place}: the option {match[1][:60]} stands before the first [section]")
             if match[1] in sections[section]:
-                raise InputError(f"{place}: [{section[:60]}] has {match[1][:60]} twice")
+                raise InputError(f"{place}: [{section[:60]}] has the option {match[1][:60]} twice; keep one of them")
             sections[section][match[1]] = match[2]
             places[section, match[1]] = place
     return sections, places

@@ -60,7 +60,8 @@ def read_lengths(path: Path, robot: Robot) -> LengthLog:
     time, lengths = table[:, 0], table[:, 1:]
     if (np.diff(time) < 0.0).any():
         raise InputError(
-            f"{path}: time falls in row {int(np.flatnonzero(np.diff(time) < 0.0)[0]) + 2}; rows rise in time"
+            f"{path}: the time in row {int(np.flatnonzero(np.diff(time) < 0.0)[0]) + 2} is before that of the row "
+            f"above; sort the rows by time"
         )
     if not (lengths > 0.0).all():
         k, i = np.argwhere(~(lengths > 0.0))[0]
@@ -114,7 +115,7 @@ class LoggedPoses(Result):
 
     @property
     def refusal(self) -> str:
-        """Sentence that explains why the answer is no; empty if it is yes."""
+        """Sentence that explains why the command's answer is no (exit code 1); empty if the answer is yes."""
         if self.solved == self.rows:
             return ""
         first = int(np.flatnonzero(~self.poses.ok)[0])

@@ -259,8 +259,8 @@ def rrf_config(
 ) -> ExportedFile:
     """Return the lines of a ``config.g``.
 
-    *full_steps*: of a motor's turn; *positions* (k, 3): of the nozzle along the job, m, for which Q and R are chosen.
-    Raises `InputError`.
+    *full_steps*: number of full steps in a turn of a motor; *positions* (k, 3): positions of the nozzle along the job,
+    m, for which Q and R are chosen. Raises `InputError`.
     """
     require(robot, Capability.REPRAPFIRMWARE)
     target.require(robot)
@@ -410,5 +410,7 @@ def _list(words: _Words, letter: str, count: int, read: Callable[[str, str], Any
     text, place = words[letter]
     parts = text.split(":")
     if len(parts) < count:
-        raise InputError(f"{place}: {letter} = {text[:60]!r}: has {len(parts)} values; there are {count} anchors")
+        raise InputError(
+            f"{place}: {letter} = {text[:60]!r}: has {len(parts)} values; give one for each of the {count} anchors"
+        )
     return [read(part, f"{place}: {letter}") for part in parts[:count]]

@@ -11,7 +11,10 @@ from cablewright.robot import Robot
 
 @dataclass(frozen=True)
 class Mapped:
-    """One feature of a format. ``theirs``: its place in the other format; ``ours``: in a robot file; ``note``: how."""
+    """One feature of a format.
+
+    ``theirs``: its key in the other format; ``ours``: its key in a robot file; ``note``: how it is converted.
+    """
 
     theirs: str
     ours: str

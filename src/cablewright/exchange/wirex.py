@@ -170,7 +170,7 @@ class _Reader:
         """The winch of a line: that of its type, or the only one."""
         winches = {each.attribute("name"): each for each in self.models.all("winch")}
         if len(winches) < sum(1 for _ in self.models.all("winch")):
-            raise InputError(f"{self.path}: two <winch> have one name")
+            raise InputError(f"{self.path}: two <winch> have the same name; give each a name of its own")
         wanted = given.attribute("winchtype") if "winchtype" in given.attributes else ""
         if wanted in winches:
             return winches[wanted]
@@ -222,7 +222,7 @@ class _Reader:
     def _count(self, winch: Element | None) -> int:
         count = 1.0 if winch is None else winch.one("cable").number("nr_cables", 1.0, least=1.0)
         if count != int(count) and winch is not None:
-            raise InputError(f"{winch.place}: nr_cables = {count:g}: must be a whole number")
+            raise InputError(f"{winch.place}: nr_cables = {count:g}: must be a whole number of cables")
         return int(count)
 
     def _drum(self, winch: Element | None) -> dict[str, float]:

@@ -31,7 +31,7 @@ def checked(function: Callable[..., Any], name: str) -> Callable[..., Any]:
     """Return a public *function* that raises `InputError` for an argument of another type than it declares.
 
     Only types that `isinstance` can decide count: classes, numbers, texts and paths. Arrays and callables are looked at
-    where they are used. *name*: of the function in `cablewright`, by which other processes find it.
+    where they are used. *name*: name of the function in `cablewright`, by which other processes find it.
     """
 
     @wraps(function)

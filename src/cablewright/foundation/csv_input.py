@@ -37,7 +37,7 @@ class Column(NamedTuple):
 def text_lines(
     path: Path, max_bytes: int, what: str, longest: int = _LONGEST_LINE, *, indented: bool = False
 ) -> Iterator[tuple[int, str]]:
-    """Yield number and text of each line that is neither empty nor a comment (``#``); *indented*: with its indentation.
+    """Yield number and text of each line that is neither empty nor a comment (``#``). *indented*: keep the indentation.
 
     Raises `InputError` for a file that cannot be read, holds more than ``max_bytes``, has a line over ``longest`` bytes
     or is not UTF-8.

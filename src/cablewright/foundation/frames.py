@@ -49,7 +49,7 @@ def grid_of(result: Any) -> Dataset:
     table = frame_of(result)
     _module("xarray")
     if not {*_SPACE} <= {*table.columns}:
-        raise InputError(f"{type(result).__name__}: it is not of places; a batch of poses or a grid is")
+        raise InputError(f"{type(result).__name__}: it has no positions; only a batch of poses or a grid has")
     axes = [name for name in _SPACE if table[name].nunique() > 1]
     count = 1
     for name in axes:

@@ -291,7 +291,7 @@ def read_snapshots(path: Path, *, is_signed: IsSigned | None = None) -> dict[str
     """
     data = read_bytes(path, _MAX_FILE, "snapshot")
     if len(data) < _START.size or data[: len(_MAGIC)] != _MAGIC:
-        raise InputError(f"{path}: no saved state of this program")
+        raise InputError(f"{path}: this file is no saved state of cablewright")
     _, length, check = _START.unpack_from(data)
     body = memoryview(data)[_START.size :]
     if is_signed is not None and zlib.crc32(body) != check:  # a signature follows the content

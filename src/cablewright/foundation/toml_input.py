@@ -60,7 +60,7 @@ def read_bytes(path: Path, max_bytes: int, what: str) -> bytes:
         except OSError as error:
             raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     if len(data) > max_bytes:
-        raise InputError(f"{path}: larger than {max_bytes} bytes, the most a {what} may hold")
+        raise InputError(f"{path}: larger than {max_bytes} bytes, the maximum size of a {what}")
     return data
 
 

@@ -70,8 +70,8 @@ class Pilot:
         """Solve the lengths along *path* at the present height of *machine*; None: hold it in place.
 
         *path* (k, 2), m, world: evenly spaced points of a closed path, the first repeated at the end; or a trajectory,
-        whose lengths are those of `inverse_dynamics`. *seed*: of the errors of lengths. Raises `AnswerError` where the
-        drum cannot be held.
+        whose lengths are those of `inverse_dynamics`. *seed*: seed of the random errors of the lengths. Raises
+        `AnswerError` where the drum cannot be held.
         """
         self.machine, self.settings = machine, settings
         self._random = np.random.default_rng([seed, 7])

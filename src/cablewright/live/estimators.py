@@ -97,12 +97,14 @@ def estimator(
     require(robot, Capability.ESTIMATION)
     if robot.n == 6:
         if name == "paper":
-            raise InputError(f"estimator = {name}: is one of a point platform; that of {robot.name!r} is rigid")
+            raise InputError(
+                f"estimator = {name}: is only for a point platform; the platform of {robot.name!r} is rigid"
+            )
         return BodyEstimator(body_settings(robot, settings, sensors=name == "filter"), place)
     if name in OBSERVERS:
         if robot.platform.plane is not None:
             what = f"that of {robot.name!r} does: use encoders"
-            raise InputError(f"estimator = {name}: is one of a platform that moves in no plane; {what}")
+            raise InputError(f"estimator = {name}: is only for a platform that does not move in a plane; {what}")
         observer = OBSERVERS[name]
         own = observer.settings(robot, settings, lasers)
         if radii is not None:

@@ -154,8 +154,8 @@ def compare_loops(
     * *plants*: ``quasi-static``, ``dynamic``, or ``make(robot, start, seed)``, which returns a machine with the true
       state among its `Abilities`. *start* (n,), m and rad, is the first pose.
 
-    *machine*: as for `simulate`. The largest drum speed bounds all controllers equally. The trajectory begins when the
-    estimate is valid.
+    *machine*: machine to simulate, see `simulate`. The largest drum speed bounds all controllers equally. The
+    trajectory begins when the estimate is valid.
 
     Raises `InputError` for unknown names, two of one name, rates that are not m finite numbers, and a plant without a
     truth.
@@ -200,7 +200,7 @@ def _named(
         if isinstance(each, str) and each not in known:
             raise UnknownName(what, each, known)
         if name in found:
-            raise InputError(f"{what} {name}: is there twice; give each a name of its own")
+            raise InputError(f"{what} {name}: this name occurs twice; give each a name of its own")
         found[name] = ours(each) if isinstance(each, str) else each
     return list(found.items())
 

@@ -115,5 +115,8 @@ def workspace_nodes(model: Model, step: float, progress: Progress | None = None)
     require(model, Capability.PATH)
     nodes = count_nodes(model, "static", step=step, progress=progress)
     if not nodes.counted:
-        raise AnswerError(f"robot {model.robot.name}: no place of a grid of {step:g} m is within all limits")
+        raise AnswerError(
+            f"robot {model.robot.name}: no position of a grid with a step of {step:g} m is within all "
+            f"limits; give a smaller step"
+        )
     return nodes

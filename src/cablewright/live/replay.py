@@ -333,7 +333,9 @@ def _is_by_scans(estimator: str, head: LogHead) -> bool:
 def _homed(estimator: str, head: LogHead, log: str | Path) -> Observer:
     """Return the functions of an estimator that begins where the log's head says that the machine was homed."""
     if estimator == "paper":
-        raise InputError(f"estimator = {estimator}: is one of a point platform; that of {head.robot.name!r} is rigid")
+        raise InputError(
+            f"estimator = {estimator}: is only for a point platform; the platform of {head.robot.name!r} is rigid"
+        )
     home = head.home
     if head.robot.n == 3:
         needs = "the encoders alone need"

@@ -34,7 +34,10 @@ class Lattice:
 
 @dataclass(frozen=True, eq=False)
 class RestPose:
-    """A pose and its lines. ``held``: whether it is an equilibrium within the robot's limits; ``row``: of *lattice*."""
+    """A pose and its lines.
+
+    ``held``: whether it is an equilibrium within the robot's limits; ``row``: index of its row in *lattice*.
+    """
 
     equilibrium: Equilibrium
     held: bool

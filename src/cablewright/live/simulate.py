@@ -92,11 +92,11 @@ def simulate(
     """Drive a simulated machine, built by *seed* within its tolerances, along a random closed path, or hold it.
 
     *machine*: see `machine_of`. *loop*: length of the path, m, at *height*, m. *hold*: position (3,) of B, m, world, or
-    pose (6,) of a body, to stay at instead. *trajectory*: to follow instead; ``drive.poses`` are then the true poses
-    after each step. *duration*: s, by default once round the loop, or to the trajectory's end. Of a `Model` the robot
-    alone is used: the *plant*, ``dynamic`` or ``quasi-static``, has its own laws. *severity*: see `with_severity`;
-    None: of the *machine*. *log*: an MCAP file, which appears when it is complete. *epoch*: UTC of its time 0, for
-    programs that show dates; by default 1970, so that the same input gives the same bytes.
+    pose (6,) of a body, to stay at instead. *trajectory*: trajectory to follow instead; ``drive.poses`` are then the
+    true poses after each step. *duration*: s, by default once round the loop, or to the trajectory's end. Of a `Model`
+    the robot alone is used: the *plant*, ``dynamic`` or ``quasi-static``, has its own laws. *severity*: see
+    `with_severity`; None: of the *machine*. *log*: an MCAP file, which appears when it is complete. *epoch*: UTC of its
+    time 0, for programs that show dates; by default 1970, so that the same input gives the same bytes.
 
     Raises `InputError` for contradictory or missing arguments, `AnswerError` where the path cannot be held,
     `EnvironmentFault` where the log cannot be written.
@@ -109,7 +109,7 @@ def simulate(
     """
     described, settings = robot.robot if isinstance(robot, Model) else robot, driving or DriveSettings()
     if sum(each is not None for each in (loop, hold, trajectory)) != 1:
-        raise InputError("simulate: expected either loop, a length, or hold, a place, or trajectory")
+        raise InputError("simulate: give one of loop (a length), hold (a position) and trajectory")
     if hold is not None and duration is None:
         raise InputError("simulate: hold needs a duration")
     if loop is not None and not 0.0 < loop < MAX_LENGTH:

@@ -14,7 +14,7 @@ from cablewright.robot import Line, Robot
 def coils_of(robot: Robot, settings: WinchSettings, seed: int | None = None, **walk: float) -> tuple[Coil | None, ...]:
     """Return the cable of each line on its drum, None where a counterweight hangs; raises as `coil_of`.
 
-    Regularly wound, or by *seed* with the deviations *walk* of `coil_of`.
+    The coils are regularly wound, or with random deviations *walk* by *seed*, see `coil_of`.
     """
     randoms = (None if seed is None else np.random.default_rng([seed, 1, i]) for i in range(robot.m))
     return tuple(
@@ -40,7 +40,10 @@ def coil_of(
     """
     if line.winch.drum_radius is None or line.cable.diameter is None:
         missing = "winch.drum_radius" if line.winch.drum_radius is None else "cable.diameter"
-        raise InputError(f"line {line.name!r} gives no {missing}, which the cable on its winch needs")
+        raise InputError(
+            f"line {line.name!r} has no {missing} in the robot file, which the model of the cable on "
+            f"its winch needs: add it"
+        )
     core, pitch, growth = line.winch.drum_radius, settings.pitch, 0.0
     drum = drum_of(line)
     if drum is not None and drum.build_up > 0.0:  # its radius is linear in its angle

@@ -19,7 +19,8 @@ def drums_of(robot: Robot, machine: MachineSettings | None = None) -> tuple[Winc
         bare = drum_of(line)
         if bare is None:
             raise InputError(
-                f"line {line.name!r} gives no winch.drum_radius, which turns of its winch need: give it in [winch]"
+                f"line {line.name!r} has no winch.drum_radius, which is needed to convert turns of its winch: give "
+                f"it in [winch]"
             )
         found.append(
             bare if machine is None else WinchDrum(bare.radius, coil_of(line, machine.winch), machine.winch.held)

@@ -88,7 +88,10 @@ def require_abilities(
 
 
 def check_command(abilities: Abilities, command: Command, last_time: float) -> None:
-    """Raise `InputError` for a command that a machine with *abilities* cannot take; *last_time*: of the last, s."""
+    """Raise `InputError` for a command that a machine with *abilities* cannot take.
+
+    *last_time*: time of the last command, s.
+    """
     m, given = abilities.winches, np.asarray(command.winch_speeds, dtype=np.float64)
     speeds = given.tolist()
     if given.shape != (m,) or not all(map(math.isfinite, speeds)):

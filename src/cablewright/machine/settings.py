@@ -108,9 +108,9 @@ class RoomSettings(Description):
 class ClockSettings(Description):
     """Owner's settings of the clock on the drum, which stamps readings over the wireless link.
 
-    ``offset``: standard deviation, s, of its difference from the machine's at the start; ``drift``: of its rate.
-    ``latency``: s, the shortest time that a reading takes. ``age``: s, how old the youngest one of a step may be
-    beyond that; None: as the step is long.
+    ``offset``: standard deviation, s, of its difference from the machine's at the start; ``drift``: standard deviation
+    of the rate of that difference. ``latency``: s, the shortest time that a reading takes. ``age``: s, how old the
+    youngest one of a step may be beyond that; None: as the step is long.
     """
 
     offset: Annotated[Delay, Field(le=10.0)] = 0.0

@@ -145,8 +145,9 @@ class CountFile:
 class Remembering:
     """A machine whose counts are kept on disk; its frames have totals, over wraps and over a loss of power.
 
-    ``epoch``: of the totals; another one than that on disk where those were not valid any more. Where a file cannot be
-    written at a standstill, frames have the notice NOT_SAVED. ``power_lost``: counters have begun again since.
+    ``epoch``: identifies the series of totals; it differs from that on disk where the totals on disk were not valid any
+    more. Where a file cannot be written at a standstill, frames have the notice NOT_SAVED. ``power_lost``: counters
+    have begun again since.
     """
 
     machine: Machine

@@ -20,7 +20,7 @@ MAX_TURNS: Final = 200_000
 
 @dataclass(frozen=True, eq=False)
 class Coil:
-    """A drum with cable, turn by turn from the bare core on; radius and position are linear between two turns.
+    """The cable wound on a winch drum, turn by turn from the bare core; radius and position are interpolated.
 
     Angles are the drum's, rad, 0 for the empty drum. Read-only arrays.
     """
@@ -37,7 +37,9 @@ class Coil:
         """Return the length of cable (m) on the drum with *angle* wound. Raises `InputError` beyond the last turn."""
         turns = angle / TURN
         if not 0.0 <= turns <= len(self.radii) - 1:
-            raise InputError(f"{angle:g} rad wound: this drum holds 0 to {TURN * (len(self.radii) - 1):g} rad")
+            raise InputError(
+                f"{angle:g} rad of cable wound on the winch drum; it holds 0 to {TURN * (len(self.radii) - 1):g} rad"
+            )
         whole = min(int(turns), len(self.radii) - 2)
         share = turns - whole
         rise = self.radii[whole + 1] - self.radii[whole]
@@ -46,7 +48,7 @@ class Coil:
     def angle(self, length: float) -> float:
         """Return the angle that winds *length* (m) of cable. Raises `InputError` for more than the drum holds."""
         if not 0.0 <= length <= self.wound[-1]:
-            raise InputError(f"{length:g} m wound: this drum holds 0 to {self.wound[-1]:g} m")
+            raise InputError(f"{length:g} m of cable wound on the winch drum; it holds 0 to {self.wound[-1]:g} m")
         whole = min(int(np.searchsorted(self.wound, length, side="right")) - 1, len(self.radii) - 2)
         begin, rise = self.radii[whole], self.radii[whole + 1] - self.radii[whole]
         rest = (length - self.wound[whole]) / TURN
@@ -119,7 +121,10 @@ def wind(
         raise InputError(f"radius_walk = {radius_walk:g} m: must be under a sixth of the drum's radius, {core:g} m")
     turns = int(min(np.ceil(capacity / (TURN * (core - 3.0 * radius_walk))), MAX_TURNS)) + 2
     if turns > MAX_TURNS:
-        raise InputError(f"{capacity:g} m on a drum of {core:g} m: more than {MAX_TURNS} turns")
+        raise InputError(
+            f"{capacity:g} m of cable on a winch drum of radius {core:g} m take more than {MAX_TURNS} "
+            f"turns, the maximum; give a larger drum_radius or a smaller capacity"
+        )
     index = np.arange(turns + 1)
     layer, place = np.divmod(index, per_layer)
     across = (place + 0.5) / per_layer - 0.5

@@ -92,7 +92,8 @@ class CreepMemory:
     def __init__(self, times: Array, sizes: Array, pace: CreepPace | None = None) -> None:
         """*times* (k,), s, of retardation; *sizes* (m, k), 1/N, at the end of all time; none has crept yet.
 
-        *pace*: of the lines, if it depends on the climate; until `feel` it is that of the laws' references.
+        *pace*: pace of the lines' creep, if it depends on the climate; until `feel` is called it is that at the laws'
+        reference climate.
         """
         self._times, self._sizes = times, sizes
         self.stretched = np.zeros_like(sizes)  # strain of each element
@@ -101,7 +102,7 @@ class CreepMemory:
 
     @property
     def strain(self) -> Array:
-        """Creep strain of each line, (m,)."""
+        """Strain of each line by creep until now, (m,)."""
         return np.asarray(self.stretched.sum(axis=1))
 
     def feel(self, air: Air) -> None:

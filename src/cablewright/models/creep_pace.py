@@ -42,7 +42,7 @@ class CreepPace:
     """Paces of m lines, by the climate."""
 
     def __init__(self, laws: Sequence[Creep | None]) -> None:
-        """*laws*: of the lines' cables; those that do not depend on the climate, and None, have pace 1."""
+        """*laws*: creep laws of the lines' cables; laws that do not depend on the climate, and None, have pace 1."""
         known = [law or Creep() for law in laws]
         self._energies = np.array([law.activation_energy for law in known])
         self._temperatures = np.array([law.reference_temperature for law in known])

@@ -33,7 +33,10 @@ class Fidelity:
 
     @classmethod
     def of(cls, cable: str = "catenary", sheave: str | None = None) -> Fidelity:
-        """Return the fidelity of two names of laws. Raises `UnknownName` for any other name."""
+        """Return the fidelity with the cable law and sheave law of these names.
+
+        Raises `UnknownName` for any other name.
+        """
         if cable not in list(CableLaw):
             raise UnknownName("cable law", cable, [law.value for law in CableLaw])
         if sheave is not None and sheave not in list(SheaveLaw):

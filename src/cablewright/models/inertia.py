@@ -87,9 +87,10 @@ def _crossed(vectors: Array) -> Array:
 
 
 def counterweight_root(robot: Robot, parts: Stiffness) -> Array:
-    """Return R (..., c, n): c counterweights add R^T R to the mass matrix; *parts*: of the stiffness there.
+    """Return R (..., c, n): c counterweights add R^T R to the mass matrix.
 
-    Each rises by the length that its line gains between its ends, as if the cable did not stretch.
+    *parts*: parts of the stiffness at those poses. Each rises by the length that its line gains between its ends, as if
+    the cable did not stretch.
     """
     hung = list(robot.hung)
     masses = np.array([robot.lines[i].counterweight for i in hung], dtype=np.float64)

@@ -97,7 +97,7 @@ def _step(robot: Robot, job: Job, toolpath: Toolpath) -> float:
 def along(robot: Robot, job: Job, samples: Samples, room: Room = MEMORY) -> tuple[Array, Array | None]:
     """Return poses (k, n), m and rad, that bring the nozzle to the k samples, and retraction lengths (k,), m, or None.
 
-    *room*: for the poses. As `poses_at`, which says what it raises.
+    *room*: folder for the array of poses. Raises as `poses_at`.
     """
     _, drawn = poses_at(robot, job, samples.positions[:1])
     if robot.n == 3 and drawn is None and not free_coordinates(robot):

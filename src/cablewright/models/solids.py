@@ -43,7 +43,7 @@ def nothing() -> Obstacle:
 
 
 def of_beads(deposit: Deposit, room: Room = MEMORY) -> Obstacle:
-    """Return the strands of a deposit; the time is the number of the sample. *room*: for them."""
+    """Return the strands of a deposit; the time is the number of the sample. *room*: folder for their arrays."""
 
     def pieces(rows: Indices) -> Array:
         taken = [column[rows] for column in (deposit.centre, deposit.along, deposit.across, deposit.half)]

@@ -88,7 +88,10 @@ class Capability(StrEnum):
 
 @dataclass(frozen=True)
 class Feature:
-    """A feature of robots. ``key``: in the robot file; ``holder``: the part that has it, in words; "": none."""
+    """A feature of robots.
+
+    ``key``: key of the feature in the robot file; ``holder``: name of the part that has the feature; empty: none.
+    """
 
     name: str
     words: str
@@ -102,7 +105,7 @@ class Cell:
 
     ``instead``: the alternative to use; of `Coverage.LOST` and NOT_CHECKED the part that is left out.
 
-    ``because``: of an answer of `support`, what of the robot decides.
+    ``because``: the property of the robot that decides the answer of `support`.
     """
 
     verdict: Coverage = Coverage.WORKS

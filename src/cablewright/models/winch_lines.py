@@ -50,7 +50,7 @@ class WinchLines:
 
     @property
     def shared(self) -> Indices:
-        """The places (d,) of the winches with several lines: their torque is of all of these."""
+        """Indices (d,) of the winches with several lines, whose torque is that of all these lines together."""
         return np.flatnonzero(~self.alone[self.hosts])
 
     @cached_property

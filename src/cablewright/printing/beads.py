@@ -64,7 +64,7 @@ class Beads:
 
     @property
     def differing(self) -> tuple[str, ...]:
-        """A note for programs that lay all beads with the typical sizes; empty where all have these."""
+        """Note for programs that lay all beads with the typical width and height; empty if all have these."""
         ends = [(np.nanmin(each), np.nanmax(each)) for each in (self.width, self.height)]
         if all(low == high for low, high in ends):
             return ()

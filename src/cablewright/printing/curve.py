@@ -53,7 +53,9 @@ class CurveRequirements:
         if not 0 <= self.crossings <= 50:
             raise InputError(f"crossings = {self.crossings}: must be from 0 to 50")
         if not 0.0 <= self.min_radius < 0.5 * float(sides.min()):
-            raise InputError(f"minimum radius = {self.min_radius:g} m: must be under half the area's shorter side")
+            raise InputError(
+                f"minimum radius = {self.min_radius:g} m: must be less than half of the area's shorter side"
+            )
         if not 0.0 <= self.min_angle < 0.5 * np.pi:
             raise InputError(f"min_angle = {self.min_angle:g} rad: must be from 0 to a quarter turn")
 

@@ -45,7 +45,7 @@ def deposit(
 ) -> Deposit:
     """Return the material of extruding moves, in pieces of about `PIECE_LENGTH` or shorter.
 
-    A piece exists from the sample at its end on, not while it is being printed. *room*: for the pieces. *up*:
+    A piece exists from the sample at its end on, not while it is being printed. *room*: folder for the pieces. *up*:
     unit vector from a strand to the nozzle, world.
     """
     laid = np.flatnonzero(samples.extruding)
@@ -76,7 +76,7 @@ def deposit(
 def _boxes(start: Array, end: Array, wide: Array, high: Array, up: Array) -> tuple[Array, Array, Array, Array]:
     """Centre, directions along and across, and half sides (b, 3) of straight pieces from *start* to *end* (b, 3).
 
-    *wide*, *high*: of their strands (b,), m; *up* (3,): from them to the nozzle.
+    *wide*, *high*: width and height (b,) of the beads' strands, m; *up* (3,): direction from the strands to the nozzle.
     """
     way = end - start
     length = np.linalg.norm(way, axis=1)

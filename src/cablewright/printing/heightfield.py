@@ -28,7 +28,7 @@ class HeightField:
         """Return a floor at *height* from *low* to at least *high*, m. Raises `InputError`."""
         sides = np.subtract(high, low)
         if not (np.isfinite(sides).all() and (sides > 0.0).all()):
-            raise InputError(f"from {low} to {high} m there is no area")
+            raise InputError(f"the area from {low} to {high} m is empty: each lower limit must be below the upper one")
         require_positive(cell=cell)
         counts = np.ceil(sides / cell - 1e-9)
         if not counts.prod() <= MAX_CELLS:

@@ -231,7 +231,7 @@ class Job(FileDescription):
     def typical_bead(self, toolpath: Toolpath | None = None) -> tuple[Bead, tuple[str, ...]]:
         """Return the median bead of the laid moves, and notes on how those of the file differ.
 
-        *toolpath*: of the job; None: it reads the G-code where the job leaves beads open.
+        *toolpath*: toolpath of the job; None: the G-code is read if the job states no beads.
         """
         if self.gcode is None or self.bead.model_fields_set == Bead.model_fields.keys():
             return self.bead, ()
@@ -243,8 +243,8 @@ class Job(FileDescription):
     ) -> Samples:
         """Sample the toolpath in machine coordinates, by the step of `sampling` or else *step*, m.
 
-        *room*: for the samples. *beads*: of the moves, which a limit of flow needs; None: they are found. Raises
-        `InputError`.
+        *room*: folder for the samples. *beads*: beads of the moves, which a limit of flow needs; None: they are found.
+        Raises `InputError`.
         """
         speeds = self.motion.print_speed, self.motion.travel_speed
         found = sample(toolpath, self.scale, self.origin, self.sampling.step or step, *speeds, room)
@@ -262,7 +262,7 @@ class Job(FileDescription):
     ) -> Array:
         """Return the largest speed of each move (k,), m/s, by feeds, speeds and flow; *fastest*: without feeds.
 
-        inf where nothing limits it. *beads*: of the moves; None: they are found. *room*: for the speeds.
+        inf where nothing limits it. *beads*: beads of the moves; None: they are found. *room*: folder for the speeds.
         """
         motion, found = self.motion, room.empty((len(toolpath.start),))
         printing = motion.most_speed("print_speed", fastest)
@@ -282,7 +282,10 @@ class Job(FileDescription):
         return found
 
     def time_law(self, samples: Samples, room: Room = MEMORY) -> TimeLaw:
-        """Return the time law of the samples under the limits of motion. *room*: for it, where jerk has no limit."""
+        """Return the time law of the samples under the limits of motion.
+
+        *room*: folder for it, where jerk has no limit.
+        """
         return self.motion.time_law(samples, room)
 
 

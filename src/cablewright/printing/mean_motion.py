@@ -56,7 +56,10 @@ class IntegratedLaw(NamedTuple):
 
     @classmethod
     def of(cls, samples: Samples, law: TimeLaw, acceleration: float, about: slice) -> Self:
-        """Return the pieces along samples *about*; *law*: of `time_law` at that *acceleration*, m/s^2, without jerk."""
+        """Return the pieces along samples *about*.
+
+        *law*: time law by `time_law` at that *acceleration*, m/s^2, without a limit of jerk.
+        """
         knots, near = pieces(samples, law, acceleration, about)
         positions, along = samples.positions[about], samples.distance[about] - samples.distance[about.start]
         way = (np.diff(positions, axis=0) / np.diff(along)[:, None])[near]

@@ -49,7 +49,7 @@ class RandomCurve(_Rounds):
 
     @property
     def requirements(self) -> CurveRequirements:
-        """Requirements of the curve. Raises `InputError`."""
+        """Return the requirements that the random curve has to meet. Raises `InputError`."""
         return CurveRequirements(self.length, self.area, self.crossings, self.least_radius)
 
     @property

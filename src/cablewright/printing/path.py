@@ -81,8 +81,8 @@ def sample(
 
     Lengths of the file are multiplied by ``scale``, then shifted by ``origin`` (m, machine). A move's speed limit is
     its feed times ``scale``, but at most ``print_speed`` where it extrudes and ``travel_speed`` where not (m/s). Moves
-    of zero length (a nanometre or less) give no sample; their dwell is that of the last sample before. ``room``: for
-    the samples.
+    of zero length (a nanometre or less) give no sample; their dwell is that of the last sample before. ``room``: folder
+    for the samples.
 
     Raises `InputError` for more than `MAX_SAMPLES`, or with room in files `MAX_IN_FILES`, for a path beyond
     `MAX_COORDINATE`, or for one without length.

@@ -53,7 +53,8 @@ _APART: Final = 1e-9  # m, least distance of two samples along the path
 class Shaper:
     """What shapes a motion.
 
-    ``period``: of the slowest mode (k,), s, with the nozzle at positions (k, 3), m. The others are limits of the job.
+    ``period``: function that returns the period (k,), s, of the slowest mode with the nozzle at positions (k, 3), m.
+    The other fields are limits of the job.
     """
 
     period: Callable[[Array], Array]
@@ -75,9 +76,9 @@ class Shaper:
     def shaped(self, samples: Samples, room: Room = MEMORY, at_samples: Array | None = None) -> tuple[Samples, TimeLaw]:
         """Return the samples of the shaped path and their time law, from rest to rest.
 
-        *samples*: of the path; the result has more about corners. Every point of the shaped path is within the corner
-        deviation of the path. A planned stop is where the path has it, and as long. *room*: for the result.
-        *at_samples*: (k,) m/s, further limits at the samples, inf for none.
+        *samples*: samples of the path; the result has more of them about corners. Every point of the shaped path is
+        within the corner deviation of the path. A planned stop stays at its position on the path, and is as long.
+        *room*: folder for the result. *at_samples*: (k,) m/s, further limits at the samples, inf for none.
         """
         allowed = room.empty((len(samples),))  # m, of the rounding in each corner, as if that were alone
         allowed[:] = (1.0 - _CHORD) * self.corner_deviation

@@ -54,7 +54,9 @@ def _read(file: BinaryIO, path: Path, size: int) -> Array:
     if count < 0:
         raise InputError(f"{path}: {size} bytes, too few for an STL file: its header takes {_HEADER}")
     if count > MAX_TRIANGLES:
-        raise InputError(f"{path}: {count} triangles by its header; at most {MAX_TRIANGLES} are read")
+        raise InputError(
+            f"{path}: its header states {count} triangles; at most {MAX_TRIANGLES} are read: reduce the mesh"
+        )
     if size < whole:
         raise InputError(f"{path}: truncated: {count} triangles by its header take {whole} bytes, it has {size}")
     data = file.read(STL_FACET.itemsize * count)
@@ -99,5 +101,5 @@ def _vertex(words: list[bytes], path: Path, number: int) -> list[float]:
     except ValueError:
         values = []
     if len(values) != 3 or not all(map(math.isfinite, values)):
-        raise InputError(f"{path}, line {number}: a vertex has 3 finite numbers")
+        raise InputError(f"{path}, line {number}: a vertex must be 3 finite numbers")
     return values

@@ -42,8 +42,9 @@ def time_law(
 
     ``acceleration`` (m/s^2) limits the change of speed along the path and, with ``corner_deviation`` (m), the speed at
     corners. Between two samples the speed may rise above both and fall again, but never above the segment's limit.
-    ``jerk`` (m/s^3) limits the change of acceleration along the path: see `printing/jerk.py`; such a law is computed
-    in memory. ``room``: for any other law. ``at_samples``: (k,) m/s, further limits at the samples, inf for none.
+    ``jerk`` (m/s^3) limits the change of acceleration along the path: see `printing/jerk.py`; such a law is computed in
+    memory. ``room``: folder for the arrays of any other law. ``at_samples``: (k,) m/s, further limits at the samples,
+    inf for none.
     """
     limit = samples.speed_limit[1:]  # (k - 1,)
     corner = corner_speeds(samples, acceleration, corner_deviation, room)
@@ -150,8 +151,8 @@ def _smooth(samples: Samples, limit: Array, corner: Array, acceleration: float, 
 def pieces(samples: Samples, law: TimeLaw, acceleration: float, rows: slice) -> tuple[Knots, NDArray[np.int64]]:
     """Return the motion from the arrival at the first of some *rows* on, and the segment of each piece of it.
 
-    *law*: by `time_law` under that *acceleration*, m/s^2, without a limit of the jerk. Places are relative to the first
-    row's, and segments are numbered from there.
+    *law*: time law by `time_law` under that *acceleration*, m/s^2, without a limit of the jerk. Places are relative to
+    the first row's, and segments are numbered from there.
     """
     places = samples.distance[rows] - samples.distance[rows.start]
     limit = samples.speed_limit[rows][1:]

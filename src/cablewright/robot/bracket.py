@@ -87,7 +87,7 @@ class Lever(Description):
 
 
 class Axle(Description):
-    """The sheave's axle, a round bar in the cheeks; ``sheave_width``: of the sheave's hub on it."""
+    """The sheave's axle, a round bar in the cheeks; ``sheave_width``: width of the sheave's hub on the axle, m."""
 
     material: Material
     sheave_width: _Size
@@ -96,8 +96,8 @@ class Axle(Description):
 class Bracket(Description):
     """A bracket without the values of the line's sheave: length, weight and mass centre of the lever, radius.
 
-    ``standoff``: from the baseplate's front to the spindle's axis. ``rise``: height of the middle of baseplate,
-    uprights and block above the joint.
+    ``standoff``: distance from the baseplate's front to the spindle's axis. ``rise``: height of the middle of
+    baseplate, uprights and block above the joint.
     """
 
     standoff: _Size

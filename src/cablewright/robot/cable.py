@@ -48,10 +48,10 @@ _SECTIONS = ("section", "fill_factor", "construction")
 class Creep(Description):
     """Creep of a cable by the law of `models.creep`: strains per tension after an hour under it, 1/N.
 
-    ``compliances``: those of Voigt elements with ``retardations``, s, which rise. ``logarithmic``: that of logarithmic
-    creep. This is at ``reference_temperature``, degrees Celsius, and ``reference_humidity``, relative;
-    ``activation_energy``, J/mol, and ``humidity_exponent`` determine the rate of creep in another climate, see
-    `models.creep_pace`; of 0 it does not depend on that.
+    ``compliances``: compliances of the Voigt elements; ``retardations``: retardation times of these elements, s,
+    rising. ``logarithmic``: that of logarithmic creep. This is at ``reference_temperature``, degrees Celsius, and
+    ``reference_humidity``, relative; ``activation_energy``, J/mol, and ``humidity_exponent`` determine the rate of
+    creep in another climate, see `models.creep_pace`; of 0 it does not depend on that.
     """
 
     retardations: Annotated[tuple[Positive[Duration], ...], Field(max_length=MAX_RETARDATIONS)] = ()

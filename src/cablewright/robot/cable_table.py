@@ -34,7 +34,7 @@ class StockCable:
     """A cable of the table.
 
     ``table``: the lines of its ``[cable]``; ``modulus``: min and max of the true EA over that of the table, assumed;
-    ``least_radius``: of the sheaves and drums that it may run over, m.
+    ``least_radius``: smallest radius of the sheaves and drums over which the cable may run, m.
     """
 
     summary: str

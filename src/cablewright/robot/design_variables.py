@@ -38,7 +38,7 @@ class Change:
         for kind, line in self.parts:
             if kind in NAMED:
                 if line is not None:
-                    raise InputError(f"{kind} is of the whole robot, not of line {line!r}")
+                    raise InputError(f"{kind} belongs to the whole robot, not to line {line!r}; leave @{line} out")
                 continue
             if kind not in _OF_A_ROBOT:
                 raise UnknownName("parameter", kind, [*NAMED, *_OF_A_ROBOT])
@@ -85,7 +85,7 @@ def require_different(changes: Iterable[Change]) -> None:
     names = [part for change in changes for part in change.parts]
     for kind, line in names:
         if names.count((kind, line)) > 1:
-            raise InputError(f"{kind}: is varied more than once")
+            raise InputError(f"{kind}: is varied more than once; give it once")
 
 
 def with_box_inertia(robot: Robot) -> Robot:

@@ -69,11 +69,11 @@ class Line(Description):
     ``dead_elastic`` and ``arc_elastic``: whether the dead span and the cable on the sheave stretch.
 
     ``advantage``: the mechanical advantage, which is the number of spans between exit point and platform point: with 2
-    the cable runs to a pulley on the platform and back. ``cables``: of one kind, side by side on one winch. Spans are
-    taken as equal, from point to point, and pulleys as frictionless; tension is that of one cable.
+    the cable runs to a pulley on the platform and back. ``cables``: number of equal cables side by side on one winch.
+    Spans are taken as equal, from point to point, and pulleys as frictionless; tension is that of one cable.
 
     ``guides``: eyelets, (3,) m, world, and wheels that the cable passes from the winch exit on, before the exit point.
-    ``platform_sheave``: on which the cable ends, instead of at its platform point.
+    ``platform_sheave``: sheave on the platform on which the cable ends, instead of at its platform point.
 
     ``exit_compliance``: m/N, by which the mount of the exit point is displaced per force of the cable on it: that of
     the free span, and of the dead span where it is modelled; else the winch is on the same mount. ``exit_point`` is
@@ -158,12 +158,12 @@ class Line(Description):
 
     @property
     def has_upright_swivel(self) -> bool:
-        """Whether its sheave turns about the vertical, on which its cable comes to it."""
+        """Whether the line's sheave swivels about the vertical axis along which the cable arrives."""
         return isinstance(self.sheave, Swivel) and self.sheave.upright and not self.is_aside
 
     @property
     def has_arc(self) -> bool:
-        """Whether its cable lies on a sheave at either end of the free span."""
+        """Whether the cable lies on a sheave at one or both ends of the free span."""
         return not isinstance(self.sheave, Eyelet) or self.platform_sheave is not None
 
     @property

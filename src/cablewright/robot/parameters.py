@@ -197,7 +197,7 @@ def with_value(robot: R, parameter: Parameter, value: float) -> R:
     kind = parameter.entry
     _require(robot, parameter)
     if not kind.described:
-        raise InputError(f"{kind.name}: no robot file has it")
+        raise InputError(f"{kind.name}: is not a number of a robot file")
     if not kind.allows(value):
         raise InputError(f"it {kind.bound}")
     if kind.of == "platform":

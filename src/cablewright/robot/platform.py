@@ -19,10 +19,10 @@ _OF_A_BODY = ("centre_of_mass", "inertia", "inertia_products", "moment")
 
 
 class Load(Description):
-    """A state of payload: an empty hopper, a full one, wind on the platform.
+    """A load of the platform, such as an empty hopper, a full one, or wind.
 
-    Fields, units and frames are those of `RigidPlatform`; a load of a point platform has ``mass`` and ``force`` only.
-    A value replaces the platform's, it is not added to it; None leaves the platform's.
+    Fields, units and frames are those of `RigidPlatform`; a load of a point platform has ``mass`` and ``force`` only. A
+    given value replaces that of the platform; None keeps it.
     """
 
     name: Annotated[str, Field(min_length=1, max_length=60)]
@@ -35,7 +35,7 @@ class Load(Description):
 
     @property
     def changes(self) -> dict[str, Any]:
-        """Changed values of a load, by field of the platform."""
+        """Values that this load replaces, by the name of the platform's field."""
         return {key: value for key, value in self if key != "name" and value is not None}
 
 

@@ -134,10 +134,11 @@ class Robot(FileDescription):
 
         *exit_points* (m, 3), m, world. *platform_points* (m, 3), m, platform frame: those of a rigid platform; None: a
         point, where all cables meet. *mass*: kg. *cable*: a `Cable`, or the name of one that can be bought, such as
-        dyneema-2mm. *tension_limits*: min and max, N. *sheave*: of all lines, by default an eyelet. *frame* (2, 3):
-        lowest and highest corner, m, of the box in which the platform may be; by default from the lowest exit point, or
-        the floor z = 0 where all are at one height, to the highest. *platform*: further fields of `PointPlatform` or
-        `RigidPlatform`, such as inertia. Numbers are SI, or texts with a unit. Raises `InputError` in one line.
+        dyneema-2mm. *tension_limits*: min and max, N. *sheave*: sheave of all lines, by default an eyelet. *frame* (2,
+        3): lowest and highest corner, m, of the box in which the platform may be; by default from the lowest exit
+        point, or the floor z = 0 where all are at one height, to the highest. *platform*: further fields of
+        `PointPlatform` or `RigidPlatform`, such as inertia. Numbers are SI, or texts with a unit. Raises `InputError`
+        in one line.
 
         Examples
         --------
@@ -283,7 +284,7 @@ class Robot(FileDescription):
 
     @property
     def winch_lines(self) -> tuple[Line, ...]:
-        """The lines with a winch of their own."""
+        """Indices of the lines with a winch of their own."""
         return tuple(self.lines[i] for i in self.hosts)
 
     @property
@@ -293,7 +294,7 @@ class Robot(FileDescription):
 
     @property
     def sharing(self) -> tuple[Line, ...]:
-        """The lines that are on the drum of another line."""
+        """Indices of the lines whose cable is on the winch drum of another line."""
         return tuple(line for line in self.lines if line.shared_winch is not None)
 
     @property

@@ -140,9 +140,9 @@ def _degrees(cosine: float) -> str:
 class UniversalJoint(_TurningSheave):
     """A sheave at the end of a lever that is free to turn in azimuth and elevation about the exit point.
 
-    ``lever``: from the joint to the sheave's centre; ``lever_weight``: N, of all that moves with the lever;
-    ``lever_mass_centre``: distance of its centre of mass from the joint, along the lever. ``lever_range``: lowest and
-    highest angle of the lever above the horizontal. ``facing`` and ``swing`` as for `Swivel`.
+    ``lever``: distance from the joint to the sheave's centre; ``lever_weight``: weight of all parts that move with the
+    lever, N; ``lever_mass_centre``: distance of its centre of mass from the joint, along the lever. ``lever_range``:
+    lowest and highest angle of the lever above the horizontal. ``facing`` and ``swing`` as for `Swivel`.
     """
 
     kind: Literal["universal-joint"] = "universal-joint"

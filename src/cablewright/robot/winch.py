@@ -16,7 +16,8 @@ MAX_BUILD_UP = 1.0
 class Winch(Description):
     """A winch. Each value may be unknown, None; a function that needs it then raises an error.
 
-    ``max_speed``: of the cable; ``max_torque``: at the drum; ``capacity``: length of cable that the drum can hold.
+    ``max_speed``: highest speed of the cable; ``max_torque``: highest torque at the drum; ``capacity``: length of cable
+    that the drum can hold.
 
     ``drum_radius``: m, to the axis of the cable that leaves the drum, of any length; or with a ``build_up`` where
     the line is ``drum_length`` (m, unstrained) long. ``build_up``: 1/m, share of its radius that the drum loses there

@@ -34,7 +34,7 @@ def update(text: str, robot: Robot) -> str:
     except TOMLKitError as error:
         raise InputError(f"{_ORIGIN}: {error}") from None
     if loads(result, _ORIGIN) != robot:
-        raise InputError(f"{_ORIGIN}: more than values differs; edit the file by hand")
+        raise InputError(f"{_ORIGIN}: the robots differ in more than values; edit the file by hand")
     return result
 
 

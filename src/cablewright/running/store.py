@@ -64,7 +64,7 @@ def run_folder(folder: Path) -> Iterator[Path]:
         folder.parent.mkdir(parents=True, exist_ok=True)
         aside = Path(mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
     except OSError as reason:
-        raise EnvironmentFault(f"{folder}: the run folder cannot be made: {reason.strerror or reason}") from None
+        raise EnvironmentFault(f"{folder}: the run folder cannot be created: {reason.strerror or reason}") from None
     try:
         part = aside / "new"
         part.mkdir()

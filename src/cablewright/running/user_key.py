@@ -76,5 +76,7 @@ def _folder() -> Path:
     try:
         home = shared if shared.is_absolute() else Path.home() / ".local" / "state"
     except RuntimeError:  # a user without a home
-        raise EnvironmentFault(f"no folder for the key that signs states; set {DIRECTORY}") from None
+        raise EnvironmentFault(
+            f"there is no folder for the key that signs saved states; set the environment variable {DIRECTORY}"
+        ) from None
     return home / "cablewright"

@@ -93,7 +93,7 @@ class Tracker:
         return Status.of(code)
 
     def change(self, packed: Packed) -> None:
-        """Continue with other numbers of the same robot in *packed*: of another load, or another retraction.
+        """Continue with *packed*, other numbers of the same robot: those of another load, or of another retraction.
 
         The next step leads to their equilibrium.
         """

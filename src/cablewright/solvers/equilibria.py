@@ -124,7 +124,7 @@ class Equilibria(Result):
 
     @property
     def refusal(self) -> str:
-        """Sentence that explains why the answer is no; empty if it is yes."""
+        """Sentence that explains why the command's answer is no (exit code 1); empty if the answer is yes."""
         if self._is_overstretched:
             return "the lengths cannot meet: in every stable equilibrium a line is over its breaking load"
         return "" if self.finished else self.why

@@ -89,7 +89,7 @@ def exhaust(
     model, lengths = found.solutions.model, found.solutions.lengths[0]
     refuse_unfit(model, lengths)
     if not time_limit > 0.0:
-        raise InputError(f"time limit = {time_limit:g}: over 0 is expected, s")
+        raise InputError(f"time limit = {time_limit:g} s: must be over 0")
     save, progress = save or (lambda _search: None), progress or silent
     deadline, before = time.monotonic() + time_limit, search.judged
     solutions = _again(found.solutions, search.poses)

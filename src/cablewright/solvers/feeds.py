@@ -28,7 +28,8 @@ FASTEST: Final = 1e3
 def fed(robot: Robot, job: Job, samples: Samples, room: Room = MEMORY) -> Samples:
     """Return *samples* of a *job* with the speeds that winches allow, where it asks for the fastest; else as they are.
 
-    Lines are straight and do not stretch. *room*: for the speeds. Raises `InputError` where nothing limits a speed.
+    Lines are straight and do not stretch. *room*: folder for the array of speeds. Raises `InputError` where nothing
+    limits a speed.
     """
     if job.motion.speed == "gcode":
         return samples

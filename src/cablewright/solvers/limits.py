@@ -54,9 +54,10 @@ def on_drums(robot: Robot, torques: Array) -> Array:
 
 
 def rise_on_drums(robot: Robot, drop: Array, rise: Array) -> Array:
-    """Return the most (..., m), N m, by which a drum's torque rises; *drop* and *rise*: of each line's cables.
+    """Return the most (..., m), N m, by which a drum's torque rises.
 
-    *drop* is at most 0. Lines on one drum are taken to change together in the worst way.
+    *drop* and *rise*: how much the tension of each line's cables may fall and rise. *drop* is at most 0. Lines on one
+    drum are taken to change together in the worst way.
     """
     found = rise.copy() if robot.sharing else rise
     for i, j, sense in drum_mates(robot):

@@ -69,8 +69,9 @@ def atlases(
     """Return covers of all shapes of the lines at *lengths* (m,), m, with the certified equilibria *found* (K,).
 
     *box* (6,): lowest and highest x, y, z of the searched region, m; *view* (6,): of the part that is still open, which
-    is resolved more finely. *level*: 0, 1, ... with ever smaller leaves. *deadline*: on the clock `time.monotonic`, s.
-    Raises `AnswerError` where they take too much memory, `OutOfTime` where they are not ready at the deadline.
+    is resolved more finely. *level*: 0, 1, ... with ever smaller leaves. *deadline*: time on the clock `time.monotonic`
+    at which the search stops, s. Raises `AnswerError` where they take too much memory, `OutOfTime` where they are not
+    ready at the deadline.
     """
     packed = found.model.packed
     exits = found.model.lines.exit_point - found.model.lines.platform_point

@@ -50,7 +50,9 @@ def winch_line(model: Model, line: LineKey) -> int:
     """Return the index of *line*, see `line_index`, whose length a winch sets. Raises `InputError`."""
     index = line_index(model, line)
     if model.lines.counterweight[index] > 0.0:
-        raise InputError(f"line {model.robot.lines[index].name!r} has a counterweight, and no winch")
+        raise InputError(
+            f"line {model.robot.lines[index].name!r} has a counterweight instead of a winch; choose another line"
+        )
     return index
 
 

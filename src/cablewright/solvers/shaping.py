@@ -100,7 +100,10 @@ class JobMotion:
 
     @classmethod
     def of(cls, robot: Robot, job: Job, samples: Samples, room: Room = MEMORY) -> Self:
-        """Return the motion of a *job* on a *robot* along its *samples*, shaped where it can be. *room*: for it."""
+        """Return the motion of a *job* on a *robot* along its *samples*, shaped where it can be.
+
+        *room*: folder for its arrays.
+        """
         law, motion = job.time_law(samples, room), job.motion
         mode, layers = slowest_mode(robot, job, samples), layer_table(samples, law)
         if isinstance(mode, str):

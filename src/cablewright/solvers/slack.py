@@ -104,7 +104,7 @@ def _checked(model: Model, excess: Excess) -> dict[int, float]:
         index = winch_line(model, line)
         name = model.robot.lines[index].name
         if index in by:
-            raise InputError(f"line {name!r} is named twice among the slack ones")
+            raise InputError(f"line {name!r} is named twice among the slack lines")
         try:
             by[index] = float(value)
         except (TypeError, ValueError):
@@ -388,7 +388,10 @@ def excess_from_angle(model: Model, pose: ArrayLike, line: LineKey, distance: fl
     last = int(np.argmin(np.append(np.diff(found) > 0.0, False)))
     if not found[0] <= 0.0 <= found[last]:
         bounds = f"{found[0] + angle:.4f} to {found[last] + angle:.4f} rad"
-        raise InputError(f"angle = {angle:g} rad: {bounds} is expected, the range of line {name!r} for an excess >= 0")
+        raise InputError(
+            f"angle = {angle:g} rad: must be {bounds}, the angles that line {name!r} can have with an "
+            f"excess of 0 m or more"
+        )
     over = max(1, int(np.argmax(found >= 0.0)))
     return float(brentq(beyond, excess[over - 1], excess[over], xtol=1e-13, rtol=1e-13))
 
@@ -399,7 +402,8 @@ def _hanging(model: Model, pose: ArrayLike, line: LineKey, distance: float) -> L
     name = model.robot.lines[i].name
     if model.lines.weight[i] == 0.0:
         raise InputError(
-            f"cable = {model.fidelity.cable.value}: a slack line without weight has no shape; use catenary"
+            f"cable = {model.fidelity.cable.value}: the shape of a slack line needs the cable's weight; use cable = "
+            f"catenary"
         )
     lone = LoneLine(model, one_pose(model, pose), i)
     if math.isnan(lone.taut) or lone.hung(0.0)[0] == Code.UNDER_EXIT:

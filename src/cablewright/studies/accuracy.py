@@ -142,7 +142,7 @@ class AccuracyStudy(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Cautions on the figures."""
+        """Notes that caution about the figures of the result."""
         broken = [rule for rule in self.rules if not rule.holds]
         if not broken:
             return self.accuracy.notes
@@ -188,13 +188,13 @@ def accuracy(
     *where* is one pose (n,), m and rad (returns `AccuracyAtPose`, the most detailed result); poses (N, n) (`Accuracy`);
     `Places`, with the platform unrotated, or a `Job` or its file, with the rotations of its schedule (`AccuracyStudy`).
 
-    *ranges*: of the parameters, or an `Uncertainty` that has them; by default those of the robot file's uncertainty, or
-    else each line's modulus between 0.7 and 1.3 of its nominal value. *compensation*: the model that the commanded
-    lengths are from: ``none``, ``elastic``, ``eyelets`` or ``full``. *method*: how the spread of errors is found,
-    ``vertices``, ``first-order``, ``monte-carlo``, or a `Method` such as ``MonteCarlo(samples, seed)``.
+    *ranges*: ranges of the parameters, or an `Uncertainty` that has them; by default those of the robot file's
+    uncertainty, or else each line's modulus between 0.7 and 1.3 of its nominal value. *compensation*: the model that
+    the commanded lengths are from: ``none``, ``elastic``, ``eyelets`` or ``full``. *method*: how the spread of errors
+    is found, ``vertices``, ``first-order``, ``monte-carlo``, or a `Method` such as ``MonteCarlo(samples, seed)``.
     *tension_limits* (N) replace those of every line. *home*: a pose at which the machine was zeroed; there the
-    commanded lengths are exact. *retraction* (N,), m, is for poses. *seed*: of the random points inside the ranges that
-    are compared with their corners at one pose. *executor*: who computes the spread of many poses, by default this
+    commanded lengths are exact. *retraction* (N,), m, is for poses. *seed*: seed of the random points inside the ranges
+    that are compared with their corners at one pose. *executor*: who computes the spread of many poses, by default this
     program; *file* keeps the results, also after an interruption. *room*: a folder on a disk with space for the results
     along a job, which then stay out of memory; an *executor* has no use for it. The machine follows the full model
     (catenary, real sheaves): a model under another law is rejected.
@@ -224,9 +224,11 @@ def accuracy(
         with _shared(question, file, executor) as asked:
             return asked.answer(asked.hold(poses, retraction))
     if retraction is not None:
-        raise InputError("retraction: of poses (N, n); at one pose give the robot retracted")
+        raise InputError(
+            "retraction: of poses (N, n) only; for one pose give the robot retracted, robot.retracted(length)"
+        )
     if file is not None or executor is not None:
-        raise InputError("executor, file: are for many poses; one pose takes no time")
+        raise InputError("executor, file: leave them out for a single pose; they are for many")
     return at_pose(question, poses, seed)
 
 
@@ -243,7 +245,7 @@ def _shared(question: AccuracyQuestion, file: Path | None, executor: Executor | 
 def bytes_each(robot: Robot, ranges: int, room: Path | None = None) -> float:
     """Return the memory for each sample of a job with this many uncertain numbers: benchmarks/path_memory.py.
 
-    *room*: of its arrays.
+    *room*: folder for its arrays.
     """
     return 300.0 + 120.0 * robot.m + 160.0 * ranges if room is None else IN_ROOM
 
@@ -283,6 +285,7 @@ def _unrotated(model: Model, positions: Array) -> Array:
 def _studied(places: Places, found: Accuracy, limits: BoundaryLimits | None = None) -> AccuracyStudy:
     if not np.isfinite(found.spread.max_error).any():
         raise AnswerError(
-            f"robot {found.robot.name}: no place has an equilibrium for any values of the uncertain parameters"
+            f"robot {found.robot.name}: at none of the positions does any set of parameter values have an "
+            f"equilibrium; give smaller ranges or other positions"
         )
     return AccuracyStudy(places, found, limits, sheave_rules(found.robot))

@@ -152,7 +152,7 @@ class AccuracyAtPose(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Cautions on the figures."""
+        """Notes that caution about the figures of the result."""
         inner = self.region.interior
         if inner is None or inner.corner_is_worst:
             return self.accuracy.notes
@@ -174,7 +174,10 @@ def at_pose(question: AccuracyQuestion, pose: Array, seed: int) -> AccuracyAtPos
     robot, there = question.model.robot, question.hold(pose)
     found = question.answer(there)
     if not np.isfinite(found.spread.max_error).any():
-        raise AnswerError(f"robot {robot.name}: no equilibrium here for any values of the uncertain parameters")
+        raise AnswerError(
+            f"robot {robot.name}: at this pose no set of parameter values has an equilibrium; give "
+            f"smaller ranges or another pose"
+        )
     remains = {}
     for name, other in COMPENSATIONS.items():
         with suppress(AnswerError):  # lengths of this compensation may have no equilibrium

@@ -150,7 +150,9 @@ def highest(
     report("loads of brackets", len(places), len(places))
     held = int(np.isfinite(peaks[0]).sum())
     if not held:
-        raise AnswerError(f"robot {model.robot.name}: none of {len(places)} poses can be held by both designs")
+        raise AnswerError(
+            f"robot {model.robot.name}: none of the {len(places)} poses can be held by both designs of the bracket"
+        )
     best = [np.argsort(-own_peaks, kind="stable")[: min(_KEPT, held)] for own_peaks in peaks]
     rows = np.unique(np.concatenate(best))
     fine = stresses(rows, times)
@@ -234,7 +236,7 @@ def bracket(
     'ok'
     """
     if (where is None) == (step is None):
-        raise InputError("bracket: requires a pose, a job, or the step of a grid over the workspace")
+        raise InputError("bracket: give a pose, a job, or the step of a grid over the workspace")
     model = Model.of(robot, cable=cable, tension_limits=tension_limits)
     require(model, Capability.BRACKET)
     own = load_bracket(bracket) if isinstance(bracket, str | Path) else bracket or bracket_of(model.robot)
@@ -244,7 +246,7 @@ def bracket(
         found = highest(model, nodes, bracket=own, times=times, progress=progress)
     elif isinstance(where, Job):
         if retraction is not None:
-            raise InputError("retraction: a job's schedule sets it")
+            raise InputError("retraction: is set by the schedule of a job; leave it out")
         samples, _ = sampled(model.robot, where, where.toolpath(progress or silent))
         poses, drawn = along(model.robot, where, samples)
         found = highest(model, poses, bracket=own, retraction=drawn, times=times, progress=progress)

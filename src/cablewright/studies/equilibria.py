@@ -71,7 +71,7 @@ def _read(file: Path, question: str) -> ExhaustiveSearch | None:
         return None
     found = read_snapshots(file).get(_PART)
     if found is None or {"question", "signature", *_COUNTS} - found.values.keys() or {*_ARRAYS} - found.arrays.keys():
-        raise InputError(f"{file}: no state of a search; remove it or choose another --out")
+        raise InputError(f"{file}: this file is no saved state of a search; remove it or choose another --out")
     if found.values["question"] != question:
         log.warning("%s: a search of other inputs or by other kernels; it starts again", file)
         return None

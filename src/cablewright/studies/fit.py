@@ -171,8 +171,8 @@ def _turned(points: Array, angle: float) -> Array:
 class _Placing:
     """Places of a part in a reach: at the height of its file, or with its foot on a ``floor`` above that, m.
 
-    ``on_wall``: in a plane that is not level, where it is at any height. ``lift``: m, of the file's zero over the
-    world's. Points are along the directions of the reach.
+    ``on_wall``: whether the part is printed in a plane that is not level, where it may be at any height. ``lift``:
+    height, m, of the file's zero over the world's. Points are along the directions of the reach.
     """
 
     reach: Reach

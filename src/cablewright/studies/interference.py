@@ -181,7 +181,7 @@ def interference(
     if not (np.isfinite(clearance) and clearance >= 0.0):
         raise InputError(f"clearance = {clearance:g}: must be at least 0 m")
     if bead is not None and (part is not None or not isinstance(where, Job)):
-        raise InputError("bead is of the strands that a job lays: give a job, and no mesh of the part")
+        raise InputError("bead is the size of the strands that a job lays: give a job, and no mesh of the part")
     if isinstance(where, Job):
         if retraction is not None or isinstance(robot, Equilibrium):
             raise InputError("a job's schedule sets retraction and poses: give a robot or a model, and no retraction")
@@ -190,7 +190,7 @@ def interference(
     if isinstance(robot, Equilibrium):
         held = robot
     elif where is None:
-        raise InputError("where: a pose, poses or a job is required")
+        raise InputError("where: give a pose, poses or a job")
     else:
         model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits)
         held = solve_inverse(model, where, retraction=retraction)

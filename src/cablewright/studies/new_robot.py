@@ -64,7 +64,7 @@ def new_robot(outline: Outline, folder: str | Path | None = None) -> NewRobot:
         raise InputError(f"name = {outline.name!r}: a robot or machine of the library has it; choose another")
     place = Path(outline.name if folder is None else folder)
     if place.exists() or place.is_symlink():
-        raise InputError(f"{place}: is there already; nothing is overwritten")
+        raise InputError(f"{place}: exists already and is not overwritten; choose another name")
     text = robot_file(outline)
     robot = loads(text, f"{place / ROBOT}")
     job, gcode = first_part(robot.name, robot.scene.frame_min, robot.scene.frame_max)

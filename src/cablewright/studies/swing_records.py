@@ -52,9 +52,9 @@ def read_swing(
 ) -> SwingRecord:
     """Return the record in a log or a CSV file; *freedoms*: 3 or 6, the platform's degrees of freedom, for the pose.
 
-    *signal*: by default the first of inertial unit, load cells and positions that the log has. *span*: the first and
-    the last time, s; by default of a log the longest time for which the winches are at rest, of a CSV file all. Raises
-    `InputError`.
+    *signal*: sensor whose readings are used; by default the first of inertial unit, load cells and positions that the
+    log has. *span*: the first and the last time, s; by default of a log the longest time for which the winches are at
+    rest, of a CSV file all. Raises `InputError`.
     """
     if path.suffix.lower() == ".csv":
         if signal not in (None, "positions"):
@@ -154,5 +154,5 @@ def _read_positions(path: Path) -> tuple[Array, Array]:
         raise InputError(f"{path}: fewer than 2 rows below its header")
     if (np.diff(table[:, 0]) <= 0.0).any():
         row = int(np.flatnonzero(np.diff(table[:, 0]) <= 0.0)[0]) + 2
-        raise InputError(f"{path}: t does not rise in row {row}; rows rise in time")
+        raise InputError(f"{path}: the time t does not rise in row {row}; sort the rows by time")
     return table[:, 0], table[:, 1:]

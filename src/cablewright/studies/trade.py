@@ -295,7 +295,7 @@ def trade(
     try:
         found = tuple(_COMBINATION.validate_json(each.text) for each in outcomes)
     except ValidationError:
-        raise InputError(f"{file}: holds no combinations; remove it or choose another --out") from None
+        raise InputError(f"{file}: holds no results of a trade study; remove it or choose another --out") from None
     return Trade(model, ranges, settings, found)
 
 
@@ -309,7 +309,7 @@ def _combinations(
     """Return the values of each combination. Raises `InputError`, also for one that the robot cannot have."""
     count = math.prod(len(values) for values in ranges.values())
     if not ranges or not count:
-        raise InputError("nothing varies: requires at least one parameter with a value")
+        raise InputError("vary: give at least one parameter with values")
     if count > MAX_COMBINATIONS:
         raise InputError(f"{count} combinations: at most {MAX_COMBINATIONS} are allowed")
     require_different(ranges)

@@ -230,7 +230,7 @@ def walls(
     [2.0]
     """
     if lasers and room is None:
-        raise InputError(f"lasers = {lasers[0].wall}: there is no room whose wall it could be")
+        raise InputError(f"lasers = {lasers[0].wall}: give the room too, which has this wall")
     if noise is not None and not 0 < noise < 1:
         raise InputError(f"noise = {noise:g}: must be over 0 and under 1 m")
     known = room if room is None or isinstance(room, RoomMap) else _room(room)

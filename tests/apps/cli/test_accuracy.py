@@ -90,7 +90,7 @@ def test_workers_give_the_same_and_what_they_kept_goes_with_the_answer(cli, tmp_
     refused = cli(*HOUSE, "--at", "0,0,1", "--workers", "2")
     assert (refused.code, refused.err) == (
         2,
-        "cablewright: --workers and --cluster: are for a shape; one pose takes no time\n",
+        "cablewright: --workers and --cluster: leave them out for a single pose (--at); they are for many positions\n",
     )
 
 
@@ -175,7 +175,7 @@ def test_without_an_equilibrium_at_any_corner_there_is_no_answer(cli, tmp_path: 
     file.write_text('schema = 1\n[[parameters]]\nname = "mass"\nrange = ["50 t", "60 t"]\n')
     answer = cli(*HOUSE, "--at", "3,2,1", "--uncertainty", str(file), "--json")
     assert answer.json["status"] == "refused"
-    assert "no equilibrium here" in answer.no
+    assert "at this pose no set of parameter values has an equilibrium" in answer.no
 
 
 def test_another_controllers_failure_is_not_the_answer(cli) -> None:

@@ -84,7 +84,7 @@ def test_rigid_cables_have_stresses_but_move_no_platform(cli) -> None:
 def test_a_search_that_finds_no_pose_is_a_no(cli) -> None:
     limits = ("--tension-limits", "5000,5100")
     found = cli("bracket", "house-printer", "--workspace", "7.5", "--times", "1", *limits, "--json")
-    assert "no place of a grid of 7.5 m is within all limits" in found.no
+    assert "no position of a grid with a step of 7.5 m is within all limits" in found.no
     assert found.json["universal_joint"] is None
 
 
@@ -106,7 +106,7 @@ REFUSED = [
     (("--at", "0,0,1", "--plot", "b.jpg"), "expected a name that ends in .png"),
     (("--at", "0,0"), "3 numbers are expected"),
     (("--workspace", "0", "--times", "1"), "step 0 m"),
-    (("--workspace", "5", "--retraction", "1"), "--retraction is for --at"),
+    (("--workspace", "5", "--retraction", "1"), "--retraction is only for --at"),
     (("--at", "0,0,1", "--bracket", "none.toml"), "none.toml: no such file"),
 ]
 

@@ -135,7 +135,7 @@ def test_notes_are_distinguished_from_the_result(cli, tmp_path: Path) -> None:
         ((*GIVEN, "--band", "0,0.5"), "--band"),
         ((*GIVEN, "--band", "nan,0.5"), "--band"),
         ((*GIVEN, "--band", "5 %,50 %"), "--band"),
-        ((*GIVEN, "--line", "south-west"), "--line = 'south-west': there is no --robot"),
+        ((*GIVEN, "--line", "south-west"), "--line = 'south-west': give --robot too"),
         ((*GIVEN, "--robot", "paty2012"), "did you mean 'paty2021'?"),
         ((*GIVEN, "--robot", "paty2021", "--line", "southwest"), "unknown line 'southwest'"),
         ((*LENGTH, "--robot", "paty2012"), "did you mean 'paty2021'?"),

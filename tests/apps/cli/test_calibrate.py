@@ -196,7 +196,10 @@ def test_a_datum_that_holds_every_unknown(cli, data: Path, tmp_path: Path) -> No
 
 def test_the_report_does_not_take_the_place_of_the_robot(cli, data: Path, tmp_path: Path) -> None:
     file = tmp_path / "mine.html"
-    assert "the file of the report too" in cli("calibrate", "wang2021", data, "--out", file, "--accept").refusal
+    assert (
+        "the report would have the same file name"
+        in cli("calibrate", "wang2021", data, "--out", file, "--accept").refusal
+    )
     assert not file.exists()
 
 

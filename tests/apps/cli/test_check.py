@@ -150,7 +150,7 @@ def test_a_parent_that_cannot_be_written(cli, write_job, tmp_path: Path, monkeyp
     monkeypatch.setattr(Path, "mkdir", raising(PermissionError(errno.EACCES, "Permission denied")))
     answer = cli("check", "house-printer", job, "--out", tmp_path / "run", "--json")
     assert (answer.code, answer.out) == (3, "")
-    assert answer.err == f"cablewright: {tmp_path / 'run'}: the run folder cannot be made: Permission denied\n"
+    assert answer.err == f"cablewright: {tmp_path / 'run'}: the run folder cannot be created: Permission denied\n"
 
 
 def raising(error: BaseException) -> Callable[..., None]:

@@ -76,9 +76,9 @@ def test_a_search_that_was_ended_goes_on(cli, tmp_path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (("--time-limit", "5"), "only with --exhaustive"),
+        (("--time-limit", "5"), "are only for --exhaustive"),
         (("--exhaustive", "--time-limit", "0"), "time limit = 0"),
-        (("--exhaustive", "--out", "{garbage}"), "no saved state of this program"),
+        (("--exhaustive", "--out", "{garbage}"), "this file is no saved state of cablewright"),
     ],
 )
 def test_bad_searches_are_one_line(cli, tmp_path, arguments: tuple[str, ...], told: str) -> None:

@@ -182,7 +182,7 @@ def test_a_cable_of_unknown_diameter_is_reported(cli, tmp_path) -> None:
     [
         ([], "expected either a JOB or --at"),
         (["part.toml", *AT], "expected either a JOB or --at"),
-        (["part.toml", "--retraction", "1.3"], "--retraction is for --at"),
+        (["part.toml", "--retraction", "1.3"], "--retraction is only for --at"),
         ([*AT, "--clearance", "-1"], "clearance = -1"),
         ([*AT, "--clearance", "nan"], "clearance = nan"),
         ([*AT, "--ends", "-1"], "ends = -1 m"),
@@ -200,5 +200,5 @@ def test_bad_input_is_rejected(cli, arguments: list[str], says: str) -> None:
 def test_beads_are_given_as_for_check(cli, job: Path, wall: Path) -> None:
     found = cli("interference", "cogiro", job, "--bead", "12mm,6mm", "--json").json
     assert (found["bead_width"], found["bead_height"], found["bead_by"]) == (0.012, 0.006, "as given")
-    assert "--bead is for the strands" in cli("interference", "cogiro", *AT, "--bead", "12mm,6mm").refusal
-    assert "--bead is for" in cli("interference", "cogiro", job, "--mesh", wall, "--bead", "12mm,6mm").refusal
+    assert "--bead is the size of the strands" in cli("interference", "cogiro", *AT, "--bead", "12mm,6mm").refusal
+    assert "--bead is the size" in cli("interference", "cogiro", job, "--mesh", wall, "--bead", "12mm,6mm").refusal

@@ -253,6 +253,6 @@ def test_measured_modes_of_a_recorded_swing(cli, tmp_path) -> None:
     )
     assert found["explanations"][0]["explains"] > 0.85
     assert drawn.stat().st_size > 10_000
-    assert cli(*command, *at, "--boundary").refusal == "--log: not with --boundary"
+    assert cli(*command, *at, "--boundary").refusal == "--log and --boundary: give one of them, not both"
     assert "give --at X,Y,Z" in cli(*command).refusal
     assert cli("modes", "jung2020", "--at", "0.2,0.1,0.9", "--span", "1,2").refusal == "--span: only with --log"

@@ -50,7 +50,7 @@ def test_a_print_leaves_log_figures_and_report(cli, job, tmp_path) -> None:
     assert json.loads((out / "metrics.json").read_text()) == values
     again = cli("print", "merlet2023", job, *FAST, "--out", out, "--json")
     assert again.code == 2
-    assert "holds a run or something else already; --resume, or another folder" in again.err
+    assert "is not empty; --resume the run in it, or give another folder" in again.err
     resumed = cli("print", "merlet2023", job, *FAST, "--out", out, "--resume")
     assert resumed.code == 0
     assert "status                         finished\nlayers                         1\n" in resumed.out
@@ -72,8 +72,8 @@ def test_a_print_leaves_log_figures_and_report(cli, job, tmp_path) -> None:
         (("--machine", "nowhere.toml"), "nowhere.toml"),
         (("--resume",), "holds no print"),
         (("--severity", "harsh"), "--severity"),
-        (("--log", "every=0"), "--log = 'every=0': every=N is expected, N from 1 to 10000 steps"),
-        (("--log", "all"), "--log = 'all': every=N is expected"),
+        (("--log", "every=0"), "--log = 'every=0': expected every=N, with N from 1 to 10000 steps"),
+        (("--log", "all"), "--log = 'all': expected every=N"),
     ],
 )
 def test_bad_options_are_one_line(cli, job, tmp_path, options, says) -> None:

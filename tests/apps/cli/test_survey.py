@@ -108,7 +108,7 @@ def test_picture(cli, tmp_path: Path) -> None:
     ("arguments", "says"),
     [
         (["no-such.gsi"], "no-such.gsi: no such file"),
-        ([FILE, "--out", "x.toml"], "--out = 'x.toml': there is no --robot"),
+        ([FILE, "--out", "x.toml"], "--out = 'x.toml': give --robot too"),
         ([FILE, "--robot", "merlet"], "did you mean 'merlet2023'?"),
         ([FILE, "--plan", "no-such.toml"], "no-such.toml: no such file"),
         ([FILE, "--plot", "x.jpg"], "a name that ends in .png"),

@@ -144,7 +144,7 @@ def test_an_interrupted_sweep_says_that_it_goes_on(cli, monkeypatch: pytest.Monk
     monkeypatch.setattr("cablewright.studies.trade.found_for", interrupted)
     answer = cli("trade", "jung2020", *VARY, *QUICK)
     assert answer.code == 130
-    assert "runs/trade-jung2020.jsonl has what is done; the same command resumes" in answer.err
+    assert "runs/trade-jung2020.jsonl has the finished results; the same command resumes from there" in answer.err
 
 
 def test_progress_is_reported_with_the_time_left(cli, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -182,7 +182,7 @@ def test_picture(cli, tmp_path: Path) -> None:
         ([FILE, "--mask", "1,2,3"], "--mask = '1,2,3': expected pairs of bearings"),
         ([FILE, "--noise", "0"], "noise = 0: must be over 0"),
         ([FILE, "--noise", "nan"], "noise = nan: must be over 0"),
-        ([FILE, "--laser", "north=1"], "--laser = 'north=1': there is no --room"),
+        ([FILE, "--laser", "north=1"], "--laser = 'north=1': give --room too"),
         ([FILE, "--room", FILE], "not JSON"),
         ([FILE, "--plot", "x.jpg"], "a name that ends in .png"),
         ([ROOT / "examples" / "survey.gsi"], "columns x,y or angle,distance are expected"),

@@ -177,7 +177,7 @@ def test_progress_is_reported_after_two_seconds(cli, monkeypatch) -> None:
         (["--grid", "many"], "--grid"),
         (["--grid", "9", "--tolerance", "0.1"], "give one of them"),
         (["--tolerance", "2"], "tolerance 2"),
-        (["--tolerance", "0.1", "--count", "nodes"], "--tolerance does not go with --count nodes"),
+        (["--tolerance", "0.1", "--count", "nodes"], "--tolerance is not for --count nodes"),
         (["--tension-limits", "200,10"], "0 <= lowest < highest"),
         (["--tension-limits", "20,20"], "0 <= lowest < highest"),
         (["--orientations", "0,0,3.5"], "at most pi (180 degrees)"),
@@ -206,7 +206,7 @@ def test_progress_is_reported_after_two_seconds(cli, monkeypatch) -> None:
         (["--wrench", "1,2"], "expected 3 numbers"),
         (["--mesh", "a.obj"], "a name that ends in .stl or .glb"),
         (["--plot", "a.jpg"], "a name that ends in .png"),
-        (["--count", "nodes", "--mesh", "a.stl"], "does not go with --count nodes"),
+        (["--count", "nodes", "--mesh", "a.stl"], "needs the surface of the workspace"),
         (["--count", "nodes", "--report", "a.html"], "--report needs the surface"),
     ],
 )
@@ -308,8 +308,14 @@ def test_a_planar_robot_has_an_area(cli, tmp_path) -> None:
     assert found["area"] == pytest.approx(12.0, abs=0.03)  # tensions are too high just below the exit points
     assert {len(point) for outline in found["outlines"] for point in outline} == {3}
     assert (tmp_path / "flat.png").exists()
-    assert "--mesh needs a surface" in cli("workspace", file, "--mesh", tmp_path / "a.stl").refusal
-    assert "--count nodes counts in a volume" in cli("workspace", file, "--count", "nodes").refusal
+    assert (
+        "--mesh: the workspace of a planar robot is an area"
+        in cli("workspace", file, "--mesh", tmp_path / "a.stl").refusal
+    )
+    assert (
+        "--count nodes: the workspace of a planar robot is an area"
+        in cli("workspace", file, "--count", "nodes").refusal
+    )
 
 
 def test_a_sheave_that_is_left_out_needs_nothing(cli, tmp_path) -> None:

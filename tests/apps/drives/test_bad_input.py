@@ -108,7 +108,7 @@ def test_a_simulated_machine_has_no_drives(cli) -> None:
     answer = cli("drives", "scan", "merlet2023")
     assert (answer.code, "expected ACTION ROBOT --machine FILE" in answer.err) == (2, True)
     answer = cli("drives", "jog", "merlet2023", "--machine", str(EXAMPLE), "--try", "--velocity", "0,0,1")
-    assert (answer.code, "--try has no person who ends it" in answer.err) == (2, True)
+    assert (answer.code, "runs until an operator ends it" in answer.err) == (2, True)
 
 
 @pytest.mark.parametrize(

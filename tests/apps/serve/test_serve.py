@@ -266,7 +266,7 @@ def test_two_of_one_folder(server: Served, cli) -> None:
         (("--port", "70000"), "--port = 70000: must be from 0"),
         (("--certificate", "x.pem"), "--certificate and --key: both are needed for TLS, or none"),
         (("--certificate", "x.pem", "--key", "y.pem"), "--certificate = x.pem: No such file"),
-        (("--try",), "--try: is for a machine file that names drives"),
+        (("--try",), "--try: is only for a machine file with a table [drives]"),
         (("--name", "a b"), "--name = 'a b': a host's name without port is expected"),
         (("--at", "1,2"), "--at = '1,2': expected 3 finite numbers"),
         (("--machine", "nothing"), "no machine 'nothing' in the library"),

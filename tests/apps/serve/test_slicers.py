@@ -223,7 +223,7 @@ def test_what_is_rejected_is_rejected_readably(server: Served, key: str) -> None
             assert status == 400, (name, text)
             assert why in text
     status, text, _ = send(server, "/api/files/local", key, "a.gcode", small, path="folder")
-    assert (status, "no folders are kept" in text) == (400, True)
+    assert (status, "folders are not supported" in text) == (400, True)
     status, text, headers = send(server, "/api/files/local", "wrong", "a.gcode", small)
     assert (status, "make one on the page" in text, headers["content-type"]) == (401, True, "text/plain")
     status, text, _ = send(server, "/server/files/upload", "wrong", "a.gcode", small)

@@ -78,7 +78,9 @@ def test_a_copied_row_is_rejected(tmp_path: Path) -> None:
     file = tmp_path / "data.csv"
     text = write_measured(made(), WANG).splitlines()
     file.write_text("\n".join([*text, text[7]]) + "\n")
-    with pytest.raises(InputError, match="line 22: repeats all measurements of line 8: a copy measures nothing new"):
+    with pytest.raises(
+        InputError, match="line 22: repeats all measurements of line 8; a copied row is no new measurement"
+    ):
         calibrate(WANG, file)
     file.write_text("\n".join([*text, text[7].rpartition(",")[0] + ",0.5"]) + "\n")
     assert len(read_measured(file, WANG).counted) == 21
@@ -102,7 +104,10 @@ def test_a_group_is_of_lines_with_the_same_parts() -> None:
             unknowns=("exit_point", "length_offset", name), groups=(Group(name=name, lines=(first, second)),)
         )
 
-    with pytest.raises(InputError, match=f"groups: sheave_radius: line '{first}' has none; leave it out of the group"):
+    with pytest.raises(
+        InputError,
+        match=f"groups: sheave_radius: line '{first}' does not have this number; leave the line out of the group",
+    ):
         StraightProblem.of(with_first(WANG, sheave=Eyelet()), replace(made(), swivel=None), plan("sheave_radius"))
     spools = load("hangprinter-v4")
     lines = (drummed(spools.lines[0], 0.09), *(drummed(line, 0.05) for line in spools.lines[1:]))

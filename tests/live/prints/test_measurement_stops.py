@@ -184,9 +184,12 @@ def test_before_the_first_counts_nothing_is_learnt() -> None:
         ({"place_every": 5.0}, "place every = 5 s: must be 60 s or more, or 0: never"),
         ({"place_every": float("inf")}, "place every = inf s"),
         ({"place_stops": 0}, "place stops = 0: must be from 1 to 100"),
-        ({"place_stops": 2}, "place stops: place layers or place every says when places are measured; both are 0"),
-        ({"place_learn": True}, "place learn: place layers or place every says when"),
-        ({"place_every": 60.0, "place_learn": True, "place_tensions": True}, "give one of both"),
+        (
+            {"place_stops": 2},
+            "place stops: give place layers or place every, which set when positions are measured; both are 0",
+        ),
+        ({"place_learn": True}, "place learn: give place layers or place every"),
+        ({"place_every": 60.0, "place_learn": True, "place_tensions": True}, "give one of them, not both"),
     ],
 )
 def test_options_that_do_not_fit(options: dict, message: str) -> None:

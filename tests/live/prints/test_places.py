@@ -165,7 +165,7 @@ def test_other_estimators_take_no_place() -> None:
     with pytest.raises(InputError, match="place layers: is for point platforms in no plane, by encoders alone"):
         twin_of(load("merlet2023"), job, None, PrintOptions(place_layers=1))
     for options, why in (
-        ({"place_tensions": True}, "place tensions: place layers or place every says when"),
+        ({"place_tensions": True}, "place tensions: give place layers or place every"),
         ({"place_tensions": True, "place_layers": 1}, "machine 'merlet2023' has neither load_cells nor motor_torques"),
     ):
         with pytest.raises(InputError, match=why):

@@ -127,7 +127,7 @@ def test_what_strangers_send_to_the_hub_is_no_frame() -> None:
     sender.sendto(b"\x05\x06ab", ("127.0.0.1", number))
     found = hub.receive(hub.now() + 1.0)
     assert found == (0x605, b"ab")
-    with pytest.raises(EnvironmentFault, match="cannot be had"):
+    with pytest.raises(EnvironmentFault, match="cannot be opened"):
         Hub(number)
     hub.close()
     sender.close()

@@ -190,7 +190,7 @@ def test_a_clock_that_jumps_back_is_named(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("topic", "data", "says"),
     [
-        ("/imu", b"{", "a message of /imu is no JSON"),
+        ("/imu", b"{", "a message of /imu is not valid JSON"),
         ("/imu", b"[]", "/imu: an object is expected"),
         ("/imu", b"[" * 100_000, "no JSON"),
         ("/imu", b'{"time": 1, "linear_acceleration": {"x": 1, "y": 2}}', "linear_acceleration: z: a finite number"),
@@ -232,10 +232,10 @@ def test_what_is_no_log_is_rejected(tmp_path: Path, written: tuple[Path, list[En
     path = tmp_path / "a.mcap"
     for content in (b"", b"hello", written[0].read_bytes()[:300], bytes(500)):
         path.write_bytes(content)
-        with pytest.raises(InputError, match="no log of a machine"):
+        with pytest.raises(InputError, match="is not a log of a machine"):
             read_log(path)
     empty(path, None)
-    with pytest.raises(InputError, match="no log of a machine"):
+    with pytest.raises(InputError, match="is not a log of a machine"):
         read_log(path)
     for metadata, says in (
         ({"schema": "3"}, "schema 3"),

@@ -66,7 +66,7 @@ def test_segments_read_as_one_log(tmp_path: Path) -> None:
     found, notes = contents(tmp_path)
     assert found == EXPECTED
     assert len(notes) == 1
-    assert "log-001.mcap: no log of a machine" in notes[0]
+    assert "log-001.mcap: this file is not a log of a machine" in notes[0]
     assert next_segment(tmp_path) == tmp_path / "log-005.mcap"
 
 
@@ -128,11 +128,11 @@ def test_a_joined_log_goes_on_with_segments(tmp_path: Path) -> None:
 def test_segments_of_two_machines_are_rejected(tmp_path: Path) -> None:
     steps(tmp_path / "log-000.mcap", 0, 10)
     steps(tmp_path / "log-001.mcap", 5, 10, told=replace(HEAD, seed=2))
-    with pytest.raises(InputError, match=r"log-001\.mcap: of another machine or run than log-000\.mcap"):
+    with pytest.raises(InputError, match=r"log-001\.mcap: belongs to another machine or run than log-000\.mcap"):
         read_log(tmp_path)
     for path in log_files(tmp_path):
         path.write_bytes(b"")
-    with pytest.raises(InputError, match="nor is any of 2 segments"):
+    with pytest.raises(InputError, match="nor any of 2 segments"):
         read_log(tmp_path)
 
 

@@ -78,5 +78,5 @@ def test_methods_without_options_are_not_taken_for_each_other(tmp_path: Path) ->
 
 def test_one_pose_has_no_executor() -> None:
     executor: Executor = Serial()
-    with pytest.raises(InputError, match="one pose takes no time"):
+    with pytest.raises(InputError, match="leave them out for a single pose"):
         accuracy(JUNG, POSES[0].tolist(), executor=executor)  # type: ignore[call-overload]  # as one who checks no types

@@ -240,5 +240,5 @@ def test_a_counterweight_is_never_slack() -> None:
         lambda: angle_from_excess(cw.Model(robot), pose, 5, 0.1, 0.1),
         lambda: cw.let_out(robot, cw.inverse(robot, pose).lengths, 5, 0.1),
     ):
-        with pytest.raises(InputError, match="has a counterweight, and no winch"):
+        with pytest.raises(InputError, match="has a counterweight instead of a winch"):
             asked()

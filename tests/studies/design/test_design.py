@@ -203,7 +203,7 @@ def test_contradictions_are_rejected_before_the_work() -> None:
             ["volume"],
             [DesignConstraint.read("min_tension>=30"), DesignConstraint.read("min_tension<=20")],
         )
-    with pytest.raises(InputError, match="expected_error: is of a part that is printed; give a JOB"):
+    with pytest.raises(InputError, match="expected_error: can only be computed for a printed part; give a JOB"):
         design(HOUSE, None, HEIGHT, ["expected_error"])
     with pytest.raises(InputError, match="method de: is for one objective; nsga2 takes 2"):
         design(HOUSE, JOB, HEIGHT, ["expected_error", "min_tension"], method="de")

@@ -78,7 +78,7 @@ REMEDIES: Final = {
 
 @dataclass(frozen=True)
 class ErrorCause:
-    """Uncertain numbers of one kind, or the interpolation between samples."""
+    """One cause of the expected error: the uncertain numbers of one kind, or the interpolation between samples."""
 
     name: str  # in the registry, without the axis; or `INTERPOLATION`
     share: float  # of the mean square error at the worst sample
@@ -178,7 +178,7 @@ class _Cells(Rows):
 
 
 class ExpectedErrorSearch:
-    """The search along a job's samples, which come block by block."""
+    """The search for the largest expected error along a job's samples, which come block by block."""
 
     def __init__(self, ranges: Sequence[Range], samples: Samples, seed: int, zero: Equilibrium | None = None) -> None:
         """Draw the machines for the path of these *samples*; those that lay material count, or all if none does.

@@ -70,7 +70,7 @@ TOO_CURVED = 0.05
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Accuracy(Result):
-    """Errors of the nozzle at N poses under k uncertain parameters; SI, NaN in rows without an answer.
+    """Errors of the nozzle at N poses due to k uncertain parameters, in SI units; NaN in rows without an answer.
 
     A code other than 0 states that the full model cannot hold the pose within the tension limits, or that the commanded
     lengths have no equilibrium. `len()` is N.
@@ -221,7 +221,7 @@ class Accuracy(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Cautions on the figures."""
+        """Notes that caution about the figures of the result."""
         curved, lost = _most(self.spread.nonlinearity), int(self.spread.unsolved.sum())
         off = f"first order deviates by up to {100.0 * curved:.2g} % of the spread"
         notes = []
@@ -313,7 +313,7 @@ class AccuracyQuestion:
         model = Model.full(robot, tension_limits=tension_limits)
         known = tuple(model.robot.ranges() if ranges is None else ranges)
         if not known:
-            raise InputError("ranges: none are given; at least one parameter has to be uncertain")
+            raise InputError("ranges: none are given; give the range of at least one uncertain parameter")
         if isinstance(method, str):
             if method not in METHODS:
                 raise UnknownName("method", method, METHODS)
@@ -348,7 +348,7 @@ class AccuracyQuestion:
         return self._answered(found, poses, retraction)
 
     def problem(self, there: HeldPoses) -> SpreadProblem:
-        """Return the problem of the poses with an answer."""
+        """Return the `SpreadProblem` of the poses with an answer."""
         return self._problem(there)[0]
 
     def _problem(self, there: HeldPoses) -> tuple[SpreadProblem, Array, Reached, NDArray[np.int64]]:

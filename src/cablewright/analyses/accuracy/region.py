@@ -56,7 +56,7 @@ class Region:
 
 
 def region(problem: SpreadProblem, values: Array, *, inner: int = 0, seed: int = 0) -> Region:
-    """The region for *values* (S, k) of a problem of one pose, compared with *inner* random inner points."""
+    """Return the nozzle's region for *values* (S, k) of a problem of one pose, compared with *inner* random points."""
     points, _, ok = sampled(problem, values)
     kept = points[0][ok[0]]
     wanted = problem.nominal.model.nozzle(problem.wanted)[0]

@@ -35,7 +35,7 @@ QUANTILES = (np.arange(1001) + 0.5) / 1001.0  # at which one parameter's distrib
 
 @dataclass(frozen=True, eq=False)
 class SpreadProblem:
-    """N poses and k uncertain parameters.
+    """The problem of how k uncertain parameters spread the nozzle's position at N poses.
 
     `commanded` (N, m): the commanded lengths, m. `nominal`: the equilibria that these reach if all parameters are
     nominal, a batch of N solved rows. `wanted` (N, n): the poses that were commanded, m and rad.
@@ -48,7 +48,7 @@ class SpreadProblem:
     progress: Progress = silent
 
     def rows(self, index: slice | NDArray[np.int64]) -> SpreadProblem:
-        """Return the problem of some of its poses."""
+        """Return the problem for some of its poses."""
         return SpreadProblem(self.nominal[index], self.commanded[index], self.wanted[index], self.ranges)
 
     def departures(self, values: Array) -> Array:
@@ -319,7 +319,8 @@ def drawn(ranges: Sequence[Range], samples: int, seed: int) -> Array:
             column[wrong] = rng.normal(each.nominal, each.deviation, int(wrong.sum()))
         else:
             raise InputError(
-                f"{each.parameter.label}: a deviation of {each.deviation:g} is too wide for what it can be"
+                f"{each.parameter.label}: a standard deviation of {each.deviation:g} gives mostly impossible values; "
+                f"give a smaller one"
             )
     return found
 

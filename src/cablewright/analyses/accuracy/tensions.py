@@ -59,7 +59,9 @@ def best_tensions(
     require(model, Capability.TENSION_CHOICE)
     redundant = model.winches - model.freedoms
     if redundant not in GRID:
-        raise InputError(f"robot {model.robot.name}: {redundant} redundant lines; tensions are chosen among 1 to 3")
+        raise InputError(
+            f"robot {model.robot.name}: {redundant} redundant lines; the best tensions can be found for 1 to 3"
+        )
     start = held.checked()
     directions = self_stresses(start[0])
     if model.robot.sharing:

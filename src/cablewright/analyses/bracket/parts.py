@@ -232,7 +232,9 @@ def cheek(bracket: Bracket, lever: float, times: int) -> BracketPart:
         radius = 0.5 * bore
         bores.append(Bore(1, (at, 0.0), radius, min(radius + 0.5 * t, 0.5 * (radius + half))))
     if bores[0].room + bores[1].room >= lever:
-        raise InputError(f"bracket.lever: its pin and axle leave no room between them on a lever of {lever:g} m")
+        raise InputError(
+            f"bracket.lever: pin and axle overlap on a lever of {lever:g} m; make them thinner or the lever longer"
+        )
     size = max(2.0 * t, (lever + sizes.width) / _COARSEST)
     planes = (
         ticks([-half, lever + half, *bores[0].marks(0), *bores[1].marks(0)], size, 2 * times),

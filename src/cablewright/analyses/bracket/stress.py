@@ -164,7 +164,7 @@ class Design(Result):
 
     @property
     def line_names(self) -> list[str]:
-        """Names of the lines."""
+        """Names of the robot's lines."""
         return [line.name for line in self.loads.held.model.robot.lines]
 
     @property
@@ -185,7 +185,7 @@ class Design(Result):
 
     @cached_property
     def peaks(self) -> tuple[Peak, ...]:
-        """The peaks of the highest loaded line, by `PLATES`."""
+        """The largest stresses of the highest loaded line's bracket, by `PLATES`."""
         i, fine = self.line, self.mesh
         lever = joints(self.loads.held.model.robot)[i].lever
         found = []
@@ -354,7 +354,10 @@ class Comparison:
 def bracket_of(robot: Robot) -> Bracket:
     """Return the robot's own bracket. Raises `InputError` if it has none."""
     if robot.bracket is None:
-        raise InputError(f"robot {robot.name!r} has no table [bracket]: give one, or a file of its own with --bracket")
+        raise InputError(
+            f"robot {robot.name!r} has no table [bracket]: add one to the robot file, or give a bracket "
+            f"file with --bracket"
+        )
     return robot.bracket
 
 

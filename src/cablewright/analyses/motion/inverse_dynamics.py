@@ -29,7 +29,7 @@ class InverseDynamics(Pictured):
     """
 
     FIGURES: ClassVar = (
-        Figure("robot", "", "Name of the robot."),
+        Figure("robot", "", "Name of the robot that moves along the trajectory."),
         Figure("source", "", "Waypoints, spline, or the name of a job.", "trajectory.source"),
         Figure("duration", "s", "Time at the end.", "trajectory.duration", shown="s"),
         Figure("feasible", "", "Whether tensions within the limits move the platform at all times."),
@@ -48,7 +48,7 @@ class InverseDynamics(Pictured):
 
     @property
     def robot(self) -> str:
-        """Name of the robot."""
+        """Name of the robot that moves along the trajectory."""
         return self.held.model.robot.name
 
     @property
@@ -58,7 +58,7 @@ class InverseDynamics(Pictured):
 
     @property
     def columns(self) -> dict[str, Array]:
-        """(k,) each: those of the trajectory, then length, its rate, tension and power of each line."""
+        """Columns (k,) of `to_frame`: the trajectory's, then each line's length, its rate, tension and power."""
         parts = {"length": self.lengths, "rate": self.length_rates, "tension": self.tensions, "power": self.power}
         own = {f"{key}.{name}": values[:, i] for key, values in parts.items() for i, name in enumerate(self.lines)}
         return self.trajectory.columns | own
@@ -91,7 +91,7 @@ class InverseDynamics(Pictured):
 
     @property
     def refusal(self) -> str:
-        """Reason for a no, in a sentence; empty for a yes."""
+        """Sentence that explains why the trajectory cannot be followed; empty if it can."""
         if self.feasible:
             return ""
         row = int(np.flatnonzero(~self.held.ok)[0])
@@ -122,10 +122,10 @@ def inverse_dynamics(robot: Robot | Model, trajectory: Trajectory, **options: Un
     """Compute lengths, tensions and speeds of the lines that move the platform along a *trajectory*.
 
     Weight, loads and the forces of inertia of the platform (Newton and Euler) are in balance with the lines at each
-    time; cables, sheaves and winches are massless, and nothing swings. *options*: as `inverse`, which chooses the
-    tensions. Where none are within the limits, the answer is no at that time, as for `inverse`. Raises `InputError` for
-    a robot with fewer winches than degrees of freedom or with counterweights, for a body that turns and has no inertia,
-    and for poses of another number of coordinates.
+    time; cables, sheaves and winches are massless, and nothing swings. *options*: options of `inverse`, which chooses
+    the tensions. Where none are within the limits, the answer is no at that time, as for `inverse`. Raises `InputError`
+    for a robot with fewer winches than degrees of freedom or with counterweights, for a body that turns and has no
+    inertia, and for poses of another number of coordinates.
 
     Examples
     --------

@@ -91,8 +91,8 @@ def _judged(
 ) -> tuple[float, Array, Array]:
     """Return the least share of the effects of the *motion* that its limits allow anywhere; inf where it has none.
 
-    And the most that it takes from each tension and adds to it (m,), N. *robot*: whose limits count where the model's
-    leave a reserve; None: the model's.
+    And the most that it takes from each tension and adds to it (m,), N. *robot*: robot whose limits count where the
+    model's leave a reserve; None: the model's.
     """
     samples, law, swing, worst = motion.samples, motion.law, PathSwing(full), np.inf
     limits = np.array([line.tension_limits for line in (robot or full.robot).lines]).T

@@ -172,7 +172,10 @@ class Trajectory(Pictured):
         require_positive(period=period)
         read = job if isinstance(job, Job) else load_job(job)
         if read.motion.jerk is not None:
-            raise InputError(f"job {read.name}: motion.jerk = {read.motion.jerk:g}: leave it out for a trajectory")
+            raise InputError(
+                f"job {read.name}: motion.jerk = {read.motion.jerk:g}: a trajectory has no limit of "
+                f"jerk; leave the key out"
+            )
         if any(step.rotation is not None or step.retraction is not None for step in read.schedule):
             raise InputError(f"job {read.name}: schedule: a trajectory does not turn or retract; give poses to spline")
         read = on_plane(robot, read)
@@ -210,7 +213,7 @@ def _legs(points: Array) -> tuple[Array, Array]:
     turn = turn_between(turned[:-1], turned[1:])
     still = np.flatnonzero(~(way.any(axis=1) | turn.any(axis=1)))
     if len(still):
-        raise InputError(f"waypoints: number {still[0] + 2} repeats the one before")
+        raise InputError(f"waypoints: number {still[0] + 2} is the same as the one before; leave it out")
     return way, turn
 
 

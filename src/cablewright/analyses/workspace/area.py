@@ -62,7 +62,7 @@ class WorkspaceArea(Pictured):
 
     @property
     def refusal(self) -> str:
-        """Reason for a no, in a sentence; empty for a yes."""
+        """Sentence that explains why there is no converged area; empty if there is one."""
         return VERDICTS.get(self.status, "")
 
     @property
@@ -114,7 +114,7 @@ def workspace_area(
     chosen = Criterion.of(robot, criterion, flat=True, **options)
     box, search_plane = chosen.box, chosen.search_plane
     if not (box.is_flat or search_plane.is_tilted):
-        raise InputError("workspace_area: a box with two equal ends is expected, as the robot is not planar")
+        raise InputError("workspace_area: the robot is not planar; give a flat box, with two equal ends along one axis")
     axis = search_plane.axis
     thickness = THICKNESS * float(np.delete(box.high - box.low, axis).max())
     high, tried = box.high.copy(), 0

@@ -74,7 +74,7 @@ class RetractionLaw:
     of: str = "nozzle"
 
     def at(self, heights: ArrayLike) -> Array:
-        """Return the lengths at *heights*, m."""
+        """Return the retraction lengths, m, at *heights*, m."""
         lengths = self.slope * np.asarray(heights, dtype=np.float64) + self.intercept
         return np.clip(lengths, self.least, self.most)
 
@@ -123,7 +123,7 @@ class Criterion:
         wrenches = None
         if wrench_box is not None:
             if name != "capacity":
-                raise InputError(f"a box of wrenches is for the criterion capacity, not for {name}")
+                raise InputError(f"a box of wrenches is for the criterion capacity, not for {name}; leave it out")
             low, high = (as_rows(side, model.n, "wrench box", "N and N m")[0][0] for side in wrench_box)
             wrenches = low, high
         turns = _turns(model, options.get("orientations"))
@@ -151,7 +151,7 @@ class Criterion:
 
     @property
     def turns(self) -> Array | None:
-        """The orientations of a rigid body; None for a point platform."""
+        """The rotations (K, 3) of a rigid platform under which the criterion must hold; None for a point platform."""
         return self.orientations if self.model.n == 6 else None
 
     @property
@@ -267,10 +267,12 @@ class Criterion:
         if self.across is None:
             return
         if self.name == "wrench-closure":
-            raise InputError("wrench-closure: no lines of a planar robot pull across its plane")
+            raise InputError(
+                "wrench-closure: lines of a planar robot cannot pull across its plane; use another criterion"
+            )
         if self.wrench_box is not None and any(side[self.across] for side in self.wrench_box):
             axis = "xyz"[self.across]
-            raise InputError(f"wrench box: no lines pull across the plane: 0 to 0 along {axis} is expected")
+            raise InputError(f"wrench box: no lines pull across the plane; give 0 to 0 along {axis}")
 
     def _check_box(self, flat: bool) -> None:
         """Reject a box out of the plane that carries the platform. Raises `InputError`."""
@@ -291,7 +293,7 @@ class Criterion:
         if not (math.isfinite(law.slope) and math.isfinite(law.intercept)):
             raise InputError(f"retraction law {law.slope:g} z + {law.intercept:g} m: finite numbers are expected")
         if (law.least is None) != (law.most is None):
-            raise InputError("retraction law: both clamps or none are expected")
+            raise InputError("retraction law: give both clamps, MIN and MAX, or none")
         if law.least is not None and law.most is not None:
             if not law.least < law.most:
                 raise InputError(f"retraction law: clamps {law.least:g} to {law.most:g} m: least < most is expected")
@@ -311,7 +313,9 @@ class Criterion:
                 self.model.robot.retraction_to(float(length))
             except InputError as reason:
                 law_text = f"retraction law {law.slope:g} z + {law.intercept:g} m leaves its range"
-                raise InputError(f"{law_text} at height {height:g} m: {reason}; give it clamps") from None
+                raise InputError(
+                    f"{law_text} at height {height:g} m: {reason}; give the law clamps, C,D,MIN,MAX"
+                ) from None
 
 
 def is_planar(robot: Robot, box: ArrayLike | None) -> bool:

@@ -60,7 +60,7 @@ class SearchBox:
 
     @property
     def flat_axis(self) -> int:
-        """The axis along which its ends are nearest to each other: that across a flat box."""
+        """Index of the axis along which the box is shortest; for a flat box, the axis across it."""
         return int((self.high - self.low).argmin())
 
     @property
@@ -84,7 +84,7 @@ class SearchBox:
 
 @dataclass(frozen=True, eq=False)
 class Refined:
-    """The surface of the inside, and the error of its volume."""
+    """The surface around the inside of a workspace, and the error of its volume."""
 
     mesh: TriangleMesh
     error: float  # m^3
@@ -107,7 +107,7 @@ class RefinementSettings:
     def of(cls, tolerance: float | None, grid: int | None, seed: int) -> RefinementSettings:
         """Return the settings for a *tolerance* or for *grid* nodes along the longest side. Raises `InputError`."""
         if tolerance is not None and grid is not None:
-            raise InputError("grid and tolerance: give one of them")
+            raise InputError("grid and tolerance: give one of them, not both")
         if tolerance is not None and not TOLERANCES[0] <= tolerance <= TOLERANCES[1]:
             low, high = TOLERANCES
             raise InputError(f"tolerance {tolerance:g}: {low:g} to {high:g} of the volume is allowed")

@@ -172,6 +172,9 @@ def _fit(heights: Array, best: Array, areas: Array, ends: tuple[float, float]) -
     if fitted.sum() < 2:
         fitted = some
     if fitted.sum() < 2:
-        raise AnswerError("at most one of the slices is not empty at any length: no law can be fitted")
+        raise AnswerError(
+            "fewer than two slices contain a part of the workspace at any length, so no law can be "
+            "fitted; give a larger box or other lengths"
+        )
     slope, intercept = np.polyfit(heights[fitted], best[fitted], 1)
     return RetractionLaw(float(slope), float(intercept), *ends), fitted

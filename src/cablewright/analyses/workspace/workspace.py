@@ -75,7 +75,7 @@ class Workspace(Pictured):
 
     @property
     def refusal(self) -> str:
-        """Reason for a no, in a sentence; empty for a yes."""
+        """Sentence that explains why there is no workspace or no converged one; empty if there is one."""
         return VERDICTS.get(self.status, "")
 
     @property
@@ -138,7 +138,7 @@ class NodeCount(Result):
 
     @property
     def refusal(self) -> str:
-        """Reason for a no, in a sentence; empty for a yes."""
+        """Sentence that explains why there is no workspace or no converged one; empty if there is one."""
         return VERDICTS.get(self.status, "")
 
     @property
@@ -270,7 +270,7 @@ def count_nodes(
     arguments are as for `workspace`. Raises `InputError`.
     """
     if grid is not None and step is not None:
-        raise InputError("grid and step: give one of them")
+        raise InputError("grid and step: give one of them, not both")
     chosen = Criterion.of(robot, criterion, flat=flat, **options)
     counts = (checked_grid(GRID if grid is None else grid),) * 3 if step is None else _counts(chosen.box, step)
     if flat and chosen.box.is_flat:

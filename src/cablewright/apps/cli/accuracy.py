@@ -45,40 +45,62 @@ class PlaceOptions:
         typer.Option(
             "--at",
             metavar="X,Y,Z[,RX,RY,RZ]",
-            help="One pose: position, m, and rotation vector, rad; `free`: a coordinate that follows from equilibrium.",
+            help="Compute the accuracy at one pose: position, m, and rotation vector, rad. Write `free` for a "
+            "coordinate that equilibrium determines.",
         ),
     ] = None
     helix: Annotated[
         str | None,
-        typer.Option("--helix", metavar="RADIUS,PITCH,Z0,Z1", help="Positions on a helix about the frame's middle, m."),
+        typer.Option(
+            "--helix",
+            metavar="RADIUS,PITCH,Z0,Z1",
+            help="Compute the accuracy at positions on a helix "
+            "about the frame's vertical centre line; RADIUS, "
+            "PITCH and heights in m.",
+        ),
     ] = None
     path: Annotated[
         Path | None,
-        typer.Option("--path", metavar="JOB", help="Job (TOML or G-code): computes the error along its path."),
+        typer.Option(
+            "--path", metavar="JOB", help="Compute the accuracy along the path of a job (TOML or G-code file)."
+        ),
     ] = None
     plane: Annotated[
-        float | None, typer.Option("--plane", metavar="Z", help="Positions in a horizontal square at height Z, m.")
+        float | None,
+        typer.Option(
+            "--plane",
+            metavar="Z",
+            help="Compute the accuracy at positions in a horizontal square at height Z, m; --half-width sets its size.",
+        ),
     ] = None
     half_width: Annotated[
         float | None,
         typer.Option(
-            "--half-width", metavar="W", help="Half the side of that square, m; by default that of the frame."
+            "--half-width",
+            metavar="W",
+            help="Half the side of the square of --plane, m; by default the square fits into the frame.",
         ),
     ] = None
-    workspace: Annotated[bool, typer.Option("--workspace", help="Nodes of a grid in the static workspace.")] = False
+    workspace: Annotated[
+        bool, typer.Option("--workspace", help="Compute the accuracy at the nodes of a grid in the static workspace.")
+    ] = False
     step: Annotated[
         float | None,
         typer.Option(
             "--step",
             metavar="S",
-            help=f"Distance between places, m; by default 0.1 on a helix, else 1/{STEPS} of the frame's longest side.",
+            help=f"Distance between neighbouring positions, m; by default 0.1 on a helix, else 1/{STEPS} of the "
+            f"frame's longest side.",
         ),
     ] = None
     retraction: Retraction = None
 
     @property
     def shape(self) -> str:
-        """The requested shape. Raises `InputError` unless it is one, with the options it takes."""
+        """Return the name of the requested shape, like helix.
+
+        Raises `InputError` unless exactly one is given, with its options.
+        """
         given = [shape for shape in SHAPES if getattr(self, shape) is not None and getattr(self, shape) is not False]
         if len(given) != 1:
             names = " and ".join(f"--{shape}" for shape in given) or "none"
@@ -113,7 +135,7 @@ class UncertaintyOptions:
         typer.Option(
             "--modulus-range",
             metavar="MIN,MAX",
-            help="Range of the factor on each modulus, as the only uncertainty; by default 0.7,1.3.",
+            help="Vary only the Young's modulus of each cable, by a factor from MIN to MAX; by default 0.7,1.3.",
         ),
     ] = None
     uncertainty: Annotated[
@@ -121,12 +143,19 @@ class UncertaintyOptions:
         typer.Option(
             "--uncertainty",
             metavar="TOML",
-            help="File of uncertain parameters; by default the robot file's [uncertainty], or else moduli alone.",
+            help="TOML file of the uncertain parameters; by default the robot file's [uncertainty], and without that "
+            "the moduli alone.",
         ),
     ] = None
-    method: Annotated[MethodName, typer.Option("--method", help="Method for the range of the error.")] = "vertices"
+    method: Annotated[
+        MethodName,
+        typer.Option(
+            "--method", help="Method that computes the range of the nozzle error from the uncertain parameters."
+        ),
+    ] = "vertices"
     samples: Annotated[
-        int | None, typer.Option("--samples", help="Number of samples of --method monte-carlo; by default 100000.")
+        int | None,
+        typer.Option("--samples", help="Number of random samples for --method monte-carlo; by default 100000."),
     ] = None
     seed: Seed = 0
 
@@ -136,7 +165,7 @@ class UncertaintyOptions:
 
         if self.uncertainty is not None:
             if self.modulus_range is not None:
-                raise InputError("--modulus-range and --uncertainty: give one of them")
+                raise InputError("--modulus-range and --uncertainty: give one of them, not both")
             return load_uncertainty(self.uncertainty).of(machine, str(self.uncertainty))
         if self.modulus_range is None:
             return machine.ranges()
@@ -144,11 +173,11 @@ class UncertaintyOptions:
         return modulus_ranges(machine, low, high)
 
     def spread_method(self) -> Method | str:
-        """Method for the range of the error. Raises `InputError`."""
+        """Method that computes the range of the nozzle error from the uncertain parameters. Raises `InputError`."""
         if self.method == "monte-carlo":
             return cw.MonteCarlo(100_000 if self.samples is None else self.samples, self.seed)
         if self.samples is not None:
-            raise InputError("--samples goes with --method monte-carlo")
+            raise InputError("--samples is only for --method monte-carlo; leave it out")
         return self.method
 
 
@@ -164,8 +193,8 @@ def accuracy_command(
         CompensationName,
         typer.Option(
             "--compensation",
-            help="Model of the commanded lengths: rigid cables (none), elastic cables, full "
-            "model with eyelets, or full model.",
+            help="Model from which the machine computes the commanded lengths: rigid cables (none), elastic cables, "
+            "full model with eyelets, or full model.",
         ),
     ] = "none",
     home: Annotated[
@@ -173,13 +202,18 @@ def accuracy_command(
         typer.Option(
             "--home",
             metavar="X,Y,Z[,RX,RY,RZ]",
-            help="Home pose, m and rad, at which the commanded lengths are exact; by default none.",
+            help="Pose, m and rad, at which the cable lengths were zeroed, so that the commanded lengths are exact "
+            "there; by default they were zeroed nowhere.",
         ),
     ] = None,
     tension_limits: Limits = None,
     out: Annotated[
         Path | None,
-        typer.Option("--out", help="Run folder; of a shape by default in runs/, named for robot and shape."),
+        typer.Option(
+            "--out",
+            help="Run folder for the results; for several positions by default a folder in runs/, "
+            "named for robot and shape.",
+        ),
     ] = None,
     executor: ExecutorOptions,
     as_json: AsJson = False,
@@ -226,7 +260,9 @@ def _working(executor: ExecutorOptions, folder: Path | None) -> Iterator[ManyOpt
             yield {"progress": show}
         return
     if folder is None:
-        raise InputError("--workers and --cluster: are for a shape; one pose takes no time")
+        raise InputError(
+            "--workers and --cluster: leave them out for a single pose (--at); they are for many positions"
+        )
     kept = _beside(folder)
     with executor.working(kept, *_KERNELS) as (works, show):
         yield {"progress": show, "executor": works, "file": kept}

@@ -24,31 +24,35 @@ def bracket_command(
     robot: RobotOptions,
     at: Pose = None,
     job: Annotated[
-        Path | None,
-        typer.Option("--job", metavar="JOB", help="Job: uses the sample with the highest stress, instead of --at."),
+        Path | None, typer.Option("--job", metavar="JOB", help="Compute at the most stressed sample of this job.")
     ] = None,
     workspace: Annotated[
         float | None,
         typer.Option(
             "--workspace",
             metavar="STEP",
-            help="Step, m, of a grid over the workspace: uses the node with the highest stress.",
+            help="Compute at the most stressed node of a grid over the workspace, with this step in m.",
         ),
     ] = None,
     bracket: Annotated[
-        Path | None, typer.Option("--bracket", metavar="FILE.toml", help="Bracket instead of the robot file's.")
+        Path | None,
+        typer.Option("--bracket", metavar="FILE.toml", help="TOML file that replaces the robot file's [bracket]."),
     ] = None,
     times: Annotated[
-        int, typer.Option("--times", metavar="N", help="Mesh refinement, 1 or 2; 2 also estimates the error.")
+        int, typer.Option("--times", metavar="N", help="Mesh refinement, 1 or 2; 2 also estimates the stresses' error.")
     ] = 2,
     sensitivity: Annotated[
-        bool, typer.Option("--sensitivity", help="Also compute stresses with each assumed size a quarter off.")
+        bool,
+        typer.Option("--sensitivity", help="Also compute the stresses with each assumed size changed by a quarter."),
     ] = False,
-    cable: Annotated[CableLaw, typer.Option("--cable", help="Cable law of the lines.")] = CableLaw.CATENARY,
+    cable: Annotated[
+        CableLaw, typer.Option("--cable", help="Cable law of the lines, from which their tensions follow.")
+    ] = CableLaw.CATENARY,
     tension_limits: Limits = None,
     retraction: Retraction = None,
     vtu: Annotated[
-        Path | None, typer.Option("--vtu", metavar="FILE.vtu", help="Write displacement and stress for ParaView.")
+        Path | None,
+        typer.Option("--vtu", metavar="FILE.vtu", help="VTU file to write for ParaView, with displacement and stress."),
     ] = None,
     output: OutputOptions,
 ) -> int:
@@ -61,7 +65,7 @@ def bracket_command(
     if sum(given is not None for given in (at, job, workspace)) != 1:
         raise InputError("bracket: expected one of --at X,Y,Z, --job JOB and --workspace STEP")
     if at is None and retraction is not None:
-        raise InputError("--retraction is for --at; a job's schedule sets it")
+        raise InputError("--retraction is only for --at: a job's schedule sets the retraction; leave it out")
     model = cw.Model.of(robot.loaded(), cable=cable, tension_limits=tension_range(tension_limits))
     _require_fem(vtu is not None)
 

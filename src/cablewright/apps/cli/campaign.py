@@ -34,7 +34,12 @@ def campaign_command(
     *,
     robot: RobotName,
     job: JobFile,
-    machines: Annotated[int, typer.Option("--machines", metavar="N", help="Number of machines to simulate.")] = 100,
+    machines: Annotated[
+        int,
+        typer.Option(
+            "--machines", metavar="N", help="Number of machines, with errors drawn at random, that print the job."
+        ),
+    ] = 100,
     machine: MachineName = None,
     layers: LayerCount = None,
     estimator: Estimator = None,
@@ -47,7 +52,8 @@ def campaign_command(
         typer.Option(
             "--tried",
             metavar="N",
-            help="Number of machines that also print with each tolerance set to zero; by default up to 10.",
+            help="Number of these machines that also print with one tolerance at a time set to zero; by default up "
+            "to 10.",
         ),
     ] = None,
     max_error: Annotated[
@@ -55,12 +61,17 @@ def campaign_command(
         typer.Option(
             "--max-error",
             metavar="E",
-            help="Maximum error beside the path, m, of a successful print; by default the job's.",
+            help="Largest distance of the nozzle from the path, m, at which a print counts as successful; by default "
+            "the allowed error in the job file.",
         ),
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option("--out", metavar="FILE.jsonl", help="Results by machine, to resume from; by default in runs/."),
+        typer.Option(
+            "--out",
+            metavar="FILE.jsonl",
+            help="File for the result of each machine, from which the same command resumes; by default in runs/.",
+        ),
     ] = None,
     executor: ExecutorOptions,
     output: OutputOptions,

@@ -25,20 +25,31 @@ def check_command(
         typer.Option(
             "--uncertainty",
             metavar="TOML",
-            help="File of uncertain parameters; by default the robot file's [uncertainty], else assumed values.",
+            help="TOML file of the uncertain parameters; by default the robot file's [uncertainty], and without that "
+            "assumed values.",
         ),
     ] = None,
     clearance: Clearance = 0.0,
     interference: Annotated[
-        bool, typer.Option("--interference/--no-interference", help="Compute the distances of lines from obstacles.")
+        bool,
+        typer.Option(
+            "--interference/--no-interference", help="Compute the distances of the lines from obstacles; on by default."
+        ),
     ] = True,
     expected_error: Annotated[
-        bool, typer.Option("--expected-error/--no-expected-error", help="Compute the error for uncertain parameters.")
+        bool,
+        typer.Option(
+            "--expected-error/--no-expected-error",
+            help="Compute the expected error of the nozzle that follows from the uncertain parameters; on by default.",
+        ),
     ] = True,
     bead: BeadSize = None,
     seed: Seed = 0,
     out: Annotated[
-        Path | None, typer.Option("--out", help="Run folder; by default in runs/, named for robot and job.")
+        Path | None,
+        typer.Option(
+            "--out", help="Run folder for the results; by default a folder in runs/, named for robot and job."
+        ),
     ] = None,
     as_json: AsJson = False,
 ) -> int:

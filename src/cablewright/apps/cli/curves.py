@@ -18,7 +18,8 @@ def curves_command(
     *,
     length: Annotated[float, typer.Option("--length", metavar="L", help="Length of each curve, m.")] = 28.0,
     area: Annotated[
-        str, typer.Option("--area", metavar="X,Y", help="Sides of the rectangle that encloses each curve, m.")
+        str,
+        typer.Option("--area", metavar="X,Y", help="Sides X,Y of the rectangle into which each curve has to fit, m."),
     ] = "3.6,8",
     count: Annotated[int, typer.Option("--count", metavar="N", help="Number of random curves.")] = 200,
     seed: Seed = 0,

@@ -26,24 +26,43 @@ class SearchOptions:
         OptimiserName | None,
         typer.Option(
             "--method",
-            help="Differential evolution or CMA-ES for one objective, NSGA-II for several; by default de, or nsga2.",
+            help="Optimiser: differential evolution (de) or CMA-ES for one objective, NSGA-II for several; by "
+            "default de for one objective, nsga2 for several.",
         ),
     ] = None
-    evaluations: Annotated[int, typer.Option("--evaluations", metavar="N", help="Total number of candidates.")] = 400
+    evaluations: Annotated[
+        int, typer.Option("--evaluations", metavar="N", help="Total number of candidate designs to evaluate.")
+    ] = 400
     population: Annotated[
         int | None,
-        typer.Option("--population", metavar="N", help="Candidates per generation; by default 6 a variable."),
+        typer.Option(
+            "--population",
+            metavar="N",
+            help="Number of candidate designs in each generation; by default 6 for each variable.",
+        ),
     ] = None
     seed: Seed = 0
     criterion: Annotated[
-        CriterionName, typer.Option("--criterion", help="Criterion of the workspace, for its figures.")
+        CriterionName,
+        typer.Option(
+            "--criterion", help="Criterion by which a position belongs to the workspace, for objectives like volume."
+        ),
     ] = "exact"
     inertia: Annotated[
         InertiaName,
-        typer.Option("--inertia", help="Inertia of the platform for boundary_frequency: given, or of a box."),
+        typer.Option(
+            "--inertia",
+            help="Inertia of the platform for the objective boundary_frequency: the robot "
+            "file's (given), or that of a box about its points.",
+        ),
     ] = "given"
     grid: Annotated[
-        int, typer.Option("--grid", metavar="N", help="Nodes along each side of the box, for figures of the workspace.")
+        int,
+        typer.Option(
+            "--grid",
+            metavar="N",
+            help="Number of grid nodes along each side of the search box, for objectives of the workspace.",
+        ),
     ] = 9
 
     def workspace(self) -> cw.TradeSettings:
@@ -62,7 +81,8 @@ class GoalOptions:
         typer.Option(
             "--vary",
             metavar="NAME=LOW:HIGH",
-            help="A design variable and its bounds, SI; repeat it. Names as in `trade`: exits-x, exit_point.z, "
+            help="A design variable and its bounds in SI units; repeat the option for more. Names as in `trade`: "
+            "exits-x, exit_point.z, "
             "exit_point.x@LINE, width-x, sheave_radius, tension-min, .., and NAME+NAME.",
         ),
     ]
@@ -71,21 +91,28 @@ class GoalOptions:
         typer.Option(
             "--objective",
             metavar="FIGURE",
-            help="Figure to optimise; repeat it for a front. tension_margin, expected_error, lowest_frequency, "
+            help="Quantity to optimise; repeat the option for a Pareto front. tension_margin, expected_error, "
+            "lowest_frequency, "
             "clearance, max_torque, cable_length, cost, volume, boundary_frequency, ..",
         ),
     ]
     constraint: Annotated[
         list[str] | None,
-        typer.Option("--constraint", metavar="FIGURE>=VALUE", help="Constraint, SI, with >= or <=; repeatable."),
+        typer.Option(
+            "--constraint",
+            metavar="FIGURE>=VALUE",
+            help="Constraint on one of the quantities of "
+            "--objective, in SI units, with >= or <=; repeat "
+            "the option for more.",
+        ),
     ] = None
     price: Annotated[
         list[str] | None,
         typer.Option(
             "--price",
             metavar="NAME=VALUE",
-            help="For the figure cost, in any one currency: cable (a metre), winch (each), torque (a newton metre of a "
-            "winch); repeat it.",
+            help="Price for the objective cost, in any one currency: of a metre of cable, of a winch, or of a newton "
+            "metre of a winch's torque; repeat the option for each.",
         ),
     ] = None
     symmetry: Annotated[
@@ -93,7 +120,8 @@ class GoalOptions:
         typer.Option(
             "--symmetry",
             metavar="x|y|x,y",
-            help="Mirror planes through the frame's middle: also vary the mirrored lines.",
+            help="Mirror planes through the frame's middle; a variable of one line then also changes its mirror "
+            "images.",
         ),
     ] = None
 
@@ -118,11 +146,18 @@ def design_command(
     robot: RobotName,
     job: Annotated[
         Path | None,
-        typer.Argument(metavar="[JOB]", help="A job's TOML file, or a G-code file; none for figures of the workspace."),
+        typer.Argument(
+            metavar="[JOB]", help="A job's TOML file, or a G-code file; objectives of the workspace need none."
+        ),
     ] = None,
     goal: GoalOptions,
     search: SearchOptions,
-    out: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Folder; by default in runs/.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", metavar="DIR", help="Folder for the state and result of the search; by default in runs/."
+        ),
+    ] = None,
     executor: ExecutorOptions,
     as_json: AsJson = False,
 ) -> int:

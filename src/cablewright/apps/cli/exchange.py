@@ -33,26 +33,37 @@ if TYPE_CHECKING:
 @command("import examples/robot.wcrfx --out runs/robot.toml", "exchange.result:Imported")
 def import_command(
     *,
-    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="File to read; of a CASPR model both.")],
+    files: Annotated[
+        list[Path],
+        typer.Argument(metavar="FILE...", help="File to read; for a CASPR model give both files, bodies and cables."),
+    ],
     out: Annotated[Path, typer.Option("--out", metavar="FILE.toml", help="Robot file to write; it must not exist.")],
     form: Annotated[
-        ReadFormatName | None, typer.Option("--format", help="Format of the file; by default by its content.")
+        ReadFormatName | None,
+        typer.Option("--format", help="Format of the file; by default recognised by its content."),
     ] = None,
     cable: Annotated[
         CableName | None,
         typer.Option(
-            "--cable", help="Cable of all lines, see docs/robots.md; by default the file's, or an assumed one."
+            "--cable",
+            help="Cable of all lines, by its name in the table of cables in docs/robots.md; by default "
+            "the file's, or an assumed one.",
         ),
     ] = None,
     cable_set: Annotated[
-        str | None, typer.Option("--cable-set", metavar="ID", help="Set of cables of a CASPR model; else its default.")
+        str | None,
+        typer.Option(
+            "--cable-set",
+            metavar="ID",
+            help="Set of cables to read from a CASPR model; by default the model's own default set.",
+        ),
     ] = None,
     nozzle_below: Annotated[
         str | None,
         typer.Option(
             "--nozzle-below",
             metavar="L",
-            help="Of a Hangprinter: distance of the nozzle below the point where its lines meet.",
+            help="For a Hangprinter: distance of the nozzle below the point where its lines meet, in m or with a unit.",
         ),
     ] = None,
     as_json: AsJson = False,
@@ -69,7 +80,7 @@ def import_command(
     if out.suffix != ".toml":
         raise cw.InputError(f"--out = {str(out)!r}: must end in .toml")
     if out.exists() or out.is_symlink():
-        raise cw.InputError(f"{out}: is there already; nothing is overwritten")
+        raise cw.InputError(f"{out}: exists already and is not overwritten; choose another name")
     below = 0.0 if nozzle_below is None else quantity(nozzle_below, "--nozzle-below", LENGTH)
     found = read_robot(files, form, ImportOptions(cable, cable_set, below))
     text = robot_toml(found, "cablewright import")
@@ -93,36 +104,58 @@ class MotionOptions:
 
     machine: Annotated[
         str | None,
-        typer.Option("--machine", metavar="NAME", help="Machine file: layers of cable on drums, and the gear."),
+        typer.Option(
+            "--machine",
+            metavar="NAME",
+            help="Machine file that describes the layers of cable on the drums and the gear.",
+        ),
     ] = None
     layers: Annotated[
-        str | None, typer.Option("--layers", metavar="FIRST,LAST", help="Layers of the part; by default all.")
+        str | None,
+        typer.Option(
+            "--layers", metavar="FIRST,LAST", help="First and last layer to export, from 1; by default all layers."
+        ),
     ] = None
     tolerance: Annotated[
         str | None,
         typer.Option(
             "--tolerance",
             metavar="L",
-            help="Largest error of a line's length between two points, m or like '20 um'; by default half a microstep.",
+            help="Largest error of a line's length by interpolation between two points, in m or like '20 um'; by "
+            "default half a microstep.",
         ),
     ] = None
     microsteps: Annotated[
-        int | None, typer.Option("--microsteps", help="Microsteps of a full step; by default 16.")
+        int | None,
+        typer.Option("--microsteps", help="Number of microsteps in a full step of the motors; by default 16."),
     ] = None
     full_steps: Annotated[
-        int | None, typer.Option("--full-steps", help="Full steps of a motor's turn; by default 200.")
+        int | None, typer.Option("--full-steps", help="Number of full steps in a turn of a motor; by default 200.")
     ] = None
 
     gear: Annotated[
         str | None,
-        typer.Option("--gear", metavar="MOTOR:SPOOL", help="Teeth of each gear; by default the machine's, or no gear."),
+        typer.Option(
+            "--gear",
+            metavar="MOTOR:SPOOL",
+            help="Teeth of the gear wheels of motor and winch drum, like "
+            "20:255; by default the machine file's gear, or none.",
+        ),
     ] = None
     version: Annotated[
         RrfVersionName | None,
-        typer.Option("--firmware-version", help="Of RepRapFirmware; by default 3.6, or 3.7 for over 5 lines."),
+        typer.Option(
+            "--firmware-version",
+            help="Version of RepRapFirmware for which the files are written; by "
+            "default 3.6, or 3.7 for more than 5 lines.",
+        ),
     ] = None
     complete: Annotated[
-        bool, typer.Option("--config", help="Of LinuxCNC, a complete configuration: HAL, homing, simulated joints.")
+        bool,
+        typer.Option(
+            "--config",
+            help="For linuxcnc: also write a complete configuration with HAL file, homing and simulated joints.",
+        ),
     ] = False
 
     def written(self, target: str, made_for: TargetName | None, robot: cw.Robot, job: Path, out: Path) -> Exported:
@@ -136,9 +169,11 @@ class MotionOptions:
         if tolerance is not None and tolerance >= 1.0:
             raise InputError(f"--tolerance = {self.tolerance!r}: must be under 1 m; a number alone is in m")
         if target == "gcode" and tolerance is not None:
-            raise InputError("export gcode: --tolerance is for winches by angle; leave it out")
+            raise InputError(
+                "export gcode: --tolerance is only for formats that move each winch by its angle; leave it out"
+            )
         if self.complete and target != "linuxcnc":
-            raise InputError(f"export {target}: --config is of linuxcnc; leave it out")
+            raise InputError(f"export {target}: --config is only for the format linuxcnc; leave it out")
         given: dict[str, Any] = {
             "machine": machine, "stepper": self._stepper(), "layers": _layers(self.layers), "version": self.version,
             "gear": _gear(self.gear),
@@ -178,16 +213,23 @@ def export_command(
     robot: RobotName,
     job: Annotated[
         Path | None,
-        typer.Argument(metavar="[JOB]", help="For a firmware a job's TOML or G-code file; for ros2 a machine's log."),
+        typer.Argument(
+            metavar="[JOB]", help="For a firmware: the job's TOML or G-code file. For ros2: a machine's log."
+        ),
     ] = None,
-    out: Annotated[Path, typer.Option("--out", metavar="OUT", help="File to write, or folder; it must not exist.")],
+    out: Annotated[Path, typer.Option("--out", metavar="OUT", help="File or folder to write; it must not exist.")],
     made_for: Annotated[
         TargetName | None,
-        typer.Option("--for", help="Of gcode: rrf or klipper, with firmware kinematics; of slicer: a slicer."),
+        typer.Option(
+            "--for",
+            help="For the format gcode: the firmware, rrf or klipper, that computes the "
+            "kinematics. For the format slicer: the name of the slicer.",
+        ),
     ] = None,
     bead: BeadSize = None,
     schema_version: Annotated[
-        WireXVersion | None, typer.Option("--schema-version", help="Of WireX; by default 0.32.")
+        WireXVersion | None,
+        typer.Option("--schema-version", help="Version of the WireX file format that is written; by default 0.32."),
     ] = None,
     at: Pose = None,
     motion: MotionOptions,
@@ -209,13 +251,15 @@ def export_command(
     is_firmware = target in (*FIRMWARE, "gcode")
     _require_target(target, made_for, bead, job, is_firmware)
     if not is_firmware and motion != MotionOptions():
-        raise InputError(f"export {target}: --machine, --layers and their like are for a firmware")
+        raise InputError(
+            f"export {target}: --machine, --layers and similar options are only for firmware; leave them out"
+        )
     if schema_version is not None and target != "wirex":
-        raise InputError(f"--schema-version = {schema_version}: only wirex has versions")
+        raise InputError(f"--schema-version = {schema_version}: only the format wirex has versions; leave it out")
     if at is not None and target not in AT_A_POSE:
-        raise InputError(f"--at = {at!r}: only {', '.join(AT_A_POSE)} are written at a pose")
+        raise InputError(f"--at = {at!r}: only {', '.join(AT_A_POSE)} are written for one pose; leave --at out")
     if out.exists() or out.is_symlink():
-        raise InputError(f"{out}: is there already; nothing is overwritten")
+        raise InputError(f"{out}: exists already and is not overwritten; choose another name")
     described = cw.load(robot)
     if target == "slicer":
         return answer(_profile(made_for, described, bead, out), as_json, out=out)
@@ -269,9 +313,12 @@ def _require_target(
         wanted = " or ".join(FOR.get(target, ())) or "left out"
         raise InputError(f"export {target}: --for = {made_for}: must be {wanted}; gcode and slicer take one")
     if (target == "slicer") is (bead is None):
-        raise InputError(f"export {target}: --bead WIDTH,HEIGHT of strands is given for a slicer, and only there")
+        raise InputError(
+            f"export {target}: a slicer needs --bead WIDTH,HEIGHT, the size of its strands; other "
+            f"formats take no --bead"
+        )
     if is_firmware and job is None:
-        raise InputError(f"export {target}: expected a JOB after ROBOT, whose motion is written")
+        raise InputError(f"export {target}: give the JOB whose motion is to be exported, after ROBOT")
     if target == "ros2" and job is None:
         raise InputError("export ros2: expected a machine's LOG after ROBOT, a file or a run folder")
     if not (is_firmware or target == "ros2") and job is not None:

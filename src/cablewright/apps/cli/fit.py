@@ -22,12 +22,18 @@ def fit_command(
     part: Annotated[Path, typer.Argument(metavar="PART", help="A job's TOML, G-code, or an STL file in mm.")],
     tension_limits: Annotated[
         str | None,
-        typer.Option("--tension-limits", metavar="MIN,MAX", help="Of every line, N; by default the robot's."),
+        typer.Option(
+            "--tension-limits",
+            metavar="MIN,MAX",
+            help="Smallest and largest allowed tension of every line, N; by default those of the robot file.",
+        ),
     ] = None,
     max_error: Annotated[
         str | None,
         typer.Option(
-            "--max-error", metavar="L", help="Expected error of the nozzle, m or like '1 mm'; by default any."
+            "--max-error",
+            metavar="L",
+            help="Largest allowed expected error of the nozzle, in m or like '1 mm'; by default there is no limit.",
         ),
     ] = None,
     output: OutputOptions,

@@ -29,7 +29,7 @@ def interference_command(
     at: Pose = None,
     mesh: Annotated[
         Path | None,
-        typer.Option("--mesh", metavar="FILE.stl", help="Mesh of the part, instead of the strands of the job."),
+        typer.Option("--mesh", metavar="FILE.stl", help="STL mesh of the part, instead of the strands of the job."),
     ] = None,
     mesh_scale: Annotated[
         float, typer.Option("--mesh-scale", metavar="F", help="Size in m of one unit of the mesh; 0.001 for mm.")
@@ -59,14 +59,16 @@ def interference_command(
     if (job is None) == (at is None):
         raise InputError("interference: expected either a JOB or --at X,Y,Z")
     if job is not None and retraction is not None:
-        raise InputError("--retraction is for --at; along a job its schedule sets it")
+        raise InputError("--retraction is only for --at: along a job its schedule sets the retraction; leave it out")
     if bead is not None and (job is None or mesh is not None):
-        raise InputError("--bead is for the strands that a JOB lays: give a JOB and no --mesh")
+        raise InputError(
+            "--bead is the size of the strands that a JOB lays: give a JOB and no --mesh, or leave --bead out"
+        )
     settings = cw.InterferenceSettings(ends, tolerance)
     model = cw.Model.of(robot.loaded(), **laws.laws())
     part = None if mesh is None else cw.read_stl(mesh, mesh_scale)
     if part is not None and not part.is_closed:
-        tell("note: the mesh is not closed: what is inside is not known; distances are from its faces")
+        tell("note: the mesh is not closed, so its inside is not defined; distances are measured from its faces")
     where = pose_of(at, model.robot) if job is None else cw.load_job(job)
     with TemporaryDirectory(prefix="cablewright-") as room, progress("inverse", "distances") as show:
         try:

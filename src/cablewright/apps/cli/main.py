@@ -273,7 +273,10 @@ def _called(arguments: list[str]) -> int:
         return app(arguments, prog_name="cablewright", standalone_mode=False) or 0
     except _numeric_errors() as error:
         what = f"{type(error).__name__}: {error}"
-        failed = AnswerError(f"the numbers of this input {NOT_COMPUTED} ({what}); --debug shows where")
+        failed = AnswerError(
+            f"the numbers of this input {NOT_COMPUTED} ({what}); change extreme values, or locate "
+            f"the cause with --debug"
+        )
         failed.known = {"status": "not-computed"}
         raise failed from error
     except _model_errors() as error:

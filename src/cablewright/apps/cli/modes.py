@@ -30,7 +30,7 @@ def modes_command(
     robot: RobotOptions,
     at: Pose = None,
     boundary: Annotated[
-        bool, typer.Option("--boundary", help="Compute modes along the boundary of the workspace instead of one pose.")
+        bool, typer.Option("--boundary", help="Compute modes along the workspace's boundary instead of at one pose.")
     ] = False,
     log: Annotated[
         Path | None,
@@ -40,19 +40,21 @@ def modes_command(
     ] = None,
     signal: Annotated[
         SwingSignal | None,
-        typer.Option("--signal", help="Readings of the log to use; by default the first of these in the log."),
+        typer.Option("--signal", help="Sensor of the log to use; by default the first of these in the log."),
     ] = None,
     span: Annotated[
         str | None,
         typer.Option(
             "--span",
             metavar="T0,T1",
-            help="Times of the log to use, s; by default the longest rest of the winches; of a CSV file all.",
+            help="Start and end of the part of the log that is used, s; by default the longest time in which the "
+            "winches rest, and all of a CSV file.",
         ),
     ] = None,
     geometric: Geometric = True,
     grid: Annotated[
-        int | None, typer.Option("--grid", metavar="N", help="With --boundary: nodes along each side; by default 21.")
+        int | None,
+        typer.Option("--grid", metavar="N", help="With --boundary: number of nodes along each side; by default 21."),
     ] = None,
     tensions: Tensions = None,
     region: OrientedRegionOptions,
@@ -67,7 +69,7 @@ def modes_command(
     from cablewright.studies.measured_modes import measured_modes
 
     if log is not None and boundary:
-        raise InputError("--log: not with --boundary")
+        raise InputError("--log and --boundary: give one of them, not both")
     if log is None and (at is None) != boundary:
         raise InputError("modes: give either --at X,Y,Z or --boundary")
     machine, given = robot.loaded(), region.as_arguments()

@@ -38,11 +38,19 @@ JobFile = Annotated[Path, typer.Argument(metavar="JOB", help="A job's TOML file,
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units instead of text.")]
 Plot = Annotated[
     Path | None,
-    typer.Option("--plot", metavar="FILE", help="Write a picture of the result, .png, .svg or .pdf, and FILE.csv."),
+    typer.Option(
+        "--plot",
+        metavar="FILE",
+        help="Picture of the result to write, .png, .svg or .pdf; its numbers are written to FILE.csv.",
+    ),
 ]
 PlotWidth = Annotated[
     str | None,
-    typer.Option("--plot-width", metavar="W", help="Width: one-column or two-column of a paper, or as 120 mm."),
+    typer.Option(
+        "--plot-width",
+        metavar="W",
+        help="Width of the picture: one-column or two-column of a paper, or a length like 120 mm.",
+    ),
 ]
 PlotStyle = Annotated[
     Path | None,
@@ -53,7 +61,7 @@ BeadSize = Annotated[
     typer.Option(
         "--bead",
         metavar="WIDTH,HEIGHT",
-        help="Width and height of all strands, like 1.2mm,0.6mm; by default of the job file, or of the G-code.",
+        help="Width and height of all strands, like 1.2mm,0.6mm; by default those of the job file, or of the G-code.",
     ),
 ]
 Seed = Annotated[int, typer.Option("--seed", help="Seed of all random numbers; the same seed gives the same result.")]
@@ -69,8 +77,8 @@ Estimator = Annotated[
     EstimatorName | None,
     typer.Option(
         "--estimator",
-        help="Estimator of Merlet and Papegay 2023, Kalman filter of all sensors, or encoders "
-        "alone; by default the filter, if the machine has its sensors.",
+        help="Estimator of the platform's position: that of Merlet and Papegay 2023 (paper), a Kalman filter of all "
+        "sensors (filter), or encoders alone; by default the filter, if the machine has its sensors.",
     ),
 ]
 LayerCount = Annotated[
@@ -79,15 +87,18 @@ LayerCount = Annotated[
 Period = Annotated[float, typer.Option("--period", metavar="T", help="Time step of the quasi-static plant, s.")]
 Plant = Annotated[
     PlantName,
-    typer.Option("--plant", help="Simulation with inertia in steps of 10 ms, or quasi-static."),
+    typer.Option(
+        "--plant",
+        help="Simulate the platform with inertia in steps of 10 ms (dynamic), or as a sequence "
+        "of equilibria (quasi-static).",
+    ),
 ]
 Severity = Annotated[
     SeverityName | None,
     typer.Option(
         "--severity",
-        help="Size of the deviations from the description: walls, mounts, clocks, sensors, "
-        "people, link gaps, creep, friction, compliance, wind; by default that of the "
-        "machine file.",
+        help="How much the simulated machine deviates from its description in walls, mounts, clocks, sensors, "
+        "people, link gaps, creep, friction, compliance and wind; by default as in the machine file.",
     ),
 ]
 Pose = Annotated[
@@ -95,41 +106,58 @@ Pose = Annotated[
     typer.Option(
         "--at",
         metavar="X,Y,Z[,RX,RY,RZ]",
-        help="Pose of the platform: position, m, and rotation vector, rad; `free`: a coordinate "
-        "that follows from equilibrium.",
+        help="Pose of the platform: position, m, and rotation vector, rad. Write `free` for a coordinate that "
+        "equilibrium determines.",
     ),
 ]
-Lengths = Annotated[str, typer.Option("--lengths", metavar="L1,..,Lm", help="Unstrained length of each line, m.")]
+Lengths = Annotated[
+    str, typer.Option("--lengths", metavar="L1,..,Lm", help="Unstrained length of each line, m, separated by commas.")
+]
 LengthsOrLog = Annotated[
     str,
     typer.Option(
-        "--lengths", metavar="L1,..,Lm", help="Unstrained length of each line, m; or a CSV file with rows of them."
+        "--lengths",
+        metavar="L1,..,Lm",
+        help="Unstrained length of each line, m, or a CSV file with one row of lengths for each pose.",
     ),
 ]
 Clearance = Annotated[
-    float, typer.Option("--clearance", metavar="D", help="Minimum distance of a line from obstacles, m; 0: contact.")
+    float,
+    typer.Option(
+        "--clearance",
+        metavar="D",
+        help="Minimum allowed distance of a line from obstacles, m; 0 reports contact alone.",
+    ),
 ]
 Limits = Annotated[
     str | None,
-    typer.Option("--tension-limits", metavar="MIN,MAX", help="Tension limits of every line, N; else the robot file's."),
+    typer.Option(
+        "--tension-limits",
+        metavar="MIN,MAX",
+        help="Smallest and largest allowed tension of every line, N; by default those of the robot file.",
+    ),
 ]
 Box = Annotated[
     str | None,
-    typer.Option("--box", metavar="X0,X1,Y0,Y1,Z0,Z1", help="Search box, m; by default the robot's frame."),
+    typer.Option("--box", metavar="X0,X1,Y0,Y1,Z0,Z1", help="Box in which to search, m; by default the robot's frame."),
 ]
 CalibrationPlanFile = Annotated[
     Path | None,
     typer.Option(
         "--plan",
         metavar="PLAN.toml",
-        help="Plan file: unknowns, sigmas and datum; by default the TOML file beside the data.",
+        help="Plan file (TOML) that names the unknowns, the standard deviations and the datum; by default the TOML "
+        "file beside the data.",
     ),
 ]
 Retraction = Annotated[
-    float | None, typer.Option("--retraction", metavar="L", help="Retraction length of the end-effector, m.")
+    float | None, typer.Option("--retraction", metavar="L", help="Length to which the end-effector is retracted, m.")
 ]
 SheaveChoice = Annotated[
-    SheaveLaw | None, typer.Option("--sheave", help="Sheave law; by default the sheaves of the robot file.")
+    SheaveLaw | None,
+    typer.Option(
+        "--sheave", help="Sheave law: how the model describes the sheaves; by default as the robot file does."
+    ),
 ]
 Geometric = Annotated[
     bool,
@@ -141,8 +169,8 @@ Tensions = Annotated[
     TensionChoice | None,
     typer.Option(
         "--tensions",
-        help="Tensions along the boundary: least norm, or nearest to the middle of the limits; by default middle for "
-        "the closed forms, else least.",
+        help="How tensions are chosen along the boundary: those of least norm (least), or those nearest to the "
+        "middle of the limits (middle); by default middle for the closed forms, else least.",
     ),
 ]
 
@@ -153,10 +181,16 @@ class RobotOptions:
 
     robot: RobotName
     lines: Annotated[
-        str | None, typer.Option("--lines", metavar="NAME,..", help="Lines that hold the platform; by default all.")
+        str | None,
+        typer.Option("--lines", metavar="NAME,..", help="Names of the lines that hold the platform; by default all."),
     ] = None
     load: Annotated[
-        str | None, typer.Option("--load", metavar="NAME", help="Load of the robot file that the platform carries.")
+        str | None,
+        typer.Option(
+            "--load",
+            metavar="NAME",
+            help="Name of the load in the robot file that the platform carries; by default the platform's own values.",
+        ),
     ] = None
     wrench: Annotated[
         str | None,
@@ -190,7 +224,12 @@ class RobotOptions:
 class LawOptions:
     """The physics of the lines."""
 
-    cable: Annotated[CableLaw | None, typer.Option("--cable", help="Cable law; by default catenary.")] = None
+    cable: Annotated[
+        CableLaw | None,
+        typer.Option(
+            "--cable", help="Cable law: how the model describes sag and stretch of the cables; by default catenary."
+        ),
+    ] = None
     sheave: SheaveChoice = None
     tension_limits: Limits = None
 
@@ -205,7 +244,11 @@ class RegionOptions(LawOptions):
 
     criterion: Annotated[
         CriterionName | None,
-        typer.Option("--criterion", help="Criterion of the workspace; by default exact. Only static includes sag."),
+        typer.Option(
+            "--criterion",
+            help="Criterion by which a pose belongs to the workspace; by default exact. Only "
+            "static includes the sag of the cables.",
+        ),
     ] = None
     box: Box = None
     point: Annotated[
@@ -214,7 +257,11 @@ class RegionOptions(LawOptions):
     ] = None
     cable: Annotated[
         CableLaw | None,
-        typer.Option("--cable", help="Cable law; by default catenary for the criterion static, else rigid."),
+        typer.Option(
+            "--cable",
+            help="Cable law: how the model describes sag and stretch of the cables; by default "
+            "catenary for the criterion static, else rigid.",
+        ),
     ] = None
 
     @property
@@ -264,7 +311,7 @@ class OrientedRegionOptions(RegionOptions):
         if values is None:
             return self.retraction
         if self.retraction is not None:
-            raise InputError("--retraction and --retraction-law: give one of them")
+            raise InputError("--retraction and --retraction-law: give one of them, not both")
         if len(values) not in (2, 4):
             raise InputError(
                 f"--retraction-law = {self.retraction_law!r}: expected C,D of the length C z + D in m, or C,D,MIN,MAX"
@@ -279,14 +326,24 @@ class CountOptions:
     """Options of a volume's computation."""
 
     count: Annotated[
-        CountName, typer.Option("--count", help="Compute a volume with an error, or count the nodes of a grid.")
+        CountName,
+        typer.Option(
+            "--count", help="Compute the volume with an error bound (volume), or count the nodes of a grid (nodes)."
+        ),
     ] = "volume"
     grid: Annotated[
-        int | None, typer.Option("--grid", metavar="N", help="Nodes along each side of the box; by default 41.")
+        int | None,
+        typer.Option(
+            "--grid", metavar="N", help="Number of grid nodes along each side of the search box; by default 41."
+        ),
     ] = None
     tolerance: Annotated[
         float | None,
-        typer.Option("--tolerance", metavar="T", help="Error of the volume, as a share of it; by default 0.002."),
+        typer.Option(
+            "--tolerance",
+            metavar="T",
+            help="Error of the volume, as a fraction of the volume, at which the refinement stops; by default 0.002.",
+        ),
     ] = None
     seed: Seed = 0
 
@@ -300,7 +357,9 @@ class OutputOptions:
     plot_style: PlotStyle = None
     report: Annotated[
         Path | None,
-        typer.Option("--report", metavar="FILE.html", help="Write a page with figures, tables and picture."),
+        typer.Option(
+            "--report", metavar="FILE.html", help="HTML page to write, with the results, tables and a picture."
+        ),
     ] = None
     as_json: AsJson = False
 
@@ -308,7 +367,7 @@ class OutputOptions:
         """Reject other kinds of files, before any work. Raises `InputError`."""
         check_suffix(self.plot, "--plot", ".png", ".svg", ".pdf")
         if self.plot is None and (self.plot_width is not None or self.plot_style is not None):
-            raise InputError("--plot-width and --plot-style: they are for --plot FILE")
+            raise InputError("--plot-width and --plot-style: give --plot FILE too, the picture that they are for")
         check_suffix(self.report, "--report", ".html")
 
     def write(self, found: Pictured, title: str, *, when: bool = True) -> dict[str, Path | None]:
@@ -333,14 +392,20 @@ class ExecutorOptions:
 
     workers: Annotated[
         int | None,
-        typer.Option("--workers", metavar="N", help="Processes of this machine, one thread each; by default this one."),
+        typer.Option(
+            "--workers",
+            metavar="N",
+            help="Number of worker processes on this computer, with one thread "
+            "each; by default this process does all the work.",
+        ),
     ] = None
     cluster: Annotated[
         str | None,
         typer.Option(
             "--cluster",
             metavar="ADDRESS",
-            help="Scheduler of a dask cluster, tcp://HOST:8786; or `local`: processes of this machine.",
+            help="Address of a dask scheduler, like tcp://HOST:8786, whose workers do the work; or `local` for "
+            "processes of this computer.",
         ),
     ] = None
 
@@ -361,5 +426,5 @@ class ExecutorOptions:
             with chosen(self.workers, self.cluster) as executor, progress(*kernels) as show:
                 yield executor, show
         except KeyboardInterrupt:
-            tell(f"{kept} has what is done; the same command resumes")
+            tell(f"{kept} has the finished results; the same command resumes from there")
             raise

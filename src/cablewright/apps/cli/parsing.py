@@ -57,7 +57,7 @@ def pose_of(text: str | None, robot: cw.Robot) -> list[float] | None:
     place, turn = given[:3], math.hypot(*given[3:])
     _require_metres(place, "--at", robot, 1.0, units_inside([place], robot) if len(place) == 3 else {})
     if len(given) == robot.n and turn > math.pi * (1.0 + 1e-6):
-        tell(f"note: --at: a rotation by {turn:g} rad is over half a turn: is it in rad, are these deg?")
+        tell(f"note: --at: a rotation by {turn:g} rad is over half a turn; rotation vectors are in rad: are these deg?")
     return values
 
 

@@ -36,20 +36,28 @@ class SimulatedOptions:
     period: Period = 1.0
     seed: Seed = 0
     intrusions: Annotated[
-        int, typer.Option("--intrusions", metavar="N", help="Number of simulated light-barrier interruptions.")
+        int,
+        typer.Option(
+            "--intrusions",
+            metavar="N",
+            help="Number of times that a person interrupts the simulated light barrier during the print.",
+        ),
     ] = 0
     place_layers: Annotated[
         int,
         typer.Option(
             "--place-layers",
             metavar="N",
-            help="Stop after every N layers to measure the platform's position, for encoders alone; by default never.",
+            help="Stop after every N layers to measure the platform's position, for the estimator of encoders alone; "
+            "by default never.",
         ),
     ] = 0
     place_sigma: Annotated[
         str,
         typer.Option(
-            "--place-sigma", metavar="D", help="Standard deviation of the measured position in each coordinate."
+            "--place-sigma",
+            metavar="D",
+            help="Standard deviation of each coordinate of the measured position, in m or with a unit.",
         ),
     ] = "1 mm"
     place_every: Annotated[
@@ -57,7 +65,8 @@ class SimulatedOptions:
         typer.Option(
             "--place-every",
             metavar="T",
-            help="Measure the position at the start of the path and at intervals of T; by default never.",
+            help="Interval between measurements of the position, which begin at the start of the path; by default "
+            "there are none.",
         ),
     ] = None
     place_stops: Annotated[
@@ -82,9 +91,15 @@ class SimulatedOptions:
         ),
     ] = False
     damping: Annotated[
-        bool, typer.Option("--damping/--no-damping", help="Damp swings by measured tilt and tensions.")
+        bool,
+        typer.Option(
+            "--damping/--no-damping",
+            help="Damp swings of the platform by the winches, from measured tilt and tensions.",
+        ),
     ] = True
-    real_time: Annotated[bool, typer.Option("--real-time", help="Run at the pace of the clock.")] = False
+    real_time: Annotated[
+        bool, typer.Option("--real-time", help="Run the simulation at the pace of the clock, not as fast as possible.")
+    ] = False
 
     def require_usual(self, machine: str) -> None:
         """Reject options of simulations for a *machine* on drives. Raises `InputError`."""
@@ -100,9 +115,15 @@ class RunOptions:
 
     out: Annotated[
         Path | None,
-        typer.Option("--out", metavar="DIR", help="Run folder; by default in runs/, named for robot and job."),
+        typer.Option(
+            "--out",
+            metavar="DIR",
+            help="Run folder for the results; by default a folder in runs/, named for robot and job.",
+        ),
     ] = None
-    resume: Annotated[bool, typer.Option("--resume", help="Resume the print in the run folder.")] = False
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Resume the interrupted print in the run folder of --out.")
+    ] = False
     restart: Annotated[
         bool, typer.Option("--restart", help="Print again from the beginning in the run folder of the same print.")
     ] = False
@@ -111,7 +132,7 @@ class RunOptions:
         typer.Option(
             "--log",
             metavar="every=N",
-            help="Log every N-th step, and all orders, new states and scans.",
+            help="Write only every N-th step to the log; orders, changes of state and scans are always written.",
         ),
     ] = "every=1"
 
@@ -122,7 +143,7 @@ class RunOptions:
 
         name, _, number = self.log.partition("=")
         if name != "every" or not number.isdecimal() or not 1 <= int(number[:9]) <= MAX_EVERY:
-            raise InputError(f"--log = {self.log[:60]!r}: every=N is expected, N from 1 to {MAX_EVERY} steps")
+            raise InputError(f"--log = {self.log[:60]!r}: expected every=N, with N from 1 to {MAX_EVERY} steps")
         return int(number)
 
 
@@ -141,14 +162,18 @@ def print_job_command(
     estimator: Estimator = None,
     control: Annotated[
         LawName,
-        typer.Option("--control", help="Control law: that of Merlet and Papegay 2023, or model-based."),
+        typer.Option(
+            "--control",
+            help="Control law of the winches: that of Merlet and Papegay 2023 (paper), or one "
+            "that uses the model of the robot (model).",
+        ),
     ] = "model",
     height: Annotated[
         HeightRule | None,
         typer.Option(
             "--height",
-            help="Height above the measured structure, or that of the job; by default structure,"
-            " if a lidar measures it.",
+            help="Height that the nozzle keeps: above the measured structure (structure), or that of the job (job); "
+            "by default structure, if a lidar measures it.",
         ),
     ] = None,
     severity: Severity = None,
@@ -165,7 +190,7 @@ def print_job_command(
     from cablewright.foundation.units import DURATION, LENGTH
 
     if run.resume and run.restart:
-        raise InputError("print: --resume or --restart, not both")
+        raise InputError("print: give either --resume or --restart, not both")
     if machine is not None and cw.load_machine(machine).kind != "simulated":
         simulated.require_usual(machine)
         for option, value, only in (("--estimator", estimator, "encoders"), ("--height", height, "job")):

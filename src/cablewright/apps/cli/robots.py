@@ -34,7 +34,10 @@ def robots_command(
         ),
     ] = None,
     support: Annotated[
-        bool, typer.Option("--support", help="Print which capabilities support the robot, and what to use instead.")
+        bool,
+        typer.Option(
+            "--support", help="Print which capabilities support the robot, and for each other one an alternative."
+        ),
     ] = False,
     as_json: AsJson = False,
 ) -> int:
@@ -56,22 +59,29 @@ def new_command(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the robot and of its new folder.")],
     layout: Annotated[
         LayoutName | None,
-        typer.Option("--layout", help="Arrangement of the lines, see docs/robots.md; by default suspended."),
+        typer.Option(
+            "--layout", help="Arrangement of the lines, one of those in docs/robots.md; by default suspended."
+        ),
     ] = None,
     size: Annotated[
         str | None,
         typer.Option(
             "--size",
             metavar="X,Y,Z",
-            help="Sides of the frame up to the highest exit points, m; X,Z of a planar one; by default 4,4,3.",
+            help="Sides X,Y,Z of the frame up to the highest exit points, m, or X,Z for a planar robot; by default "
+            "4,4,3.",
         ),
     ] = None,
     mass: Annotated[
         float | None, typer.Option("--mass", metavar="KG", help="Mass of the platform, kg; by default 10.")
     ] = None,
-    cable: Annotated[CableName | None, typer.Option("--cable", help="Cable of all lines; by default dyneema-2mm.")] = (
-        None
-    ),
+    cable: Annotated[
+        CableName | None,
+        typer.Option(
+            "--cable",
+            help="Cable of all lines, by its name in the table of cables in docs/robots.md; by default dyneema-2mm.",
+        ),
+    ] = (None),
     lines: Annotated[
         int | None, typer.Option("--lines", metavar="N", help="Number of lines; by default that of the layout.")
     ] = None,
@@ -111,7 +121,9 @@ def new_command(
 @command("schema job")
 def schema_command(
     *,
-    kind: Annotated[FileKind, typer.Argument(metavar="[KIND]", help="Kind of the file.")] = "robot",
+    kind: Annotated[
+        FileKind, typer.Argument(metavar="[KIND]", help="Kind of file whose JSON schema is printed.")
+    ] = "robot",
 ) -> int:
     """An editor with the schema completes keys and marks errors."""
     from cablewright.apps.schemas import json_schema
@@ -134,7 +146,9 @@ def warm_command(
 
     begin, folder = time.monotonic(), open_folder()
     if folder is None or not os.access(folder, os.W_OK):
-        raise EnvironmentFault(f"compiled kernels cannot be kept: {folder or 'no folder'} cannot be written to")
+        raise EnvironmentFault(
+            f"compiled kernels cannot be saved on this computer: {folder or 'no folder'} cannot be written to"
+        )
     prepare(tuple(TASKS), tell_compiling)
     return answer(Warmed(tuple(TASKS), time.monotonic() - begin, str(folder)), as_json)
 
@@ -212,7 +226,7 @@ class RobotSupport(Result):
 
     @classmethod
     def of(cls, robot: cw.Robot) -> RobotSupport:
-        """Return the support of a robot by `cablewright.models.support`."""
+        """Return which capabilities support a robot, see `cablewright.models.support`."""
         from cablewright.models.support import Capability, support
 
         found = ((capability, support(robot, capability)) for capability in Capability)

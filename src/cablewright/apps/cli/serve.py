@@ -24,34 +24,37 @@ def serve_command(
     robot: RobotName,
     machine: MachineName = None,
     host: Annotated[
-        str, typer.Option("--host", metavar="ADDRESS", help="Network address; any other than loopback requires TLS.")
+        str, typer.Option("--host", metavar="ADDRESS", help="Address to listen at; all but loopback require TLS.")
     ] = "127.0.0.1",
-    port: Annotated[int, typer.Option("--port", metavar="N", help="Network port; 0: any free port.")] = 8642,
+    port: Annotated[
+        int, typer.Option("--port", metavar="N", help="TCP port at which the server listens; 0 takes any free port.")
+    ] = 8642,
     name: Annotated[
         list[str] | None,
-        typer.Option("--name", metavar="HOST", help="Host name that browsers may use for this computer; repeatable."),
+        typer.Option("--name", metavar="HOST", help="Host name of this computer for browsers; repeat for more."),
     ] = None,
     certificate: Annotated[
-        Path | None, typer.Option("--certificate", metavar="PEM", help="Certificate for TLS, with its chain.")
+        Path | None, typer.Option("--certificate", metavar="PEM", help="PEM file of the TLS certificate and its chain.")
     ] = None,
-    key: Annotated[Path | None, typer.Option("--key", metavar="PEM", help="Private key of the certificate.")] = None,
+    key: Annotated[
+        Path | None, typer.Option("--key", metavar="PEM", help="PEM file of the certificate's private key.")
+    ] = None,
     camera: Annotated[
-        str,
-        typer.Option("--camera", metavar="URL", help="Address of a camera's picture, MJPEG or still, for the page."),
+        str, typer.Option("--camera", metavar="URL", help="Address of a camera picture, MJPEG or still, for the page.")
     ] = "",
     news: Annotated[
-        Path | None, typer.Option("--news", metavar="FILE", help="TOML file of webhooks and an MQTT broker for news.")
+        Path | None,
+        typer.Option("--news", metavar="FILE", help="TOML file of webhooks and an MQTT broker that get notices."),
     ] = None,
     ros2: Annotated[
-        int | None, typer.Option("--ros2", metavar="N", help="Domain of ROS 2 that gets the state.")
+        int | None, typer.Option("--ros2", metavar="N", help="ROS 2 domain in which to publish the state.")
     ] = None,
     at: Annotated[
         str | None, typer.Option("--at", metavar="X,Y,Z[,..]", help="Start pose of a simulated machine, m [and rad].")
     ] = None,
     seed: Seed = 0,
     tried: Annotated[
-        bool,
-        typer.Option("--try", help="Operate virtual drives in this process; no counts or lengths are saved."),
+        bool, typer.Option("--try", help="Try virtual drives in this process; no counts or lengths are saved.")
     ] = False,
     out: Annotated[
         Path | None,
@@ -80,7 +83,7 @@ def serve_command(
     file = machine or described.name
     if machine is None and described.name not in cw.machine_names():
         file = _built(described, folder)
-        tell(f"note: no machine was given: {file} is used, built for {described.name} with assumed numbers")
+        tell(f"note: no --machine was given: {file} is used, written for {described.name} with assumed numbers")
     owner = cw.load_machine(file)
     with TemporaryDirectory() as aside:
         state = Path(aside) / "machine" if tried else Path(file).with_suffix("")
@@ -127,7 +130,7 @@ def _station(
     pose = resting_pose(robot, None if given is None else np.array(given))
     if owner.kind == "simulated":
         if tried:
-            raise InputError("--try: is for a machine file that names drives")
+            raise InputError("--try: is only for a machine file with a table [drives]; leave it out")
         return SimulatedStation(robot, whole_machine(file), seed, pose)
     return DriveStation(robot, owner, state, _virtual(robot, owner, file, pose, seed) if tried else None, pose)
 

@@ -26,14 +26,20 @@ def show_command(
     *,
     robot: RobotOptions,
     what: Annotated[
-        Path | None, typer.Argument(metavar="[WHAT]", help="Job, run folder or log; without it, the robot alone.")
+        Path | None,
+        typer.Argument(
+            metavar="[WHAT]", help="Job, run folder or log to show; without it, the page shows the robot alone."
+        ),
     ] = None,
     at: Pose = None,
     retraction: Retraction = None,
     out: Annotated[
-        Path | None, typer.Option("--out", metavar="FILE.html", help="Page; by default runs/show-ROBOT[-WHAT].html.")
+        Path | None,
+        typer.Option("--out", metavar="FILE.html", help="HTML page to write; by default runs/show-ROBOT[-WHAT].html."),
     ] = None,
-    png: Annotated[Path | None, typer.Option("--png", metavar="FILE.png", help="Write a picture as well.")] = None,
+    png: Annotated[
+        Path | None, typer.Option("--png", metavar="FILE.png", help="PNG picture to write in addition to the page.")
+    ] = None,
     open_page: Annotated[bool, typer.Option("--open", help="Open the page in the browser.")] = False,
     as_json: AsJson = False,
 ) -> int:
@@ -75,7 +81,7 @@ def _scene_of(robot: cw.Robot, name: str, what: Path, report: Progress) -> Scene
 
         inputs = (read_manifest(what) or {}).get("inputs")
         if not isinstance(inputs, dict) or inputs.get("robot") != robot_hash(name):
-            raise InputError(f"{what}: is of another robot than {name}, or its file has changed")
+            raise InputError(f"{what}: belongs to another robot than {name}, or to an earlier version of its file")
         return check_folder_scene(robot, what)
     if what.is_dir() or what.suffix == ".mcap":
         from cablewright.apps.web.log_scene import log_scene

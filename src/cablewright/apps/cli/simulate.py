@@ -31,7 +31,11 @@ def machines_command(
     ] = None,
     robot: Annotated[
         str | None,
-        typer.Option("--for", metavar="ROBOT", help="Robot: print a machine file for it, with assumed numbers marked."),
+        typer.Option(
+            "--for",
+            metavar="ROBOT",
+            help="Robot for which to print a machine file, in which assumed numbers are marked.",
+        ),
     ] = None,
     as_json: AsJson = False,
 ) -> int:
@@ -75,10 +79,16 @@ class DriveOptions:
     height: Annotated[float, typer.Option("--height", metavar="Z", help="Height of the path, m.")] = 1.2
     speed: Annotated[float, typer.Option("--speed", metavar="V", help="Speed along the path, m/s.")] = 0.03
     duration: Annotated[
-        float | None, typer.Option("--duration", metavar="T", help="Duration, s; by default once along the path.")
+        float | None,
+        typer.Option(
+            "--duration",
+            metavar="T",
+            help="Duration of the simulation, s; by default until the path has been followed once.",
+        ),
     ] = None
     slack: Annotated[
-        float, typer.Option("--slack", metavar="E", help="Excess of the slackest line over a taut one, m.")
+        float,
+        typer.Option("--slack", metavar="E", help="Excess of the slackest line's length over that of a taut line, m."),
     ] = 0.03
     valve: Annotated[
         float, typer.Option("--valve", metavar="O", help="Opening of the powder's valve, 0 (shut) to 1 (open).")
@@ -89,7 +99,7 @@ class DriveOptions:
         if (self.loop is None) == (self.hold is None):
             raise InputError("simulate: expected either --loop or --hold")
         if self.hold is not None and self.duration is None:
-            raise InputError("--hold needs --duration")
+            raise InputError("--hold needs --duration, the time to hold the position in s")
         if len(numbers(self.hold or "0,0,0", "--hold") or []) != 3:
             raise InputError(f"--hold = {self.hold}: expected X,Y,Z, m")
 
@@ -103,7 +113,8 @@ class FaultOptions:
         typer.Option(
             "--fault",
             metavar="FAULT",
-            help="SOURCE,FROM,TO[,KIND[,SIZE]]: silence a sensor between two times, s; repeatable. With `stuck` it "
+            help="SOURCE,FROM,TO[,KIND[,SIZE]]: silence a sensor between two times, s; repeat the option for more. "
+            "With `stuck` it "
             "repeats its reading. SOURCE:LINE is the sensor of one line. encoders:LINE,5,100,slip,0.02"
             " counts 20 mm too much; load_cells:LINE,5,100,offset,50 shows 50 N too much; "
             "line:LINE,5,100,broken breaks a line; off_sheave takes it off its sheave.",
@@ -112,7 +123,9 @@ class FaultOptions:
     wifi_gap: Annotated[
         list[str] | None,
         typer.Option(
-            "--wifi-gap", metavar="FROM,TO", help="Times, s, between which the wireless link is down; repeatable."
+            "--wifi-gap",
+            metavar="FROM,TO",
+            help="Start and end of a time, s, in which the wireless link is down; repeat the option for more.",
         ),
     ] = None
 
@@ -138,14 +151,16 @@ def simulate_command(
     seed: Seed = 0,
     path: DriveOptions,
     faults: FaultOptions,
-    out: Annotated[Path | None, typer.Option("--out", metavar="LOG.mcap", help="Write a log of the drive.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="LOG.mcap", help="MCAP log to write, with the simulated motion.")
+    ] = None,
     epoch: Annotated[
         str | None,
         typer.Option(
             "--epoch",
             metavar="TIME",
-            help="Time 0 of the log: ISO 8601 in UTC, like 2026-05-01T12:00:00Z, or now; by default 1970, so that the "
-            "same seed gives the same bytes.",
+            help="Start time that the log records: ISO 8601 in UTC, like 2026-05-01T12:00:00Z, or now; by default "
+            "1970, so that the same seed gives the same bytes.",
         ),
     ] = None,
     output: OutputOptions,
@@ -220,15 +235,17 @@ def replay_command(
         ReplayName | None,
         typer.Option(
             "--estimator",
-            help="Estimator of Merlet and Papegay 2023, Kalman filter of all sensors, both side "
-            "by side, or encoders alone; by default the first for which the machine has the"
-            " sensors.",
+            help="Estimator of the platform's position: that of Merlet and Papegay 2023 (paper), a Kalman filter of "
+            "all sensors (filter), both side by side, or encoders alone; by default the first for which the "
+            "machine has the sensors.",
         ),
     ] = None,
     laser: Annotated[
         str | None,
         typer.Option(
-            "--laser", metavar="WALL=D[,..]", help="Distances from B to walls at the start, measured by hand, m."
+            "--laser",
+            metavar="WALL=D[,..]",
+            help="Distances from the platform point B to walls at the start, measured by hand, m.",
         ),
     ] = None,
     output: OutputOptions,

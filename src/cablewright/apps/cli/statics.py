@@ -41,7 +41,7 @@ def inverse_command(
         typer.Option(
             "--slack",
             metavar="LINE=EXCESS[,LINE=EXCESS]",
-            help="Slack lines with their excess, m; a line by name, or by number from 1.",
+            help="Slack lines, each by name or by number from 1, with its excess of length over a taut line, m.",
         ),
     ] = None,
     all_slack_sets: Annotated[
@@ -60,7 +60,7 @@ def inverse_command(
         model = cw.Model.of(robot.loaded(), **laws.laws())
         pose = pose_of(at, model.robot) or []
         if slack is not None and all_slack_sets:
-            raise InputError("--slack and --all-slack-sets: give one of them")
+            raise InputError("--slack and --all-slack-sets: give one of them, not both")
         if slack is None and not all_slack_sets:
             return answer(SolvedPose.judged(solve_inverse(model, pose, retraction=retraction)), as_json)
         if retraction is not None:
@@ -81,7 +81,8 @@ def forward_command(
     robot: RobotOptions,
     lengths: LengthsOrLog,
     guess: Annotated[
-        str | None, typer.Option("--guess", metavar="X,Y,Z[,RX,RY,RZ]", help="Pose to start from, m and rad.")
+        str | None,
+        typer.Option("--guess", metavar="X,Y,Z[,RX,RY,RZ]", help="Pose from which the solver starts, m and rad."),
     ] = None,
     cable: Annotated[CableLaw, typer.Option("--cable", help="Cable law: elastic or catenary; rigid is an error.")] = (
         CableLaw.CATENARY
@@ -89,22 +90,34 @@ def forward_command(
     sheave: SheaveChoice = None,
     modulus_factors: Annotated[
         str | None,
-        typer.Option("--modulus-factors", metavar="F1,..,Fm", help="Factor on the Young's modulus of each line."),
+        typer.Option(
+            "--modulus-factors",
+            metavar="F1,..,Fm",
+            help="Factors on the Young's modulus of the lines, one for each line.",
+        ),
     ] = None,
     retraction: Retraction = None,
     certify: Annotated[
-        bool, typer.Option("--certify", help="Prove that exactly one equilibrium is near, and how near.")
+        bool,
+        typer.Option(
+            "--certify",
+            help="Prove that exactly one equilibrium is near the solution, and print a bound on its distance.",
+        ),
     ] = False,
     length_error: Annotated[
         str | None,
         typer.Option(
             "--length-error",
             metavar="D[,..,Dm]",
-            help="Error of the lengths, m: prints a box that is proved to contain the pose.",
+            help="Largest error of each line's length, m; prints a box that is proved to contain the pose for all "
+            "such errors.",
         ),
     ] = None,
     budget: Annotated[
-        int | None, typer.Option("--budget", help="Maximum number of subdivisions for that box; by default 20000.")
+        int | None,
+        typer.Option(
+            "--budget", help="Maximum number of subdivisions for the box of --length-error; by default 20000."
+        ),
     ] = None,
     as_json: AsJson = False,
 ) -> int:
@@ -146,7 +159,7 @@ def _logged(model: cw.Model, file: Path, start: list[float] | None, single: Mapp
 
     for option, given in single.items():
         if given is not None:
-            raise InputError(f"{option}: is for one set of lengths, not for a file")
+            raise InputError(f"{option}: is only for one set of lengths, not for a file of several; leave it out")
     model.refuse_rigid()
     return forward_log(model, read_lengths(file, model.robot), start)
 
@@ -191,7 +204,7 @@ def equilibria_command(
         bool,
         typer.Option(
             "--exhaustive",
-            help="Search the whole box of a point platform for others; loops in dead spans are not covered.",
+            help="Search the whole box for all equilibria of a point platform; loops in dead spans are not covered.",
         ),
     ] = False,
     time_limit: Annotated[
@@ -203,7 +216,8 @@ def equilibria_command(
         typer.Option(
             "--out",
             metavar="FILE",
-            help="State of --exhaustive, from which the same command resumes; by default in runs/, by the robot.",
+            help="File for the state of --exhaustive, from which the same command resumes; by default in runs/, "
+            "named for the robot.",
         ),
     ] = None,
     sheave: SheaveChoice = None,
@@ -220,7 +234,7 @@ def equilibria_command(
     model = cw.Model.of(robot.loaded(retraction), sheave=sheave)
     given, within = numbers(lengths, "--lengths") or [], numbers(box, "--box")
     if not exhaustive and (time_limit is not None or out is not None):
-        raise InputError("--time-limit and --out: only with --exhaustive")
+        raise InputError("--time-limit and --out: are only for --exhaustive; leave them out")
     found = cw.equilibria(model, given, box=within, starts=starts, seed=seed)
     return answer(_searched(found, within, out, time_limit) if exhaustive else found, as_json)
 

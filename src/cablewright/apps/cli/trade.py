@@ -31,13 +31,21 @@ class FrequencyOptions:
     """Options of the frequencies along the boundary."""
 
     boundary_grid: Annotated[
-        int, typer.Option("--boundary-grid", metavar="N", help="Nodes along each side of the box, for boundaries.")
+        int,
+        typer.Option(
+            "--boundary-grid",
+            metavar="N",
+            help="Number of grid nodes along each side of the search box, for the boundary of the workspace.",
+        ),
     ] = 21
     geometric: Geometric = True
     tensions: Tensions = None
     inertia: Annotated[
         InertiaName,
-        typer.Option("--inertia", help="Inertia of the platform: the file's, or that of a box about its points."),
+        typer.Option(
+            "--inertia",
+            help="Inertia of the platform: the robot file's (given), or that of a box about the platform points (box).",
+        ),
     ] = "given"
 
 
@@ -50,21 +58,27 @@ def trade_command(
         typer.Option(
             "--vary",
             metavar="NAME=FROM:TO:N",
-            help="A parameter and its values, SI; or NAME=V1,V2,..; repeat it for all combinations. NAME: "
-            "exit-distance, width-x, width-y, width-top-x, width-bottom-x, .., retraction; mass, modulus and others as "
+            help="A parameter and its values in SI units, or NAME=V1,V2,..; repeat the option: all combinations are "
+            "computed. NAME: "
+            "exit-distance, width-x, width-y, width-top-x, width-bottom-x, .., retraction; mass, modulus and others "
+            "as "
             "in `accuracy`; exit_point.z@LINE for one line; NAME+NAME for two that share the value.",
         ),
     ],
     clearance: Annotated[
         float,
         typer.Option(
-            "--sheave-clearance", metavar="D", help="Minimum distance of exit points, m; nearer sheaves collide."
+            "--sheave-clearance",
+            metavar="D",
+            help="Minimum distance between exit points, m; at a smaller distance sheaves collide.",
         ),
     ] = 0.1,
     out: Annotated[
         Path | None,
         typer.Option(
-            "--out", metavar="FILE.jsonl", help="Results by combination, to resume from; by default in runs/."
+            "--out",
+            metavar="FILE.jsonl",
+            help="File for the result of each combination, from which the same command resumes; by default in runs/.",
         ),
     ] = None,
     region: OrientedRegionOptions,

@@ -22,21 +22,32 @@ from cablewright.foundation.errors import InputError
 def vibration_command(
     *,
     robot: RobotName,
-    line: Annotated[str, typer.Option("--line", metavar="NAME", help="Line that vibrates.")],
+    line: Annotated[str, typer.Option("--line", metavar="NAME", help="Name of the line whose vibration was measured.")],
     at: Pose = None,
     frequency: Annotated[
-        float | None, typer.Option("--frequency", metavar="HZ", help="First frequency across the plane of the sag, Hz.")
+        float | None,
+        typer.Option(
+            "--frequency",
+            metavar="HZ",
+            help="Lowest measured frequency of the vibration perpendicular to the plane in which the line sags, Hz.",
+        ),
     ] = None,
     record: Annotated[
         Path | None,
         typer.Option(
             "--record",
             metavar="FILE.csv",
-            help="Record of a vibration, columns t and readings, instead of --frequency.",
+            help="CSV file with the record of a vibration, columns t and readings, from which the frequency is found "
+            "instead of --frequency.",
         ),
     ] = None,
     in_plane: Annotated[
-        float | None, typer.Option("--in-plane", metavar="HZ", help="First frequency in the plane of the sag, Hz.")
+        float | None,
+        typer.Option(
+            "--in-plane",
+            metavar="HZ",
+            help="Lowest measured frequency of the vibration in the plane in which the line sags, Hz.",
+        ),
     ] = None,
     sigma: Annotated[
         float | None,
@@ -47,7 +58,10 @@ def vibration_command(
         ),
     ] = None,
     tension: Annotated[
-        float | None, typer.Option("--tension", metavar="N", help="Tension by a load cell, instead of that by statics.")
+        float | None,
+        typer.Option(
+            "--tension", metavar="N", help="Tension of the line by a load cell, N; by default it follows from statics."
+        ),
     ] = None,
     as_json: AsJson = False,
 ) -> int:

@@ -52,7 +52,11 @@ def workspace_command(
     ] = 1.0,
     mesh: Annotated[
         Path | None,
-        typer.Option("--mesh", metavar="FILE.stl|.glb", help="Write the boundary as a closed mesh, in m."),
+        typer.Option(
+            "--mesh",
+            metavar="FILE.stl|.glb",
+            help="Mesh file to write, with the boundary of the workspace as a closed surface, in m.",
+        ),
     ] = None,
     executor: ExecutorOptions,
     output: OutputOptions,
@@ -72,9 +76,15 @@ def workspace_command(
         given |= who
         planar = is_planar(machine, given["box"])
         if planar and mesh is not None:
-            raise InputError("--mesh needs a surface: this workspace is an area; --json has its outlines")
+            raise InputError(
+                "--mesh: the workspace of a planar robot is an area without a surface; --json prints "
+                "its outlines instead"
+            )
         if planar and volume.count == "nodes":
-            raise InputError("--count nodes counts in a volume: this workspace is an area, and a --box may give it one")
+            raise InputError(
+                "--count nodes: the workspace of a planar robot is an area; give a --box with a volume, "
+                "or leave --count out"
+            )
         if volume.count == "nodes":
             return answer(cw.count_nodes(machine, criterion, **given), output.as_json)
         given |= {"tolerance": volume.tolerance, "seed": volume.seed}
@@ -112,9 +122,12 @@ def _check_files(volume: CountOptions, mesh: Path | None, output: OutputOptions)
         drawn = (("--mesh", mesh), ("--plot", output.plot), ("--report", output.report))
         for option, value in drawn:
             if value is not None:
-                raise InputError(f"{option} needs the surface: it does not go with --count nodes")
+                raise InputError(
+                    f"{option} needs the surface of the workspace, which --count nodes does not "
+                    f"compute; leave one of the two out"
+                )
         if volume.tolerance is not None:
-            raise InputError("--tolerance does not go with --count nodes, whose error is that of its grid")
+            raise InputError("--tolerance is not for --count nodes, whose error depends on --grid; leave it out")
 
 
 def _wrench_box(text: str | None, n: int) -> Any:
@@ -136,15 +149,24 @@ def retraction_command(
     *,
     robot: RobotOptions,
     min_length: Annotated[
-        float | None, typer.Option("--from", metavar="L", help="Min length, m; by default the robot's.")
+        float | None, typer.Option("--from", metavar="L", help="Smallest retraction length, m; by default the robot's.")
     ] = None,
     max_length: Annotated[
-        float | None, typer.Option("--to", metavar="L", help="Max length, m; by default the robot's.")
+        float | None, typer.Option("--to", metavar="L", help="Largest retraction length, m; by default the robot's.")
     ] = None,
-    steps: Annotated[int, typer.Option("--steps", metavar="N", help="Number of lengths to try.")] = 9,
-    heights: Annotated[int, typer.Option("--heights", metavar="N", help="Number of slices of the box.")] = 40,
+    steps: Annotated[
+        int, typer.Option("--steps", metavar="N", help="Number of retraction lengths to try in each slice.")
+    ] = 9,
+    heights: Annotated[
+        int, typer.Option("--heights", metavar="N", help="Number of horizontal slices of the search box.")
+    ] = 40,
     tolerance: Annotated[
-        float, typer.Option("--tolerance", metavar="T", help="Error of each volume, as a share of it.")
+        float,
+        typer.Option(
+            "--tolerance",
+            metavar="T",
+            help="Error of each volume, as a fraction of the volume, at which the refinement stops.",
+        ),
     ] = 2e-3,
     region: RegionOptions,
     output: OutputOptions,

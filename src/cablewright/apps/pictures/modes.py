@@ -99,7 +99,7 @@ _OF_FREEDOMS: Final = (style.BLUE, style.GREEN, style.INK, style.SKY, style.PINK
 
 
 def swing_picture(found: MeasuredModes) -> Figure:
-    """Draw the strongest channel of a swing with its modes, and frequencies of all model orders against the model's."""
+    """Draw the strongest channel of a recorded swing with its modes, and the frequencies identified at each order."""
     swing = found.swing
     drawn = style.figure(9.6, 6.4)
     above, below = drawn.subplots(2, 1)

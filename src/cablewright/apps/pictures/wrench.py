@@ -85,7 +85,7 @@ def tensions_picture(found: TensionComparison) -> Figure:
         style.legend_below(drawn, axes, columns=min(k + 1, 3))
         return drawn
     if found.tensions.shape[1] < 2:
-        raise InputError("plot: the batch has one pose; take a row of the batch, found[0], or more poses")
+        raise InputError("plot: the batch has only one pose; take its row, found[0], or compute more poses")
     drawn, panels, columns = style.panels(k, 2.6, spare=0.6, sharex=True, sharey=True)
     for axes, name, tensions in zip(panels, found.methods, found.tensions, strict=True):
         for i, line in enumerate(found.lines):

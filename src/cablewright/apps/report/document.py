@@ -23,7 +23,7 @@ HELP: Final = (
 
 
 def view(scene: SceneDescription, name: str = "scene") -> Html:
-    """Return the view of a scene; *name*: of its element, once in a page."""
+    """Return the view of a scene; *name*: name of its element, unique in a page."""
     data = Html(f'<script type="application/json" id="{name}">{scene.as_json()}</script>')
     inner = [element("div", Html(svg(scene)), class_="stage")]
     inner += [element("p", note, class_="soft") for note in scene.notes]

@@ -54,8 +54,8 @@ _OF_BODY: Final = ("position_rms", "position_max", "orientation_max", "min_tensi
 def write(found: PrintRecord, folder: Path, name: str, step_times: Array | None = None) -> Path:
     """Write ``report.html``, its pictures and the structure's meshes into *folder*, which exists; return the report.
 
-    *name*: of the job. *step_times*: (k,) s that the steps of control took. The page holds its pictures and needs
-    no other file. Raises `EnvironmentFault` where the folder cannot be written.
+    *name*: name of the job. *step_times*: durations (k,) of the steps of control, s. The page holds its pictures and
+    needs no other file. Raises `EnvironmentFault` where the folder cannot be written.
     """
     pictures = _pictures(found, step_times)
     if found.structure is not None and found.structure.best is not None:

@@ -88,10 +88,10 @@ class Bucket:
 class Access:
     """Access rules of a server with these *hosts*.
 
-    ``key``: of cookies, known to this start alone.
+    ``key``: key that signs cookies, known to this start alone.
 
-    ``token``: SHA-256 of the token. ``secure``: whether the page is served by TLS. ``port``: in the cookie's name, as
-    browsers do not distinguish ports.
+    ``token``: SHA-256 of the token. ``secure``: whether the page is served by TLS. ``port``: port in the cookie's name,
+    as browsers do not distinguish ports.
     """
 
     key: bytes

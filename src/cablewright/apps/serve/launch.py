@@ -47,11 +47,11 @@ _LOOPBACK: Final = ("localhost", "127.0.0.1", "[::1]")
 class Address:
     """Network address of the page.
 
-    ``names``: by which other computers call this one.
+    ``names``: host names by which other computers call this one.
 
-    ``certificate`` and ``certificate_key``: files for TLS. ``camera``: of a picture of the machine, MJPEG or still.
-    ``news``: file with the receivers of news on layers, pauses, faults and ends. ``ros2``: number of
-    the domain of ROS 2 that gets the machine's state.
+    ``certificate`` and ``certificate_key``: files for TLS. ``camera``: address of a picture of the machine, MJPEG or
+    still. ``news``: file with the receivers of news on layers, pauses, faults and ends. ``ros2``: number of the domain
+    of ROS 2 that gets the machine's state.
     """
 
     host: str = "127.0.0.1"
@@ -134,7 +134,9 @@ class Address:
 def require_libraries() -> None:
     """Raise `EnvironmentFault` where the extra ``web`` is missing, or the system cannot share open files."""
     if sys.platform == "win32":
-        raise EnvironmentFault("serve: needs Linux or macOS: control and server share sockets that are inherited")
+        raise EnvironmentFault(
+            "serve: needs Linux or macOS, because the control and the server share sockets; use one of these systems"
+        )
     if missing := [name for name in _LIBRARIES if importlib.util.find_spec(name) is None]:
         raise EnvironmentFault(f"serve: {missing[0]} is not installed: pip install 'cablewright[web]'")
 

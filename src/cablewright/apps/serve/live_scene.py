@@ -84,7 +84,7 @@ def _thinned(curve: Array, end: Any) -> Array:
 
 
 class Shapes:
-    """The lines of one machine, as points on the grid of its scene."""
+    """The shapes of one machine's lines, as points on the grid of its scene."""
 
     def __init__(self, head: LogHead, scene: dict[str, Any]) -> None:
         """Draw on the grid of a *scene*."""

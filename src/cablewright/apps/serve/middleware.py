@@ -18,7 +18,7 @@ class Guard:
     def __init__(
         self, app: Any, access: Access, keys: Keys, connections: Connections | None = None, camera: str = ""
     ) -> None:
-        """Before *app*. *keys*: of slicers. *camera*: address of a picture that the page may show."""
+        """Guard *app*. *keys*: keys of slicers. *camera*: address of a picture that the page may show."""
         self.app, self.access, self.keys = app, access, keys
         self.connections = connections or Connections()
         self.policy = policy_with(camera)

@@ -26,7 +26,7 @@ _ORDERS: Final = Bucket(40, 15.0)
 
 @dataclass(eq=False)
 class Client:
-    """A page that is open. ``secret`` is known to it alone; ``name``: of its person."""
+    """A page that is open. ``secret`` is known to this page alone; ``name``: name of the person who uses it."""
 
     session: str
     secret: str = field(default_factory=lambda: secrets.token_urlsafe(24))

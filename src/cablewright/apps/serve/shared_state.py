@@ -28,7 +28,7 @@ _ALIKE: Final = 0.05  # s in which repeated stops count as one
 
 @dataclass(eq=False, kw_only=True)
 class Served:
-    """A machine that is served. ``numbers``: of orders, each used once."""
+    """A machine that is served. ``numbers``: numbers of orders, each used once."""
 
     access: Access
     link: ServerLink

@@ -67,7 +67,8 @@ class Uploads:
     def new_job(self, name: object, **about: object) -> str:
         """Make the folder of a new job; return its number. Raises `InputError` where there are too many.
 
-        *about*: of one that a slicer has sent: ``file``, its name there; ``by``, its key; ``wants_print``.
+        *about*: details of a job that a slicer has sent: ``file``, its name in the slicer; ``by``, the slicer's key;
+        ``wants_print``.
         """
         jobs = self.folder / JOBS
         kept = [each for each in jobs.iterdir() if each.is_dir()]
@@ -83,7 +84,7 @@ class Uploads:
         """Write a file of a job from an upload; return its size. Raises `InputError`, `TooLarge` by name."""
         folder, name = self.job(number), PARTS[part]
         if (folder / name).exists():
-            raise InputError(f"{part}: was sent already; a changed file is another job")
+            raise InputError(f"{part}: was sent already; upload a changed file as a new job")
         room = await asyncio.to_thread(self._room, name)
         whole, size = bytearray(), 0
         async for piece in data:  # to its end, so that whoever sends it reads the answer

@@ -127,7 +127,9 @@ def check_folder_scene(robot: Robot, folder: Path) -> SceneDescription:
         time, speed, laid = column["time"], column["speed"], column["extruding"].astype(bool)
         layer, line = column["layer"], column["gcode_line"]
     except KeyError as missing:
-        raise InputError(f"{folder / 'samples.parquet'}: column {missing}: is missing: of another robot?") from None
+        raise InputError(
+            f"{folder / 'samples.parquet'}: column {missing}is missing; is this the run folder of another robot?"
+        ) from None
     worst = largest_at(error, laid)
     columns = {
         "error": error, "tensions": tensions, "speed": speed,

@@ -19,9 +19,10 @@ _LEVEL: Final = 6  # of zlib
 
 
 def packed(values: NDArray[Any], kind: str, *, delta: bool = False) -> Packed:
-    """Return *values* as a type of `Packed`; *delta*: as differences, which wrap, for whole numbers that change little.
+    """Return *values* as a type of `Packed`.
 
-    Raises `OverflowError` for a whole number that the type does not hold.
+    *delta*: whether to write differences, which wrap, for whole numbers that change little. Raises `OverflowError` for
+    a whole number that the type does not hold.
     """
     given = np.asarray(values)
     made = given.astype(_TYPES[kind])

@@ -68,7 +68,7 @@ def motion_scene(
 ) -> SceneDescription:
     """The scene of a machine in motion.
 
-    *faults*: of its log, a sentence each; *bodies*: other objects in it.
+    *faults*: faults in its log, a sentence each; *bodies*: other objects in the scene.
     """
     has_truth = bool(np.isfinite(gone.true).any())
     more = list(bodies)

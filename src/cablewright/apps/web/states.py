@@ -56,8 +56,9 @@ class States:
     def drawn(
         cls, packed_robot: PackedRobot, robot: Robot, poses: Array, states: Array, tensions: Array, **more: Any
     ) -> States:
-        """States from line states (F, m, 6); lines whose state is not known are straight, from exit to platform."""
-        tolerance = float(np.subtract(robot.scene.frame_max, robot.scene.frame_min).max()) / _FINE
+        """Return the states to draw from line states (F, m, 6); a line of unknown state is drawn straight."""
+        frame = np.subtract(robot.scene.frame_max, robot.scene.frame_min)
+        tolerance = float(frame.max()) / _FINE
         curves, sheaves = [], []
         for k, (pose, state) in enumerate(zip(poses, states, strict=True)):
             own = packed_robot.lines[k if len(packed_robot.lines) > 1 and packed_robot.lines.ndim == 3 else 0]

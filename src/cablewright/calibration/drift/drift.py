@@ -173,7 +173,7 @@ class Drift(Result):
 
     @property
     def verdict(self) -> str:
-        """The outcome in a word."""
+        """The outcome of the drift check in one word."""
         if self.probability >= self.false_alarm:
             return "unchanged"
         wrong = bool(self.changes) and all(each.pose is not None for each in self.changes)
@@ -181,7 +181,7 @@ class Drift(Result):
 
     @property
     def refusal(self) -> str:
-        """The changes in a sentence; empty without any."""
+        """A sentence that names the detected changes; empty if there are none."""
         if self.verdict == "unchanged":
             return ""
         named = "; ".join(each.sentence for each in self.changes) or "no single change explains how"
@@ -234,7 +234,9 @@ def check_drift(
         raise AnswerError(f"{measured.origin}, {measured.place(int(np.argmax(lost)))}: no pose explains this row")
     eliminated = _Eliminated.of(problem, rows, new_home)
     if len(eliminated.numbers) < 1:
-        raise InputError(f"{measured.origin}: no measurement is left over that would test anything: measure more poses")
+        raise InputError(
+            f"{measured.origin}: there are no redundant measurements, so nothing can be tested: measure more poses"
+        )
     suspects = list(_suspects(problem, eliminated, new_home))
     through = _through(problem, theta, states, eliminated)
     covariance = np.eye(len(through)) + through @ spread @ through.T
@@ -278,11 +280,13 @@ def _problem(model: Model, measured: Measured, known: CalibrationRecord) -> Cali
         require_tensions(model.robot, measured)
         if "exit_compliance" in known.unknowns and measured.tensions is None:
             raise InputError(
-                f"{measured.origin}: no columns f_1 ..: the calibration has exit_compliance, which tensions need"
+                f"{measured.origin}: no columns f_1 ..: the calibration has exit_compliance, for which tensions are "
+                f"needed; measure them"
             )
     if surplus_per_pose(problem) < 1:
         raise InputError(
-            f"{measured.origin}: {problem.robot.m} lines leave nothing over that would test a pose: measure tensions"
+            f"{measured.origin}: {problem.robot.m} lines give no redundant measurement at a pose, so nothing can be "
+            f"tested: measure tensions too"
         )
     return problem
 

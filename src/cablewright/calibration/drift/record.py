@@ -54,9 +54,9 @@ class KnownValue(Description):
 class CalibrationRecord(FileDescription):
     """The file of a calibration for later drift checks: values, their covariance, and the data that they are from.
 
-    ``sigma``: of the sensors, as their residuals say. ``redundancy``: the redundant numbers from which the encoders'
-    sigma is estimated; absent where it was given. ``considered``: numbers that count as known, by their errors.
-    ``covariance``: the rows of the lower triangle of that of values and considered, SI.
+    ``sigma``: standard deviation of the sensors, from their residuals. ``redundancy``: the redundant numbers from which
+    the encoders' sigma is estimated; absent where it was given. ``considered``: numbers that count as known, by their
+    errors. ``covariance``: the rows of the lower triangle of that of values and considered, SI.
     """
 
     robot: str
@@ -133,7 +133,9 @@ def record_of(found: Calibration, data: str | Path, date: datetime) -> Calibrati
     Raises `InputError` for a calibration without sigmas.
     """
     if found.verdict == "bad" or not np.isfinite(found.covariance).all():
-        raise InputError(f"{data}: a calibration without sigmas has no record: nothing could be compared with it")
+        raise InputError(
+            f"{data}: a calibration without standard deviations gives no record for --check; measure more poses"
+        )
     plan, factors = found.problem.plan, found.problem.factors
     sizes = {key: getattr(plan.sigma, key) * factors.get(kind, 1.0) for kind, key in SIGMA_OF.items()}
     sizes["encoder"] = found.encoder_sigma
@@ -182,7 +184,10 @@ def load_record(path: str | Path) -> CalibrationRecord:
 
 
 def compared(found: Calibration, last: CalibrationRecord, level: float = LEVEL) -> Explanation:
-    """Return the changes since the *last* calibration. Raises `InputError` where they have no unknown in common."""
+    """Return the changes of the unknowns since the *last* calibration.
+
+    Raises `InputError` where they have no unknown in common.
+    """
     before = {(each.name, each.line): at for at, each in enumerate(last.values)}
     both = [
         (at, before[each.kind, each.line])

@@ -266,7 +266,10 @@ FIGURES = (
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Guidance(Result):
-    """The poses to measure next, and the present knowledge; `found` is the calibration so far, if there is one."""
+    """Advice on a calibration in progress: the poses to measure next, and the present knowledge.
+
+    `found` is the calibration so far, if there is one.
+    """
 
     FIGURES: ClassVar = FIGURES
     HEADLINES: ClassVar = ("advice", "poses", "sigma")
@@ -290,7 +293,7 @@ class Guidance(Result):
 
     @property
     def reasons(self) -> tuple[str, ...]:
-        """Reasons against the present result."""
+        """Reasons why the present calibration is not yet good."""
         return () if self.found is None else self.found.reasons
 
     @property
@@ -313,7 +316,7 @@ def guide(
 ) -> Guidance:
     """Return the *count* poses to measure next, after those in *data*: a file, or None where nothing is measured yet.
 
-    *need*, *rough*: as for `calibrate`. *tension_limits*: min and max, N, that all poses keep, by default those of the
+    *need*, *rough*: see `calibrate`. *tension_limits*: min and max, N, that all poses keep, by default those of the
     lines. Lines are straight and rigid. Raises `InputError` as `calibrate`, and if hardly any pose is feasible.
 
     Examples
@@ -330,7 +333,7 @@ def guide(
         raise InputError("guide: chooses poses for rigid lines only; leave --cable out")
     plan, robot = plan_of(plan), model.robot
     if "exit_point" not in plan.unknowns:
-        raise InputError("guide: exit_point must be among the unknowns: poses are chosen for exit points")
+        raise InputError("guide: poses are chosen for exit points; add exit_point to the plan's unknowns")
     measured = read_measured(data, robot) if isinstance(data, str | Path) else data
     known = Knowledge.of(robot, measured, plan, rough, need, seed, progress)
     if known.found is not None and known.found.verdict == "bad":

@@ -84,10 +84,10 @@ def calibration_poses(
 ) -> CalibrationPoses:
     """Select *count* of random *candidates* in the workspace to measure for a calibration of *robot*.
 
-    *criterion*: one of `CRITERIA`. *sigma*: standard deviation of the encoders, m. *plan*: with the unknowns, or a TOML
-    file. Candidates are feasible with straight rigid lines within *tension_limits* (N), by default those of the lines.
-    Poses are added greedily, then exchanged while that improves the criterion. Raises `InputError` for too few poses or
-    candidates.
+    *criterion*: one of `CRITERIA`. *sigma*: standard deviation of the encoders, m. *plan*: plan that names the
+    unknowns, or a TOML file. Candidates are feasible with straight rigid lines within *tension_limits* (N), by default
+    those of the lines. Poses are added greedily, then exchanged while that improves the criterion. Raises `InputError`
+    for too few poses or candidates.
 
     Examples
     --------
@@ -228,7 +228,7 @@ def _travel(path: Array) -> float:
 
 
 def nearest_order(points: Array, begin: Array) -> list[int]:
-    """Return an order of points (N, 3): first the nearest to *begin* (3,), m, then always the nearest next."""
+    """Return an order to visit points (N, 3), m: first the nearest to *begin* (3,), then the nearest left."""
     left, order, here = list(range(len(points))), list[int](), begin
     while left:
         order.append(left.pop(int(np.argmin(np.linalg.norm(points[left] - here, axis=1)))))

@@ -102,7 +102,7 @@ class Together:
 
     @property
     def ratio(self) -> float:
-        """Factor by which the sigma grows."""
+        """Ratio of the encoders' sigma with all rows to that from the lengths alone."""
         return self.joint / self.alone
 
 

@@ -62,7 +62,7 @@ class Effect:
 
     @property
     def fall(self) -> float:
-        """Decrease of the held-out error, as a share."""
+        """Relative decrease of the held-out error by the effect."""
         return 1.0 - self.after / self.before if self.before > 0.0 else 0.0
 
 

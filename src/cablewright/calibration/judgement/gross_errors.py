@@ -53,7 +53,7 @@ class Unexplained:
 
     @classmethod
     def of(cls, problem: CalibrationProblem, found: PoseFit, out: Mask) -> Unexplained:
-        """Return these residuals at a fit *found* without the poses *out*."""
+        """Return the unexplained residuals at a fit *found* without the poses *out*."""
         poses = found.poses
         if out.any():  # at the place that fits all its rows best, for the equations are linear only near it
             poses = np.where(out[:, None], fitted_poses(problem, found.theta, poses), poses)

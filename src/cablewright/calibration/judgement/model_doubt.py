@@ -107,8 +107,8 @@ def model_doubt(
 ) -> ModelDoubt:
     """Return the covariance of the unknowns at a solution; *scale*: sigma of a row over that of its weight.
 
-    *effects*: those that cross-validation weighed, in the model or not.
-    It is NaN where the fit ended at none, or a pose has no value there: there is nothing to linearise about.
+    *effects*: effects that cross-validation compared, in the model or not. It is NaN where the fit ended at none, or a
+    pose has no value there: there is nothing to linearise about.
     """
     noise, here = posterior.covariance * scale**2, problem.derivatives(found.theta, found.poses, found.weights)
     if found.code != 0 or not here.whole.all():

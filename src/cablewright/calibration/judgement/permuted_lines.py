@@ -88,7 +88,7 @@ def _told(words: str, problem: CalibrationProblem, found: PoseFit) -> _Trial:
 
 
 def stray(problem: CalibrationProblem, found: PoseFit) -> float:
-    """Return the median distance of the poses from their start values, m; 0 without any."""
+    """Return the median distance of the fitted poses from their start values, m; 0 if there are no start values."""
     if problem.measured.guess is None:
         return 0.0
     off = problem.poses_of(found.poses)[:, :3] - problem.measured.guess[:, :3]
@@ -96,7 +96,7 @@ def stray(problem: CalibrationProblem, found: PoseFit) -> float:
 
 
 def motion(problem: CalibrationProblem, theta: Array) -> Array:
-    """Return how far exit points (m, 3) are from the file's, m, after the best translation and yaw."""
+    """Return the distances, m, of exit points (m, 3) from those of the file, after the best translation and yaw."""
     file = np.array([line.exit_point for line in problem.robot.lines])
     points, _ = aligned(problem.points(theta), file)
     return np.asarray(points - file)

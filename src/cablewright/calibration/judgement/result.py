@@ -198,7 +198,7 @@ class Calibration(Pictured):
 
     @property
     def refusal(self) -> str:
-        """Reason for a no, in a sentence; empty for a yes."""
+        """Sentence that explains why the calibration may not be used; empty if it may."""
         if self.ok:
             return ""
         if self.verdict == "doubtful":

@@ -93,9 +93,9 @@ def _of_no_pose(problem: CalibrationProblem, found: PoseFit) -> Iterator[KindFit
 
 
 def idle(problem: CalibrationProblem, found: PoseFit) -> Mask:
-    """Return which rows (N, e) are measured coordinates so vague that all else knows them far better.
+    """Return which rows (N, e) are measured coordinates that all other rows determine far better.
 
-    None are if leaving them out would open a freedom.
+    No rows are if a degree of freedom would be undetermined without them.
     """
     vague = (kind_of(problem) == "positions") & (leverages(problem, found) < _CARRIES)
     vague &= problem.of_poses(problem.weights) > 0.0

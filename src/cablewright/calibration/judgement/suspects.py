@@ -67,7 +67,7 @@ class DriftChange:
 
     @property
     def unit(self) -> str:
-        """The SI unit of its amount."""
+        """The SI unit of the change's amount."""
         return _UNITS.get(self.what, "m")
 
     @property
@@ -105,7 +105,10 @@ class Explanation:
 
 
 class Evidence:
-    """Numbers (d,) with a covariance (d, d), and suspects. *freedom*: of the covariance's sigma; inf if it is known."""
+    """Numbers (d,) with a covariance (d, d), and suspects.
+
+    *freedom*: degrees of freedom of the covariance's sigma; inf if sigma is known.
+    """
 
     def __init__(self, numbers: Array, covariance: Array, suspects: Sequence[Suspect], freedom: float) -> None:
         whitening = np.linalg.inv(np.linalg.cholesky(covariance))
@@ -134,7 +137,7 @@ class Evidence:
         return float(self.effects[at][:, 0] @ self.seen) / size**2, 1.0 / size
 
     def detectable(self, at: int, level: float) -> float:
-        """Return the amount of such a suspect that is found in nine of ten cases."""
+        """Return the amount of a change of a suspect that the test detects in nine of ten cases."""
         tail = level / (4.0 * sum(each.of_alarm for each in self.suspects))
         limit = -special.stdtrit(self.freedom, tail) if np.isfinite(self.freedom) else -special.ndtri(tail)
         return float(limit + special.ndtri(_POWER)) * self.alone(at)[1]

@@ -50,7 +50,10 @@ _LEVEL: Final = 1e-4  # probability of such residuals by chance
 def status_of(
     problem: CalibrationProblem, found: PoseFit, posterior: Information, rms: float, chi: float
 ) -> tuple[str, str]:
-    """Return the status of a fit, and why it is no answer in a sentence; *posterior*: with datum and priors."""
+    """Return the status of a fit, and a sentence that explains why it is no answer.
+
+    *posterior*: information of the data together with datum and priors.
+    """
     lost = _undetermined_across(problem, posterior, chi)
     if lost:
         return "degenerate", lost
@@ -131,7 +134,7 @@ def _at_bound(problem: CalibrationProblem, found: PoseFit) -> str:
 
 
 def _undetermined(posterior: Information) -> str:
-    """Return what the data leave open besides the place of frames; empty for nothing."""
+    """Return a sentence on unknowns that the data do not determine, beside the frames; empty: there are none."""
     beyond = beyond_frames(posterior)
     if not beyond.shape[1]:
         return ""

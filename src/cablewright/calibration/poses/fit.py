@@ -79,7 +79,7 @@ def fit(
 
 
 def refit(problem: CalibrationProblem, found: PoseFit, weights: Array | None = None) -> PoseFit:
-    """Fit again from a fit, with its weights or others (R,); the reported starts and steps stay."""
+    """Fit again from the solution of a fit, with its weights or others (R,); the reported starts and steps stay."""
     again = fit(problem, found.theta, found.poses, found.weights if weights is None else weights)
     return replace(found, theta=again.theta, poses=again.poses, weights=again.weights, cost=again.cost, code=again.code)
 

@@ -222,7 +222,7 @@ def without(basis: Array, part: Array) -> Array:
 
 
 def combination(unknowns: Sequence[Unknown], vector: Array) -> str:
-    """Return the largest parts of a combination in words."""
+    """Return the largest parts of a combination of unknowns in words."""
     order = np.argsort(-np.abs(vector))[:3]
     sign = np.sign(vector[order[0]])
     return ", ".join(f"{sign * vector[at]:+.2f} {unknowns[at].label}" for at in order if abs(vector[at]) > 0.05)

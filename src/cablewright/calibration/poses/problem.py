@@ -183,7 +183,7 @@ class CalibrationProblem(ABC):
         return self.with_plan(self.plan, hold=False)
 
     def weighed_as(self, other: CalibrationProblem) -> Self:
-        """Return the problem with the weights of another one of the same rows."""
+        """Return the problem with the weights of *other*, a problem with the same rows."""
         again = self.with_survey_weighed(self.factors.get(SURVEY, 1.0) / other.factors.get(SURVEY, 1.0))
         return replace(again, weights=other.weights, found_encoder=other.found_encoder, factors=other.factors)
 

@@ -129,7 +129,10 @@ def measure(
         states = problem.states_of(held)
     readings = problem.derivatives(problem.start, states, np.ones(len(problem.values))).residual  # of zeros
     if not np.isfinite(readings).all():
-        raise InputError(f"{robot.name}: pose {int(np.argmax(~np.isfinite(readings).all(axis=1))) + 1} is in a sheave")
+        raise InputError(
+            f"{robot.name}: pose {int(np.argmax(~np.isfinite(readings).all(axis=1))) + 1} has a "
+            f"platform point inside a sheave; choose other poses"
+        )
     lengths = readings[:, :m]
     counted = lengths - lengths[0] + rng.normal(0.0, noise, lengths.shape)
     guesses = within(robot.platform.plane, poses + rng.uniform(-guess, guess, poses.shape))
@@ -204,7 +207,7 @@ def aligned(points: Array, truth: Array, others: Array | None = None, tilt: bool
     """
     points, truth = as_rows(points, 3, "points", "m")[0], as_rows(truth, 3, "truth", "m")[0]
     if points.shape != truth.shape:
-        raise InputError(f"aligned: {len(points)} points and {len(truth)} true ones: as many are expected")
+        raise InputError(f"aligned: {len(points)} points and {len(truth)} true ones: the two numbers must be equal")
     others = np.zeros((0, 3)) if others is None else others
     centre, middle = points.mean(axis=0), truth.mean(axis=0)
     if tilt:

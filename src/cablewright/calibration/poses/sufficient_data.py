@@ -89,7 +89,9 @@ def min_poses(problem: CalibrationProblem) -> int:
         if problem.elastic:
             why = f"for elastic lines {m} lengths determine pose and tensions, and encoders measure those {m} lengths"
             more = "measure tensions (f_1 .., even roughly, with their sigma.tension) or poses (x .. with sigma_x ..)"
-        raise InputError(f"{problem.measured.origin}: {why}: nothing is left over to calibrate with; {more}")
+        raise InputError(
+            f"{problem.measured.origin}: {why}: there are no redundant measurements for the calibration; {more}"
+        )
     rows = problem.row_counts
     given = len(problem.rows.linear) + len(problem.values) - problem.poses * problem.per_pose
     given += int((rows - rows.min()).sum())  # positions at some poses, contacts
@@ -98,7 +100,7 @@ def min_poses(problem: CalibrationProblem) -> int:
 
 
 def _lacks(problem: CalibrationProblem, unknown: str) -> str | None:
-    """Return the column without which no data determine an *unknown*: of its sensor, or of the lines' load."""
+    """Return the column without which no data determine an *unknown*: that of its sensor, or of the lines' load."""
     by_loads = unknown == "exit_compliance" and not problem.elastic
     sensor = "tension" if by_loads else unknown.partition("_")[0]
     return SENSORS[sensor][1] if sensor in SENSORS and not problem.measured.has(sensor) else None
@@ -143,8 +145,8 @@ def _check_repeats(measured: Measured) -> None:
         before = first.setdefault(row.tobytes(), pose)
         if before != pose and row.any():
             raise InputError(
-                f"{measured.origin}, {measured.place(pose)}: repeats all measurements of {measured.place(before)}: a "
-                "copy measures nothing new; delete it"
+                f"{measured.origin}, {measured.place(pose)}: repeats all measurements of {measured.place(before)}; a "
+                f"copied row is no new measurement: delete it"
             )
 
 

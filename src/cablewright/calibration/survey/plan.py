@@ -50,10 +50,10 @@ class MarkedFeature(NamedTuple):
 class Instrument(Description):
     """The accuracy of the total station by its data sheet, and its position.
 
-    ``angle``: sigma of a direction, of both circles. ``distance`` and ``ppm``: sigma of a slope distance, its constant
-    part and millionths of the distance. ``marker``: sigma per axis of a marker's own place. ``height``: of the
-    instrument above the floor where the file does not have it. ``station``: its position in the file's coordinates
-    where they do not begin at it.
+    ``angle``: sigma of a direction, for both circles. ``distance`` and ``ppm``: sigma of a slope distance, its constant
+    part and millionths of the distance. ``marker``: sigma of a marker's own position along each axis. ``height``:
+    height of the instrument above the floor, if the file does not state it. ``station``: position of the instrument in
+    the file's coordinates, if it is not their origin.
 
     The defaults are those of an instrument of 5 seconds and 2 mm + 2 ppm, which many rented ones have, and of perfect
     markers.
@@ -70,8 +70,9 @@ class Instrument(Description):
 class Placing(Description):
     """Where the markers of a point are relative to it.
 
-    ``offset``: from the mean of the markers to the point: along the level direction from the first marker to the
-    second, level and to the left of it, and up. ``spacing``: from the first to the second; only checked.
+    ``offset``: vector from the mean of the markers to the point: along the level direction from the first marker to the
+    second, level and to the left of it, and up. ``spacing``: distance from the first marker to the second; it is only
+    checked.
     """
 
     offset: Vec3 = (0.0, 0.0, 0.0)

@@ -71,7 +71,7 @@ _MOVED: Final = 0.3  # m: an exit point that moves by more is in another frame, 
 
 @dataclass(frozen=True, eq=False)
 class Exit:
-    """The exit point and the winch exit of a line, m; None where they have no markers."""
+    """The surveyed exit point and winch exit of a line, m; None where they have no markers."""
 
     line: str
     exit_point: Array | None  # (3,)

@@ -169,7 +169,7 @@ def _of_gsi(path: Path, lines: Iterator[tuple[int, str]]) -> Shots:
         if block.point is None or not {21, 22, 31, 81, 82, 83} & words.keys():
             continue
         if len(shots) == MAX_SHOTS:
-            raise InputError(f"{place}: more than {MAX_SHOTS} shots, the maximum")
+            raise InputError(f"{place}: more than {MAX_SHOTS} shots, the maximum of a survey; split the file")
         name, sight = _name(block.point, place), None
         if {81, 82, 83} <= words.keys():
             position = words[81], words[82], words[83]

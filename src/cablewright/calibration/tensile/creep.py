@@ -96,9 +96,8 @@ class CreepResult(Pictured):
 
     ``compliances`` (j + 1,), 1/N: after an hour, of the Voigt elements with their ``retardations`` and of logarithmic
     creep, at the mean ``temperature`` (degrees Celsius) and ``humidity`` (relative) under load; None: not recorded.
-    ``covariance``: of 1 / EA (1/N), the compliances, the strain at the first sample, and those of expansion, activation
-    energy and humidity exponent that are reported.
-    ``residuals`` (k,): strains that the law leaves.
+    ``covariance``: covariance of 1 / EA (1/N), the compliances, the strain at the first sample, and those of expansion,
+    activation energy and humidity exponent that are reported. ``residuals`` (k,): strains that the law leaves.
     """
 
     FIGURES: ClassVar = FIGURES
@@ -163,7 +162,7 @@ class CreepResult(Pictured):
 
     @property
     def table(self) -> list[dict[str, float]]:
-        """Creep by time, no longer than the specimen was under load."""
+        """Table of creep by time, no longer than the specimen was under load."""
         rows = []
         for time in (*(each for each in _TIMES if each < self.loaded), self.loaded):
             size, sigma = self.compliance_at(time)
@@ -172,7 +171,7 @@ class CreepResult(Pictured):
 
     @property
     def law(self) -> list[dict[str, float | str]]:
-        """Each part of the law with its compliance after an hour."""
+        """Table of the parts of the creep law, each with its compliance after an hour."""
         names = [*(f"element of {tau:g} s" for tau in self.retardations), "logarithmic"]
         sigmas = np.sqrt(np.diagonal(self.covariance))[1:]
         found = zip(names, self.compliances.tolist(), sigmas.tolist(), strict=False)
@@ -220,7 +219,8 @@ def creep(
     """Return stiffness and creep of a cable from a *test* with times, or its CSV: a held load, or cycles.
 
     *initial_length* (m): the distance of the two points between which the elongation is measured, at elongation zero.
-    *retardations*: of Voigt elements, s, up to four that rise; beside them creep is logarithmic from 1 s on.
+    *retardations*: retardation times of the Voigt elements, s, up to four that rise; beside them creep is logarithmic
+    from 1 s on.
 
     The strain is linear in all that is found: 1 / EA, the compliances of the elements and of the logarithmic part, the
     thermal expansion where the test has temperatures that change, and the strain at the first sample. So it is one
@@ -349,7 +349,7 @@ def _require_loads(test: TensileTest) -> tuple[Array, Array]:
         )
     loads = test.force - test.force[0]
     if not np.abs(loads).max() > 0.0:
-        raise InputError(f"{test.origin}: the force never changes: record from before the load on")
+        raise InputError(f"{test.origin}: the force never changes: begin the record before the load is applied")
     return test.time - test.time[0], loads
 
 
@@ -364,7 +364,7 @@ def _require_time(test: TensileTest, times: Array, under: Mask, taus: tuple[floa
     begin = max(LOG_BEGIN, float(np.diff(times[first:][:2]).max(initial=0.0)))
     if loaded < _DECADES * begin:
         why = f"logarithmic creep needs two decades of time, from {_spell(begin)} to {_spell(_DECADES * begin)}"
-        raise InputError(f"{test.origin}: {why}; the test has {_spell(loaded)} under load")
+        raise InputError(f"{test.origin}: {why}; this test is under load for {_spell(loaded)}")
     if taus:
         early = times[first:][times[first:] <= times[first] + taus[0]]
         if len(early) < _PER_RETARDATION:

@@ -116,7 +116,7 @@ class TensileResult(Pictured):
 
     @property
     def loads(self) -> tuple[float, float]:
-        """The band's lower and upper load, N."""
+        """The lower and upper load of the band in which the modulus is fitted, N."""
         return self.band[0] * self.breaking_load, self.band[1] * self.breaking_load
 
     @property
@@ -183,7 +183,7 @@ def modulus(
     """Return Young's modulus of a cable from a tensile *test* or its CSV, with its spread and hysteresis.
 
     *initial_length* (m): the distance of the two points between which the elongation is measured, at elongation zero.
-    Eq. 22 has the length at the lower load: the elongation there is added. *section*: of the cable, m^2.
+    Eq. 22 has the length at the lower load: the elongation there is added. *section*: cross-section of the cable, m^2.
     *breaking_load*: N. *band*: lower and upper load over the breaking load, between which the modulus is the secant.
 
     The nominal branch, which the paper does not specify, is the **last** full loading: the first ones also settle the

@@ -30,9 +30,10 @@ _STEP: Final = 1e-4  # of the size of an unknown, for derivatives
 
 @dataclass(frozen=True)
 class PaceUnknown:
-    """``size`` of its scale; over it ``starts`` of a search, and ``most`` on both sides of 0.
+    """An unknown of the pace of creep.
 
-    ``sure``: the largest sigma of a reported one. Without creep, noise yields one with a larger sigma.
+    ``size``: its scale; in this scale ``starts``: start values of a search, and ``most``: largest absolute value.
+    ``sure``: the largest sigma with which it is reported. Without creep, noise yields one with a larger sigma.
     """
 
     name: str
@@ -63,7 +64,7 @@ class ClimateOfTest:
         return np.asarray(np.exp(np.clip(self.logarithms @ found, -_LARGEST, _LARGEST)))
 
     def choices(self) -> Iterator[ClimateOfTest]:
-        """Yield the climate with all of its unknowns, with each of several alone, and with none."""
+        """Yield variants of the climate to fit: with all of its unknowns, with each of several alone, and with none."""
         yield self
         p = len(self.unknowns)
         for kept in ([j] for j in range(p) if p > 1):

@@ -14,7 +14,7 @@ from cablewright.solvers.forward import solve_forward
 
 
 class Hanging(NamedTuple):
-    """An equilibrium of the lines that remain."""
+    """A possible equilibrium of the platform on the lines that remain after one broke."""
 
     pose: Array  # (6,) m and rad
     tensions: Array  # (m,) N; 0 of the broken line

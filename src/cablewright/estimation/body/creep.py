@@ -32,7 +32,10 @@ _RENEWED: Final = 0.4  # of it, assumed: after such a change of load the strain 
 
 @dataclass(eq=False)
 class BodyCreep:
-    """Changed in place by `read` and `advance`. Loads and the air begin again where state is loaded."""
+    """State of the lines' creep, changed in place by `read` and `advance`.
+
+    Loads and the air begin again where state is loaded.
+    """
 
     SAVED = ("described", "doubt")
 
@@ -44,7 +47,7 @@ class BodyCreep:
 
     @property
     def memories(self) -> tuple[CreepMemory, ...]:
-        """All that remember loads."""
+        """All parts of the state that remember earlier loads."""
         return (self.doubt,) if self.described is None else (self.described, self.doubt)
 
     def read(self, reading: Climate) -> None:

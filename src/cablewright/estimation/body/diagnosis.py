@@ -40,9 +40,9 @@ _OWN_SIGMA: Final = 2e-3  # m, of a length that was found to be off
 
 
 class Cause(NamedTuple):
-    """A cause, by how much of the contradiction it leaves.
+    """A possible cause of contradictory measurements, and how much of the contradiction it leaves.
 
-    ``shift``: m, of a line that is longer. ``hangs``: where the platform hangs without a line that broke.
+    ``shift``: additional length of a line, m. ``hangs``: where the platform hangs without a line that broke.
     """
 
     left: float

@@ -50,14 +50,14 @@ class Deviations:
 class BodySettings:
     """The machine as described.
 
-    ``counts_per_radian``: encoder counts for a radian of a winch drum. ``coils``: each line's cable on its
-    drum, wound regularly; None: it has no winch.
-    ``total_length``: m of cable of a winch, wound and paid out. ``max_drum_speed``: rad/s. ``sensors``: data of those
-    that are used besides encoders, in the order of `UPDATES`. ``beam_deviation``: m, of a reading of the length of a
-    platform that retracts. ``interval``: s of readings that are one measurement. ``smoothing_time``: s, of the
-    velocity. ``slack_threshold``: m of excess from which a line counts as slack. ``clock``: of that on the platform,
-    which stamps what comes over the wireless link; None: it is the machine's. ``cells``: source of tensions that
-    correct nothing, where the pose is by encoders alone; None: none are read.
+    ``counts_per_radian``: encoder counts for a radian of a winch drum. ``coils``: each line's cable on its drum, wound
+    regularly; None: it has no winch. ``total_length``: length of a winch's cable, wound and paid out, m.
+    ``max_drum_speed``: highest speed of a winch drum, rad/s. ``sensors``: data of those that are used besides encoders,
+    in the order of `UPDATES`. ``beam_deviation``: m, of a reading of the length of a platform that retracts.
+    ``interval``: duration of the readings that make one measurement, s. ``smoothing_time``: time over which the
+    velocity is smoothed, s. ``slack_threshold``: excess of length from which a line counts as slack, m. ``clock``:
+    settings of the clock on the platform, which stamps what comes over the wireless link; None: it is the machine's.
+    ``cells``: source of tensions that correct nothing, where the pose is by encoders alone; None: none are read.
     """
 
     model: Model
@@ -84,7 +84,7 @@ class BodySettings:
 
     @cached_property
     def drums(self) -> LineCoils:
-        """The lines' cables on their drums."""
+        """The coils of the lines' cables on their winch drums."""
         return LineCoils(self.coils, self.total_length)
 
     @cached_property

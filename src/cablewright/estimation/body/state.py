@@ -136,7 +136,7 @@ class LastFrame:
 
 @dataclass(eq=False)
 class BodyState:
-    """Changed in place by `step`. Windows and doubts begin again where state is loaded."""
+    """State of the estimator, changed in place by `step`. Windows and doubts begin again where state is loaded."""
 
     SAVED = (
         "belief",
@@ -223,7 +223,7 @@ def start(
 
 
 def resumed(settings: BodySettings, state: BodyState) -> None:
-    """Let a *state* go on with the loaded data."""
+    """Prepare a *state* that was loaded from a file for its next step."""
     crept, home, places = state.creep.memories, state.load_path.home, state.load_path.places
     state.load_path, state.creep = LoadPath(home), creep_of(settings.model.robot, home, settings.deviations.creep)
     state.load_path.places = places
@@ -261,7 +261,7 @@ def corrected(state: BodyState) -> Array:
 
 
 def follow(state: BodyState) -> bool:
-    """Let the platform follow the corrected lengths; whether an equilibrium was found."""
+    """Move the estimated platform to the equilibrium of the corrected lengths; return whether one was found."""
     status = state.tracker.step(state.lengths)
     if status is Status.OK or state.tracker.restart(state.lengths):
         state.monitor.clear("encoders", "lost")

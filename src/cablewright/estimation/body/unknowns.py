@@ -27,7 +27,7 @@ _SAME_FRAME: Final = 0.5  # ... of two mounts, and of the hysteresis of two line
 
 
 class BodyLayout:
-    """Places of the unknowns in the state, for *m* lines: slices. ``own``: of further sensors, by their updates."""
+    """Slices of the unknowns in the state, for *m* lines. ``own``: slices of further sensors, by their updates."""
 
     def __init__(self, m: int, sensors: Iterable[Update] = ()) -> None:
         """Home lengths first, radii, exit points by line, uneven lengths, gains, zeros, friction, tilt, load, swivels.

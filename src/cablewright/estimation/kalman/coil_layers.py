@@ -27,7 +27,10 @@ class CoilLayers:
     def __init__(
         self, coils: Sequence[Coil], total_length: float, pitch: float, deviation: float, turns: float
     ) -> None:
-        """*coils*: as they lie regularly, with *total_length* of cable each, m; *pitch*: of their layers, m."""
+        """*coils*: coils of the lines in their regular state, each with *total_length* of cable, m.
+
+        *pitch*: pitch of their layers, m.
+        """
         self._pitch = pitch
         out = np.arange(0.0, total_length, _STEP)
         self._table = np.array([_expected(coil, total_length - out, deviation, turns) for coil in coils])

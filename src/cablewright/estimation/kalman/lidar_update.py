@@ -101,8 +101,8 @@ def equations(
 ) -> dict[tuple[int, int], Equation]:
     """Match each *chosen* line with each wall that its lidar can see and that has about the line's direction.
 
-    Returns equations by line and wall. *changes*: of each line (2, m + 4), `FilterState.change_since` the end of the
-    turn, and since the beam passed the line's middle.
+    Returns equations by line and wall. *changes*: changes of each line (2, m + 4), `FilterState.change_since` the end
+    of the turn, and since the beam passed the line's middle.
     """
     walls, visible = settings.machine.walls.room.walls, settings.machine.walls.visible[turn.lidar].tolist()
     yaw = state.attitude.yaw - state.attitude.gyro_yaw + state.attitude.turn_yaw

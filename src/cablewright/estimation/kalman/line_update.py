@@ -125,7 +125,7 @@ def _predict_layers(layers: CoilLayers, state: FilterState) -> None:
 
 
 def update(settings: FilterSettings, state: FilterState) -> None:
-    """Update lengths, position and the accelerometers' zeros by the angles of all lines, every 0.2 s.
+    """Update the filter's lengths, position and accelerometer zeros by the measured angles of all lines, every 0.2 s.
 
     Of all forces that balance the drum the likeliest are taken, by their excesses and angles; along the number that the
     balance leaves open they are not relied on.

@@ -269,7 +269,8 @@ class DrumAttitude:
 class Lines:
     """What is estimated of the m lines, and the times, s, of updates by their angles.
 
-    ``stretch_rates``: m/s, of unstrained lengths; ``compliances``: of lines with mounts, over those described.
+    ``stretch_rates``: rates of the unstrained lengths, m/s; ``compliances``: compliances of lines with mounts, relative
+    to those described.
     """
 
     lengths, radii, stretch_rates = _Part("lengths"), _Part("radii"), _Part("stretch")

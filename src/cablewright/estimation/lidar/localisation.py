@@ -78,7 +78,7 @@ class WallSettings:
     def __post_init__(self) -> None:
         if not 0 < self.yaw_range[1] - self.yaw_range[0] <= math.tau + 1e-9:
             low, high = (f"{end:g}" for end in self.yaw_range)
-            raise InputError(f"yaw_range = ({low}, {high}): must rise by a turn at most, rad")
+            raise InputError(f"yaw_range = ({low}, {high}): must be two rising angles in rad, at most one turn apart")
         if self.kept_turns < 1 or not self.lidars:
             raise InputError("at least one lidar and one kept turn are expected")
 

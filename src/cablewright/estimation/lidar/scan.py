@@ -65,7 +65,8 @@ class Clustering:
     ``min_incidence``: rad, smallest angle between ray and wall at which the next point of a wall is expected.
     ``max_missing``: rays without an echo between two points of a cluster. ``reach``: m, distance to the two outer ones
     of three aligned points: noise hides a corner between successive points of a near wall. ``alignment``: m, distance
-    of the middle point from the line of the outer two, besides three sigma of noise. ``min_points``: of a cluster.
+    of the middle point from the line of the outer two, besides three sigma of noise. ``min_points``: smallest number of
+    points in a cluster.
     """
 
     min_incidence: float = math.radians(10.0)

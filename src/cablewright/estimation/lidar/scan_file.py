@@ -223,7 +223,9 @@ def _of_csv(path: Path, columns: Sequence[str] | None) -> list[_Raw]:
         if len(cells) < len(header):
             raise InputError(f"{path}, line {row}: {len(cells)} cells; {len(header)} are expected")
         if len(values) == 2 * MAX_POINTS:
-            raise InputError(f"{path}, line {row}: more than {MAX_POINTS} points; a scan may have no more")
+            raise InputError(
+                f"{path}, line {row}: more than {MAX_POINTS} points, the maximum of a scan; give a single scan"
+            )
         rows_of.setdefault(None if device is None else cells[device], []).append(len(values) // 2)
         values.extend(_cell(cells[each.position], path, row, header[each.position]) for each in chosen)
     table = np.array(values).reshape(-1, 2)
@@ -364,7 +366,7 @@ def _numbers(path: Path, values: Any, name: str) -> Array:
     if not isinstance(values, list):
         raise InputError(f"{path}: {name} = {shown(json.dumps(values))}: a list of numbers is expected")
     if len(values) > MAX_POINTS:
-        raise InputError(f"{path}: more than {MAX_POINTS} points; a scan may have no more")
+        raise InputError(f"{path}: more than {MAX_POINTS} points, the maximum of a scan; give a single scan")
     values = [_NOT_FINITE.get(each.casefold(), each) if isinstance(each, str) else each for each in values]
     for i, value in enumerate(values):
         if value is not None and (isinstance(value, bool) or not isinstance(value, int | float)):

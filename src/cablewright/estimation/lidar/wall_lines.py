@@ -38,8 +38,9 @@ _SHARES: Final = (np.arange(9) + 0.5) / 9.0  # of a line's rays
 class LineSearch:
     """When clusters are one line, and when a line is a wall.
 
-    ``merge_distance``: m, of a cluster's ends from the line of another one to be merged with. ``outlier_sigmas``: from
-    which a point is rejected. ``min_points`` and ``min_length`` (m): of a wall.
+    ``merge_distance``: largest distance, m, of a cluster's ends from the line of another cluster with which it is
+    merged. ``outlier_sigmas``: distance, in standard deviations, from which a point is rejected. ``min_points`` and
+    ``min_length`` (m): smallest number of points and smallest length of a wall.
     """
 
     clustering: Clustering = field(default_factory=Clustering)

@@ -72,7 +72,7 @@ class Located:
 
 @dataclass(eq=False, kw_only=True)
 class ObserverState(ClockedState):
-    """Changed in place by `step`. The motion of its ``turns`` is that of the odometry, x, y, z."""
+    """State of the estimator, changed in place by `step`. The motion of its ``turns`` is that of the odometry."""
 
     odometry: Odometry = field(default_factory=Odometry)
     located: Located

@@ -43,7 +43,10 @@ Turns = Callable[[Array], Array]
 def as_anchors(robot: Robot, job: Job) -> Robot:
     """Return the robot of `as_points`. Raises `InputError` for a job that rotates its platform."""
     if any(step.rotation is not None and any(step.rotation) for step in job.schedule):
-        raise InputError(f"job {job.name}: schedule rotates the platform; a firmware's X Y Z has no rotation")
+        raise InputError(
+            f"job {job.name}: the schedule rotates the platform, which X Y Z of a firmware cannot do; "
+            f"remove the rotation from the schedule"
+        )
     return as_points(robot)
 
 
@@ -178,7 +181,8 @@ def _require(model: Model, held: Equilibrium, wanted: Array) -> None:
     if not held.ok.all():
         bad = int(np.flatnonzero(~held.ok)[0])
         raise AnswerError(
-            f"nozzle at {_at(wanted[bad])} m, by the firmware's own lengths: {held[bad].sentence()}", held[bad].status
+            f"nozzle at {_at(wanted[bad])} m, with the lengths that the firmware computes: {held[bad].sentence()}",
+            held[bad].status,
         )
     for i, line in enumerate(model.robot.lines):
         low, high = line.tension_limits

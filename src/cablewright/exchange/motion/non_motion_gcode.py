@@ -86,10 +86,11 @@ _ACTIVE: Final = re.compile(r"[;\s]*(?:py|msg|debug|print|log\w*|probe\w*|abort)
 
 @dataclass(frozen=True, eq=False)
 class Beside:
-    """Lines of a job's file other than motion, for one target. ``dropped``: code to count, filled as lines are read.
+    """Lines of a job's G-code file other than motion, for one export target.
 
-    ``feeds``: (k,) mm of filament that each piece of the path feeds; None where E is mm of strand. ``whole``: whether
-    comments are kept, as for all of the job. ``has_layers``: whether they mark the layers.
+    ``dropped``: number of dropped lines by code, counted as lines are read. ``feeds``: (k,) mm of filament that each
+    piece of the path feeds; None where E is mm of strand. ``whole``: whether comments are kept, as when the whole job
+    is exported. ``has_layers``: whether comments mark the layers.
     """
 
     source: Path | None

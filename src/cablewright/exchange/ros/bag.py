@@ -43,7 +43,7 @@ def ros_bag(robot: Robot, log: Path, out: Path, progress: Progress = silent) -> 
     store, counts = get_typestore(Stores.ROS2_JAZZY), dict[str, int]()
     with read_log(log) as given:
         if given.head.robot.name != robot.name:
-            raise InputError(f"{log}: is of robot {given.head.robot.name!r}, not of {robot.name!r}")
+            raise InputError(f"{log}: this log belongs to robot {given.head.robot.name!r}, not to {robot.name!r}")
         messages = RosMessages(given.head)
         with whole_folder(out) as folder:
             inner = folder / out.name

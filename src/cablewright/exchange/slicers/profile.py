@@ -35,7 +35,8 @@ _TRIES: Final = 40
 class Profile:
     """A robot for a slicer, in m and m/s. ``outline``: (k, 2), around ``centre`` (2,); ``bed``: its height.
 
-    ``scale``: of the slicer's lengths to those of the machine, at most 1; ``width`` and ``height``: of a strand.
+    ``scale``: ratio of the slicer's lengths to those of the machine, at most 1; ``width`` and ``height``: size of a
+    strand.
     """
 
     name: str

@@ -37,7 +37,9 @@ class _Board:
         plane = robot.platform.plane
         name, m, winches = repr(robot.name), robot.m, robot.winches
         if plane is None or robot.n != 3:
-            raise InputError(f"robot {name} has no point in a platform.plane, in which {program} moves: export klipper")
+            raise InputError(
+                f"robot {name} has no point platform in a platform.plane, in which {program} moves: export klipper"
+            )
         if (m, winches) != (count, count):
             raise InputError(f"robot {name} has {m} lines on {winches} winches; {program} has {count}: export klipper")
         if not robot.has_plain_belts:

@@ -64,8 +64,8 @@ ORDER_LIFE: Final = 1.0
 class Order:
     """An order, and who gave it.
 
-    ``arguments``: of `JOG` the platform's ``velocity`` (3,), m/s, for `control.manual.LEASE`; of `GO_TO` the
-    ``position`` (3,), m; of `OVERRIDE` the ``share`` of the planned speed, 0 to 1.
+    ``arguments``: for `JOG` the platform's ``velocity`` (3,), m/s, which holds for `control.manual.LEASE`; for `GO_TO`
+    the ``position`` (3,), m; of `OVERRIDE` the ``share`` of the planned speed, 0 to 1.
     """
 
     kind: OrderKind

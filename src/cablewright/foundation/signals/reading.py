@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, NamedTuple, Sel
 class Source(NamedTuple):
     """One sensor. ``stream``: its number, for good: of its random numbers in a simulation, and its place among others.
 
-    ``topic``: of a log. ``clock``: that stamps its readings; what the drum's clock stamps comes over the wireless link.
+    ``topic``: topic of the readings in a log. ``clock``: clock that stamps the readings; readings of the drum's clock
+    come over the wireless link.
     """
 
     name: str

@@ -53,6 +53,6 @@ class Scan(
 
     @property
     def points(self) -> Array:
-        """Point hit by each ray, (k, 2) m, lidar; NaN without an echo."""
+        """Points (k, 2), m, that the rays hit, in the frame of the lidar; NaN for a ray without an echo."""
         angles = self.angles
         return np.asarray(self.ranges[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1))

@@ -178,7 +178,7 @@ class RealMachine:
         fastest, thin = max(path.print_speed, path.travel_speed), min(scale.radii[0] for scale in scales)
         if fastest / thin > speed:
             why = f"lines may run at {fastest:g} m/s, {fastest / thin:.3g} rad/s of a drum; its drive has {speed:.3g}"
-            raise InputError(f"the job is too fast for the drives: {why}")
+            raise InputError(f"the job is too fast for the drives: {why}; lower its speed")
         self._require_torque(plan)
         torques = np.array([_OVER * scale.max_torque for scale in scales])
         plan = replace(

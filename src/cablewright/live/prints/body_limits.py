@@ -46,7 +46,7 @@ def require_fit(robot: Robot, job: Job, owner: MachineSettings, law: LawName) ->
             raise InputError(f"machine {owner.name!r}: drum.valve = {owner.drum.valve:g} m: {why}")
         return
     if law != "model":
-        raise InputError(f"law = {law}: is one of a point platform; that of {robot.name!r} is rigid")
+        raise InputError(f"law = {law}: is only for a point platform; the platform of {robot.name!r} is rigid")
     if owner.body is None:
         raise InputError(f"machine {owner.name!r}: has no [body]; the platform of {robot.name!r} is rigid")
     require_retractions(robot, job)
@@ -121,7 +121,7 @@ def check_held(model: Model, path: TimedPath) -> tuple[Equilibrium, Linearisatio
     if not held.ok.all():
         bad = int(np.argmin(held.ok))
         where = _where(path, poses, bad)
-        raise AnswerError(f"no tensions of {model.robot.name!r} hold the path {where}: {held[bad].sentence()}")
+        raise AnswerError(f"{model.robot.name!r} cannot hold the platform on the path {where}: {held[bad].sentence()}")
     linear, codes = linearise_where_regular(held)
     if codes.any():
         bad = int(np.flatnonzero(codes)[0])

@@ -86,9 +86,9 @@ def planned(
 ) -> PrintPlan:
     """Return the plan of a print along *path* in steps of *period*, s, with that *estimator* and control *law*.
 
-    *rule*: of the height; None chooses by the machine's sensors. *damps*: the swing of a drum, where the estimator
-    knows its tilt, and swings in which lines stretch, where tensions are measured. Raises `AnswerError` where the path
-    leaves the frame or lines cannot hold the platform, `InputError` for a height that the machine cannot keep.
+    *rule*: rule for the height; None chooses it by the machine's sensors. *damps*: the swing of a drum, where the
+    estimator knows its tilt, and swings in which lines stretch, where tensions are measured. Raises `AnswerError` where
+    the path leaves the frame or lines cannot hold the platform, `InputError` for a height that the machine cannot keep.
     """
     require(robot, Capability.PRINT)
     model = Model(with_drum_mass(robot, settings))

@@ -74,7 +74,7 @@ _SAFETY_TIMEOUT: Final = 0.5  # s without drives or inputs, of a machine that ha
 
 @dataclass(frozen=True, eq=False)
 class PrintPlan:
-    """Path and settings of a print. ``procedures``: by the state in which they run, `TENSIONING` or `HOMING`."""
+    """Path and settings of a print. ``procedures``: keyed by the state in which they run, TENSIONING or HOMING."""
 
     path: TimedPath
     velocity: VelocitySettings
@@ -188,7 +188,7 @@ class Printer:
         *by_tensions*: see `dead_reckoning.placed`. Raises `InputError` if it takes no place.
         """
         if not isinstance(self.estimator, DeadReckoning):
-            raise InputError("a measured place is for the estimator of encoders alone")
+            raise InputError("a measured position needs the estimator of encoders alone: --estimator encoders")
         self.estimator.place_measured(place, by_tensions)
 
     def step(self, orders: tuple[Order, ...] = ()) -> Step:
@@ -433,7 +433,7 @@ class StepRecorder(Protocol):
     """Interface of an object that records the steps."""
 
     def add(self, printer: Printer, step: Step, *, last: bool) -> None:
-        """Record one step; *last*: of this run."""
+        """Record one step; *last*: whether it is the last step of this run."""
 
 
 def run(printer: Printer, operator: Operator, recorder: StepRecorder) -> int:

@@ -63,11 +63,12 @@ class PrintOptions:
     `with_severity`; None: of the machine. ``lasers``: distances to walls that an operator measured at the start.
     ``place_layers``: after each so many layers the platform stands and its place is measured, with ``place_sigma``, m,
     in each coordinate; 0: never. Of a point platform by encoders alone. ``place_every``: s of machine time after which
-    it is too, first where the path begins; 0: never. ``place_stops``: at how many places each time, evenly along a
-    layer. ``place_tensions``: measured tensions determine the lengths that a place leaves open. ``place_learn``: all
-    places together determine errors of lengths, creep and compliance of mounts, see `length_corrections`.
-    ``damping``: of a swinging platform by its lines, where its tilt is measured, and of swings in which lines stretch,
-    where tensions are measured; on a plant that swings. ``log_every``: see `LogHead.every`.
+    it is too, first where the path begins; 0: never. ``place_stops``: number of positions that are measured each time,
+    evenly along a layer. ``place_tensions``: measured tensions determine the lengths that a place leaves open.
+    ``place_learn``: all places together determine errors of lengths, creep and compliance of mounts, see
+    `length_corrections`. ``damping``: whether to damp a swinging platform by its lines, where its tilt is measured, and
+    of swings in which lines stretch, where tensions are measured; on a plant that swings. ``log_every``: see
+    `LogHead.every`.
     """
 
     estimator: str | None = None
@@ -132,7 +133,7 @@ def twin_of(
     """Return the simulated machine of a print from robot, job and machine.
 
     *machine*: settings, a file, or a library name; by default the library's machine of the robot's name, or where there
-    is none the one that `built_machine` builds. *samples*: of the job's path; by default those of its file.
+    is none the one that `built_machine` builds. *samples*: samples of the job's path; by default those of its file.
     Raises `InputError` for a job or machine of another robot, and for layers that the job does not have.
     """
     if job.robot is not None and job.robot != robot.name:
@@ -186,9 +187,14 @@ def _require_places(choices: PrintOptions, chosen: str, robot: Robot, owner: Mac
         ("place stops", choices.place_stops > 1),
     ):
         if given and not any(measured.values()):
-            raise InputError(f"{name}: place layers or place every says when places are measured; both are 0")
+            raise InputError(
+                f"{name}: give place layers or place every, which set when positions are measured; both are 0"
+            )
     if choices.place_tensions and choices.place_learn:
-        raise InputError("place tensions, place learn: what places teach is by places alone; give one of both")
+        raise InputError(
+            "place tensions, place learn: measured positions are used with tensions, or to estimate "
+            "errors of the lines; give one of them, not both"
+        )
     irregular = owner.winch.radius_deviation
     if choices.place_learn and irregular > MOST_IRREGULAR:
         why = f"machine {owner.name!r}: cable that lies so irregularly on its drums, winch.radius_deviation ="

@@ -53,7 +53,8 @@ def record(
 ) -> PrintRecord:
     """Return the record of the print that followed *track* (of the platform), from the *entries* and *head* of its log.
 
-    *print_speed*: m/s, planned. *true_structure*: at the end, if known. *attitude*: of a rigid platform.
+    *print_speed*: m/s, planned. *true_structure*: the true structure at the end, if known. *attitude*: rotation of a
+    rigid platform.
     """
     recorder = Recorder(head, track, print_speed, attitude)
     for entry in entries:
@@ -194,7 +195,7 @@ class Recorder:
         self._rows.add(rows.view(np.float64).reshape(len(rows), -1))
 
     def finish(self, true_structure: HeightField | None = None, notes: tuple[str, ...] = ()) -> PrintRecord:
-        """Return the record. *true_structure*: at the end, if known; *notes*: the log's."""
+        """Return the record. *true_structure*: the true structure at the end, if known; *notes*: notes of the log."""
         self._flush()
         rows = self._rows.rows.view(row_type(self.head.robot.m)).ravel()
         masses = self.head.settings.carrier.empty_mass + rows["left"]

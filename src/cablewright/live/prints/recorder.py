@@ -37,8 +37,9 @@ class Timing:
     def statistics(self) -> dict[str, float | int]:
         """Return statistics of the durations, s: by wall clock, and by processor time (``processor_``).
 
-        ``over``: number of steps longer than the period by the wall clock; ``over_by_itself``: by processor time. A
-        real-time print also has ``late``, the number of steps that ended late, and ``latest``, the largest delay, s.
+        ``over``: number of steps that were longer than the period by the wall clock; ``over_by_itself``: number by
+        processor time. A real-time print also has ``late``, the number of steps that ended late, and ``latest``, the
+        largest delay, s.
         """
         if not self.wall:
             return {"count": 0}

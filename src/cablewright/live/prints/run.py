@@ -270,7 +270,7 @@ def require_folder(folder: Path, manifest: Mapping[str, Any], option: str) -> No
     if folder.exists() and not folder.is_dir():
         raise InputError(f"--out = {folder}: is no folder")
     if folder.is_dir() and any(each.name != LOCK and not is_unfinished(each) for each in folder.iterdir()):
-        raise InputError(f"--out = {folder}: holds a run or something else already; --resume, or another folder")
+        raise InputError(f"--out = {folder}: is not empty; --resume the run in it, or give another folder")
 
 
 def make_folder(folder: Path) -> None:

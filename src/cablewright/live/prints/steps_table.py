@@ -45,8 +45,8 @@ def row_type(m: int) -> np.dtype[np.void]:
     ``step``: time since the last row. ``measured``: the lines' angles, ``turned``: rotation of the winch drums by their
     encoders (rad), positive paid out, and ``read_tensions``: all three are the last readings. ``chosen_tensions``: at
     which the control holds the lines. ``powder``: true mass in the drum, ``left``: estimated by the valve's opening.
-    ``broken``: of the light barrier. The record adds `ERRORS`, and for the rows that it keeps ``taut``: angles of the
-    lines if they were taut, and ``estimated_tensions``.
+    ``broken``: whether the light barrier is interrupted. The record adds `ERRORS`, and for the rows that it keeps
+    ``taut``: angles of the lines if they were taut, and ``estimated_tensions``.
     """
     widths = dict.fromkeys(_SCALARS, ()) | dict.fromkeys(_VECTORS, (3,)) | dict.fromkeys(_LINES, (m,))
     return np.dtype([(name, np.float64, width) for name, width in widths.items()])

@@ -53,7 +53,7 @@ class WholeErrorSums:
     """Accumulates them, block by block."""
 
     def __init__(self, robot: Robot, attitude: Attitude | None) -> None:
-        """*attitude*: of a rigid platform along the path; None of a point platform, or where it is not known."""
+        """*attitude*: rotation of a rigid platform along the path; None for a point, or if it is not known."""
         self._attitude, self._rigid = attitude, robot.n == 6
         self._limits = np.array([line.tension_limits for line in robot.lines])
         self._begun, self._count, self._squares = False, 0, 0.0

@@ -47,7 +47,7 @@ _BINS: Final = np.array([-np.inf, 0.0, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2, 0.1, 
 
 @dataclass(eq=False)
 class Control:
-    """Runs a station for those at the other end of the link. ``folder``: of jobs, runs and orders.
+    """Runs a station for those at the other end of the link. ``folder``: folder of jobs, runs and orders.
 
     ``ready``: called once, when the machine of the first sitting is made.
     """
@@ -156,7 +156,7 @@ class Control:
     def _may_load(self, load: LoadMessage, subject: str = "") -> str:
         """Why a job may not be taken up; an empty text: it may. Its files must be those that were checked.
 
-        *subject*: of its files now; empty, while the machine is open: large files are not read then.
+        *subject*: hash of its files now; empty while the machine is open, as large files are not read then.
         """
         if load.load is None:
             return ""

@@ -55,7 +55,7 @@ class JobCheck(BaseModel):
     def refusal(self, subject: str, confirmed: str, robot: str = "") -> str:
         """Why the job may not be loaded; an empty text: it may. *confirmed*: the subject that a person has read of.
 
-        *subject* and *robot*: of the present files and robot.
+        *subject* and *robot*: the present files and robot.
         """
         if self.answer == "failed":
             return f"its check did not come to an answer: {self.why}"

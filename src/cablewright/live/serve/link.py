@@ -33,9 +33,10 @@ _MOST: Final = 32  # messages of a channel that are taken in one step
 
 @dataclass(eq=False)
 class ControlLink:
-    """The control's end of the link. ``state``, ``sitting``: its reports; ``told_lease``: of the server.
+    """The control's end of the link.
 
-    It outlives the servers at its other end.
+    ``state``, ``sitting``: its reports; ``told_lease``: the lease that the server has reported. It outlives the servers
+    at its other end.
     """
 
     state: Latest

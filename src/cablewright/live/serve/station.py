@@ -150,7 +150,10 @@ class SimulatedStation:
 
 @dataclass(eq=False)
 class DriveStation:
-    """A machine on drives. ``state``: path without suffix of its counts and lengths. ``port``: of a bus in here."""
+    """A machine on drives. ``state``: path, without suffix, of the files with its counts and lengths.
+
+    ``port``: port of a bus in this process.
+    """
 
     robot: Robot
     settings: MachineSettings

@@ -29,7 +29,7 @@ class Carrier(Protocol):
 
 
 def bring_off(carrier: Carrier, axes: Sequence[Axis], limit: float) -> None:
-    """Stop drives that somebody left under torque, by ramp and brake, before anything they watch is changed.
+    """Stop drives that were left under torque, by ramp and brake, before their supervision is changed.
 
     Raises `EnvironmentFault` for one that is still under torque after *limit*, s.
     """
@@ -59,7 +59,7 @@ def _power(carrier: Carrier, axis: Axis) -> PowerState:
 def read_back(
     carrier: Carrier, axes: Sequence[Axis], wanted: Callable[[Axis], list[ObjectParameter]]
 ) -> dict[str, list[tuple[ObjectParameter, int | None]]]:
-    """The parameters to write, and the present value of each drive, by line; None: it has no such object."""
+    """Return the parameters to write with the present value of each drive, by line; None: a drive lacks the object."""
     found = {}
     for axis in axes:
         lasting = [each for each in wanted(axis) if each.lasts]

@@ -11,7 +11,10 @@ from cablewright.robot import Robot
 
 
 def axes_of(robot: Robot, settings: MachineSettings) -> tuple[Axis, ...]:
-    """The drive of each winch, in their order. Raises `InputError` as `require_drives` and `scales_of`."""
+    """Return the drive of each winch, in the order of the winches.
+
+    Raises `InputError` as `require_drives` and `scales_of`.
+    """
     drives = require_drives(settings, robot)
     return tuple(
         Axis(line.name, drives.nodes[line.name].id, scale, drives.brake_time, _valve(drives, line.name))

@@ -131,7 +131,7 @@ class Axis:
         return o.TO_DRIVE_WITH_VALVE if self.valve else o.TO_DRIVES
 
     def commands(self, setpoint: Setpoint, now: float, *, reset: bool) -> tuple[bytes, bytes]:
-        """The PDOs that ask for *setpoint* at *now*, s; *reset*: of a fault, by an edge, once its brake has closed.
+        """The PDOs that ask for *setpoint* at *now*, s; *reset*: whether to reset a fault, once the brake has closed.
 
         The valve is open only of a drive that is enabled.
         """

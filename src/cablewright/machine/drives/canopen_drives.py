@@ -94,7 +94,7 @@ class CanopenDrives:
         self._bus.require_alone()
         if found is None:
             raise EnvironmentFault(
-                f"drives.nodes.{axis.name}.id = {axis.node}: no drive answers; check wiring and number"
+                f"drives.nodes.{axis.name}.id = {axis.node}: no drive answers; check the wiring and this node number"
             )
         found.require(axis.name, self.settings.rated_torque)
 
@@ -108,7 +108,10 @@ class CanopenDrives:
             self._leave()
 
     def read(self) -> dict[str, list[tuple[ObjectParameter, int | None]]]:
-        """The parameters to write, and each drive's value, by line; None: it has no such object. Raises as `open`."""
+        """Return the parameters to write with each drive's value, by line; None: a drive lacks the object.
+
+        Raises as `open`.
+        """
         bus = self.connect()
         try:
             return read_back(bus, self.axes, self.parameters)

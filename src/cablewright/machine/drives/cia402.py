@@ -36,7 +36,7 @@ IN_FAULT: Final = (PowerState.FAULT, PowerState.FAULT_REACTION)
 
 
 def state_of(statusword: int) -> PowerState:
-    """The state by a statusword; one that is not in the standard counts as not ready."""
+    """Return the drive's state from a statusword; a word that is not in the standard counts as not ready."""
     for mask, value, state in _BY_STATUS:
         if statusword & mask == value:
             return state
@@ -44,7 +44,7 @@ def state_of(statusword: int) -> PowerState:
 
 
 def shown(state: PowerState) -> DriveState:
-    """The state as `cablewright.foundation.signals.Drives` has it."""
+    """Return the state as `cablewright.foundation.signals.Drives` names it."""
     if state in IN_FAULT:
         return DriveState.FAULT
     if state in (PowerState.ENABLED, PowerState.QUICK_STOP):

@@ -433,7 +433,9 @@ def _require_tensions(settings: MachineSettings, drives: WinchDriveSettings) -> 
         why = "drives are enabled only with measured tensions; add the table: drives report their torque"
         raise InputError(f"machine {settings.name!r}: no [motor_torques]: {why}")
     if settings.sensor(ENCODERS) is None:
-        raise InputError(f"machine {settings.name!r}: no [encoders]: the drives' positions are read by it; add it")
+        raise InputError(
+            f"machine {settings.name!r}: no [encoders], through which the drives' positions are read: add this table"
+        )
     if settings.sensor(BARRIER) is not None and drives.inputs.barrier is None:
         why = "no bit of the drives' inputs is it: give drives.inputs.barrier, or leave the table out"
         raise InputError(f"machine {settings.name!r}: [barrier]: {why}")

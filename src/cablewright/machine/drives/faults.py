@@ -60,6 +60,6 @@ def fault_text(code: int) -> FaultText:
 
 
 def fault_line(code: int) -> str:
-    """An error code as one line: ``0x8611 following error: the load is ...``."""
+    """Return an error code as one line of text: ``0x8611 following error: the load is ...``."""
     text = fault_text(code)
     return f"0x{code:04X} {text.meaning}: {text.remedy}"

@@ -18,7 +18,7 @@ _STOP: Final = 0.25  # m of cable in which a drive stops from full speed
 
 
 def require_limits(robot: Robot, settings: MachineSettings, origin: str = "") -> None:
-    """Raise `InputError` for tensions or times of a machine file that the robot does not bear.
+    """Raise `InputError` for tensions or times of a machine file that exceed limits of the robot.
 
     *origin*: what to call the file in messages.
     """

@@ -92,7 +92,7 @@ class Hub:
             self._socket.bind((_HOME, number))
         except OSError as error:
             self._socket.close()
-            raise EnvironmentFault(f"drives: UDP port {number} of {_HOME} cannot be had: {error.strerror}") from None
+            raise EnvironmentFault(f"drives: UDP port {number} of {_HOME} cannot be opened: {error.strerror}") from None
         self._members: dict[tuple[str, int], float] = {}
 
     def now(self) -> float:

@@ -49,7 +49,7 @@ class Network:
         if self.master:
             raise EnvironmentFault(f"drives: another master is on the bus: {self.master}; end it first")
         if self.error:
-            raise EnvironmentFault(f"drives: the bus fails: {self.error}")
+            raise EnvironmentFault(f"drives: communication on the bus has failed: {self.error}")
 
     def send(self, frame: CanFrame) -> None:
         """Send one frame; an error is recorded."""

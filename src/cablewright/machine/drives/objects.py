@@ -19,7 +19,7 @@ class Object:
 
     @property
     def mapping(self) -> int:
-        """As an entry of a PDO's mapping."""
+        """Return the object as an entry of a PDO's mapping."""
         return self.index << 16 | self.sub << 8 | 8 * self.size
 
     def __str__(self) -> str:
@@ -28,12 +28,12 @@ class Object:
         return f"0x{self.index:04X}{sub} {self.name}"
 
     def pack(self, value: int) -> bytes:
-        """The bytes of a value; one that is too large is at the end of the range."""
+        """Return the bytes of a value; a value out of range is clamped."""
         end = 1 << 8 * self.size - self.signed
         return min(max(value, -end if self.signed else 0), end - 1).to_bytes(self.size, "little", signed=self.signed)
 
     def unpack(self, data: bytes) -> int:
-        """The value of the first bytes."""
+        """Return the value that the first bytes contain."""
         return int.from_bytes(data[: self.size], "little", signed=self.signed)
 
 
@@ -131,7 +131,7 @@ FROM_DRIVES: Final = ((STATUSWORD, MODE_SHOWN, POSITION), (VELOCITY, TORQUE, ERR
 
 
 def unpacked(objects: tuple[Object, ...], data: bytes) -> list[int] | None:
-    """The values of a PDO; None for one of another length."""
+    """Return the values in the bytes of a PDO; None if it has another length."""
     if len(data) != sum(each.size for each in objects):
         return None
     values, at = [], 0

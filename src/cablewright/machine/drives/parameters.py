@@ -30,8 +30,8 @@ Mapped = tuple[tuple[Object, ...], ...]
 class ObjectParameter(NamedTuple):
     """A value of an object. ``mask``: bits of it that count. ``optional``: a drive may lack it.
 
-    ``lasts``: whether it still holds once all is written; others are intermediate steps. ``given``: by the drive and
-    its motor: it is compared, and never written.
+    ``lasts``: whether it still holds once all is written; others are intermediate steps. ``given``: whether the drive
+    and its motor determine the value: it is compared, and never written.
     """
 
     object: Object
@@ -84,7 +84,7 @@ def mapping(at: int, mapped: tuple[Object, ...]) -> list[ObjectParameter]:
 def guards(settings: WinchDriveSettings, scale: Scale, counts: int, period: float) -> list[ObjectParameter]:
     """Return the drive's own supervision, its units and stop options: written and read back at each enable.
 
-    *counts*: of the encoder, for one turn of the motor. *period*: s, of the cycle.
+    *counts*: encoder counts for one turn of the motor. *period*: length of the bus cycle, s.
     """
     turn = abs(scale.speed)
     deceleration = round(settings.deceleration / scale.radii[0] * turn)
@@ -114,15 +114,15 @@ def guards(settings: WinchDriveSettings, scale: Scale, counts: int, period: floa
 
 
 def speed_limit(scale: Scale, speed: float) -> ObjectParameter:
-    """The largest speed of the motor, for one of the drum of *speed*, rad/s."""
+    """Return the parameter that limits the motor's speed to that at a drum speed of *speed*, rad/s."""
     return ObjectParameter(o.MAX_MOTOR_SPEED, math.ceil(speed * scale.ratio * _MOTOR_TURN))
 
 
 def shut(valve: int) -> list[ObjectParameter]:
-    """The output of the valve, shut, and alone under command; *valve*: its bit, as a mask, 0: none."""
+    """Return the parameters that shut the valve's output and command it alone; *valve*: its bit, as a mask, 0: none."""
     return [ObjectParameter(o.OUTPUTS, 0, mask=valve), ObjectParameter(o.OUTPUT_MASK, valve)] if valve else []
 
 
 def disarmed() -> ObjectParameter:
-    """The end of the watch over this computer's heartbeat, of a disabled drive."""
+    """Return the parameters that end a disabled drive's supervision of this computer's heartbeat."""
     return ObjectParameter(o.CONSUMER_HEARTBEAT, 0)

@@ -19,7 +19,7 @@ class OffWatch:
         self._since = math.nan  # s, when all were first commanded to be disabled
 
     def begin(self, now: float) -> None:
-        """All are commanded to be disabled, at *now*, s, or earlier."""
+        """Begin the check: all drives are commanded to be disabled, at *now*, s, or earlier."""
         if math.isnan(self._since):
             self._since = now
 

@@ -19,7 +19,10 @@ class WinchDrives(Protocol):
         """List all devices on the bus, of this machine or not; no parameter is written. Raises `EnvironmentFault`."""
 
     def read(self) -> dict[str, list[tuple[ObjectParameter, int | None]]]:
-        """The parameters to write, and each drive's value, by line; None: it has no such object. Raises as `open`."""
+        """Return the parameters to write with each drive's present value, by line; None: a drive lacks the object.
+
+        Raises as `open`.
+        """
 
     @property
     def winches(self) -> WinchLines:
@@ -60,8 +63,8 @@ class WinchDrives(Protocol):
     def cycle(self, setpoints: tuple[Setpoint, ...], due: float, *, reset: bool = False, beats: bool = True) -> float:
         """Command *setpoints*, wait until *due*, s, and take the answers; return the time of measurement, s.
 
-        *reset*: of faults, by an edge. *beats*: whether the heartbeat goes on, without which each drive stops by
-        itself. Raises nothing: see `trouble`.
+        *reset*: whether to reset faults, by an edge of the bit. *beats*: whether the heartbeat goes on, without which
+        each drive stops by itself. Raises nothing: see `trouble`.
         """
 
     def close(self, *, proven: bool) -> None:

@@ -19,12 +19,11 @@ from cablewright.robot import Robot
 class Scale:
     """A winch and its drive. Angles and speeds of drums pay cable out where they are positive.
 
-    ``counts``: of position, per radian of the drum; ``speed``: units of 0x60FF per rad/s; ``torque``: per mille of the
-    motor's rated torque per N m. All three have the sign of the node's direction. ``ratio``: turns of the motor for one
-    of the drum. ``radii``: smallest and largest at which cable leaves, m. ``max_speed``: rad/s; ``max_torque``: N m:
-    limits of the drum.
-    ``cables``: on it that pull one way; tension is that of one. On an ``opposed`` drum others pull the other way, so
-    that a tension is the difference that its torque shows.
+    ``counts``: position counts per radian of the drum; ``speed``: units of 0x60FF per rad/s; ``torque``: per mille of
+    the motor's rated torque per N m. All three have the sign of the node's direction. ``ratio``: turns of the motor for
+    one of the drum. ``radii``: smallest and largest at which cable leaves, m. ``max_speed``: rad/s; ``max_torque``: N
+    m: limits of the drum. ``cables``: number of cables on the drum that pull one way; the tension is that of one cable.
+    On an ``opposed`` drum others pull the other way, so that a tension is the difference that its torque shows.
     """
 
     counts: float

@@ -64,18 +64,20 @@ class ValveSettings(Description):
 class WinchDriveSettings(Description):
     """Drives of profile CiA 402 on CANopen or EtherCAT, one for each line, each of which closes its own brake.
 
-    ``interface``, ``channel``, ``bitrate``: of python-can; the interface ``loopback`` is that of virtual drives, its
-    channel a UDP port of this computer. Of EtherCAT the interface is that of the network, and the channel, if any, the
-    one at which virtual drives answer; a node's id is its place in the ring. ``acknowledged``: a real bus is opened for
-    motion only with `ACKNOWLEDGED`. ``host``: node of this computer. ``rated_torque``: of a motor, as each drive must
-    have it (0x6076). ``speed_unit``: value of 0x60FF for a motor turn a second; None: counts a second.
-    ``heartbeat_timeout``, ``command_timeout``: s without a message of this computer after which a drive stops by
-    itself. ``following_error`` (m of cable) for ``following_time``: a drive stops. ``deceleration``: of cable, of every
-    stop by a drive. ``brake_time``: until a brake has opened or closed. ``answer_timeout``: s until a drive that does
-    not answer counts as silent. ``tension``: N, of a line that is taken up, at most; ``tension_speed``: of its
-    cable, at most, in torque mode. ``tension_error``: share of the platform's weight by which all tensions together may
-    be off. ``jog_run_out``: m that a jog may go on after the last order. ``jog_tension``: N, up to which a winch reels
-    in by hand; None: ``tension``.
+    ``interface``, ``channel``, ``bitrate``: settings of the bus as python-can takes them; the interface ``loopback`` is
+    that of virtual drives, its channel a UDP port of this computer. Of EtherCAT the interface is that of the network,
+    and the channel, if any, the one at which virtual drives answer; a node's id is its place in the ring.
+    ``acknowledged``: a real bus is opened for motion only with `ACKNOWLEDGED`. ``host``: node of this computer.
+    ``rated_torque``: rated torque of a motor, as each drive must have it (0x6076). ``speed_unit``: value of 0x60FF that
+    means one turn of the motor per second; None: the value is in counts per second. ``heartbeat_timeout``,
+    ``command_timeout``: time without a message of this computer after which a drive stops by itself, s. A drive also
+    stops when its following error exceeds ``following_error`` (m of cable) for ``following_time`` (s).
+    ``deceleration``: deceleration of the cable, at every stop by a drive. ``brake_time``: time until a brake has opened
+    or closed, s. ``answer_timeout``: time after which a drive that does not answer counts as silent, s. ``tension``:
+    highest tension of a line that is taken up, N; ``tension_speed``: highest speed of its cable in torque mode.
+    ``tension_error``: allowed error of all tensions together, as a share of the platform's weight. ``jog_run_out``:
+    distance that a jog may continue after the last order, m. ``jog_tension``: tension up to which a winch reels in by
+    hand, N; None: ``tension``.
     """
 
     interface: _Text

@@ -12,7 +12,10 @@ _STUFFED: Final = 1.2  # bits for one, with those that keep the bus in step
 
 @dataclass(eq=False)
 class BusStatistics:
-    """Counted since the bus was opened. ``lateness``: of each SYNC, s; ``answer``: from it to the last PDO, s."""
+    """Statistics of the bus since it was opened.
+
+    ``lateness``: delay of each SYNC, s; ``answer``: time from a SYNC to the last PDO that answers it, s.
+    """
 
     cycles: int = 0
     sent: int = 0
@@ -30,7 +33,7 @@ class BusStatistics:
         self.bits += _STUFFED * (_BITS + 8 * size)
 
     def figures(self, period: float, bitrate: int) -> dict[str, float | int]:
-        """The numbers by name, ``load``: share of the bus."""
+        """The statistics by name; ``load`` is the share of the bus that is used."""
         busy = self.bits / (self.cycles * period * bitrate) if self.cycles else 0.0
         numbers: dict[str, float | int] = {"cycles": self.cycles, "sent": self.sent, "received": self.received}
         numbers |= {"missed": self.missed, "malformed": self.malformed, "errors": self.errors}

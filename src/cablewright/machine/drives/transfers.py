@@ -70,7 +70,7 @@ class Transfers:
             return None
 
     def add(self, transfer: Transfer) -> Transfer:
-        """Transfer it after all others."""
+        """Add a transfer, to be done after all others."""
         with self._changes:
             self._waiting.append(transfer)
         return transfer
@@ -89,11 +89,11 @@ class Transfers:
                 self._waiting.popleft()
 
     def abort(self, transfer: Transfer, code: int) -> None:
-        """The drive has rejected it, with that *code*."""
+        """End the transfer, which the drive has rejected with that *code*."""
         transfer.absent = code in _ABSENT
         self.end(transfer, _ABORTS.get(code, f"SDO abort 0x{code:08X}"))
 
 
 def text_of(data: bytes) -> str:
-    """A text, of the bytes of a drive's answer."""
+    """Return the text in the bytes of a drive's answer."""
     return data.split(b"\0")[0].decode("ascii", "replace")

@@ -74,5 +74,5 @@ def astray(name: str, length: float) -> str:
 
 
 def slipping(stray: str) -> str:
-    """Say of a *stray*, one by `astray`, that it is behind a closed brake."""
+    """Return the sentence *stray* of `astray` with the addition that the brake is closed."""
     return f"{stray}, which its brake should hold: secure the load"

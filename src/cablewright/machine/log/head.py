@@ -51,10 +51,10 @@ _Text = Annotated[str, Field(min_length=1, max_length=60)]
 class LogHead:
     """Metadata of a log. ``robot`` is the description, not the truth; ``settings``: what the machine's owner knows.
 
-    ``epoch``: UTC of time 0; None for a simulation, so that one input gives the same bytes.
-    ``versions``: of software and firmware, by name. ``simulation``, ``plant`` and ``seed`` are of simulated machines
-    alone; a log may lack them. ``home``: pose, m and rad, at which the platform was homed; its retraction then is
-    that of ``robot``. ``every``: the log has the first of so many steps.
+    ``epoch``: UTC of time 0; None for a simulation, so that one input gives the same bytes. ``versions``: versions of
+    software and firmware, by name. ``simulation``, ``plant`` and ``seed`` are of simulated machines alone; a log may
+    lack them. ``home``: pose, m and rad, at which the platform was homed; its retraction then is that of ``robot``.
+    ``every``: the log has the first of so many steps.
     """
 
     robot: Robot
@@ -134,11 +134,13 @@ def epoch_of(texts: Mapping[str, str]) -> int:
 def read_head(texts: Mapping[str, str], origin: str) -> LogHead:
     """Return the head of a log's metadata, of this schema or an earlier one. Raises `InputError`, naming *origin*."""
     if sum(map(len, texts.values())) > _MAX_HEAD:
-        raise InputError(f"{origin}: the head is larger than {_MAX_HEAD >> 20} MiB")
+        raise InputError(
+            f"{origin}: the head of the log, its description of the machine, is larger than {_MAX_HEAD >> 20} MiB"
+        )
     try:
         values: dict[str, Any] = {key: json.loads(text) for key, text in texts.items()}
     except (ValueError, RecursionError):
-        raise InputError(f"{origin}: the head is no JSON") from None
+        raise InputError(f"{origin}: the head of the log is not valid JSON") from None
     schema = values.pop("schema", None)
     if type(schema) is not int or not 1 <= schema <= NEWEST_SCHEMA:
         raise InputError(f"{origin}: schema {shown(schema)} of the log: this cablewright reads 1 to {NEWEST_SCHEMA}")

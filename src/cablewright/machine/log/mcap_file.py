@@ -95,7 +95,7 @@ class LogFile:
             if each.name == HEAD:
                 return each.metadata
         why = f"cut or damaged before byte {self.cut}" if self.cut else "it has no metadata of one at its beginning"
-        raise InputError(f"{self.path}: no log of a machine: {why}")
+        raise InputError(f"{self.path}: this file is not a log of a machine: {why}")
 
     def _read(self) -> Iterator[RawMessage | Metadata]:
         """Yield messages and metadata, up to where the file is cut or damaged."""

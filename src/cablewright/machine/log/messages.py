@@ -81,7 +81,7 @@ def decode(name: str, data: bytes, origin: str) -> Signal | SensorFrame | None:
     try:
         values = from_json(data)
     except ValueError:
-        raise InputError(f"{origin}: a message of {name} is no JSON") from None
+        raise InputError(f"{origin}: a message of {name} is not valid JSON") from None
     try:
         found = read_object(topic.kinds, values)
     except ValueError as reason:

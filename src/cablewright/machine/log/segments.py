@@ -82,11 +82,11 @@ class Segments:
             found.append(Segment(path, head, path.stat().st_size, until))
             until = min(until, first)
         if not found:
-            raise InputError(f"{paths[0]}: no log of a machine, nor is any of {len(paths)} segments")
+            raise InputError(f"{paths[0]}: neither this file nor any of {len(paths)} segments is a log of a machine")
         self.files = tuple(reversed(found))
         for each in self.files[1:]:
             if _identity(each.head) != _identity(self.files[0].head):
-                raise InputError(f"{each.path}: of another machine or run than {self.files[0].path.name}")
+                raise InputError(f"{each.path}: belongs to another machine or run than {self.files[0].path.name}")
         self.file = LogFile(self.files[0].path)
         """The file that is being read."""
         self._read = 0  # bytes of the files before it

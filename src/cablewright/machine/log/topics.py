@@ -65,7 +65,10 @@ Signal = Reading | Command | Order | Truth | Estimate | Progress
 
 
 class Topic(NamedTuple):
-    """One channel of a log. ``kinds``: of the signal's values in a message, by key; each is the attribute's name."""
+    """One channel of a log.
+
+    ``kinds``: type of each of the signal's values in a message, by key, which is the attribute's name.
+    """
 
     topic: str
     schema: str  # name

@@ -25,7 +25,7 @@ class SensorSheet(Description):
 class Sensor(Generic[_SheetT]):
     """A sensor that machines may have: name of its source, and keys of its table in a machine file.
 
-    ``key``: of that table; empty: the source's name. ``noise``: keys of quantities that are smaller in a mean of
+    ``key``: key of that table; empty: the source's name. ``noise``: keys of quantities that are smaller in a mean of
     readings.
     """
 

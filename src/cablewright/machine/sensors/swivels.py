@@ -10,7 +10,7 @@ from cablewright.machine.sensors.sensor import Sensor, SensorSheet
 
 
 class SwivelSensor(SensorSheet):
-    """Angles at which the swivelling sheaves stand, rad. ``bias``: of each one's zero, standard deviation."""
+    """Angles at which the swivelling sheaves stand, rad. ``bias``: standard deviation of each angle's zero, rad."""
 
     rate: Rate
     deviation: NonNegative[Angle]

@@ -47,6 +47,9 @@ def _deviating(line: Line, tolerances: Tolerances, random: np.random.Generator) 
     if was is not None:
         size = was + tolerances.sheave_radius * radius
         if not sheave.allows(size):
-            raise InputError(f"sheave_radius = {tolerances.sheave_radius:g}: leaves line {line.name!r} no sheave")
+            raise InputError(
+                f"sheave_radius = {tolerances.sheave_radius:g}: line {line.name!r} would have a sheave "
+                f"without radius; give a smaller tolerance"
+            )
         built = sheave.put(built, size)
     return KINDS["modulus"].put(built, 1.0 + tolerances.modulus * modulus)

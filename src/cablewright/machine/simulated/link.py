@@ -26,7 +26,7 @@ class Gaps:
     """Times without connection: planned ones, and ones at random, which the seed alone determines."""
 
     def __init__(self, settings: Link, seed: int, number: int) -> None:
-        """*number*: of the link; each has gaps of its own."""
+        """*number*: number of the link; each link has gaps of its own."""
         every, length = settings.gap_every, settings.gap_length
         self._planned = settings.gaps
         self._spells = Spells(every, (length, length), seed, GAPS, number) if every and length else None

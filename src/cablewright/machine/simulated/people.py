@@ -29,9 +29,9 @@ class Visits:
     """
 
     def __init__(self, share: float, low: Array, high: Array, radius: float, seed: int) -> None:
-        """*share*: of the time in which somebody is there; *low* and *high* (2,): m, the room's corners.
+        """*share*: fraction of the time in which a person is in the room.
 
-        *radius*: m, of the drum.
+        *low* and *high* (2,): corners of the room, m. *radius*: m, of the drum.
         """
         middle = 0.5 * (low + high)
         self._low, self._high = np.minimum(low + _FROM_WALLS, middle), np.maximum(high - _FROM_WALLS, middle)

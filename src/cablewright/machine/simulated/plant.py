@@ -50,8 +50,8 @@ class DynamicPlant:
         count = self.period / substep
         if not (0.5 < count < MAX_SUBSTEPS + 0.5 and abs(count - round(count)) < 1e-6):
             raise InputError(
-                f"simulation.substep = {substep:g} s: no whole number of them, up to {MAX_SUBSTEPS}, "
-                f"fills the period, {self.period:g} s"
+                f"simulation.substep = {substep:g} s: the period, {self.period:g} s, must be a whole number of "
+                f"substeps, at most {MAX_SUBSTEPS}"
             )
         self._count = round(count)
         self._lengths_after = np.zeros(rig.robot.m)

@@ -81,10 +81,11 @@ class Tolerances(Description):
 
     ``wall``: m, of each end of a wall, across it. ``mount_place``, m, and ``mount_turn``, rad: of each sensor's
     mounting, along and about each axis of the drum. ``clock_offset``, s, and ``clock_drift``, a share: of the clock on
-    the drum and its rate. ``line_angle_bias``: rad, of each line accelerometer's zero. ``tension_gain``: of the scale
-    of each load cell or torque, a share; ``tension_drift``: of a zero's drift after an hour, as a share of the sensor's
-    range. ``mass``: of the empty drum and of its powder, a share. ``home_length``: m, largest error of each line's
-    length when the machine starts. ``drum_radius``: largest relative error of each winch drum's radius.
+    the drum and its rate. ``line_angle_bias``: rad, of each line accelerometer's zero. ``tension_gain``: relative error
+    of the scale of each load cell or torque; ``tension_drift``: drift of a zero after an hour, as a share of the
+    sensor's range. ``mass``: relative error of the masses of the empty drum and of its powder. ``home_length``: m,
+    largest error of each line's length when the machine starts. ``drum_radius``: largest relative error of each winch
+    drum's radius.
     """
 
     anchor: Width
@@ -304,8 +305,8 @@ else:
 class SimulationSettings(_WithSensors):
     """All that only a simulation has. ``substep``: s, of the dynamic plant within a step of the machine.
 
-    ``quasi_static_period``: s, of a step of the quasi-static plant. ``severity``: of the values of keys that are not
-    given, see `severity_tables`.
+    ``quasi_static_period``: length of a step of the quasi-static plant, s. ``severity``: size of the values of keys
+    that are not given, see `severity_tables`.
     """
 
     faults: Annotated[tuple[FaultPlan, ...], Field(max_length=MAX_FAULTS)] = ()
@@ -386,7 +387,10 @@ def twin_of_table(table: dict[str, Any], origin: str) -> TwinSettings:
 
 
 def whole_machine(machine: TwinSettings | str | Path) -> TwinSettings:
-    """Return both parts of a *machine*: as given, or of a library name or a TOML file. Raises `InputError`."""
+    """Return the settings of a machine with its simulation. *machine* is these settings, a library name or a TOML file.
+
+    Raises `InputError`.
+    """
     if isinstance(machine, TwinSettings):
         return machine
     if isinstance(machine, MachineSettings):

@@ -24,7 +24,9 @@ def chosen(workers: int | None = None, cluster: str | None = None) -> Iterator[E
     if cluster == LOCAL:
         cluster, workers = None, (os.cpu_count() or 1) if workers is None else workers
     if cluster is not None and workers is not None:
-        raise InputError("--workers and --cluster: the cluster says how many workers it has; give one of them")
+        raise InputError(
+            "--workers and --cluster: the cluster decides the number of its workers; give one of them, not both"
+        )
     executor: Executor
     if cluster is not None:
         from cablewright.running.executors.cluster import Cluster

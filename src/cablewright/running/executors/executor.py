@@ -9,7 +9,7 @@ from cablewright.running.executors.task import Chunk, Computed, run_chunk
 
 
 class Executor(Protocol):
-    """Computes chunks, of which it takes the next when somebody has nothing to do."""
+    """Computes chunks of work: each free worker takes the next chunk."""
 
     @property
     def workers(self) -> int:
@@ -24,7 +24,7 @@ class Executor(Protocol):
         ...
 
     def close(self) -> None:
-        """End the workers that were started here."""
+        """End the workers that this executor has started."""
         ...
 
 

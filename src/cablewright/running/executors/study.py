@@ -23,10 +23,11 @@ def evaluate(
     kept: KeptResults,
     progress: Progress | None = None,
 ) -> tuple[Outcome, ...]:
-    """Return the outcome of each item. An item that fails is an `Outcome` with its fault, and stops none of the others.
+    """Compute all items of a study, in parallel if the executor does so, and return the outcome of each.
 
-    Results are added to *kept* chunk by chunk; faults are not, so that another call tries them again. Raises
-    `EnvironmentFault` where no worker is available, or the results cannot be written.
+    An item that fails has an `Outcome` with its fault, and does not stop the others. Results are added to *kept* chunk
+    by chunk; faults are not, so that another call tries them again. Raises `EnvironmentFault` where no worker is
+    available, or the results cannot be written.
     """
     report, stage = progress or silent, f"{task.noun}s"
     key = task.key()

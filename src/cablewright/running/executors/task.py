@@ -147,5 +147,5 @@ def _computed(task: Task, item: Any) -> Outcome:
 
 
 def faults(outcomes: Iterable[Outcome]) -> list[str]:
-    """Return the reasons of the items without a result."""
+    """Return the reasons why items have no result."""
     return [each.fault for each in outcomes if each.fault]

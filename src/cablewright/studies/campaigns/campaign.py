@@ -43,10 +43,11 @@ def campaign(
 ) -> Campaign:
     """Print *job* on *machines* machines, built from the tolerances with successive seeds from *options* on.
 
-    *machine*: settings, a file or a library name (default: the robot's). *tried*: on how many of the machines each
-    tolerance is also met exactly, with the same seeds; 0: none. *allowed_error*: m beside the path, with which a print
-    counts as a success (default: that of the job). *file* keeps results, also after an interruption; *executor*: who
-    computes. Raises `InputError`, and `AnswerError` where prints fail that are no answer: the others are kept.
+    *machine*: settings, a file or a library name (default: the robot's). *tried*: number of the machines on which each
+    tolerance in turn is also set to zero, with the same seeds; 0: none. *allowed_error*: largest distance from the path
+    at which a print counts as a success, m (default: that of the job). *file* keeps results, also after an
+    interruption; *executor*: the executor that does the work. Raises `InputError`, and `AnswerError` where prints fail
+    that are no answer: the others are kept.
     """
     if not 1 <= machines <= MAX_MACHINES:
         raise InputError(f"machines = {machines}: must be from 1 to {MAX_MACHINES}")

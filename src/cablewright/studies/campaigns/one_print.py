@@ -38,7 +38,7 @@ REMEDIES: Final[Mapping[str, str]] = {
 
 @dataclass(frozen=True)
 class CampaignPrint:
-    """Common data of all prints of a campaign. ``gcode_hash``: of the job's file; empty where it has none."""
+    """Common data of all prints of a campaign. ``gcode_hash``: hash of its G-code file; empty: none."""
 
     robot: Robot
     job: Job

@@ -69,12 +69,13 @@ def check(
 ) -> Check:
     """Check *job*, or its file, on *robot* under the full model: limits, distances of lines, expected error.
 
-    *tension_limits* (N) replace those of every line. *uncertainty*: of the robot's numbers; by default that of its
-    file, or else `assumed_uncertainty`. *clearance*, m: distance under which a line is too near to something; 0: only
-    if it touches. *skip*: what is not checked, of "interference" and "expected-error". *seed*: of the machines drawn
-    for the expected error. *bead*: width and height of all strands, m; by default of the job file, or else of the
-    G-code's comments, E and heights, see `Job.beads`. *room*: a folder on a disk with space for the results at the
-    samples, which then stay out of memory; the arrays of the result are those of files without a name.
+    *tension_limits* (N) replace those of every line. *uncertainty*: uncertainty of the robot's numbers; by default that
+    of its file, or else `assumed_uncertainty`. *clearance*: distance under which a line is too near to an obstacle, m;
+    0: only contact counts. *skip*: checks to leave out, of "interference" and "expected-error". *seed*: seed of the
+    machines that are drawn for the expected error. *bead*: width and height of all strands, m; by default those of the
+    job file, or else those of the G-code's comments, E and heights, see `Job.beads`. *room*: a folder on a disk with
+    space for the results at the samples, which then stay out of memory; the arrays of the result are those of files
+    without a name.
 
     The job's path is the nozzle's; a rigid platform is unrotated or has the rotation of the job's schedule. Limits are
     compared with the statics and, to first order, with the motion of the platform by the time law. Raises `InputError`

@@ -145,7 +145,7 @@ class JobPath:
     def bounded(self, model: Model, found: Walked) -> Iterator[Finding]:
         """Compare with the bounds of straight lines, the nozzle's speed and the sampling.
 
-        *model*: whose tensions were taken at rest.
+        *model*: model that gave the tensions at rest.
         """
         yield from line_findings(model.robot, self.samples, self.law, found.statics)
         between = BetweenSamples(model, self.poses, found.statics, self.retraction)

@@ -95,7 +95,7 @@ def extreme(choose: np.ufunc, values: Array) -> float:
 
 
 def extremes(choose: np.ufunc, values: Array) -> Array:
-    """Return the extremes along the first axis, (...); it has at least one row."""
+    """Return the minimum and maximum of an array along its first axis, which has at least one row."""
     found = np.full(values.shape[1:], np.nan)
     for at in blocks(len(values)):
         found = choose(found, choose.reduce(values[at], axis=0))

@@ -28,7 +28,10 @@ class SampleErrors:
 
     @classmethod
     def of(cls, robot: Robot, samples: Samples, poses: Array, statics: PathStatics, room: Room = MEMORY) -> Self:
-        """Return the errors of solved samples against intended *poses* (k, n), m and rad. *room*: for the arrays."""
+        """Return the errors of solved samples against intended *poses* (k, n), m and rad.
+
+        *room*: folder for the arrays.
+        """
         model, rows = Model(robot), len(samples)
         found = cls(*(room.empty((rows,)) for _ in range(5)))
         for at in blocks(rows):

@@ -30,7 +30,8 @@ def write_check(
 ) -> None:
     """Write samples.parquet, lengths.csv and the manifest of a check to an existing folder.
 
-    *robot*: library name or file. *options*: those that changed the answer. *uncertainty*: its file, if one was given.
+    *robot*: library name or file. *options*: options that changed the answer. *uncertainty*: file of the uncertainty,
+    if one was given.
     """
     names = [line.name for line in check.robot.lines]
     _write_samples(check, names, folder / "samples.parquet")

@@ -40,8 +40,9 @@ class WinchPath:
     """A job in the coordinates of its winches, at k points.
 
     ``turns`` (k, m): rad of each drum, positive as it pays out, 0 at the first point; ``laid`` (k,): m of strand laid
-    until there; ``error``: m, the largest error of a length half-way between two points, when both turns and the
-    place of the nozzle go linearly; ``toolpath``: of the job's file; ``is_part``: whether it is some layers of the job.
+    until there; ``error``: m, the largest error of a length half-way between two points, when both turns and the place
+    of the nozzle go linearly; ``toolpath``: toolpath of the job's file; ``is_part``: whether it has only some layers of
+    the job.
     """
 
     samples: Samples

@@ -79,7 +79,7 @@ class DesignCandidate:
         """The poses that are held. Raises `InputError` where there is none."""
         found = self.held[self.held.ok]
         if not len(found.pose):
-            raise InputError("the platform is held at no place of the part")
+            raise InputError("the lines cannot hold the platform at any position of the part")
         return found
 
     @cached_property

@@ -123,17 +123,17 @@ class DesignProblem:
 
     def __post_init__(self) -> None:
         if not self.variables:
-            raise InputError("nothing varies: requires at least one variable")
+            raise InputError("vary: give at least one design variable")
         if not self.objectives:
-            raise InputError("no objective: requires at least one figure that is to be good")
+            raise InputError("objectives: give at least one quantity to optimise")
         require_different(each.change.change for each in self.variables)
         for key in self.keys:
             if measure(key).of_part and self.job is None:
-                raise InputError(f"{key}: is of a part that is printed; give a JOB")
+                raise InputError(f"{key}: can only be computed for a printed part; give a JOB")
         if "cost" in self.keys and self.prices is None:
             raise InputError("cost: needs at least one price: of cable, winch or torque")
         if len(set(self.objectives)) < len(self.objectives):
-            raise InputError("objectives: one of them is given twice")
+            raise InputError("objectives: one is given twice; give each once")
         self._require_room()
 
     def _require_room(self) -> None:

@@ -53,10 +53,10 @@ def design(
     *job*: the part; None for figures that need none. *vary*: variables, or texts ``NAME=LOW:HIGH`` of which *symmetry*
     names the mirrors, x and y; *constraints* may be texts ``FIGURE>=VALUE`` or ``FIGURE<=VALUE``; SI. *method*: of
     `OPTIMISERS`; by default ``de`` for one objective and ``nsga2`` for several. *evaluations*: candidates in all,
-    *population* at a time. *workspace*: how workspaces are found. *prices*: by the names of `Prices`, for
-    ``cost``. *file* keeps what was found; the same search resumes
-    from it. Raises `InputError`, and `AnswerError` where an objective has no value for any of the first candidates. A
-    search without a candidate for which everything holds raises nothing: see ``status``.
+    *population* at a time. *workspace*: how workspaces are found. *prices*: prices by the names of `Prices`, for
+    ``cost``. *file* keeps what was found; the same search resumes from it. Raises `InputError`, and `AnswerError` where
+    an objective has no value for any of the first candidates. A search without a candidate for which everything holds
+    raises nothing: see ``status``.
     """
     mirrors = tuple(symmetry)
     variables = tuple(each if isinstance(each, Variable) else Variable.read(each, mirrors) for each in vary)

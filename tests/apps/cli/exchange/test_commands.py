@@ -43,20 +43,20 @@ def test_import_of_two_files(here: Path) -> None:
     [
         (["import", "own.wcrfx", "--out", "own.wcrfx"], "--out"),
         (["import", "none.wcrfx", "--out", "a.toml"], "none.wcrfx: no such file"),
-        (["import", "own.wcrfx", "--out", "there.toml"], "there.toml: is there already"),
-        (["export", "mjcf", "cogiro", "--out", "there.toml"], "there.toml: is there already"),
-        (["export", "klipper", "house-printer", "--out", "a"], "expected a JOB"),
+        (["import", "own.wcrfx", "--out", "there.toml"], "there.toml: exists already"),
+        (["export", "mjcf", "cogiro", "--out", "there.toml"], "there.toml: exists already"),
+        (["export", "klipper", "house-printer", "--out", "a"], "give the JOB whose motion"),
         (["export", "mjcf", "cogiro", "part.gcode", "--out", "a"], "takes no JOB"),
-        (["export", "mjcf", "cogiro", "--schema-version", "0.31", "--out", "a"], "only wirex has versions"),
+        (["export", "mjcf", "cogiro", "--schema-version", "0.31", "--out", "a"], "only the format wirex has versions"),
         (
             ["export", "wirex", "cogiro", "--at", "0,0,1", "--out", "a"],
-            "only mjcf, urdf, stl, glb are written at a pose",
+            "only mjcf, urdf, stl, glb are written for one pose",
         ),
-        (["export", "wirex", "cogiro", "--layers", "1,2", "--out", "a"], "are for a firmware"),
+        (["export", "wirex", "cogiro", "--layers", "1,2", "--out", "a"], "are only for firmware"),
         (["export", "wirex", "maslow4", "--out", "a"], "has platform.plane; not supported. Export mjcf"),
         (["export", "step", "cogiro", "--out", "a"], "step"),
         (["forward", "merlet2023", "--lengths", "none.csv"], "none.csv: no such file"),
-        (["forward", "merlet2023", "--lengths", "none.csv", "--certify"], "--certify: is for one set"),
+        (["forward", "merlet2023", "--lengths", "none.csv", "--certify"], "--certify: is only for one set"),
     ],
 )
 def test_bad_arguments_are_one_line(

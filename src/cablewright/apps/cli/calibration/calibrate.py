@@ -30,7 +30,8 @@ class CheckOptions:
         bool,
         typer.Option(
             "--check",
-            help="Do not calibrate: test whether anything moved since the calibration of ROBOT, and which line.",
+            help="Do not calibrate: test whether the machine has changed since the last calibration of ROBOT, and at "
+            "which line.",
         ),
     ] = False
     last: Annotated[
@@ -38,13 +39,20 @@ class CheckOptions:
         typer.Option(
             "--last",
             metavar="FILE.toml",
-            help="Record of the last calibration, to compare with; by default ROBOT.calibration.toml beside "
-            "ROBOT.toml, which --out writes.",
+            help="Record of the last calibration, with which --check compares; by default ROBOT.calibration.toml "
+            "beside ROBOT.toml, which --out writes.",
         ),
     ] = None
-    false_alarm: Annotated[float, typer.Option("--false-alarm", help="Probability of a false alarm of --check.")] = 0.01
+    false_alarm: Annotated[
+        float,
+        typer.Option("--false-alarm", help="Probability that --check reports a change although nothing has changed."),
+    ] = 0.01
     new_home: Annotated[
-        bool, typer.Option("--new-home", help="Lengths were zeroed since then: do not test the home lengths.")
+        bool,
+        typer.Option(
+            "--new-home",
+            help="The lengths were zeroed again after the last calibration: --check does not test the home lengths.",
+        ),
     ] = False
 
 
@@ -60,11 +68,15 @@ class GuideOptions:
             "the poses to measure next, and when to stop. Writes no robot.",
         ),
     ] = False
-    count: Annotated[int, typer.Option("--next", help="Number of poses to measure next.")] = 4
+    count: Annotated[int, typer.Option("--next", help="Number of poses that --guide proposes to measure next.")] = 4
     limits: Limits = None
     next_out: Annotated[
         Path | None,
-        typer.Option("--next-out", metavar="FILE.csv", help="Write the next poses with their counts to a file."),
+        typer.Option(
+            "--next-out",
+            metavar="FILE.csv",
+            help="CSV file to write, with the poses to measure next and their encoder counts.",
+        ),
     ] = None
 
 
@@ -88,14 +100,15 @@ class FitOptions:
         typer.Option(
             "--datum",
             metavar="SPEC",
-            help="Exit points held to fix the frame, like south-west,south-east.y; or inner: all of them on average. "
-            "By default inner.",
+            help="Exit points or coordinates that keep their values in the robot file, to fix the frame, like "
+            "south-west,south-east.y; `inner` (the default) keeps the mean position and rotation of all exit "
+            "points.",
         ),
     ] = None
     plan: CalibrationPlanFile = None
-    rough: Annotated[
-        float, typer.Option("--rough", help="Distance, m, by which exit points of the robot file may be wrong.")
-    ] = 0.5
+    rough: Annotated[float, typer.Option("--rough", help="Largest error of the exit points in the robot file, m.")] = (
+        0.5
+    )
     cable: Annotated[
         CableLaw, typer.Option("--cable", help="Cable law; elastic and catenary need tensions or measured poses.")
     ] = CableLaw.RIGID
@@ -103,10 +116,13 @@ class FitOptions:
         Models,
         typer.Option(
             "--models",
-            help="Model: that of the plan (file), or with effects that cross-validation finds (auto).",
+            help="Model to calibrate: that of the plan file (file), or that model with the effects that "
+            "cross-validation finds (auto).",
         ),
     ] = Models.FILE
-    keep_all: Annotated[bool, typer.Option("--keep-all", help="Use all rows: do not search for gross errors.")] = False
+    keep_all: Annotated[
+        bool, typer.Option("--keep-all", help="Use all rows of the data: do not search for gross errors.")
+    ] = False
     need: Annotated[
         str,
         typer.Option("--need", metavar="L", help="Required standard deviation of exit points: m, or like '2 mm'."),
@@ -144,15 +160,19 @@ def calibrate_command(
     robot: RobotName,
     fit: FitOptions,
     accept: Annotated[
-        bool, typer.Option("--accept", help="Accept a doubtful answer: write the robot, exit code 0.")
+        bool, typer.Option("--accept", help="Accept a doubtful result: write the robot file and end with exit code 0.")
     ] = False,
     since: CheckOptions,
     guidance: GuideOptions,
     seed: Seed = 0,
-    out: Annotated[Path | None, typer.Option("--out", metavar="FILE.toml", help="Write the calibrated robot.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="FILE.toml", help="Robot file to write, with the calibrated values.")
+    ] = None,
     report: Annotated[
         Path | None,
-        typer.Option("--report", metavar="FILE.html", help="Write the report; by default beside --out, if given."),
+        typer.Option(
+            "--report", metavar="FILE.html", help="HTML report to write; by default beside the file of --out."
+        ),
     ] = None,
     as_json: AsJson = False,
 ) -> int:
@@ -166,7 +186,7 @@ def calibrate_command(
 
     machine = cw.load(robot)
     if since.check and guidance.guide:
-        raise InputError("--check and --guide: give one of them")
+        raise InputError("--check and --guide: give one of them, not both")
     if since.check:
         last = _record(robot, since.last)
         if last is None:
@@ -180,7 +200,9 @@ def calibrate_command(
         return _guide(machine, fit, guidance, seed, as_json)
     page = report or (None if out is None else out.with_suffix(".html"))
     if out is not None and page is not None and page.resolve() == out.resolve():
-        raise InputError(f"--out {out}: is the file of the report too; give a robot's, as FILE.toml")
+        raise InputError(
+            f"--out {out}: the report would have the same file name; give the name of a robot file, FILE.toml"
+        )
     found = _compared(replace(_found(machine, fit, seed), accepted=accept), _record(robot, since.last))
     out = out if found.ok else None
     page = report or (None if out is None else out.with_suffix(".html"))
@@ -261,30 +283,49 @@ def _guide(machine: cw.Robot, fit: FitOptions, given: GuideOptions, seed: int, a
 class NoiseOptions:
     """Standard deviations of the simulated measurements."""
 
-    noise: Annotated[float, typer.Option("--noise", help="Standard deviation of the encoders, m.")]
-    guess: Annotated[float, typer.Option("--guess", help="Maximum error, m, of the guesses x,y,z in the file.")] = 0.05
+    noise: Annotated[
+        float,
+        typer.Option("--noise", help="Standard deviation of the simulated encoder readings, as cable length in m."),
+    ]
+    guess: Annotated[
+        float, typer.Option("--guess", help="Maximum error of the guessed positions x,y,z that the file contains, m.")
+    ] = 0.05
     tension_noise: Annotated[
-        float | None, typer.Option("--tension-noise", help="Add tensions with this standard deviation, N.")
+        float | None,
+        typer.Option("--tension-noise", help="Also simulate measured tensions, with this standard deviation, N."),
     ] = None
     swivel_noise: Annotated[
-        float | None, typer.Option("--swivel-noise", help="Add swivel angles with this standard deviation, rad.")
+        float | None,
+        typer.Option(
+            "--swivel-noise",
+            help="Also simulate measured swivel angles of the sheaves, with this standard deviation, rad.",
+        ),
     ] = None
     tilt_noise: Annotated[
         float | None,
-        typer.Option("--tilt-noise", help="Add the tilt of a rigid platform with this standard deviation, rad."),
+        typer.Option(
+            "--tilt-noise",
+            help="Also simulate the measured tilt of a rigid platform, with this standard deviation, rad.",
+        ),
     ] = None
     yaw_noise: Annotated[
         float | None,
-        typer.Option("--yaw-noise", help="Add the yaw of a rigid platform with this standard deviation, rad."),
+        typer.Option(
+            "--yaw-noise", help="Also simulate the measured yaw of a rigid platform, with this standard deviation, rad."
+        ),
     ] = None
     frequency_noise: Annotated[
         float | None,
-        typer.Option("--frequency-noise", help="Add frequencies of the free cables, standard deviation in Hz."),
+        typer.Option(
+            "--frequency-noise",
+            help="Also simulate the measured frequencies of the free cable spans, with this standard deviation, Hz.",
+        ),
     ] = None
     pose_noise: Annotated[
         float | None,
         typer.Option(
-            "--pose-noise", help="Add measured poses with this standard deviation, m and rad, instead of guesses."
+            "--pose-noise",
+            help="Simulate measured poses with this standard deviation, m and rad, instead of guessed positions.",
         ),
     ] = None
 
@@ -296,14 +337,18 @@ class NoiseOptions:
 def simulate_calibration_command(
     *,
     robot: RobotName,
-    poses: Annotated[int, typer.Option("--poses", help="Number of poses; the first is home.")],
-    out: Annotated[Path, typer.Option("--out", metavar="FILE.csv", help="CSV file to write.")],
+    poses: Annotated[int, typer.Option("--poses", help="Number of simulated poses; the first is the home pose.")],
+    out: Annotated[
+        Path, typer.Option("--out", metavar="FILE.csv", help="CSV file to write, with the simulated measurements.")
+    ],
     seed: Seed = 0,
-    cable: Annotated[CableLaw, typer.Option("--cable", help="Cable law of the lines.")] = CableLaw.RIGID,
+    cable: Annotated[
+        CableLaw, typer.Option("--cable", help="Cable law of the lines that are simulated.")
+    ] = CableLaw.RIGID,
     noises: NoiseOptions,
     truth: Annotated[
         Path | None,
-        typer.Option("--truth", metavar="FILE.json", help="Write the true poses and home lengths as JSON."),
+        typer.Option("--truth", metavar="FILE.json", help="JSON file to write, with the true poses and home lengths."),
     ] = None,
     as_json: AsJson = False,
 ) -> int:

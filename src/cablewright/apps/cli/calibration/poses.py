@@ -20,20 +20,27 @@ from cablewright.foundation.file_output import write_whole
 def poses_command(
     *,
     robot: RobotName,
-    count: Annotated[int, typer.Option("--count", help="Number of poses.")] = 40,
+    count: Annotated[int, typer.Option("--count", help="Number of poses to choose for the calibration.")] = 40,
     criterion: Annotated[
         PoseCriterion,
         typer.Option(
             "--criterion",
-            help="Minimise the volume of the ellipsoid of all unknowns, or the largest sigma of an exit point.",
+            help="Quantity that the poses minimise: the volume of the confidence ellipsoid of all unknowns, or the "
+            "largest standard deviation of an exit point.",
         ),
     ] = "d-optimal",
-    candidates: Annotated[int, typer.Option("--candidates", help="Number of random poses to choose from.")] = 1000,
-    sigma: Annotated[float, typer.Option("--sigma", help="Standard deviation of the encoders, m.")] = 1e-4,
+    candidates: Annotated[
+        int, typer.Option("--candidates", help="Number of random poses from which the best are chosen.")
+    ] = 1000,
+    sigma: Annotated[
+        float, typer.Option("--sigma", help="Standard deviation of the encoder readings, as cable length in m.")
+    ] = 1e-4,
     plan: CalibrationPlanFile = None,
     tension_limits: Limits = None,
     seed: Seed = 0,
-    out: Annotated[Path | None, typer.Option("--out", metavar="FILE.csv", help="Write the poses as CSV.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="FILE.csv", help="CSV file to write, with the chosen poses.")
+    ] = None,
     as_json: AsJson = False,
 ) -> int:
     """Selects among random poses that the lines can hold within their limits, in an order with short travel.

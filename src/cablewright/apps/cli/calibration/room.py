@@ -28,7 +28,8 @@ def survey_command(
         typer.Option(
             "--plan",
             metavar="PLAN.toml",
-            help="Plan file: meaning of markers, sigmas of the instrument, frame.",
+            help="Plan file (TOML): the part that each marker is on, standard deviations of the instrument, and "
+            "coordinate frame.",
         ),
     ] = None,
     robot: Annotated[
@@ -37,7 +38,7 @@ def survey_command(
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option("--out", metavar="FILE.toml", help="Write the robot file with the computed exit points."),
+        typer.Option("--out", metavar="FILE.toml", help="Robot file to write, with the computed exit points."),
     ] = None,
     output: OutputOptions,
 ) -> int:
@@ -49,7 +50,7 @@ def survey_command(
     from cablewright.robot import file_text, update
 
     if out is not None and robot is None:
-        raise InputError(f"--out = {str(out)!r}: there is no --robot whose exit points it could have")
+        raise InputError(f"--out = {str(out)!r}: give --robot too, the robot file that gets the surveyed exit points")
     found = cw.survey(file, plan, robot=None if robot is None else cw.load(robot))
     if out is not None and robot is not None:
         rebuilt, notes = surveyed(cw.load(robot), found)
@@ -64,22 +65,41 @@ class ScanOptions:
     """Options for reading the scan's file."""
 
     unit: Annotated[
-        str | None, typer.Option("--unit", help="Unit of lengths without one: m, mm, ..; by default guessed.")
+        str | None,
+        typer.Option(
+            "--unit",
+            help="Unit of the lengths in a file that states none: m, mm, ..; by default guessed from the values.",
+        ),
     ] = None
     angle_unit: Annotated[
         str | None,
-        typer.Option("--angle-unit", help="Unit of angles without one: rad, deg, ..; by default guessed."),
+        typer.Option(
+            "--angle-unit",
+            help="Unit of the angles in a file that states none: rad, deg, ..; by default guessed from the values.",
+        ),
     ] = None
-    clockwise: Annotated[bool, typer.Option("--clockwise", help="Angles grow clockwise, seen from above.")] = False
+    clockwise: Annotated[
+        bool,
+        typer.Option(
+            "--clockwise", help="The angles of the file grow clockwise, seen from above; by default counter-clockwise."
+        ),
+    ] = False
     columns: Annotated[
         str | None,
-        typer.Option("--columns", metavar="NAMES", help="Columns of a file without a header: angle,distance,.."),
+        typer.Option(
+            "--columns", metavar="NAMES", help="Names of the columns of a file without a header: angle,distance,.."
+        ),
     ] = None
-    within: Annotated[str, typer.Option("--range", metavar="MIN,MAX", help="Ranges to use, m.")] = "0.05,100"
+    within: Annotated[
+        str, typer.Option("--range", metavar="MIN,MAX", help="Smallest and largest range of the points to use, m.")
+    ] = "0.05,100"
     mask: Annotated[
         str | None,
         typer.Option(
-            "--mask", metavar="FROM,TO[,..]", help="Bearings, deg, at which the lidar sees the machine itself."
+            "--mask",
+            metavar="FROM,TO[,..]",
+            help="Sectors FROM,TO of bearings, deg, in which the lidar sees the "
+            "machine itself; points there are not used.",
         ),
     ] = None
     keep_housing: Annotated[
@@ -87,11 +107,17 @@ class ScanOptions:
     ] = False
     noise: Annotated[
         float | None,
-        typer.Option("--noise", help="Standard deviation of all ranges, m; by default estimated by range."),
+        typer.Option(
+            "--noise",
+            help="Standard deviation of all ranges, m; by default estimated from the data, as a function of the range.",
+        ),
     ] = None
     device: Annotated[
         str | None,
-        typer.Option("--device", help="Device whose scan is read from a file of several: its column, topic or frame."),
+        typer.Option(
+            "--device",
+            help="Lidar whose scan is read from a file with scans of several lidars: its column, topic or frame.",
+        ),
     ] = None
 
 
@@ -102,15 +128,24 @@ class RoomOptions:
     room: Annotated[
         Path | None,
         typer.Option(
-            "--room", metavar="SURVEY.json", help="Room in which to find the lidar: what `survey --json` printed."
+            "--room",
+            metavar="SURVEY.json",
+            help="Room in which to find the pose of the lidar: JSON file with the output of `survey --json`.",
         ),
     ] = None
-    yaw: Annotated[str, typer.Option("--yaw", metavar="MIN,MAX", help="Allowed yaw of the lidar in the room, deg.")] = (
-        "-45,45"
-    )
+    yaw: Annotated[
+        str,
+        typer.Option(
+            "--yaw", metavar="MIN,MAX", help="Range MIN,MAX of the lidar's yaw in the room, deg, in which to search."
+        ),
+    ] = "-45,45"
     laser: Annotated[
         str | None,
-        typer.Option("--laser", metavar="WALL=D[,..]", help="Distances from the lidar to walls, measured by hand, m."),
+        typer.Option(
+            "--laser",
+            metavar="WALL=D[,..]",
+            help="Distance from the lidar to a wall, measured by hand, m, as WALL=D; several are separated by commas.",
+        ),
     ] = None
 
 
@@ -132,7 +167,9 @@ def walls_command(
     The answer is no (exit 1) if no wall is in sight, or if the position is unknown.
     """
     if place.laser is not None and place.room is None:
-        raise InputError(f"--laser = {place.laser!r}: there is no --room whose wall it could be")
+        raise InputError(
+            f"--laser = {place.laser!r}: give --room too, the file with the walls that the distances are measured to"
+        )
     names = None if scan.columns is None else [name.strip() for name in scan.columns.split(",")]
     low, high = interval(place.yaw, "--yaw")
     found = cw.walls(

@@ -21,7 +21,11 @@ if TYPE_CHECKING:
 
 InitialLength = Annotated[
     str,
-    typer.Option("--initial-length", metavar="L", help="Length of the specimen at elongation zero: m, or like '2 m'."),
+    typer.Option(
+        "--initial-length",
+        metavar="L",
+        help="Length of the specimen at elongation zero, in m or with a unit like '2 m'.",
+    ),
 ]
 
 
@@ -30,23 +34,36 @@ class SpecimenOptions:
     """The specimen; --robot takes section and breaking load from the cable of a robot."""
 
     section: Annotated[
-        str | None, typer.Option("--section", metavar="S", help="Section of the cable: m^2, or like '12.57 mm^2'.")
+        str | None,
+        typer.Option(
+            "--section", metavar="S", help="Area of the cable's cross-section, in m^2 or with a unit like '12.57 mm^2'."
+        ),
     ] = None
     diameter: Annotated[
         str | None,
         typer.Option(
-            "--diameter", metavar="D", help="Diameter, instead of a section that is the full circle: m or text."
+            "--diameter",
+            metavar="D",
+            help="Diameter of the cable, in m or with a unit like '4 mm'; replaces "
+            "--section by the area of the full circle.",
         ),
     ] = None
     breaking_load: Annotated[
-        str | None, typer.Option("--breaking-load", metavar="F", help="Breaking load: N, or like '10.29 kN'.")
+        str | None,
+        typer.Option(
+            "--breaking-load", metavar="F", help="Breaking load of the cable, in N or with a unit like '10.29 kN'."
+        ),
     ] = None
     robot: Annotated[
         str | None,
-        typer.Option("--robot", metavar="ROBOT", help="Robot with the cable: default of section and breaking load."),
+        typer.Option(
+            "--robot",
+            metavar="ROBOT",
+            help="Robot file that describes the cable; by default its section and breaking load are used.",
+        ),
     ] = None
     line: Annotated[
-        str | None, typer.Option("--line", metavar="NAME", help="Line of the robot that has the cable.")
+        str | None, typer.Option("--line", metavar="NAME", help="Line of --robot whose cable was tested.")
     ] = None
 
     def section_and_load(self) -> tuple[float, float]:
@@ -56,7 +73,7 @@ class SpecimenOptions:
         if self.section is not None and self.diameter is not None:
             raise InputError(f"--diameter = {self.diameter!r}: give either this or --section, not both")
         if self.robot is None and self.line is not None:
-            raise InputError(f"--line = {self.line!r}: there is no --robot that it could be a line of")
+            raise InputError(f"--line = {self.line!r}: give --robot too, the robot that has this line")
         area = _quantity(self.section, "--section", AREA)
         diameter = _quantity(self.diameter, "--diameter", LENGTH)
         area = area if diameter is None else math.pi / 4 * diameter**2
@@ -101,7 +118,9 @@ def modulus_command(
     band: Annotated[
         str,
         typer.Option(
-            "--band", metavar="MIN,MAX", help="Range of force for the modulus, as shares of the breaking load."
+            "--band",
+            metavar="MIN,MAX",
+            help="Range MIN,MAX of force in which the modulus is fitted, as fractions of the breaking load.",
         ),
     ] = "0.05,0.5",
     output: OutputOptions,
@@ -135,7 +154,10 @@ def creep_command(
     *,
     test: Annotated[
         Path,
-        typer.Argument(metavar="TEST", help="CSV file: time, force, elongation, maybe temperature and humidity."),
+        typer.Argument(
+            metavar="TEST",
+            help="CSV file with columns time, force and elongation, and optionally temperature and humidity.",
+        ),
     ],
     initial_length: InitialLength,
     retardations: Annotated[
@@ -143,7 +165,8 @@ def creep_command(
         typer.Option(
             "--retardations",
             metavar="T,...",
-            help="Retardation times of the Voigt elements: s, or like '1 min'; none for logarithmic creep alone.",
+            help="Retardation times of the Voigt elements, in s or with a unit like '1 min'; `none` fits logarithmic "
+            "creep alone.",
         ),
     ] = "60,1200",
     output: OutputOptions,

@@ -29,21 +29,28 @@ class ActionOptions:
 
     place: Annotated[
         str | None,
-        typer.Option("--place", metavar="X,Y,Z[,..]", help="Measured position of the platform, m [and rad], for home."),
+        typer.Option(
+            "--place",
+            metavar="X,Y,Z[,..]",
+            help="For the action home: measured position of the platform, m [and rotation vector, rad].",
+        ),
     ] = None
-    line: Annotated[str | None, typer.Option("--line", metavar="NAME", help="Line of the winch to move, for jog.")] = (
-        None
-    )
+    line: Annotated[
+        str | None, typer.Option("--line", metavar="NAME", help="For the action jog: line whose winch moves.")
+    ] = None
     speed: Annotated[
-        float, typer.Option("--speed", metavar="V", help="Cable speed, m/s, positive pays out, for jog --line.")
+        float, typer.Option("--speed", metavar="V", help="For jog --line: speed of the cable, m/s; positive pays out.")
     ] = 0.01
     velocity: Annotated[
-        str | None, typer.Option("--velocity", metavar="VX,VY,VZ", help="Velocity of the platform, m/s, for jog.")
+        str | None,
+        typer.Option("--velocity", metavar="VX,VY,VZ", help="For the action jog: velocity of the platform, m/s."),
     ] = None
     seconds: Annotated[
         float | None,
         typer.Option(
-            "--seconds", metavar="T", help="Time in which the winches stay enabled, s; by default until Ctrl-C."
+            "--seconds",
+            metavar="T",
+            help="Time after which the winches are released, s; by default they stay enabled until Ctrl-C.",
         ),
     ] = None
 
@@ -102,24 +109,35 @@ def drives_command(
         typer.Argument(metavar="ROBOT", help="A robot's TOML file, or a name that `cablewright robots` lists."),
     ] = None,
     machine: Annotated[
-        str | None, typer.Option("--machine", metavar="FILE", help="Machine file of a machine on drives.")
+        str | None, typer.Option("--machine", metavar="FILE", help="Machine file (TOML) that describes the drives.")
     ] = None,
     given: ActionOptions,
     tried: Annotated[
         bool,
-        typer.Option("--try", help="Use virtual drives in this process, in virtual time; no state is saved."),
+        typer.Option(
+            "--try",
+            help="Try the action on virtual drives in this process, in virtual time; no counts or lengths are saved.",
+        ),
     ] = False,
     virtual: Annotated[
         Path | None,
-        typer.Option("--virtual", metavar="FILE", help="Simulate the drives of a machine file on this computer."),
+        typer.Option(
+            "--virtual",
+            metavar="FILE",
+            help="Simulate the drives of a machine file on this computer, for another program that commands them.",
+        ),
     ] = None,
     at: Annotated[
         str | None,
         typer.Option(
-            "--at", metavar="X,Y,Z[,..]", help="Start position of the platform of virtual drives, m [and rad]."
+            "--at",
+            metavar="X,Y,Z[,..]",
+            help="Start position of the platform on virtual drives, m [and rotation vector, rad].",
         ),
     ] = None,
-    seed: Annotated[int, typer.Option("--seed", help="Seed of the machine as built behind virtual drives.")] = 0,
+    seed: Annotated[
+        int, typer.Option("--seed", help="Seed of the random errors of the simulated machine that virtual drives move.")
+    ] = 0,
     as_json: AsJson = False,
 ) -> int:
     """Moves the winches of the machine. No performance level is claimed: add a hard-wired emergency stop.
@@ -133,7 +151,7 @@ def drives_command(
 
     if virtual is not None:
         if action is not None:
-            raise InputError("drives: --virtual, or an action, not both")
+            raise InputError("drives: give either --virtual or an action, not both")
         return _be_virtual(virtual, robot, at, seed)
     if action is None or robot is None or machine is None:
         raise InputError(f"drives: expected ACTION ROBOT --machine FILE; actions: {', '.join(get_args(Action))}")
@@ -142,7 +160,9 @@ def drives_command(
     if not tried:
         return answer(given.done(action, described, settings, Path(machine).with_suffix(""), None), as_json)
     if action == "jog" or (action == "enable" and given.seconds is None):
-        raise InputError(f"drives {action}: --try has no person who ends it")
+        raise InputError(
+            f"drives {action}: runs until an operator ends it, whom --try does not simulate; leave --try out"
+        )
     port = _virtual_bus(action, described, machine, at, seed)
     with TemporaryDirectory() as folder:
         return answer(given.done(action, described, settings, Path(folder) / "machine", port), as_json)
@@ -177,11 +197,13 @@ def _be_virtual(file: Path, robot: str | None, at: str | None, seed: int) -> int
     twin = cw.load_twin(file)
     name, drives = robot or twin.owner.robot, twin.owner.drives
     if name is None:
-        raise InputError(f"{file}: robot: is missing: virtual drives need one behind them")
+        raise InputError(f"{file}: robot: is missing; name the robot that the virtual drives move")
     if drives is None or (twin.owner.kind == "canopen" and drives.interface != "loopback"):
         raise InputError(f'{file}: drives.interface: must be "loopback" for virtual drives')
     if not drives.channel:
-        raise InputError(f"{file}: drives.channel: is missing: the interface at which virtual drives answer")
+        raise InputError(
+            f"{file}: drives.channel: is missing; name the network interface at which virtual drives answer"
+        )
     described = cw.load(name)
     rig = VirtualRig(described, twin, _start(described, at), seed=seed)
     rig.warm()

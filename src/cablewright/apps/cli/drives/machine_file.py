@@ -6,7 +6,10 @@ import cablewright as cw
 
 
 def load_real(file: str, robot: cw.Robot) -> cw.MachineSettings:
-    """The machine of a file, whose limits the robot bears. Raises `InputError`, which names file, key and value."""
+    """Return the machine of a file, after checking that its limits are within those of the robot.
+
+    Raises `InputError`, which names file, key and value.
+    """
     from cablewright.machine.drives.axes import require_drives
     from cablewright.machine.drives.limits import require_limits
     from cablewright.machine.settings import require_robot

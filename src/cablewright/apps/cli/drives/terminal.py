@@ -91,7 +91,7 @@ class TypedLines:
         threading.Thread(target=self._read, daemon=True).start()
 
     def typed(self) -> list[str]:
-        """The lines since the last call."""
+        """Return the lines of text that were typed since the last call."""
         found: list[tuple[float, str]] = []
         with suppress(Empty):
             while True:

@@ -23,8 +23,8 @@ class MachineView:
     """What slicers are shown.
 
     ``klippy``: whether the machine is open: ready, startup, shutdown. ``print_state``: standby, printing, paused,
-    complete, cancelled, error. ``job``: that is printed, or the newest upload; None where there is none.
-    ``control``: the state of the control; ``path``: of the job that is printed.
+    complete, cancelled, error. ``job``: job that is printed, or the newest upload; None where there is none.
+    ``control``: the state of the control; ``path``: file of the job that is printed.
     """
 
     klippy: str

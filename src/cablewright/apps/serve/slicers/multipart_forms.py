@@ -84,7 +84,7 @@ def parsed_form(kind: str, body: bytes) -> Form:
         sent = _parameter(about, "content-disposition", "filename")
         if sent is not None:
             if file is not None:
-                raise InputError("one file at a time is taken")
+                raise InputError("more than one file was sent; send one file at a time")
             file = sent, content
         else:
             name = _parameter(about, "content-disposition", "name") or ""
@@ -100,7 +100,9 @@ def file_name(given: str) -> str:
     name = given.removeprefix("/")
     if not name or name.startswith(".") or set(name) & set("/\\") or printable(name) != name:
         raise InputError(
-            f"name {given[:80]!r}: names a path, or has letters that no name has; send the file's name alone"
+            f"name {given[:80]!r}: names a path, or has characters that a file name cannot have; send the file's "
+            f"name "
+            f"alone"
         )
     if len(name) > MAX_NAME:
         raise InputError(f"name {name[:40]!r}...: {len(name)} letters; at most {MAX_NAME} are taken")
@@ -111,7 +113,7 @@ def file_name(given: str) -> str:
 
 def _require_no_folder(fields: dict[str, str]) -> None:
     if path := fields.get("path", "").strip("/ "):
-        raise InputError(f"path = {path[:80]!r}: no folders are kept; send the file without one")
+        raise InputError(f"path = {path[:80]!r}: folders are not supported; send the file without a path")
     if fields.get("root", "gcodes") != "gcodes":
         raise InputError(f"root = {fields['root'][:80]!r}: must be gcodes")
 

@@ -114,7 +114,7 @@ class Cells(Update):
     def part(
         self, settings: BodySettings, state: BodyState, slopes: Slopes, read: Array, acceleration: float
     ) -> UpdatePart:
-        """As `Update`; of the cells that are used."""
+        """Return the measured part of the readings of the cells that are used, see `Update`."""
         layout, own, drums = state.layout, self._hosts(state), self._drums(state.wound.drums)
         pulls, by_wrench = _with_drums(state.tensions, drums), _with_drums(slopes.tensions_by_wrench, drums)
         used = np.pad(state.judged.cells_used, (0, len(own) - layout.m), constant_values=True)

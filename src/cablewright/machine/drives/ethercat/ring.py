@@ -29,7 +29,10 @@ class Ring:
     """The devices of a ring by their position, from 0 on. Nothing is sent before `enumerate_devices`."""
 
     def __init__(self, master: Any, soem: Any, patience: float) -> None:
-        """*master*: of *soem*, the module, with its interface open; *patience*: s for a frame to come back."""
+        """*master*: master object of the module *soem*, with its interface open.
+
+        *patience*: s for a frame to come back.
+        """
         self._master, self._soem, self._patience = master, soem, round(1e6 * patience)
         self._inputs: list[tuple[int, int]] = []  # start and length in each device
 
@@ -153,7 +156,7 @@ class Ring:
         return str(self._soem.al_status_code_to_string(self._devices[position].al_status))
 
     def request(self, position: int, state: int) -> None:
-        """Request a state of a device; with `ERROR` it acknowledges why it left another."""
+        """Request a state of a device; with `ERROR`, also acknowledge its error."""
         device = self._devices[position]
         device.state = state
         device.write_state()

@@ -48,7 +48,7 @@ class Dictionary:
         return [each for each in found if each is not None]
 
     def answer(self, request: bytes) -> CanFrame | None:
-        """The answer to a request of a client."""
+        """Return the answer to a client's request."""
         if len(request) != 8:
             return None
         command, address = request[0] >> 5, request[1:4]
@@ -62,7 +62,7 @@ class Dictionary:
         return None if command == 4 else self._abort(address, _UNKNOWN)
 
     def rest(self) -> bytes:
-        """The remaining bytes of a text to send."""
+        """The bytes of a text that are still to be sent."""
         rest, self._text = self._text, b""
         return rest
 

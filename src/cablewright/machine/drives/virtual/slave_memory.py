@@ -41,7 +41,7 @@ class MemoryWindow(NamedTuple):
 
 
 class SlaveMemory:
-    """The memory of a slave with that EEPROM; *last*: of the ring."""
+    """The memory of a slave with that EEPROM; *last*: whether the slave is the last of the ring."""
 
     def __init__(self, eeprom: bytes, *, last: bool) -> None:
         """As after power-on, in the state init."""

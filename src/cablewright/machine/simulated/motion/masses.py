@@ -110,7 +110,7 @@ def _inertia(name: str, platform: RigidPlatform, body: Body) -> Array:
     """Inertia tensor (3, 3) of the empty body about its centre of mass, kg m^2."""
     if platform.inertia is None:
         if body.gyration is None:
-            raise InputError(f"robot {name!r} gives no platform.inertia: body.gyration must be given")
+            raise InputError(f"robot {name!r} has no platform.inertia; give body.gyration in the machine file")
         return np.diag(body.empty_mass * np.square(body.gyration))
     (xx, yy, zz), (xy, xz, yz) = platform.inertia, platform.inertia_products
     return body.empty_mass / platform.mass * np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])

@@ -76,7 +76,7 @@ class Simulated(Generic[_SheetT, _FlawsT]):
     """Simulation of a sensor: the flaws of one unit, and its reader.
 
     ``faults``: kinds of planned faults besides silent and stuck, each with the change of a reading by sizes (m,).
-    ``place``: of the flaws' table among those of ``[simulation]``; 0: by the sensor's stream.
+    ``place``: index of the flaws' table among those of ``[simulation]``; 0: chosen by the sensor's stream.
     """
 
     sensor: Sensor[_SheetT]

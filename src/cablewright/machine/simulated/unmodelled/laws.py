@@ -19,7 +19,10 @@ _Value = TypeVar("_Value")
 
 
 def of_lines(lines: Sequence[str], by_line: Mapping[str, _Value], other: _Value) -> list[_Value]:
-    """Return the value of *by_line* for each of the *lines*, by name, else the *other*; raises `UnknownName`."""
+    """Return a value for each of the *lines*: that of *by_line* for its name, else *other*.
+
+    Raises `UnknownName` for a name that is no line.
+    """
     for name in by_line:
         if name not in lines:
             raise UnknownName("line", name, tuple(lines))
@@ -30,9 +33,9 @@ class CableStretch(Description):
     """Strains of a cable besides elasticity, at the reference load, see `Unmodelled`.
 
     ``creep``: after an hour under it; of each line with a uniform relative error of at most ``creep_spread``.
-    ``hysteresis``: between the ways up and down of a cycle that is larger than the load. ``settling``: for good, of a
-    new cable, when it is first under that load. ``stiffening``: share by which it is stiffer at twice the load than at
-    it, where it is as the robot file says.
+    ``hysteresis``: difference between loading and unloading in a cycle that is larger than the load. ``settling``: for
+    good, of a new cable, when it is first under that load. ``stiffening``: share by which it is stiffer at twice the
+    load than at it, where it is as the robot file says.
     """
 
     creep: Annotated[Share, Field(le=0.1)] = 0.0
@@ -75,9 +78,9 @@ class WinchGears(Description):
 
 
 class WinchBrakes(Description):
-    """Brakes of the winches. ``torque``: N m at the drum, holding limit; 0: none. ``by_line``: of some lines.
+    """Brakes of the winches. ``torque``: N m at the drum, holding limit; 0: none.
 
-    Each has a uniform relative error of at most ``spread``.
+    ``by_line``: torques of some lines, by name. Each has a uniform relative error of at most ``spread``.
     """
 
     torque: Annotated[NonNegative[Torque], Field(le=1e6)] = 0.0
