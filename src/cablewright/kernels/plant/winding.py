@@ -175,7 +175,7 @@ def count(winches, hosts, begin, counts_per_turn, counts):
     """
     for j in range(hosts.shape[0]):
         turned = begin[hosts[j]] - winches[hosts[j], ANGLE]
-        counts[j] = int(floor(turned * counts_per_turn[0] * counts_per_turn[1]))
+        counts[j] = floor(turned * counts_per_turn[0] * counts_per_turn[1])
 
 
 @jit
