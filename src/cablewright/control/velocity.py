@@ -155,7 +155,7 @@ class VelocityState:
     stretch: StretchState = field(default_factory=StretchState)
     tension_error: float = math.inf  # N, largest, from those that the model chooses
     chosen: Array | None = None  # (m,) N at the sheaves, that the model chooses; None: lines that are slack on purpose
-    velocity: Array = field(default_factory=lambda: np.zeros(6))  # m/s, rad/s, expected of the platform: see `_coming`
+    velocity: Array = field(default_factory=lambda: np.zeros(6))  # m/s, rad/s, expected of the platform: see `_delay`
     commanded: Array = field(default_factory=lambda: np.zeros(6))  # m/s, rad/s, of the target in the last step ...
     time: float = -math.inf  # s ... and its time
     counted: float = -math.inf  # s, of the last counts of the encoders
@@ -185,9 +185,9 @@ def step(
     tangent there.
     """
     state.tension_error = math.inf  # unless it is found here
-    coming = _coming(settings, state, target, estimate.time, dt)
+    delay = _delay(settings, state, target, estimate.time, dt)
     if settings.model.n == 6:
-        rates = _rates_of_body(settings, state, estimate, target, dt, tensions, beam, coming, calms=calms)
+        rates = _rates_of_body(settings, state, estimate, target, dt, tensions, beam, delay, calms=calms)
         return np.zeros(len(settings.hosts)) if rates is None else _within(settings, rates, estimate)
     if not np.isfinite(estimate.lengths).all():
         return np.zeros(len(settings.hosts))
@@ -199,7 +199,7 @@ def step(
     swing, rates = _STILL, np.empty(settings.model.m)
     if settings.swing is not None:
         swing = follow(settings.swing, state.swing, estimate.rotation, dt)
-    place = estimate.position + coming[:3]
+    place = estimate.position + delay * state.velocity[:3]
     packed, free, gains = settings.model.packed, settings.free, settings.gains
     if settings.law != "model":
         toward, _ = kernel.follow(
@@ -241,20 +241,19 @@ def due(settings: VelocitySettings, state: VelocityState, target: Target, now: f
     return pose[:3], pose[3:]
 
 
-def _coming(settings: VelocitySettings, state: VelocityState, target: Target, now: float, dt: float) -> Array:
-    """Return how far (6,), m and rad, commands given until *now*, s, will move the platform from where it is estimated.
+def _delay(settings: VelocitySettings, state: VelocityState, target: Target, now: float, dt: float) -> float:
+    """Return how long, s, the platform has yet to move from where it is estimated, until it has followed all commands.
 
     Winches follow a speed u by v' = (u - v) / T. From a target that moves at u the platform is d away, with d' = u - v
     and so d = T v, from rest on. Steps have constant u, and so an exact v; after a stop v is 0. The estimate is as old
     as the counts, by A. Feedback of gain K that took (T + A) v for an error would move the platform outwards: on a
-    circle of radius R by about v^2 (T + A) / (R K).
+    circle of radius R by about v^2 (T + A) / (R K). The *target* is that of *now*, s.
     """
     passed = now - state.time
     keep = math.exp(-passed / settings.lag) if settings.lag else 0.0
     state.velocity = state.commanded + keep * (state.velocity - state.commanded) if passed <= 1.5 * dt else np.zeros(6)
     state.commanded, state.time = np.concatenate([target.velocity, target.rate]), now
-    age = max(now - state.counted, 0.0) if math.isfinite(state.counted) else 0.0
-    return (settings.lag + age) * state.velocity
+    return settings.lag + (max(now - state.counted, 0.0) if math.isfinite(state.counted) else 0.0)
 
 
 class _HeldPoint(NamedTuple):
@@ -301,13 +300,13 @@ def _rates_of_body(
     dt: float,
     tensions: Array | None,
     beam: BeamMotion | None,
-    coming: Array,
+    delay: float,
     *,
     calms: bool,
 ) -> Array | None:
     """Return rates (w,), m/s, of the winches' lines of a rigid platform; None where no tensions hold it.
 
-    *coming* (6,), m and rad: see `_coming`.
+    *delay*: s, see `_delay`: tensions change in it too as the platform goes on.
     """
     here = np.concatenate([target.position, target.rotation])
     there = moved(here, dt * np.concatenate([target.velocity, target.rate]))
@@ -316,11 +315,13 @@ def _rates_of_body(
     held = held_at(settings.model, np.stack([here, there]), retraction, pushed, settings.pair)
     if held is None or not np.isfinite(estimate.lengths).all():
         return None
-    state.chosen = held.tensions[0]
+    change = (held.tensions[1] - held.tensions[0]) / dt
+    state.chosen = held.tensions[0] - settings.lag * change
+    tensions = None if tensions is None else tensions + delay * change
     if tensions is not None and np.isfinite(tensions).all():
         state.tension_error = float(np.abs(tensions - held.tensions[0]).max())
     now, then = held.lengths[:, settings.hosts]
-    reached = moved(np.concatenate([estimate.position, estimate.rotation]), coming)
+    reached = moved(np.concatenate([estimate.position, estimate.rotation]), delay * state.velocity)
     error = _length_errors(settings, reached, held, retraction, tensions)
     if not np.isfinite(error).all():
         return None
