@@ -110,6 +110,18 @@ def test_a_doubtful_recalibration_stops(
     assert (tmp_path / "run" / "stage-2" / "report.html").is_file()
 
 
+def test_a_seam_that_is_unknown_stops(whole: StagedPrint, job: Path, tmp_path: Path) -> None:
+    """The record beside the robot's file is that of another robot."""
+    robot = tmp_path / "rails.toml"
+    robot.write_text(Path(ROBOT).read_text())
+    record = (whole.folder / "stage-2-calibration" / "calibrated.calibration.toml").read_text()
+    (tmp_path / "rails.calibration.toml").write_text(record.replace('robot = "rails"', 'robot = "other"'))
+    found = print_stages(robot, job, tmp_path / "run", options=OPTIONS)
+    assert found.status == "recalibrate"
+    assert found.seams == ()
+    assert "the seam is unknown: stage 1: the calibration is of 'other'" in found.reason
+
+
 def test_a_person_recalibrates(
     whole: StagedPrint, job: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -56,7 +56,7 @@ def check_command(
         list[Path] | None,
         typer.Option(
             "--stage-record",
-            metavar="FILE.calibration.toml",
+            metavar="FILE",
             help="Record of the calibration of a stage, for the seams; once for each stage, in their order.",
         ),
     ] = None,

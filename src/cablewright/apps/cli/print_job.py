@@ -185,7 +185,8 @@ def print_job_command(
     from cablewright.foundation.units import DURATION, LENGTH
     from cablewright.studies.stages.staged_print import StagedPrint, print_stages
 
-    staged = bool(cw.load_job(job).stages)
+    path = cw.load_job(job)
+    staged = bool(path.stages)
     if run.resume and run.restart:
         raise InputError("print: --resume or --restart, not both")
     if run.restart and staged:
@@ -198,7 +199,7 @@ def print_job_command(
         return _print_on_drives(robot, job, machine, control, layers, run, as_json)
     if staged and layers is not None:
         raise InputError("--layers: is for jobs without stages; give heights in the job instead")
-    name, folder = cw.load_job(job).name, run_path(run.out, "print", cw.load(robot).name, job.stem)
+    name, folder = path.name, run_path(run.out, "print", cw.load(robot).name, job.stem)
     every = 0.0 if simulated.place_every is None else quantity(simulated.place_every, "--place-every", DURATION)
     options = cw.PrintOptions(
         estimator, control, height, layers, simulated.plant, simulated.period, simulated.seed, simulated.intrusions,

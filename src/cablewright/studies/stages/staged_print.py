@@ -15,7 +15,7 @@ import numpy as np
 
 from cablewright.calibration.drift.record import CalibrationRecord, load_record, record_path
 from cablewright.foundation.choices import WhoRecalibrates
-from cablewright.foundation.errors import InputError, UnknownName
+from cablewright.foundation.errors import AnswerError, InputError, UnknownName
 from cablewright.foundation.progress import Progress
 from cablewright.foundation.results import Figure, Result
 from cablewright.foundation.units import spell_length
@@ -156,10 +156,14 @@ def _with_seam(
     robot, job = before.stage.robot, before.stage.job
     uncertain = robot.uncertainty or assumed_uncertainty(robot)
     allowed = job.allowed_error(job.typical_bead()[0].width) if job.max_seam is None else job.max_seam
-    seam = seam_of(before.stage, stage, uncertain, (before.record, record), allowed=allowed)
     doubts = [] if record.verdict == "good" else [f"the calibration is {record.verdict}"]
-    if not seam.holds:
-        value = spell_length(seam.value) if np.isfinite(seam.value) else "unknown"
-        doubts.append(f"the seam is {value}, where {spell_length(allowed)} is allowed (max_seam)")
-    told = f"stage {stage.number}: {' and '.join(doubts)}" if doubts else ""
-    return replace(found, seams=(*found.seams, seam)), told
+    try:
+        seam = seam_of(before.stage, stage, uncertain, (before.record, record), allowed=allowed)
+    except (InputError, AnswerError) as error:
+        doubts.append(f"the seam is unknown: {error}")
+    else:
+        found = replace(found, seams=(*found.seams, seam))
+        if not seam.holds:
+            value = spell_length(seam.value) if np.isfinite(seam.value) else "unknown"
+            doubts.append(f"the seam is {value}, where {spell_length(allowed)} is allowed (max_seam)")
+    return found, f"stage {stage.number}: {' and '.join(doubts)}" if doubts else ""
