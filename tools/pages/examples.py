@@ -11,7 +11,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "examples.md"
-PINNED = re.compile(r'^    "(\w+)": \((-?[\d.]+), [\d.]+\),  # ([^;\n]+)', re.MULTILINE)
+PINNED = re.compile(r'^    "([\w/]+)": \((-?[\d.]+), [\d.]+\),  # ([^;\n]+)', re.MULTILINE)
 HEAD = """# Examples
 
 `examples/` holds short scripts. Each runs in seconds from the repository root, `python examples/01_hold_a_pose.py`. Its

@@ -72,6 +72,8 @@ LawName = Literal["paper", "model"]
 """Control law of a print: that of Merlet and Papegay 2023, or the machine's model."""
 HeightRule = Literal["structure", "job"]
 """Height of a print: kept above the structure by the vertical lidar, or that of the job."""
+WhoRecalibrates = Literal["simulated", "file"]
+"""Who calibrates a stage of a print: a simulated person, or a person who puts the files into the run folder."""
 ObserverName = Literal["paper", "filter"]
 """Estimator of a log: the estimator of Merlet and Papegay 2023, or the error-state Kalman filter."""
 ReplayName = Literal["paper", "filter", "encoders", "both"]

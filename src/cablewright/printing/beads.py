@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Final
 
 import numpy as np
@@ -15,6 +15,7 @@ from cablewright.foundation.arrays import Array
 from cablewright.foundation.units import Length, spell_length
 from cablewright.foundation.validation import Description
 from cablewright.printing.line_types import LineType
+from cablewright.printing.path import Samples
 from cablewright.printing.toolpath import BY_HEIGHT, Toolpath
 
 MAX_SIZE: Final = 1e3  # m
@@ -57,6 +58,12 @@ class Beads:
     height_by: str
     typical: Bead  # of the middle of the length that is laid
     notes: tuple[str, ...] = ()
+    below: tuple[Samples, Beads] | None = None  # what was laid before the first of these moves
+
+    def part(self, first: int, last: int, below: Samples | None) -> Beads:
+        """Return the beads of the moves from number *first* to before *last*, upon the samples of those *below*."""
+        laid = None if below is None else (below, self)
+        return replace(self, width=self.width[first:last], height=self.height[first:last], below=laid)
 
     def sizes(self, move: NDArray[np.int64]) -> tuple[Array, Array]:
         """Width and height (b,), m, of some moves."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import Final
 
 import numpy as np
@@ -45,9 +45,11 @@ def deposit(
 ) -> Deposit:
     """Return the material of extruding moves, in pieces of about `PIECE_LENGTH` or shorter.
 
-    A piece exists from the sample at its end on, not while it is being printed. *room*: folder for the pieces. *up*:
-    unit vector from a strand to the nozzle, world.
+    A piece exists from the sample at its end on, not while it is being printed; a piece laid below *beads* before
+    exists at the first sample. *room*: folder for the pieces. *up*: unit vector from a strand to the nozzle, world.
     """
+    if isinstance(beads, Beads) and beads.below is not None and beads.below[0].extruding.any():
+        return _joined(deposit(*beads.below, room, up), deposit(samples, replace(beads, below=None), room, up))
     laid = np.flatnonzero(samples.extruding)
     move, begins = samples.move[laid], samples.distance[laid - 1]
     fresh = np.ones(len(laid), dtype=bool)
@@ -68,6 +70,16 @@ def deposit(
         for column, values in zip(columns, (*boxes, ends[at], samples.layer[ends[at]]), strict=True):
             column[at] = values
         let_go((samples, columns))
+    for column in columns:
+        column.setflags(write=False)
+    return Deposit(*columns)
+
+
+def _joined(below: Deposit, above: Deposit) -> Deposit:
+    """Return both deposits as one, of which that *below* exists from the beginning."""
+    earlier = replace(below, sample=np.full(len(below), -1))
+    pairs = ((getattr(each, name.name) for each in (earlier, above)) for name in fields(Deposit))
+    columns = [np.concatenate(list(pair)) for pair in pairs]
     for column in columns:
         column.setflags(write=False)
     return Deposit(*columns)

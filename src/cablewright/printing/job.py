@@ -40,7 +40,7 @@ from cablewright.printing.gcode import SHORTEST_ARC_STEP, SMALLEST_ARC_ERROR, pa
 from cablewright.printing.modal import MAX_COORDINATE
 from cablewright.printing.numeric_path import Helix, RandomCurve
 from cablewright.printing.path import Samples, sample
-from cablewright.printing.schedule import ScheduleStep
+from cablewright.printing.schedule import MAX_STAGES, ScheduleStep, Stage
 from cablewright.printing.timing import TimeLaw, time_law
 from cablewright.printing.toolpath import Material, Toolpath
 
@@ -167,8 +167,17 @@ class Job(FileDescription):
     sampling: Sampling = Sampling()
     max_error: _Distance | None = None
     """Expected error that is allowed; None: half the width of each bead."""
+    max_seam: _Distance | None = None
+    """Distance of the prints of two stages at their seam that is allowed; None: the expected error that is allowed."""
     schedule: Annotated[tuple[ScheduleStep, ...], Field(max_length=10_000)] = ()
     """Rotation and retraction of a rigid platform by the nozzle's height, in rising order."""
+    stages: Annotated[tuple[Stage, ...], Field(max_length=MAX_STAGES)] = ()
+    """Other exit points from heights of the nozzle on, in rising order; below the first those of the robot file."""
+    heights: tuple[_Coordinate, _Coordinate] | None = None
+    """Layers that are printed: from the first nozzle height to below the second, m, machine; None: all.
+
+    What the path lays below them exists already.
+    """
 
     @model_validator(mode="after")
     def _parts_fit(self) -> Self:
@@ -179,9 +188,14 @@ class Job(FileDescription):
             raise refusal("material", "is for G-code; a path in numbers lays material on all of it")
         if self.axes is not None and np.abs(np.array(self.axes) @ np.transpose(self.axes) - np.eye(2)).max() > 1e-6:
             raise refusal("axes", "must be two unit vectors at right angles, as [1, 0, 0] and [0, 0, 1]")
-        for low, high in pairwise(step.z for step in self.schedule):
-            if not low < high:
-                raise refusal("schedule", f"heights must rise; {high:g} m follows {low:g} m")
+        for key, steps in (("schedule", self.schedule), ("stages", self.stages)):
+            for low, high in pairwise(step.z for step in steps):
+                if not low < high:
+                    raise refusal(key, f"heights must rise; {high:g} m follows {low:g} m")
+        if self.heights is not None and not self.heights[0] < self.heights[1]:
+            raise refusal("heights", "the second must be over the first")
+        if self.heights is not None and self.stages:
+            raise refusal("heights", "is for jobs without stages: give one of both")
         return self
 
     def allowed_error(self, width: float) -> float:
@@ -204,17 +218,40 @@ class Job(FileDescription):
         return "piece" if self.gcode is None else "G-code line"
 
     def toolpath(self, progress: Progress | None = None) -> Toolpath:
-        """Read the G-code, with arcs cut by `sampling`, or compute the path. Raises `InputError`."""
+        """Read the G-code, with arcs cut by `sampling`, or compute the path.
+
+        Raises `InputError`, also for a job with stages, whose moves are of several robots.
+        """
+        if self.stages:
+            raise InputError(
+                f"job {self.name}: has stages, which check, print and stages take; for other commands give the job of "
+                "one stage, with its heights and without stages, and a robot with the exit points of that stage"
+            )
         if isinstance(self.path, Path):
             step = max((self.sampling.step or DEFAULT_STEP) / self.scale, SHORTEST_ARC_STEP)
             error = max(self.sampling.arc_error / self.scale, SMALLEST_ARC_ERROR)
             found = parse(self.path, step, progress, arc_error=error, material=self.material)
         else:
             found = self.path.toolpath()
-        return found if self.axes is None else found.along(*self.axes)
+        found = found if self.axes is None else found.along(*self.axes)
+        if self.heights is None:
+            return found
+        try:
+            first, last = (found.first_at((each - self.origin[2]) / self.scale) for each in self.heights)
+        except InputError as error:
+            raise InputError(f"{self.source}: {error}") from None
+        part = found.part(first, last)
+        if not part.extruding.any():
+            low, high = self.heights
+            raise InputError(f"job {self.name}: heights = [{low:g}, {high:g}]: {self.source} lays nothing there")
+        return part
 
     def beads(self, toolpath: Toolpath, given: Bead | None = None) -> Beads:
         """Return the beads of the moves of the *toolpath*: *given*, or else those of the job file, or of the G-code."""
+        if toolpath.whole is not None:
+            first, end = toolpath.first, toolpath.first + len(toolpath.end)
+            below = self.samples(toolpath.whole.part(0, first)) if first else None
+            return self.beads(toolpath.whole, given).part(first, end, below)
         by, bead = ("as given", given) if given is not None else ("by the job file", self.bead)
         own = given is not None or "bead" in self.model_fields_set
         if self.gcode is not None:

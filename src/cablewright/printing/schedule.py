@@ -1,25 +1,46 @@
-"""Rotation and retraction of a rigid platform as the part grows, by the nozzle's height."""
+"""What changes as the part grows, by the nozzle's height: rotation and retraction of the platform, exit points."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Self
+from typing import Annotated, Final, Self
 
 import numpy as np
 from annotated_types import Ge, Le
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from cablewright.foundation.arrays import Array
-from cablewright.foundation.units import Angle3, Length, Positive
+from cablewright.foundation.units import Angle3, Length, Positive, Vec3
 from cablewright.foundation.validation import Description, refusal
 from cablewright.printing.modal import MAX_COORDINATE
+
+MAX_STAGES: Final = 100
+_Height = Annotated[Length, Ge(-MAX_COORDINATE), Le(MAX_COORDINATE)]
+
+
+class Stage(Description):
+    """Exit points from the layer at the nozzle height ``z`` (m) on.
+
+    ``raised``: height of all exit points over those of the robot file, m. ``exit_points``: each of them instead, m,
+    world, in the order of the lines of the robot file.
+    """
+
+    z: _Height
+    raised: _Height | None = None
+    exit_points: Annotated[tuple[Vec3, ...], Field(min_length=1, max_length=100)] | None = None
+
+    @model_validator(mode="after")
+    def _is_given_once(self) -> Self:
+        if (self.raised is None) is (self.exit_points is None):
+            raise refusal("raised", "give the exit points of a stage once: by raised, or by exit_points")
+        return self
 
 
 class ScheduleStep(Description):
     """Settings at the nozzle height ``z`` (m): a rotation vector (rad), a retraction length (m), or both."""
 
-    z: Annotated[Length, Ge(-MAX_COORDINATE), Le(MAX_COORDINATE)]
+    z: _Height
     rotation: Angle3 | None = None
     retraction: Positive[Length] | None = None
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import Final, Literal, get_args
+from typing import Any, Final, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +51,35 @@ class Toolpath:
     slicer: str  # program and version that the file names; empty if none
     settings: dict[str, float]  # of the slicer, m, see `annotations.SETTINGS`
     unknown: dict[str, int]  # ignored words, and how often each occurs
+    whole: Toolpath | None = None  # of which these are some moves; None: these are all
+    first: int = 0  # number of the first of them, from 0
+
+    def part(self, first: int, last: int) -> Toolpath:
+        """Return the moves from number *first* to before *last*."""
+        columns: dict[str, Any] = {each.name: getattr(self, each.name) for each in fields(self)}
+        taken = {name: value[first:last] for name, value in columns.items() if isinstance(value, np.ndarray)}
+        return Toolpath(**columns | taken | {"whole": self, "first": first})
+
+    def first_at(self, height: float) -> int:
+        """Return the number of the first move towards the first layer at a *height*, m, file scale, or above it.
+
+        It is the number of all moves where no layer is there. Raises `InputError` where material is laid below the
+        height after that: the part is not printed layer by layer.
+        """
+        laid = np.flatnonzero(self.extruding)
+        above = laid[self.end[laid, 2] >= height - _HEIGHT_GRAIN]
+        if not len(above):
+            return len(self.end)
+        layer = int(self.layer[above[0]])
+        begin = int(laid[np.argmax(self.layer[laid] == layer)])
+        late = laid[(laid >= begin) & (self.layer[laid] != layer) & (self.end[laid, 2] < height - _HEIGHT_GRAIN)]
+        if len(late):
+            raise InputError(
+                f"line {self.line[late[0]]}: lays material at {self.end[late[0], 2]:g} m of the file, after a layer at "
+                f"{height:g} m or more: only parts that grow layer by layer are divided by height"
+            )
+        before = laid[laid < begin]
+        return int(before[-1]) + 1 if len(before) else 0
 
     def along(self, x: Sequence[float], y: Sequence[float]) -> Toolpath:
         """Return the moves with X and Y along two unit vectors, and without Z."""
@@ -131,7 +160,7 @@ def build(controller: Controller, origin: str, material: Material, slicer: str) 
     before = (layer < 1) | (layers_by == BY_HEIGHT and bool(notes.layers))  # the first marker with material after it
     kind[(kind == LineType.UNSPECIFIED) & before] = LineType.PRIME
     kind[~extruding] = LineType.TRAVEL
-    columns = {
+    columns: dict[str, Any] = {
         "extrusion": extrusion,
         "feed": rows[:, 4].copy(),
         "dwell": dwell,

@@ -72,6 +72,10 @@ FURTHER: Final[dict[str, tuple[str, str]]] = {
         "check mine.toml job.toml --clearance 0.05 --out runs/first",
     ),
     "fit": ("fit mine.toml part.stl", "fit mine.toml part.gcode --max-error '5 mm' --plot fit.png"),
+    "stages": (
+        "stages examples/rails.toml examples/wall.toml --exit-heights 2.5,3.5,4.5 --out staged.toml",
+        "stages mine.toml tall.toml --exit-heights 3,4,5,6 --layers 20 --plot stages.png",
+    ),
     "print": (
         "print mine.toml part.gcode --machine machine.toml",
         "print merlet2023 examples/blind-machines.toml --resume --out runs/example",

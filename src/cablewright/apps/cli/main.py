@@ -67,6 +67,7 @@ COMMANDS = {
     "Print": {
         "check": ("check.check_command", "Check whether a robot can print a job, and how accurately."),
         "fit": ("fit.fit_command", "Find position, rotation and scale at which a part fits."),
+        "stages": ("check.stages_command", "Find the fewest moves of the exit points for a tall part."),
         "print": ("print_job.print_job_command", "Print a job on a simulated machine or on drives."),
         "campaign": ("campaign.campaign_command", "Print a job on many simulated machines with tolerances."),
     },

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import fields
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -24,7 +24,7 @@ from cablewright.apps.cli.options import (
 )
 from cablewright.apps.cli.output import answer, progress, tell
 from cablewright.apps.cli.parsing import quantity, run_path
-from cablewright.foundation.choices import HeightRule, LawName
+from cablewright.foundation.choices import HeightRule, LawName, WhoRecalibrates
 from cablewright.foundation.errors import InputError
 
 
@@ -110,6 +110,23 @@ class SimulatedOptions:
 
 
 @options()
+class StageOptions:
+    """Options of the recalibrations of a job with stages: docs/stages.md."""
+
+    recalibration: Annotated[
+        WhoRecalibrates,
+        typer.Option(
+            "--recalibration",
+            help="Before each stage: a simulated person measures, or the print stops until the files are there.",
+        ),
+    ] = "simulated"
+    accept_doubtful: Annotated[
+        bool,
+        typer.Option("--accept-doubtful", help="Go on after a doubtful recalibration, or a seam that is too large."),
+    ] = False
+
+
+@options()
 class RunOptions:
     """Options of the run folder, and of resuming the print in it."""
 
@@ -152,6 +169,7 @@ class RunOptions:
     "live.prints.print_job:PrintedJob",
     "live.prints.result:StateUse",
     "live.prints.print_job:LearntLine",
+    "studies.stages.staged_print:StagedPrint",
 )
 def print_job_command(
     *,
@@ -178,26 +196,35 @@ def print_job_command(
     ] = None,
     severity: Severity = None,
     simulated: SimulatedOptions,
+    stages: StageOptions,
     run: RunOptions,
     as_json: AsJson = False,
 ) -> int:
     """A machine file with drives moves a real machine, by orders that you type: docs/drives.md.
 
-    The run folder gets the log, the figures (metrics.json), a report and a mesh of the structure. Resume an interrupted
+    The run folder gets the log, the figures (metrics.json), a report and a mesh of the structure; of a job with stages
+    one for each, and the files of the recalibrations between them (docs/stages.md). Resume an interrupted
     print with --resume and the same options. The answer is no (exit 1) if the machine stops before the end of the job.
     """
     from cablewright.apps.report import print as report
     from cablewright.foundation.units import DURATION, LENGTH
+    from cablewright.studies.stages.staged_print import StagedPrint, print_stages
 
+    path = cw.load_job(job)
+    staged = bool(path.stages)
     if run.resume and run.restart:
         raise InputError("print: give either --resume or --restart, not both")
+    if run.restart and staged:
+        raise InputError("--restart: a job with stages begins again in another folder (--out)")
     if machine is not None and cw.load_machine(machine).kind != "simulated":
         simulated.require_usual(machine)
         for option, value, only in (("--estimator", estimator, "encoders"), ("--height", height, "job")):
             if value not in (None, only):
                 raise InputError(f"{option} = {value}: on real drives it is {only}")
         return _print_on_drives(robot, job, machine, control, layers, run, as_json)
-    name, folder = cw.load_job(job).name, run_path(run.out, "print", cw.load(robot).name, job.stem)
+    if staged and layers is not None:
+        raise InputError("--layers: is for jobs without stages; give heights in the job instead")
+    name, folder = path.name, run_path(run.out, "print", cw.load(robot).name, job.stem)
     every = 0.0 if simulated.place_every is None else quantity(simulated.place_every, "--place-every", DURATION)
     options = cw.PrintOptions(
         estimator, control, height, layers, simulated.plant, simulated.period, simulated.seed, simulated.intrusions,
@@ -206,21 +233,20 @@ def print_job_command(
         place_every=every, place_tensions=simulated.place_tensions, damping=simulated.damping,
         log_every=run.log_every,
     )  # fmt: skip
+
+    def reported(found: cw.PrintedJob) -> cw.PrintedJob:
+        return found.with_report(report.write(found.record, found.run.folder, name, found.step_times))
+
+    found: cw.PrintedJob | StagedPrint
     try:
         with progress() as show:
-            found = cw.print_job(
-                robot,
-                job,
-                folder,
-                machine=machine,
-                options=options,
-                resume=run.resume,
-                restart=run.restart,
-                real_time=simulated.real_time,
-                progress=show,
-            )
-            show("writing report", 0, 1)
-            found = found.with_report(report.write(found.record, folder, name, found.step_times))
+            given: dict[str, Any] = {"machine": machine, "options": options, "resume": run.resume, "progress": show}
+            given |= {"real_time": simulated.real_time}
+            if staged:
+                given |= {"recalibration": stages.recalibration, "accept_doubtful": stages.accept_doubtful}
+                found = print_stages(robot, job, folder, report=reported, **given)
+            else:
+                found = reported(cw.print_job(robot, job, folder, restart=run.restart, **given))
     except KeyboardInterrupt:
         tell(f"cablewright: interrupted; --out {folder} --resume with the same options resumes the print")
         raise

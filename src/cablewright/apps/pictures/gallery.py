@@ -40,6 +40,7 @@ PICTURES: Final = {
     "Trade": ("variants", "trade_picture"),
     "Workspace": ("workspace", "volume_picture"),
     "WorkspaceArea": ("workspace", "area_picture"),
+    "Stages": ("stages", "stages_picture"),
     "Survey": ("survey", "survey_picture"),
     "TensileResult": ("tensile", "tensile_picture"),
     "Walls": ("survey", "walls_picture"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final, get_args
@@ -31,6 +32,7 @@ from cablewright.machine.simulated.settings import TwinSettings, whole_machine
 from cablewright.machine.simulated.severities import with_severity
 from cablewright.machine.simulated.severity_tables import SEVERITIES
 from cablewright.machine.simulated.simulated_machine import PLANTS
+from cablewright.machine.simulated.surroundings import Ground
 from cablewright.models.job_poses import on_plane
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
@@ -110,6 +112,18 @@ class PrintOptions:
 
 
 @dataclass(frozen=True, eq=False)
+class Upon:
+    """What a print goes on from: the robot of which its machine is built, and the ground; None: an empty floor.
+
+    ``inputs``: hashes of further files that identify the print.
+    """
+
+    described: Robot
+    ground: Ground | None
+    inputs: Mapping[str, str]
+
+
+@dataclass(frozen=True, eq=False)
 class MachineTwin:
     """A machine to be simulated, and the path and options of its print."""
 
@@ -121,6 +135,7 @@ class MachineTwin:
     path: TimedPath
     notes: tuple[str, ...]  # deviations from the job, and the machine that was built for it
     built: str = ""  # file of the machine that was built for the robot, where there was none
+    upon: Upon | None = None  # None: the machine is built of the robot, and begins with an empty floor
 
 
 def twin_of(

@@ -14,7 +14,7 @@ from cablewright.foundation.file_output import write_whole
 from cablewright.foundation.progress import Progress
 from cablewright.foundation.results import Figure, Result
 from cablewright.live.estimators import DeadReckoning
-from cablewright.live.prints.plan import PrintOptions, twin_of
+from cablewright.live.prints.plan import PrintOptions, Upon, twin_of
 from cablewright.live.prints.record import finish
 from cablewright.live.prints.result import PrintRecord
 from cablewright.live.prints.run import PrintRun, alone_in, run_print
@@ -150,13 +150,15 @@ def print_job(
     restart: bool = False,
     real_time: bool = False,
     progress: Progress | None = None,
+    upon: Upon | None = None,
 ) -> PrintedJob:
     """Print a *job* in closed loop on a simulated machine, in a run *folder* from which the print can be resumed.
 
     *robot* is a robot, a library name or a file; *job* a job or a file; *machine* the settings of a simulated machine,
     a library name or a file (default: the library machine of the robot's name). *resume* resumes the print in the
     folder, which must have the same inputs and options; *restart* prints it again from the beginning. With *real_time*
-    each step waits for its time. A print that the machine stops is not an error: see ``status`` and ``run.reason``.
+    each step waits for its time. *upon*: what a stage goes on from. A print that the machine stops is not an error: see
+    ``status`` and ``run.reason``.
 
     Raises `InputError`, `AnswerError` where the platform cannot be held on the path, `EnvironmentFault` where the
     folder cannot be written.
@@ -164,9 +166,10 @@ def print_job(
     described = robot if isinstance(robot, Robot) else load(str(robot))
     loaded = job if isinstance(job, Job) else load_job(job)
     chosen = options or PrintOptions()
-    twin = twin_of(described, loaded, machine, chosen)
+    twin = replace(twin_of(described, loaded, machine, chosen), upon=upon)
     inputs = {} if isinstance(robot, Robot) else {"robot": store.robot_hash(str(robot))}
     inputs |= {} if isinstance(job, Job) else store.job_hashes(Path(job), loaded)
+    inputs |= {} if upon is None else upon.inputs
     settings = asdict(chosen) | {"machine": twin.settings.model_dump(mode="json")}
     del settings["lasers"]
     run = run_print(

@@ -199,8 +199,10 @@ def started(robot: Robot, path: TimedPath) -> Robot:
 
 def begin_print(twin: MachineTwin, plan: PrintPlan) -> tuple[SimulatedMachine, Printer]:
     """Return machine and print at the start of the path."""
-    choices, begin, robot = twin.choices, twin.path.start_pose, started(twin.robot, twin.path)
-    machine = SimulatedMachine(robot, twin.settings, begin, seed=choices.seed, plant=choices.plant)
+    choices, begin = twin.choices, twin.path.start_pose
+    machine = SimulatedMachine(_described(twin), twin.settings, begin, seed=choices.seed, plant=choices.plant)
+    if twin.upon is not None and twin.upon.ground is not None:
+        machine.rig.ground.take_over(twin.upon.ground)
     return machine, Printer(plan, machine, _maker(twin, machine), now=machine.time)
 
 
@@ -217,12 +219,17 @@ def _taken_up(twin: MachineTwin, plan: PrintPlan, folder: Path) -> tuple[Simulat
     if "machine" not in found:
         raise InputError(f"{path}: holds no machine and print")
     machine = SimulatedMachine.resumed(
-        started(twin.robot, twin.path), twin.settings, found["machine"], seed=choices.seed, plant=choices.plant
+        _described(twin), twin.settings, found["machine"], seed=choices.seed, plant=choices.plant
     )
     if machine.time > 0.0 and not _has_log(folder):
         why = f"the log is missing, so the printed material is unknown until {CHECKPOINT}"
         raise InputError(f"--resume: {folder}: {why}: put it back, or --restart to print all again")
     return machine, Printer(plan, machine, _maker(twin, machine), now=machine.time, saved=found)
+
+
+def _described(twin: MachineTwin) -> Robot:
+    """Return the robot of which the machine is built."""
+    return started(twin.robot if twin.upon is None else twin.upon.described, twin.path)
 
 
 def _has_log(folder: Path) -> bool:

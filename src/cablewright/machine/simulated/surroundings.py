@@ -30,6 +30,11 @@ class Ground:
         self._powder = Powder(density=settings.owner.carrier.powder_density)
         self._max_height = 0.0
 
+    def take_over(self, other: Ground) -> None:
+        """Take what lies on an *other* ground of the same size."""
+        self.field.heights[:] = other.field.heights
+        self.outside_mass, self._max_height = other.outside_mass, other._max_height
+
     @property
     def density(self) -> float:
         """Density of the material, kg/m^3."""

@@ -1,0 +1,187 @@
+"""The seam of two stages: how far apart their prints are at the last layer of the lower one.
+
+The nozzle of each stage is displaced by the errors of its own numbers: exit points and home lengths, which each move of
+the exit points changes, and those that a calibration of the stage estimates. Other uncertain numbers are the same in
+both stages. Machines are drawn, and each is solved in both stages with the lengths of an exact one. Of each machine the
+largest distance of its two prints along the layer counts, and of all machines the 95th percentile. A machine without
+an equilibrium is beyond any distance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar, Final
+
+import numpy as np
+
+from cablewright.analyses.accuracy.spread import SpreadProblem, drawn, sampled
+from cablewright.calibration.drift.record import CalibrationRecord
+from cablewright.calibration.unknowns import line_index
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import AnswerError, InputError
+from cablewright.foundation.results import Figure
+from cablewright.models.job_poses import poses_at
+from cablewright.models.job_poses import sampled as sampled_path
+from cablewright.models.job_stages import JobStage
+from cablewright.models.statics import Equilibrium, Model
+from cablewright.robot import Robot
+from cablewright.robot.parameters import KINDS, Parameter, nominal
+from cablewright.robot.uncertainty import Range, Uncertainty
+from cablewright.solvers.inverse import solve_inverse
+
+DRAWS: Final = 2000
+PLACES: Final = 9
+"""Places along the layer at which machines are solved."""
+
+LEVEL: Final = 0.95
+NEW: Final = ("exit_point", "length_offset")
+"""Numbers that are others in each stage: exit points are moved, and lines are homed again."""
+
+_MEASURED: Final = 1e-7  # m: a smaller standard deviation of the mean exit point is that of a frame by definition
+_ROLES: Final = ("hardware", "command", "load")
+
+
+@dataclass(frozen=True)
+class Seam:
+    """The distance of the prints of two stages at the layer where the lower one ends."""
+
+    FIGURES: ClassVar = (
+        Figure("stage", "", "Number of the stage that begins there."),
+        Figure("height", "m", "Height of the nozzle at the last layer of the stage below."),
+        Figure("seam", "m", "Distance of both prints that 95 of 100 machines stay below along that layer.", "value",
+               digits=3, shown="mm"),
+        Figure("allowed", "m", "Distance that is allowed: max_seam of the job, or its allowed expected error.",
+               digits=3, shown="mm"),
+        Figure("by", "", "Where the errors of both stages are from: uncertainties, or records of calibrations."),
+    )  # fmt: skip
+
+    stage: int
+    height: float
+    value: float
+    allowed: float
+    by: str
+
+    @property
+    def holds(self) -> bool:
+        """Whether the prints are as near as the job allows."""
+        return self.value <= self.allowed
+
+
+def seam_of(
+    below: JobStage,
+    above: JobStage,
+    uncertain: Uncertainty,
+    records: Sequence[CalibrationRecord | None] = (None, None),
+    *,
+    allowed: float,
+    seed: int = 0,
+) -> Seam:
+    """Return the seam between the stage *below* and that *above*.
+
+    *uncertain*: the uncertainty of the robot. *records*: of the calibrations of both stages; None: its exit points and
+    home lengths are as uncertain as the robot's. Raises `AnswerError` where one of both robots cannot hold the nozzle
+    at that layer, `InputError` for a record of another robot, or one that does not measure where the robot stands.
+    """
+    samples, _ = sampled_path(below.robot, below.job, below.job.toolpath())
+    laid = np.flatnonzero(samples.extruding)
+    laid = laid[samples.layer[laid] == samples.layer[laid[-1]]]
+    places = samples.positions[laid[np.linspace(0, len(laid) - 1, min(PLACES, len(laid))).round().astype(int)]]
+    known = [_Numbers.of(*each, uncertain) for each in zip((below, above), records, strict=True)]
+    names = {each.parameter: each for one in known for each in one.common}
+    common = dict(zip(names, drawn(tuple(names.values()), DRAWS, seed).T, strict=True))
+    moved = [one.displaced(places, common, uncertain, np.random.default_rng([seed, k])) for k, one in enumerate(known)]
+    apart = np.linalg.norm(moved[0] - moved[1], axis=2).max(axis=0)
+    largest = np.sort(np.where(np.isfinite(apart), apart, np.inf))
+    words = ["uncertainties" if record is None else f"a {record.verdict} calibration" for record in records]
+    by = words[0] if words[0] == words[1] else " and ".join(words)
+    return Seam(above.number, float(places[:, 2].max()), float(largest[int(np.ceil(LEVEL * DRAWS)) - 1]), allowed, by)
+
+
+@dataclass(frozen=True, eq=False)
+class _Numbers:
+    """Uncertain numbers of a stage: its own, with their covariance (p, p) where it is known, and those in common."""
+
+    stage: JobStage
+    own: tuple[Range, ...]
+    covariance: Array | None
+    common: tuple[Range, ...]
+
+    @classmethod
+    def of(cls, stage: JobStage, record: CalibrationRecord | None, uncertain: Uncertainty) -> _Numbers:
+        """Return those of a *stage* by the *record* of its calibration, if any, and the robot's uncertainty."""
+        ranges = uncertain.of(stage.robot)
+        if record is None:
+            own = tuple(each for each in ranges if each.parameter.entry.base in NEW)
+            return cls(stage, own, None, tuple(each for each in ranges if each not in own))
+        own, covariance = _recorded(stage.robot, record, f"stage {stage.number}")
+        estimated = {*NEW, *(each.parameter.entry.base for each in own)}
+        common = tuple(each for each in ranges if each.parameter.entry.base not in estimated)
+        return cls(stage, own, covariance, common)
+
+    def drawn(self, rng: np.random.Generator) -> Array:
+        """Return values (S, p) of its own numbers."""
+        if self.covariance is None:
+            return drawn(self.own, DRAWS, int(rng.integers(2**31)))
+        values, vectors = np.linalg.eigh(self.covariance)
+        away = (rng.standard_normal((DRAWS, len(values))) * np.sqrt(values.clip(min=0.0))) @ vectors.T
+        return np.asarray(np.array([each.nominal for each in self.own]) + away)
+
+    def displaced(
+        self, places: Array, common: Mapping[Parameter, Array], uncertain: Uncertainty, rng: np.random.Generator
+    ) -> Array:
+        """Return how far the nozzle of each drawn machine is from *places* (N, 3), m: (N, S, 3), NaN where unknown.
+
+        *common*: values (S,) of each number that both stages have.
+        """
+        model = Model.full(self.stage.robot)
+        poses, drawn_to = poses_at(self.stage.robot, self.stage.job, places)
+        held = solve_inverse(model, poses, retraction=drawn_to)
+        if not held.ok.all():
+            bad = int(np.argmin(held.ok))
+            raise AnswerError(
+                f"stage {self.stage.number} cannot hold the nozzle at the seam, at {places[bad, 2]:.3f} m: "
+                f"{held[bad].sentence()}; begin it at another height"
+            )
+        ranges = (*self.own, *self.common)
+        values = np.column_stack([self.drawn(rng), *(common[each.parameter] for each in self.common)])
+        found = _moved(held, ranges, values)
+        if uncertain.zeroed_at is None:
+            return found
+        zero = solve_inverse(model, model.unrotated_at(np.array([uncertain.zeroed_at]))).checked()
+        return found - _moved(zero, ranges, values)
+
+
+def _moved(held: Equilibrium, ranges: tuple[Range, ...], values: Array) -> Array:
+    """Return displacements (N, S, 3), m, of the nozzle of machines with *values* (S, p) from the solved rows *held*."""
+    points, _, ok = sampled(SpreadProblem(held, held.lengths, held.pose, ranges), values)
+    return np.where(ok[..., None], points - held.nozzle[:, None], np.nan)
+
+
+def _recorded(robot: Robot, record: CalibrationRecord, where: str) -> tuple[tuple[Range, ...], Array]:
+    """Return the numbers of a record that move the nozzle, and their covariance (p, p), SI.
+
+    Raises `InputError` for a record of another robot, and one whose frame is that of the file by definition: it says
+    nothing of where the robot stands.
+    """
+    if record.robot != robot.name:
+        raise InputError(f"{where}: the calibration is of {record.robot!r}, and the robot is {robot.name!r}")
+    every = (*record.values, *record.considered)
+    kept = [at for at, each in enumerate(every) if each.name in KINDS and KINDS[each.name].role in _ROLES]
+    parameters = []
+    for at in kept:
+        if every[at].line is not None:
+            line_index(robot, str(every[at].line), f"{where}: values")
+        parameters.append(Parameter(every[at].name, every[at].line))
+    covariance = record.spread[np.ix_(kept, kept)]
+    for axis in "xyz":
+        own = [k for k, each in enumerate(parameters) if each.kind == f"exit_point.{axis}"]
+        if own and covariance[np.ix_(own, own)].sum() / len(own) ** 2 < _MEASURED**2:
+            raise InputError(
+                f"{where}: the calibration holds the exit points on average along {axis} (datum): it does not measure "
+                "where the robot stands, so that the seam is unknown; give measured positions or points, or priors"
+            )
+    sigmas = np.sqrt(np.diag(covariance)).tolist()
+    values = [nominal(robot, each) for each in parameters]
+    ranges = (Range(each, v, v - s, v + s, s) for each, v, s in zip(parameters, values, sigmas, strict=True))
+    return tuple(ranges), covariance
