@@ -39,6 +39,7 @@ PINNED = {  # the number, and how far the printed one may be from it: its last d
     "22_counterweight": (51.3, 0.1),  # N
     "23_a_robot_for_a_paper": (114.4, 0.1),  # W
     "24_own_control_loop": (26.0, 0.1),  # mm
+    "25_tags_and_camera": (9.07, 0.01),  # m
 }
 PYTHON = re.compile(r"```python\n(.*?)```(?:\n+```text\n(.*?)```)?", re.DOTALL)  # a script, and what it prints
 CONSOLE = re.compile(r"```console\n(.*?)```", re.DOTALL)  # commands after "$ ", and some lines of their output

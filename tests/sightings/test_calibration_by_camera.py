@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from benchmarks.camera_rooms import Room, Setup, exit_errors, later, room
+from benchmarks.campaigns.camera_rooms import Room, Setup, exit_errors, later, room
 
 import cablewright as cw
 from cablewright.calibration.drift.record import record_of

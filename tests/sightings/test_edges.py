@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
-from benchmarks import tag_pictures
-from benchmarks.camera_rooms import seen
+from benchmarks.campaigns import tag_pictures
+from benchmarks.campaigns.camera_rooms import seen
 
 import cablewright as cw
 from cablewright.calibration.sightings.detection import MIN_SIDE, Sighting, detected, in_light, measured

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from benchmarks import tag_pictures
+from benchmarks.campaigns import tag_pictures
 from PIL import Image
 
 import cablewright as cw

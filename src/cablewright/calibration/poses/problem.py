@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import CalibrationPlan
 from cablewright.calibration.poses.bounds import ranges
+from cablewright.calibration.poses.derivatives import Derivatives, of_free, with_unknowns
 from cablewright.calibration.sensors.exit_points import distance_rows, held_by_datum, linear_rows, mounts_tell_yaw
 from cablewright.calibration.sensors.known_numbers import put_known
 from cablewright.calibration.sensors.load_cells import filled_tensions, load_on, wrench_of_load
@@ -35,7 +36,7 @@ from cablewright.calibration.unknowns import (
 )
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import InputError
-from cablewright.kernels.fitting import calibration_residuals, pose_schur, straight_line
+from cablewright.kernels.fitting import calibration_lengths, calibration_residuals, pose_schur, straight_line
 from cablewright.kernels.fitting.calibration_residuals import MeasurementRows
 from cablewright.kernels.fitting.pose_schur import StopRule
 from cablewright.models.fidelity import CableLaw
@@ -49,48 +50,6 @@ SURVEY: Final = "surveyed points and distances"
 
 NO_FRAME: Final = (np.zeros((0, 0)), np.zeros(0))
 _EXACT: Final = 1e-8  # m: smaller residuals and sigmas are rounding, however small the others are
-
-
-@dataclass(frozen=True, eq=False)
-class Derivatives:
-    """Weighted residuals and their derivatives: e rows at each of N poses, and g rows without a pose.
-
-    The p unknowns of a pose are its degrees of freedom for straight lines, n or those in a plane; its m lengths for
-    elastic ones.
-    """
-
-    residual: Array  # (N, e)
-    by_pose: Array  # (N, e, p)
-    by_unknown: Array  # (N, e, k)
-    others: Array  # (g,) residuals without a pose: distances, then linear rows
-    others_by_unknown: Array  # (g, k)
-
-    @property
-    def whole(self) -> Mask:
-        """Mask (N,) of poses with a value: not those inside a sheave, or without an equilibrium."""
-        return np.asarray(np.isfinite(self.by_pose).all(axis=(1, 2)) & np.isfinite(self.residual).all(axis=1))
-
-    def blank(self, poses: Mask) -> Derivatives:
-        """Return the derivatives without those of some *poses* (N,)."""
-        residual, by_pose, by_unknown = (
-            np.where(poses[(..., *(None,) * (part.ndim - 1))], 0.0, part)
-            for part in (self.residual, self.by_pose, self.by_unknown)
-        )
-        return Derivatives(residual, by_pose, by_unknown, self.others, self.others_by_unknown)
-
-
-def with_unknowns(known: Array, target: NDArray[np.int64], theta: Array) -> Array:
-    """Return the numbers *known* (b, c) with the unknowns *theta* (k,) where *target*, (b, ..), has their indices."""
-    found = known.copy()
-    found[:, : target.shape[1]][target >= 0] = theta[target[target >= 0]]
-    return found
-
-
-def _of_free(target: NDArray[np.int64], held: Mask) -> NDArray[np.int64]:
-    """Return the indices among the free unknowns of *target*, indices among all, -1 where one is *held* or none."""
-    if not len(held):
-        return target
-    return np.where((target >= 0) & ~held[target], (np.cumsum(~held) - 1)[target], -1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,8 +108,7 @@ class CalibrationProblem(ABC):
         if held.all():
             raise InputError("datum: holds every unknown; nothing is left to calibrate")
         keep_yaw = not held.any() and mounts_tell_yaw(robot, unknowns, plan, measured)
-        linear, wanted, prior = linear_rows(robot, unknowns, plan, start, keep_yaw)
-        linear, wanted = np.concatenate([linear, seen.linear]), np.append(wanted, seen.wanted)
+        linear, wanted, prior = linear_rows(robot, unknowns, plan, start, keep_yaw, (seen.linear, seen.wanted))
         blocks, distances = list(sensor_rows(robot, measured, plan, cls.elastic)), distance_rows(robot, plan)
         count, per_pose = len(measured.counted), sum(block.values.shape[1] for block in blocks)
 
@@ -172,13 +130,13 @@ class CalibrationProblem(ABC):
             other=of_rows("other", np.int64),
             extra=of_rows("extra", np.float64, 6),
             lines=lines,
-            target=_of_free(target, held),
+            target=of_free(target, held),
             tensions=np.ascontiguousarray(tensions),
             load=load_on(robot),
             linear=np.ascontiguousarray(linear[:, ~held]),
             wanted=wanted - linear[:, held] @ start[held],
             bodies=seen.table,
-            body_target=_of_free(seen.target, held),
+            body_target=of_free(seen.target, held),
         )
         return cls(
             model,
@@ -222,9 +180,9 @@ class CalibrationProblem(ABC):
         free, linear = np.logical_not(fixed), self.rows.linear
         rows = self.rows._replace(
             lines=self.line_numbers(theta),
-            target=_of_free(self.rows.target, fixed),
+            target=of_free(self.rows.target, fixed),
             bodies=self.bodies(theta),
-            body_target=_of_free(self.rows.body_target, fixed),
+            body_target=of_free(self.rows.body_target, fixed),
             linear=np.ascontiguousarray(linear[:, free] if free.any() else np.zeros((0, 0))),
             wanted=self.rows.wanted - linear[:, fixed] @ theta[fixed] if free.any() else np.zeros(0),
         )
@@ -383,7 +341,7 @@ class CalibrationProblem(ABC):
             return np.zeros(1)
         poses = np.ascontiguousarray(self.poses_of(states))
         found = np.zeros((len(poses), self.robot.m))
-        calibration_residuals.given_at(self.rows, np.ascontiguousarray(theta), poses, found)
+        calibration_lengths.given_at(self.rows, np.ascontiguousarray(theta), poses, found)
         return found * (self.tensions(theta) if tensions is None else tensions)
 
     def tensions(self, theta: Array) -> Array:
@@ -445,7 +403,7 @@ class StraightProblem(CalibrationProblem):
     def lengths(self, theta: Array, states: Array) -> Array:
         """Return the length (N, m) of each line's cable beyond its exit point, m: of all its spans."""
         found = np.zeros((len(states), self.robot.m))
-        calibration_residuals.lengths_at(self.rows, np.ascontiguousarray(theta), np.ascontiguousarray(states), found)
+        calibration_lengths.lengths_at(self.rows, np.ascontiguousarray(theta), np.ascontiguousarray(states), found)
         return found
 
     def balanced(self, theta: Array, states: Array) -> Self:

@@ -86,8 +86,8 @@ class CameraFit(Result):
         share = float(self.sigmas[0]) / self.camera.focal[0]
         if self.pictures and share > _NEEDED:
             return (
-                f"the focal length is known to {100.0 * share:.2g} % only, where {100.0 * _NEEDED:g} % are needed: "
-                "take more pictures with the sheet turned by 30 to 50 degrees about both axes, and in the picture's corners"
+                f"the focal length is known to {100.0 * share:.2g} % only, {100.0 * _NEEDED:g} % are needed: "
+                "take more pictures with the sheet turned by 30 to 50 degrees, and in the corners of the picture"
             )
         if self.residual is not None and self.residual > _BAD:
             return f"edges are {self.residual:.2g} px off: is the sheet flat, and the camera's focus and zoom fixed?"

@@ -35,7 +35,7 @@ from cablewright.kernels.fitting.straight_line import (
     per_tension,
     swivel_frame,
     turning,
-)
+)  # fmt: skip
 from cablewright.kernels.newton import along_columns
 from cablewright.kernels.rotation import compose, rotate
 from cablewright.kernels.statics.platform import place_platform
@@ -50,7 +50,7 @@ PLANE = 5  # extra: unit normal, a point of the platform: its distance along the
 BALANCE = 6  # extra: directions of a force, 1 / N, and of a moment, 1 / N m: unbalanced part of measured tensions
 BETWEEN = 7  # line, other: distance of two exit points, m; belongs to no pose
 YAW = 10  # azimuth of the platform's x axis, rad
-SIGHTING = 12  # line, other: camera and tag; extra: see `sighting.edge`; px in a picture, over the root of 2
+SIGHTING = 12  # line, other: indices of camera and tag among the bodies; extra: see `sighting.edge`; px
 ALONG = 11  # other: 0 for the position, 3 for the rotation; extra: unit vector along which, the measured rotation
 # Of lines that stretch and sag; the part that depends on their equilibrium is added elsewhere:
 PAID_OUT = 8  # line
@@ -161,7 +161,7 @@ def _put(rows, work, count, line, column, amount):
 
 
 @jit
-def _arm(work, line):
+def platform_arm(work, line):
     """Platform point of a line from the platform's origin, world."""
     row = work.lines[line]
     return rotate(work.rotation, row[POINT], row[POINT + 1], row[POINT + 2])
@@ -192,7 +192,7 @@ def _by_arm(rows, work, line, count, ax, ay, az, gx, gy, gz):
 @jit
 def _encoder(rows, i, j, counted, pose, work):
     line, free = work.lines[i], work.free
-    ax, ay, az = _arm(work, i)
+    ax, ay, az = platform_arm(work, i)
     over_sheave(line, pose[0] + ax, pose[1] + ay, pose[2] + az, free)
     spans = line[SPANS]
     count = _by_point(rows, work, i, 0, ax, ay, az, spans * free[1], spans * free[2], spans * free[3])
@@ -264,7 +264,7 @@ def _along(axis, extra, value, pose, work):
 @jit
 def _swivel(rows, i, value, pose, work):
     line, free = work.lines[i], work.free
-    ax, ay, az = _arm(work, i)
+    ax, ay, az = platform_arm(work, i)
     over_sheave(line, pose[0] + ax, pose[1] + ay, pose[2] + az, free)
     dx, dy, dz = pose[0] + ax - line[EXIT], pose[1] + ay - line[EXIT + 1], pose[2] + az - line[EXIT + 2]
     ox, oy, oz, qx, qy, qz = swivel_frame(line)
@@ -354,7 +354,7 @@ def _balance(rows, j, along, pose, work):
         line, reading = work.lines[i], rows.tensions[j, i]
         pull = line[PULL]
         t = pull * (line[TENSION_OFFSET] + line[TENSION_SCALE] * reading)
-        ax, ay, az = _arm(work, i)
+        ax, ay, az = platform_arm(work, i)
         over_sheave(line, pose[0] + ax, pose[1] + ay, pose[2] + az, free)
         bx, by, bz = cross(along[3], along[4], along[5], ax, ay, az)
         bx, by, bz = along[0] + bx, along[1] + by, along[2] + bz
@@ -444,29 +444,3 @@ def derivatives(rows, free, theta, poses, values, weights, residuals, slopes, gr
                 slopes[i, k] = weights[i] * work.slope[k]
             for k in range(count):
                 gradients[i, work.unknown[k]] += weights[i] * work.gradient[k]
-
-
-@jit(allocates=True)
-def lengths_at(rows, theta, poses, lengths):
-    """Write *lengths* (N, m) of cable beyond the exit point, m, at *poses* (N, n); NaN inside a sheave."""
-    work = reading(rows)
-    place_unknowns(rows, theta, work)
-    for j in range(poses.shape[0]):
-        place_platform(poses[j], work.rotation)
-        for i in range(lengths.shape[1]):
-            ax, ay, az = _arm(work, i)
-            over_sheave(work.lines[i], poses[j, 0] + ax, poses[j, 1] + ay, poses[j, 2] + az, work.free)
-            lengths[j, i] = work.lines[i, SPANS] * work.free[0]
-
-
-@jit(allocates=True)
-def given_at(rows, theta, poses, given):
-    """Write the compliance of the ends of each line, m of cable per tension, (N, m) m/N, at *poses* (N, n)."""
-    work = reading(rows)
-    place_unknowns(rows, theta, work)
-    for j in range(poses.shape[0]):
-        place_platform(poses[j], work.rotation)
-        for i in range(given.shape[1]):
-            ax, ay, az = _arm(work, i)
-            over_sheave(work.lines[i], poses[j, 0] + ax, poses[j, 1] + ay, poses[j, 2] + az, work.free)
-            given[j, i] = per_tension(work.lines[i], work.free)

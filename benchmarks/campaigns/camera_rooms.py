@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import cablewright as cw
-from benchmarks import tag_pictures
+from benchmarks.campaigns import tag_pictures
 from cablewright.calibration.poses.simulation import measure, random_poses
 from cablewright.calibration.sightings.detection import SeenPicture, Sighting, detected, in_light, measured
 from cablewright.calibration.sightings.layout import TagMount, facing
@@ -79,7 +79,8 @@ def layout_of(robot: cw.Robot, setup: Setup, middle: Array) -> tuple[cw.TagLayou
     """Return the layout, and place and rotation of the camera, in the world or on the platform."""
     low, high = np.array(robot.scene.frame_min), np.array(robot.scene.frame_max)
     if setup.camera == "platform":
-        spots = [(x, y) for x in np.linspace(low[0], high[0], 4)[1:3] for y in np.linspace(low[1], high[1], 5)[1:4]]
+        across, along = (np.linspace(low[axis], high[axis], 2 * count + 1)[1::2] for axis, count in ((0, 5), (1, 4)))
+        spots = [(x, y) for x in across for y in along]
         tags = [
             cw.Tag(
                 number=at,
