@@ -69,7 +69,7 @@ def test_a_truncated_picture_is_an_error_in_one_line(tmp_path: Path) -> None:
     assert "\n" not in str(error.value)
 
 
-def test_a_hundred_megapixels_are_refused_before_they_are_decoded(tmp_path: Path) -> None:
+def test_a_hundred_megapixels_are_rejected_before_they_are_decoded(tmp_path: Path) -> None:
     head = b"\x00\x00\x00\x0dIHDR" + (10_000).to_bytes(4, "big") * 2 + b"\x08\x00\x00\x00\x00"
     head += zlib.crc32(head[4:]).to_bytes(4, "big")
     (tmp_path / "big.png").write_bytes(b"\x89PNG\r\n\x1a\n" + head + b"\x00\x00\x00\x00IDAT\x35\xaf\x06\x1e")

@@ -29,9 +29,10 @@ from cablewright.calibration.judgement.suspects import (
 )
 from cablewright.calibration.measurements import Measured, read_measured
 from cablewright.calibration.plan import STRETCH
+from cablewright.calibration.poses.derivatives import Derivatives
 from cablewright.calibration.poses.elastic import ElasticProblem, problem_of
 from cablewright.calibration.poses.fit import fit, fitted_poses
-from cablewright.calibration.poses.problem import CalibrationProblem, Derivatives, StraightProblem
+from cablewright.calibration.poses.problem import CalibrationProblem, StraightProblem
 from cablewright.calibration.poses.starts import best_fit, equilibria_at, straight_plan, unmirrored
 from cablewright.calibration.poses.sufficient_data import check_lengths, surplus_per_pose
 from cablewright.calibration.sensors.load_cells import require_tensions
@@ -69,7 +70,7 @@ def states_at(problem: CalibrationProblem, theta: Array, new_home: bool) -> tupl
         start = with_new_home(straight, start)
     poses = _poses(straight, start)
     if not isinstance(problem, ElasticProblem):
-        free = _camera(problem)  # it stands anew
+        free = _camera(problem)  # its place is new
         found = fit(problem.for_poses_only(start, free), start[free], poses)
         start[free] = found.theta
         return start, found.poses

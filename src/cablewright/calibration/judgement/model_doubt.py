@@ -23,9 +23,10 @@ import numpy as np
 
 from cablewright.calibration.measurements import SENSORS, Measured
 from cablewright.calibration.plan import STRETCH, Sigmas
+from cablewright.calibration.poses.derivatives import Derivatives
 from cablewright.calibration.poses.fit import PoseFit
 from cablewright.calibration.poses.observability import Information, projected
-from cablewright.calibration.poses.problem import CalibrationProblem, Derivatives
+from cablewright.calibration.poses.problem import CalibrationProblem
 from cablewright.calibration.sensors.known_numbers import known_deviation, uncertain
 from cablewright.calibration.unknowns import Unknown
 from cablewright.foundation.arrays import Array

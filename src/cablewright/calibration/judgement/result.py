@@ -126,7 +126,7 @@ FIGURES = (
         Figure("measured", "SI", "The reading; of a whole pose those of all encoders.", digits=6),
         Figure("expected", "SI", "What all others predict it to be.", digits=6),
     )),
-    Figure("pictures", "", "What is left out of the pictures, and tags that are not where the layout has them.",
+    Figure("pictures", "", "Sightings that are left out, and tags that are not where the layout has them.",
            lambda of: list(words_of(of.problem.measured.sightings)), sentences=True,
            only=lambda of: of.problem.measured.sightings is not None),
     Figure("suggestions", "", "What one more measurement would bring, the most helpful first.",

@@ -13,7 +13,7 @@ from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
 from cablewright.models.fidelity import CableLaw
 from cablewright.models.statics import Model
-from cablewright.robot import PointPlatform, RigidPlatform, Robot
+from cablewright.robot import RigidPlatform, Robot
 
 _UNKNOWN: Final = 1e6  # rad: sigma of a rotation that was not measured
 
@@ -21,7 +21,7 @@ _UNKNOWN: Final = 1e6  # rad: sigma of a rotation that was not measured
 def as_body(robot: Robot) -> Robot:
     """Return the robot with a rigid platform: lines that meet in a point leave its rotation to the pictures."""
     platform = robot.platform
-    if not isinstance(platform, PointPlatform):
+    if platform.own_nozzle is not None:
         return robot
     body = RigidPlatform(mass=platform.mass, force=platform.force, plane=platform.plane)
     return robot.model_copy(update={"platform": body})
@@ -48,9 +48,8 @@ def with_pictures(model: Model, measured: Measured) -> tuple[Model, Measured]:
     if sigma is not None and measured.guess is not None:  # positions that are measurements stay
         sigma = _widened(sigma, robot.n)
         guess = np.where(np.isfinite(sigma), _widened(measured.guess, robot.n, poses), poses)
-    own = model.robot.platform
-    platform = own if isinstance(own, PointPlatform) else None
-    data = replace(measured, guess=guess, pose_sigma=sigma, sightings=replace(seen, platform=platform))
+    point = None if robot is model.robot else model.robot.platform
+    data = replace(measured, guess=guess, pose_sigma=sigma, sightings=replace(seen, platform=point))
     return replace(model, robot=robot), data
 
 

@@ -68,7 +68,7 @@ def _views(seen: Sightings, robot: Robot | None, mounted: bool) -> list[list[tup
 
 
 def _chosen(views: list[list[tuple[Array, Array]]]) -> list[tuple[Array, Array] | None]:
-    """Return one view of each picture: of two alike ones that whose rotation is nearer to those of the others."""
+    """Return one view of each picture: of two possible ones that whose rotation is nearer to those of the others."""
     sure = [each[0][0] for each in views if len(each) == 1] or [each[0][0] for each in views if each]
     found: list[tuple[Array, Array] | None] = []
     for each in views:

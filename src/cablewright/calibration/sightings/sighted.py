@@ -1,4 +1,4 @@
-"""Sightings at poses as rows of equations: bodies, their unknown numbers, and what is known of these before.
+"""Sightings at poses as rows of equations: bodies, their unknown numbers, and their prior knowledge.
 
 Bodies are the camera and the tags. Unknown are the camera's place, its lens and the places of tags as far as they have
 a standard deviation, and the size of the print, one number for all tags.
@@ -22,7 +22,7 @@ from cablewright.foundation.units import ANGLE, LENGTH, Dimension
 from cablewright.kernels.fitting import sighting
 from cablewright.kernels.rotation import left_jacobian
 from cablewright.models.rotation import matrices
-from cablewright.robot import PointPlatform, Robot
+from cablewright.robot import PointPlatform, RigidPlatform, Robot
 from cablewright.robot.parameter_values import AXES, Kind
 
 CAMERA: Final = "camera"
@@ -101,7 +101,7 @@ class Sightings:
     rotation: Array = field(default_factory=lambda: np.eye(3))  # (3, 3)
     moved: tuple[int, ...] = ()
     left_out: frozenset[tuple[int, int]] = frozenset()
-    platform: PointPlatform | None = None  # the file's, where the pictures show a body instead
+    platform: PointPlatform | RigidPlatform | None = None  # the file's, where the pictures show a body instead
 
     def only(self, poses: Mask) -> Sightings:
         """Return the sightings at some *poses* (N,)."""
@@ -196,7 +196,7 @@ class Sightings:
         return Bodies(table, target, tuple(made), linear, np.array([each[1] for each in rows]), tags, owners)
 
     def _lens(self, add: Any) -> Iterator[tuple[dict[int, float], float]]:
-        """Yield the rows of what is known of the lens; *add*: see `bodies`."""
+        """Yield the rows of the prior knowledge of the lens; *add*: see `bodies`."""
         lens, spread = self.camera.lens, self.camera.spread
         free = np.flatnonzero(np.diag(spread) > 0.0)
         if not len(free):

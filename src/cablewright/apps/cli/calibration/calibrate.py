@@ -216,6 +216,8 @@ def calibrate_command(
     if guidance.guide:
         if out is not None or report is not None:
             raise InputError("--guide: writes no robot and no report; leave --out and --report away")
+        if seen.pictures is not None:
+            raise InputError("--guide: chooses poses by lengths alone; leave --pictures, --camera and --tags away")
         return _guide(machine, fit, guidance, seed, as_json)
     page = report or (None if out is None else out.with_suffix(".html"))
     if out is not None and page is not None and page.resolve() == out.resolve():
