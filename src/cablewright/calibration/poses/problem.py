@@ -149,9 +149,7 @@ class CalibrationProblem(ABC):
             per_pose,
             start,
             held,
-            is_prior=np.concatenate(
-                [np.zeros(len(plan.distances), dtype=bool), prior, np.ones(len(seen.wanted), bool)]
-            ),
+            is_prior=np.append(np.zeros(len(plan.distances), dtype=bool), prior),
             stated=len(seen.wanted),
             limits=np.ascontiguousarray(ranges(robot, unknowns, plan, start, measured)[:, ~held]),
         )
