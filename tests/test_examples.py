@@ -42,6 +42,7 @@ PINNED = {  # the number, and how far the printed one may be from it: its last d
     "papers/paty2021_mounts": (0.58, 0.01),  # mm
     "papers/paty2021_fidelity": (54.31, 0.01),  # mm
     "25_print_a_tall_wall": (5.5, 0.1),  # mm
+    "26_tags_and_camera": (9.07, 0.01),  # m
 }
 PYTHON = re.compile(r"```python\n(.*?)```(?:\n+```text\n(.*?)```)?", re.DOTALL)  # a script, and what it prints
 CONSOLE = re.compile(r"```console\n(.*?)```", re.DOTALL)  # commands after "$ ", and some lines of their output

@@ -53,6 +53,13 @@ from cablewright.calibration.poses.simulation import SensorNoise as SensorNoise
 from cablewright.calibration.poses.simulation import SimulatedCalibration as SimulatedCalibration
 from cablewright.calibration.poses.simulation import aligned as aligned
 from cablewright.calibration.poses.simulation import simulate_calibration as simulate_calibration
+from cablewright.calibration.sightings.camera import Camera as Camera
+from cablewright.calibration.sightings.intrinsics import CameraFit as CameraFit
+from cablewright.calibration.sightings.intrinsics import camera as camera
+from cablewright.calibration.sightings.layout import Tag as Tag
+from cablewright.calibration.sightings.layout import TagLayout as TagLayout
+from cablewright.calibration.sightings.reading import read_sightings as read_sightings
+from cablewright.calibration.sightings.sighted import Sightings as Sightings
 from cablewright.calibration.survey.plan import SurveyPlan as SurveyPlan
 from cablewright.calibration.survey.result import Survey as Survey
 from cablewright.calibration.survey.shots import Shot as Shot

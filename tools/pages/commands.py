@@ -26,7 +26,8 @@ The tables below list all commands by group. Each command then has its own secti
 """
 EXPLAINED = {
     "show": "show", "check": "check", "accuracy": "accuracy", "calibrate": "calibration", "modulus": "modulus",
-    "creep": "creep", "survey": "survey", "walls": "walls", "workspace": "workspace", "modes": "modes",
+    "creep": "creep", "survey": "survey", "tags": "camera", "camera": "camera", "walls": "walls",
+    "workspace": "workspace", "modes": "modes",
     "trade": "trade", "design": "design", "bracket": "bracket", "interference": "interference",
     "equilibria": "equilibria",
     "print": "print", "serve": "serve", "drives": "drives", "import": "exchange", "export": "exchange",

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Final
 
 BROUGHT: Final = {
+    "camera": "cv2, PIL.Image",
     "cluster": "distributed",
     "design": "cma, pymoo",
     "drives": "can",

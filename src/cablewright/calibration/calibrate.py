@@ -27,6 +27,7 @@ from cablewright.calibration.poses.observability import Information, information
 from cablewright.calibration.poses.problem import SURVEY, CalibrationProblem
 from cablewright.calibration.poses.starts import best_fit, elastic_fit, first_start, near_poses
 from cablewright.calibration.poses.sufficient_data import check, check_lengths
+from cablewright.calibration.sensors.pictures import with_pictures
 from cablewright.calibration.sensors.vibrations import AT_START, with_vibrations
 from cablewright.foundation.arrays import Mask
 from cablewright.foundation.errors import InputError
@@ -93,6 +94,8 @@ def calibrate(
     plan, robot = plan_of(plan), model.robot
     measured = data if isinstance(data, Measured) else read_measured(data, robot)
     check_lengths(robot, measured)
+    model, measured = with_pictures(model, measured)
+    robot = model.robot
     measured = with_vibrations(robot, measured, plan, measured.guess, AT_START)
     measured = near_poses(model, measured, plan, seed, rough, progress)
     given: tuple[float, bool, int, Progress] = rough, outliers, seed, progress

@@ -13,6 +13,7 @@ from typing import Any, Final
 import numpy as np
 
 from cablewright.calibration.plan import SIGMAS
+from cablewright.calibration.sightings.sighted import Sightings
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.csv_input import (
     Column,
@@ -71,6 +72,7 @@ class Measured:
     by_drum: Sequence[bool] = field(default=())  # (m,) lines with the counts of a drum that has a build-up
     frequencies: Array | None = None  # (N, m) Hz: of the free cables' first lateral vibration
     tension_sigma: Array | None = None  # (N, m) N: of tensions by frequencies; NaN: by a load cell
+    sightings: Sightings | None = None  # of tags in pictures, one at a pose
 
     def has(self, sensor: str) -> bool:
         """Whether there are measurements by one of `SENSORS`."""
@@ -89,7 +91,8 @@ class Measured:
             if isinstance(value, np.ndarray) and value.ndim == 2
         }
         places = [self.places[at] for at in np.flatnonzero(poses).tolist()] if len(self.places) else ()
-        return replace(self, places=places, **kept)
+        seen = None if self.sightings is None else self.sightings.only(poses)
+        return replace(self, places=places, sightings=seen, **kept)
 
     def lengths_alone(self) -> Measured:
         """Return the lengths, and the start values of the poses, without measurements of other sensors."""
@@ -138,7 +141,7 @@ def read_measured(path: str | Path, robot: Robot) -> Measured:
             )
     for name in _POSE[3 : robot.n]:  # a position without an orientation means unrotated
         values.setdefault(name, np.where(np.isnan(values.get("x", np.zeros(1))), np.nan, np.zeros(len(table))))
-    fields = {
+    fields: dict[str, Any] = {
         field: np.column_stack([values[name] for name in names])
         for field, names in _groups(robot).items()
         if names[0] in values

@@ -102,7 +102,7 @@ class Unknown(Parameter):
     @property
     def column(self) -> int:
         """Column of the unknown among the numbers of a line, or -1."""
-        first = _COLUMNS[self.name]
+        first = _COLUMNS.get(self.name, -1)
         return first if first < 0 else first + (self.axis or 0)
 
 

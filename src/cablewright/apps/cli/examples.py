@@ -52,6 +52,8 @@ FURTHER: Final[dict[str, tuple[str, str]]] = {
         "survey survey.gsi --plan survey.toml --robot mine.toml --out surveyed.toml",
         "survey markers.csv --report survey.html",
     ),
+    "tags": ("tags --out sheet.pdf", "tags tags.toml --paper A3 --out tags.svg"),
+    "camera": ("camera pictures/ --out phone.toml", "camera pictures/ --tags sheet.toml --json"),
     "poses": ("poses mine.toml --count 20 --out poses.csv", "poses mine.toml --criterion worst-sigma --sigma 1e-3"),
     "calibrate": ("calibrate mine.toml data.csv --out calibrated.toml", "calibrate calibrated.toml later.csv --check"),
     "simulate-calibration": (

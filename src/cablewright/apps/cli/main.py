@@ -47,6 +47,8 @@ COMMANDS = {
             "calibration.room.survey_command",
             "Compute exit points from markers of a total station.",
         ),
+        "tags": ("calibration.camera.tags_command", "Write printable pages of tags for a camera."),
+        "camera": ("calibration.camera.camera_command", "Find the lens of a camera from pictures of tags."),
         "poses": ("calibration.poses.poses_command", "Choose the poses to measure for a calibration."),
         "calibrate": (
             "calibration.calibrate.calibrate_command",

@@ -29,15 +29,17 @@ from cablewright.calibration.judgement.suspects import (
 )
 from cablewright.calibration.measurements import Measured, read_measured
 from cablewright.calibration.plan import STRETCH
+from cablewright.calibration.poses.derivatives import Derivatives
 from cablewright.calibration.poses.elastic import ElasticProblem, problem_of
 from cablewright.calibration.poses.fit import fit, fitted_poses
-from cablewright.calibration.poses.problem import CalibrationProblem, Derivatives, StraightProblem
+from cablewright.calibration.poses.problem import CalibrationProblem, StraightProblem
 from cablewright.calibration.poses.starts import best_fit, equilibria_at, straight_plan, unmirrored
 from cablewright.calibration.poses.sufficient_data import check_lengths, surplus_per_pose
 from cablewright.calibration.sensors.load_cells import require_tensions
+from cablewright.calibration.sensors.pictures import with_pictures
 from cablewright.calibration.sensors.vibrations import AT_START, with_vibrations
 from cablewright.calibration.unknowns import NAMES
-from cablewright.foundation.arrays import Array
+from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.foundation.results import Figure, Result
 from cablewright.models.fidelity import CableLaw
@@ -68,12 +70,20 @@ def states_at(problem: CalibrationProblem, theta: Array, new_home: bool) -> tupl
         start = with_new_home(straight, start)
     poses = _poses(straight, start)
     if not isinstance(problem, ElasticProblem):
-        return start, fit(problem.for_poses_only(start), np.zeros(0), poses).poses
+        free = _camera(problem)  # its place is new
+        found = fit(problem.for_poses_only(start, free), start[free], poses)
+        start[free] = found.theta
+        return start, found.poses
     theta = theta.copy()
     if new_home:
         theta[problem.named("length_offset")] = start[straight.named("length_offset")]
     states = problem.states_of(equilibria_at(problem, Model(problem.robot), poses))
     return theta, fit(problem.for_poses_only(theta), np.zeros(0), states).poses
+
+
+def _camera(problem: CalibrationProblem) -> Mask:
+    """Return which of the unknowns (k,) are the place and the turn of a camera."""
+    return problem.named("camera_place") | problem.named("camera_turn")
 
 
 def _poses(problem: CalibrationProblem, theta: Array) -> Array:
@@ -115,7 +125,7 @@ def with_new_home(problem: CalibrationProblem, theta: Array) -> Array:
     only = StraightProblem.of(problem.robot, problem.measured, plan, hold=False)
     only = replace(only, rows=only.rows._replace(lines=problem.line_numbers(theta)))
     changed = theta.copy()
-    changed[homes] = best_fit(only, seed=0, rough=0.0).theta
+    changed[homes] = best_fit(only, seed=0, rough=0.0).theta[only.named("length_offset")]
     return changed
 
 
@@ -223,6 +233,7 @@ def check_drift(
     known.unknowns_in(model.robot, where)
     measured = data if isinstance(data, Measured) else read_measured(data, model.robot)
     check_lengths(model.robot, measured)
+    model, measured = _with_pictures(model, measured, known, new_home)
     measured = with_vibrations(model.robot, measured, known.plan, measured.guess, AT_START)
     problem, spread, theta, states = _at_record(model, measured, known, new_home)
     if measured.frequencies is not None:  # their spans are better known now
@@ -254,6 +265,17 @@ def check_drift(
         known.date.isoformat(timespec="minutes"),
         tuple(_notes(measured, known, new_home, found.probability < false_alarm)),
     )
+
+
+def _with_pictures(
+    model: Model, measured: Measured, known: CalibrationRecord, new_home: bool
+) -> tuple[Model, Measured]:
+    """Return model and data with start values by their pictures: the camera's by poses that the lengths determine."""
+    if measured.sightings is not None and measured.guess is None:
+        alone = replace(measured, sightings=None)
+        problem, _, _, states = _at_record(model, alone, known, new_home)
+        measured = replace(measured, guess=problem.poses_of(states))
+    return with_pictures(model, measured)
 
 
 def _at_record(
@@ -344,8 +366,9 @@ class _Eliminated:
             turned.append(beside(by_pose[own]).T @ free)
         whole = np.concatenate(turned)
         by_unknown = rows.by_unknown.reshape(count, -1)
-        if new_home:
-            whole = beside(whole @ by_unknown[:, problem.named("length_offset")]).T @ whole
+        new = _camera(problem) | (problem.named("length_offset") & new_home)
+        if new.any():
+            whole = beside(whole @ by_unknown[:, new]).T @ whole
         return cls(whole @ rows.residual.ravel(), whole @ by_unknown, whole)
 
 
@@ -377,8 +400,8 @@ def _readings(problem: CalibrationProblem, eliminated: _Eliminated) -> Iterator[
     effects = -eliminated.turned.reshape(-1, problem.poses, problem.per_pose) * weights
     among = int((weights > 0.0).sum())
     for pose in range(problem.poses):
-        own = np.flatnonzero(weights[pose] > 0.0)
-        alike = len(own) - problem.unknowns_per_pose < _NAMED
+        own = np.flatnonzero((weights[pose] > 0.0) & (kinds != "sightings"))
+        alike = len(np.flatnonzero(weights[pose])) - problem.unknowns_per_pose < _NAMED
         if alike:
             own = own[[int(np.argmax(np.linalg.norm(effects[:, pose, own], axis=0)))]]
         for at in own.tolist():
@@ -386,6 +409,10 @@ def _readings(problem: CalibrationProblem, eliminated: _Eliminated) -> Iterator[
             what = "one of the readings" if alike else f"{READING}{kinds[at]}"
             line = problem.robot.lines[int(which[at])].name if named else None
             yield Suspect(what, line, effects[:, pose, [at]], among, pose, of_alarm=False)
+        for index, tag in enumerate(problem.measured.sightings.tags if problem.measured.sightings else ()):
+            rows = np.flatnonzero((kinds == "sightings") & (problem.rows.other[: problem.per_pose] == index + 1))
+            if weights[pose, rows].any():
+                yield Suspect("sighting", f"tag {tag.number}", effects[:, pose, rows], among, pose, of_alarm=False)
 
 
 def _lines(evidence: Evidence, suspects: list[Suspect], level: float) -> Iterator[LineDrift]:

@@ -22,6 +22,7 @@ from cablewright.calibration.judgement.suspects import Evidence, Explanation, Su
 from cablewright.calibration.plan import SIGMAS, CalibrationPlan, Group, Known, Sigmas
 from cablewright.calibration.poses.observability import azimuth_offsets, motions, open_freedoms
 from cablewright.calibration.sensors.measurement_kinds import SIGMA_OF
+from cablewright.calibration.sightings.sighted import SightedUnknown
 from cablewright.calibration.unknowns import Unknown, is_in_file, unknowns_of
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
@@ -32,7 +33,7 @@ from cablewright.models.rotation import wrap_angles
 from cablewright.robot import Robot
 from cablewright.robot.parameters import nominal
 
-_MAX_UNKNOWNS: Final = 250
+_MAX_UNKNOWNS: Final = 500
 _AGREES: Final = 1e-8  # m: numbers in a robot's file are rounded to a nanometre
 _Number = Annotated[float, Strict(), Field(allow_inf_nan=False)]
 LEVEL: Final = 0.01
@@ -114,9 +115,10 @@ class CalibrationRecord(FileDescription):
     def unknowns_in(self, robot: Robot, where: str) -> tuple[Unknown, ...]:
         """Return the unknowns of *robot*. Raises `InputError` if it is not the robot whose calibration this is."""
         found = unknowns_of(robot, self.unknowns, self.shared, self.cable is not CableLaw.RIGID, self.plan.grouped)
-        if [(each.kind, each.line) for each in found] != [(each.name, each.line) for each in self.values]:
+        own = self.values[: len(found)]  # those of camera and tags come last
+        if [(each.kind, each.line) for each in found] != [(each.name, each.line) for each in own]:
             raise InputError(f"{where}: values are not those of {robot.name!r}, in its order of lines")
-        for each, known in zip(found, self.values, strict=True):
+        for each, known in zip(found, own, strict=True):
             if is_in_file(robot, each) and each.name != "modulus":
                 now = nominal(robot, each)
                 if abs(now - known.value) > _AGREES * max(1.0, abs(known.value)):
@@ -192,7 +194,9 @@ def compared(found: Calibration, last: CalibrationRecord, level: float = LEVEL) 
     both = [
         (at, before[each.kind, each.line])
         for at, each in enumerate(found.unknowns)
-        if each.name not in ("length_offset", "modulus") and (each.kind, each.line) in before
+        if each.name not in ("length_offset", "modulus")
+        and not isinstance(each, SightedUnknown)
+        and (each.kind, each.line) in before
     ]
     if not both:
         raise InputError("the last calibration has no unknown in common with this one")

@@ -129,10 +129,11 @@ def together(problem: CalibrationProblem, found: PoseFit) -> Together | None:
     free: CalibrationProblem = StraightProblem.of(problem.robot, problem.measured.lengths_alone(), plan, hold=False)
     m = problem.robot.m
     weights = np.where(problem.of_poses(found.weights)[:, :m] > 0.0, 1.0 / problem.encoder_sigma, 0.0).ravel()
-    limits = problem.without_datum().limits  # by bounds, which may exclude the file where a prior has another value
+    theta = problem.whole(found.theta)[: len(free.start)]  # those of pictures come last
+    limits = problem.without_datum().limits[:, : len(theta)]  # bounds may exclude the file where a prior has a value
     free = replace(free, weights=weights, found_encoder=problem.encoder_sigma, limits=limits)
-    free = framed(free, problem.whole(found.theta), found.poses)
-    own = fit(free, problem.whole(found.theta), found.poses)
+    free = framed(free, theta, found.poses)
+    own = fit(free, theta, found.poses)
     left = information(free, own.theta, own.poses, weights, priors=True).redundancy
     if left < ENOUGH or not math.isfinite(own.cost):
         return None

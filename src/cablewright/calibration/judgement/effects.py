@@ -175,9 +175,8 @@ def _candidates(problem: CalibrationProblem, found: PoseFit) -> list[_Candidate]
             continue
         if why_not(problem.robot, KINDS_OF[name][0], None, True) is not None:
             continue
-        wider, rows = with_more(problem, found, (name,), (name,))
+        _, rows, (unknown,) = with_more(problem, found, (name,), (name,))
         at = len(found.theta)
-        unknown = wider.free_unknowns[at]
         made.append(_Candidate(name, unknown.label, unknown.unit, rows.by_unknown[..., at] / unknown.size))
     return [each for each in made if np.abs(each.column).max(initial=0.0) > 0.0]
 

@@ -23,6 +23,7 @@ from cablewright.calibration.poses.fit import PoseFit, fitted_poses, refit
 from cablewright.calibration.poses.observability import information, projected
 from cablewright.calibration.poses.problem import CalibrationProblem
 from cablewright.calibration.sensors.measurement_kinds import KINDS
+from cablewright.calibration.sightings.detection import EDGES
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.progress import Progress, silent
 
@@ -124,8 +125,9 @@ def _log_binomial(of: int, size: int) -> float:
 class Rejected:
     """A pose (counted from 0) left out, or one `sensor` of it if the others single it out; `size`: its error.
 
-    `sensor`: "encoder" of a `line` (m) or, with elastic lines, "tension" (N), "position", "plane" or "range" (m); None
-    for a whole pose. `measured` and `expected`: its readings, and what the others predict; encoders' of a whole pose.
+    `sensor`: "encoder" of a `line` (m) or, with elastic lines, "tension" (N), "position", "plane" or "range" (m),
+    "sighting" of a tag, which then is the `line` (px); None for a whole pose. `measured` and `expected`: its readings,
+    and what the others predict; encoders' of a whole pose.
     """
 
     pose: int
@@ -137,8 +139,8 @@ class Rejected:
 
     @property
     def unit(self) -> str:
-        """Unit of the size: m or N."""
-        return "N" if self.sensor == "tension" else "m"
+        """Unit of the size: m, N or px."""
+        return {"tension": "N", "sighting": "px"}.get(self.sensor or "", "m")
 
 
 def without_outliers(
@@ -259,15 +261,17 @@ class _Reading:
 
 
 def _readings(problem: CalibrationProblem) -> list[_Reading]:
-    """Return what of a pose may be wrong alone: an encoder, with elastic lines a load cell, a position, a contact."""
+    """Return what of a pose may be wrong alone: an encoder, with elastic lines a load cell, a position, a tag."""
     found, at = [], 0
     while at < problem.per_pose:
         reading = KINDS[int(problem.rows.kind[at])].reading
-        of_line, size = reading in ("encoder", "tension"), problem.robot.freedoms if reading == "position" else 1
+        of_line, size = reading in ("encoder", "tension"), {"position": problem.robot.freedoms, "sighting": EDGES}
         if reading:
             line = problem.robot.lines[int(problem.rows.line[at])].name if of_line else None
-            found.append(_Reading(slice(at, at + size), reading, line))
-        at += size
+            if reading == "sighting" and problem.measured.sightings is not None:
+                line = f"tag {problem.measured.sightings.tags[int(problem.rows.other[at]) - 1].number}"
+            found.append(_Reading(slice(at, at + size.get(reading, 1)), reading, line))
+        at += size.get(reading, 1)
     return found
 
 

@@ -23,9 +23,10 @@ import numpy as np
 
 from cablewright.calibration.measurements import SENSORS, Measured
 from cablewright.calibration.plan import STRETCH, Sigmas
+from cablewright.calibration.poses.derivatives import Derivatives
 from cablewright.calibration.poses.fit import PoseFit
 from cablewright.calibration.poses.observability import Information, projected
-from cablewright.calibration.poses.problem import CalibrationProblem, Derivatives
+from cablewright.calibration.poses.problem import CalibrationProblem
 from cablewright.calibration.sensors.known_numbers import known_deviation, uncertain
 from cablewright.calibration.unknowns import Unknown
 from cablewright.foundation.arrays import Array
@@ -282,11 +283,11 @@ def _considered(
     sensors = believed_of_sensors(problem.measured, plan.sigma)
     names += [name for name in sensors if name not in plan.unknowns]
     names += dict.fromkeys(name for name in uncertain(plan) if name not in (*names, STRETCH))
-    wider, rows = with_more(problem, found, names, shared)
+    wider, rows, more = with_more(problem, found, names, shared)
     share = max(creep_share(line) for line in robot.lines)
     sigmas = {"modulus": math.hypot(MODULUS, share)} | sensors
     numbers, columns = [], []
-    for at, each in enumerate(wider.free_unknowns[len(found.theta) :], len(found.theta)):
+    for at, each in enumerate(more, len(found.theta)):
         start = float(wider.start[wider.unknowns.index(each)]) * each.size
         assumed = sigmas.get(each.name) or _believed(robot, each, start)
         sigma = known_deviation(plan, each.name, each.line, assumed)
@@ -311,13 +312,20 @@ def _considered(
 
 def with_more(
     problem: CalibrationProblem, found: PoseFit, names: Sequence[str], shared: Sequence[str]
-) -> tuple[CalibrationProblem, Derivatives]:
-    """Return the problem with more unknowns *names*, some *shared* by all lines, and its rows at a fit and the file."""
+) -> tuple[CalibrationProblem, Derivatives, list[Unknown]]:
+    """Return the problem with more unknowns *names*, some *shared* by all lines, and its rows at a fit and the file.
+
+    In the rows the further unknowns, which are the last of the result, come after those of the fit.
+    """
     plan = problem.plan
     more = {"unknowns": (*plan.unknowns, *names), "shared": (*plan.shared, *shared)}
     wider = problem.with_plan(plan.model_copy(update=more))
-    theta = np.append(found.theta, wider.free[len(problem.free_unknowns) :])
-    return wider, wider.derivatives(theta, found.poses, found.weights)
+    place = {each: at for at, each in enumerate(wider.free_unknowns)}
+    before = [place.pop(each) for each in problem.free_unknowns]
+    theta, order = wider.free.copy(), [*before, *place.values()]
+    theta[before] = found.theta
+    rows = wider.derivatives(theta, found.poses, found.weights)
+    return wider, replace(rows, by_unknown=rows.by_unknown[..., order]), list(place)
 
 
 def _believed(robot: Robot, number: Unknown, start: float) -> float:

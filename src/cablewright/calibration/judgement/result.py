@@ -24,6 +24,7 @@ from cablewright.calibration.poses.observability import (
     weakest,
 )
 from cablewright.calibration.poses.problem import CalibrationProblem
+from cablewright.calibration.sightings.placing import words_of
 from cablewright.calibration.unknowns import Unknown, exit_rows, with_values
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.results import Figure, Pictured
@@ -125,6 +126,9 @@ FIGURES = (
         Figure("measured", "SI", "The reading; of a whole pose those of all encoders.", digits=6),
         Figure("expected", "SI", "What all others predict it to be.", digits=6),
     )),
+    Figure("pictures", "", "Sightings that are left out, and tags that are not where the layout has them.",
+           lambda of: list(words_of(of.problem.measured.sightings)), sentences=True,
+           only=lambda of: of.problem.measured.sightings is not None),
     Figure("suggestions", "", "What one more measurement would bring, the most helpful first.",
            name="one more measurement",
            parts=(
@@ -340,6 +344,9 @@ class Calibration(Pictured):
     @cached_property
     def robot(self) -> Robot:
         """The calibrated robot; the given one if the verdict is bad."""
+        robot, seen = self.problem.robot, self.problem.measured.sightings
+        if seen is not None and seen.platform is not None:  # pictures show a body, the file has a point
+            robot = robot.model_copy(update={"platform": seen.platform})
         if self.verdict == "bad":
-            return self.problem.robot
-        return with_values(self.problem.robot, self.unknowns, self.values, raised=self.problem.elastic)
+            return robot
+        return with_values(robot, self.unknowns, self.values, raised=self.problem.elastic)

@@ -10,6 +10,7 @@ import numpy as np
 
 from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import CalibrationPlan
+from cablewright.calibration.sightings.sighted import SightedUnknown
 from cablewright.calibration.unknowns import Unknown, line_index
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import InputError
@@ -49,7 +50,9 @@ def ranges(robot: Robot, unknowns: Sequence[Unknown], plan: CalibrationPlan, sta
     diagonal = math.dist(robot.scene.frame_min, robot.scene.frame_max)
     found = np.zeros((2, len(unknowns)))
     for at, each in enumerate(unknowns):
-        if each.name in SHARES:
+        if isinstance(each, SightedUnknown):
+            found[:, at] = each.low, each.high
+        elif each.name in SHARES:
             found[:, at] = np.array(SHARES[each.name]) * start[at]
         elif each.name in OF_NOTHING:
             low, high = OF_NOTHING[each.name]

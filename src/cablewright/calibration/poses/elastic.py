@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import CalibrationPlan
-from cablewright.calibration.poses.problem import CalibrationProblem, Derivatives, StraightProblem
+from cablewright.calibration.poses.derivatives import Derivatives
+from cablewright.calibration.poses.problem import CalibrationProblem, StraightProblem
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import AnswerError
 from cablewright.kernels.fitting import straight_line

@@ -13,8 +13,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.calibration.poses.problem import CalibrationProblem, Derivatives
+from cablewright.calibration.poses.derivatives import Derivatives
+from cablewright.calibration.poses.problem import CalibrationProblem
 from cablewright.calibration.sensors.exit_points import tilt_rows
+from cablewright.calibration.sightings.sighted import motions_of
 from cablewright.calibration.unknowns import Unknown, coordinates_of, exit_rows
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.models.plane import basis
@@ -71,6 +73,7 @@ class Information:
     total: int  # number of all unknowns, those of the poses included
     measurements: int
     covariance: Array  # (k, k), under the inner constraint: 0 along what is open
+    with_frames: Array  # (2, 6, k): how bodies in pictures move with the world's frame, and with the platform's
 
     @property
     def redundancy(self) -> int:
@@ -105,7 +108,9 @@ def information(
     Rows of weight 0 do not count, nor do poses all of whose rows have it.
     """
     found = problem.balanced(theta, poses).derivatives(theta, poses, weights)
-    others = found.others_by_unknown if priors else found.others_by_unknown[~problem.is_prior]
+    told = np.logical_not(problem.is_prior)
+    told[len(told) - problem.stated :] = True
+    others = found.others_by_unknown if priors else found.others_by_unknown[told]
     _, reduced, ranks = projected(found)
     rows = np.concatenate([reduced.reshape(-1, reduced.shape[-1]), others])
     if len(rows) > rows.shape[1]:
@@ -125,6 +130,7 @@ def information(
         rows.shape[1] + int(alive.sum()) * problem.unknowns_per_pose,
         int(used.sum()) + len(others),
         inverse @ inverse.T,
+        motions_of(problem.rows.body_target, problem.bodies(theta), rows.shape[1]),
     )
 
 
@@ -146,7 +152,8 @@ def motions(found: Information) -> dict[str, Array]:
     of_platform = [f"shift of the platform's frame along {way}" for way in moves]
     of_platform += [f"turn of the platform's frame about {way}" for way in turns]
     of_world, named = world_motions(found.robot), {}
-    for kind, names, points in (("exit_point", of_world, found.exits), ("platform_point", of_platform, found.ties)):
+    frames = ("exit_point", of_world, found.exits), ("platform_point", of_platform, found.ties)
+    for (kind, names, points), seen in zip(frames, found.with_frames, strict=True):
         which, coordinates = coordinates_of(found.robot, found.unknowns, kind)
         arms = points - points.mean(axis=0)
         every = [np.tile(way, len(points)) for way in moves.values()]
@@ -154,6 +161,11 @@ def motions(found: Information) -> dict[str, Array]:
         for name, motion in zip(names, every, strict=True):
             named[name] = np.zeros(len(found.unknowns))
             named[name][which] = motion[coordinates]
+        for name, way in zip(names, moves.values(), strict=False):
+            named[name] += way @ seen[:3] * named[name].any()
+        for name, axis in zip(names[len(moves) :], turns.values(), strict=True):
+            turn = axis @ seen[3:] - np.cross(axis, points.mean(axis=0)) @ seen[:3]
+            named[name] += turn * named[name].any()
     if "yaw" in named:
         named["yaw"] += azimuth_offsets(found.unknowns) * named["yaw"].any()
     return {name: motion for name, motion in named.items() if motion.any()}

@@ -18,10 +18,12 @@ from numpy.typing import NDArray
 from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import CalibrationPlan
 from cablewright.calibration.poses.bounds import ranges
+from cablewright.calibration.poses.derivatives import Derivatives, of_free, with_unknowns
 from cablewright.calibration.sensors.exit_points import distance_rows, held_by_datum, linear_rows, mounts_tell_yaw
 from cablewright.calibration.sensors.known_numbers import put_known
 from cablewright.calibration.sensors.load_cells import filled_tensions, load_on, wrench_of_load
 from cablewright.calibration.sensors.sensor_rows import ENCODER_SIGMA, sensor_rows
+from cablewright.calibration.sightings.sighted import bodies_of
 from cablewright.calibration.unknowns import (
     Unknown,
     coordinates_of,
@@ -34,7 +36,7 @@ from cablewright.calibration.unknowns import (
 )
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import InputError
-from cablewright.kernels.fitting import calibration_residuals, pose_schur, straight_line
+from cablewright.kernels.fitting import calibration_lengths, calibration_residuals, pose_schur, straight_line
 from cablewright.kernels.fitting.calibration_residuals import MeasurementRows
 from cablewright.kernels.fitting.pose_schur import StopRule
 from cablewright.models.fidelity import CableLaw
@@ -48,34 +50,6 @@ SURVEY: Final = "surveyed points and distances"
 
 NO_FRAME: Final = (np.zeros((0, 0)), np.zeros(0))
 _EXACT: Final = 1e-8  # m: smaller residuals and sigmas are rounding, however small the others are
-
-
-@dataclass(frozen=True, eq=False)
-class Derivatives:
-    """Weighted residuals and their derivatives: e rows at each of N poses, and g rows without a pose.
-
-    The p unknowns of a pose are its degrees of freedom for straight lines, n or those in a plane; its m lengths for
-    elastic ones.
-    """
-
-    residual: Array  # (N, e)
-    by_pose: Array  # (N, e, p)
-    by_unknown: Array  # (N, e, k)
-    others: Array  # (g,) residuals without a pose: distances, then linear rows
-    others_by_unknown: Array  # (g, k)
-
-    @property
-    def whole(self) -> Mask:
-        """Mask (N,) of poses with a value: not those inside a sheave, or without an equilibrium."""
-        return np.asarray(np.isfinite(self.by_pose).all(axis=(1, 2)) & np.isfinite(self.residual).all(axis=1))
-
-    def blank(self, poses: Mask) -> Derivatives:
-        """Return the derivatives without those of some *poses* (N,)."""
-        residual, by_pose, by_unknown = (
-            np.where(poses[(..., *(None,) * (part.ndim - 1))], 0.0, part)
-            for part in (self.residual, self.by_pose, self.by_unknown)
-        )
-        return Derivatives(residual, by_pose, by_unknown, self.others, self.others_by_unknown)
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,6 +75,7 @@ class CalibrationProblem(ABC):
     held: Mask  # (k,)
     is_prior: Mask  # (g,) rows without a pose that are prior knowledge, not measurements
     limits: Array  # (2, k) min and max of the free unknowns
+    stated: int = 0  # of these rows, the last ones: of tags and the lens, for which there is no other measurement
     frame: tuple[Array, Array] = NO_FRAME
     found_encoder: float | None = None  # m, the encoders' sigma from the residuals
     factors: Mapping[str, float] = field(default_factory=dict)  # on given sigmas, by kind of measurement
@@ -121,17 +96,19 @@ class CalibrationProblem(ABC):
         unknowns = unknowns_of(robot, plan.unknowns, plan.shared, cls.elastic, plan.grouped)
         if not unknowns:
             raise InputError("unknowns: must name at least one number")
+        seen = bodies_of(measured.sightings, robot, unknowns)
         lines, target = numbers_of_lines(robot, measured.by_drum, cls.elastic), targets(robot, unknowns)
         put_known(robot, lines, plan)
         start = np.array([nominal(robot, each) if each.column < 0 else each.entry.nominal or 0.0 for each in unknowns])
         start[target[target >= 0]] = lines[target >= 0]
+        unknowns, start = (*unknowns, *seen.unknowns), np.append(start, [each.start for each in seen.unknowns])
         if cls.elastic:  # equilibria include compliance
             lines[:, straight_line.GIVING], target[:, straight_line.GIVING] = 0.0, -1
         held = held_by_datum(robot, unknowns, plan) if hold else np.zeros(len(unknowns), dtype=bool)
         if held.all():
             raise InputError("datum: holds every unknown; nothing is left to calibrate")
         keep_yaw = not held.any() and mounts_tell_yaw(robot, unknowns, plan, measured)
-        linear, wanted, prior = linear_rows(robot, unknowns, plan, start, keep_yaw)
+        linear, wanted, prior = linear_rows(robot, unknowns, plan, start, keep_yaw, (seen.linear, seen.wanted))
         blocks, distances = list(sensor_rows(robot, measured, plan, cls.elastic)), distance_rows(robot, plan)
         count, per_pose = len(measured.counted), sum(block.values.shape[1] for block in blocks)
 
@@ -153,11 +130,13 @@ class CalibrationProblem(ABC):
             other=of_rows("other", np.int64),
             extra=of_rows("extra", np.float64, 6),
             lines=lines,
-            target=np.where((target >= 0) & ~held[target], (np.cumsum(~held) - 1)[target], -1),
+            target=of_free(target, held),
             tensions=np.ascontiguousarray(tensions),
             load=load_on(robot),
             linear=np.ascontiguousarray(linear[:, ~held]),
             wanted=wanted - linear[:, held] @ start[held],
+            bodies=seen.table,
+            body_target=of_free(seen.target, held),
         )
         return cls(
             model,
@@ -171,6 +150,7 @@ class CalibrationProblem(ABC):
             start,
             held,
             is_prior=np.append(np.zeros(len(plan.distances), dtype=bool), prior),
+            stated=len(seen.wanted),
             limits=np.ascontiguousarray(ranges(robot, unknowns, plan, start, measured)[:, ~held]),
         )
 
@@ -192,12 +172,22 @@ class CalibrationProblem(ABC):
         by, rows = np.where(self.is_prior[len(self.plan.distances) :], 1.0, share), self.rows
         return replace(self, rows=rows._replace(linear=rows.linear * by[:, None], wanted=rows.wanted * by))
 
-    def for_poses_only(self, theta: Array) -> Self:
-        """Return the problem with all unknowns held at *theta* (k,), so that only the poses are free."""
-        lines, nothing = self.line_numbers(theta), np.full_like(self.rows.target, -1)
-        rows = self.rows._replace(lines=lines, target=nothing, linear=np.zeros((0, 0)), wanted=np.zeros(0))
-        whole, held = self.whole(theta), np.ones_like(self.held)
-        return replace(self, rows=rows, limits=np.zeros((2, 0)), start=whole, held=held, frame=NO_FRAME)
+    def for_poses_only(self, theta: Array, but: Mask | None = None) -> Self:
+        """Return the problem with all unknowns held at *theta* (k,) *but* some (k,), so that only poses are free."""
+        fixed = np.ones(len(theta), dtype=bool) if but is None else np.logical_not(but)
+        free, linear = np.logical_not(fixed), self.rows.linear
+        rows = self.rows._replace(
+            lines=self.line_numbers(theta),
+            target=of_free(self.rows.target, fixed),
+            bodies=self.bodies(theta),
+            body_target=of_free(self.rows.body_target, fixed),
+            linear=np.ascontiguousarray(linear[:, free] if free.any() else np.zeros((0, 0))),
+            wanted=self.rows.wanted - linear[:, fixed] @ theta[fixed] if free.any() else np.zeros(0),
+        )
+        held = np.ones_like(self.held)
+        held[~self.held] = fixed
+        limits = np.ascontiguousarray(self.limits[:, free])
+        return replace(self, rows=rows, limits=limits, start=self.whole(theta), held=held, frame=NO_FRAME)
 
     @property
     def robot(self) -> Robot:
@@ -295,9 +285,7 @@ class CalibrationProblem(ABC):
 
     def line_numbers(self, theta: Array) -> Array:
         """Return the numbers of all lines (m, COLUMNS), with free unknowns *theta*."""
-        lines, target = self.rows.lines.copy(), self.rows.target
-        lines[target >= 0] = theta[target[target >= 0]]
-        return lines
+        return with_unknowns(self.rows.lines, self.rows.target, theta)
 
     def counts_at(self, theta: Array, states: Array, given: Array | float = 0.0) -> Array:
         """Return the expected readings of the encoders (N, m) at these states of the poses, m.
@@ -311,6 +299,10 @@ class CalibrationProblem(ABC):
         left = first - twice * out
         first = 2.0 * out / (np.sqrt(np.maximum(first, straight_line.LEAST_SQUARE)) + np.sqrt(np.maximum(left, 0.0)))
         return np.asarray(first / lines[:, straight_line.SCALE])
+
+    def bodies(self, theta: Array) -> Array:
+        """Return the numbers of camera and tags (b, BODY_COLUMNS), with free unknowns *theta*."""
+        return with_unknowns(self.rows.bodies, self.rows.body_target, theta)
 
     @property
     def free(self) -> Array:
@@ -347,7 +339,7 @@ class CalibrationProblem(ABC):
             return np.zeros(1)
         poses = np.ascontiguousarray(self.poses_of(states))
         found = np.zeros((len(poses), self.robot.m))
-        calibration_residuals.given_at(self.rows, np.ascontiguousarray(theta), poses, found)
+        calibration_lengths.given_at(self.rows, np.ascontiguousarray(theta), poses, found)
         return found * (self.tensions(theta) if tensions is None else tensions)
 
     def tensions(self, theta: Array) -> Array:
@@ -409,7 +401,7 @@ class StraightProblem(CalibrationProblem):
     def lengths(self, theta: Array, states: Array) -> Array:
         """Return the length (N, m) of each line's cable beyond its exit point, m: of all its spans."""
         found = np.zeros((len(states), self.robot.m))
-        calibration_residuals.lengths_at(self.rows, np.ascontiguousarray(theta), np.ascontiguousarray(states), found)
+        calibration_lengths.lengths_at(self.rows, np.ascontiguousarray(theta), np.ascontiguousarray(states), found)
         return found
 
     def balanced(self, theta: Array, states: Array) -> Self:

@@ -76,11 +76,16 @@ def mounts_tell_yaw(robot: Robot, unknowns: Sequence[Unknown], plan: Calibration
 
 
 def linear_rows(
-    robot: Robot, unknowns: Sequence[Unknown], plan: CalibrationPlan, start: Array, keep_yaw: bool = False
+    robot: Robot,
+    unknowns: Sequence[Unknown],
+    plan: CalibrationPlan,
+    start: Array,
+    keep_yaw: bool,
+    more: tuple[Array, Array],
 ) -> tuple[Array, Array, Mask]:
     """Return weighted rows (q, k) that are linear in the unknowns, their values (q,), and which are prior knowledge.
 
-    *keep_yaw*: whether the exit points together keep the yaw of the file.
+    *keep_yaw*: whether the exit points together keep the yaw of the file. *more*: further such rows and values.
     """
     surveyed, values = [np.zeros((0, len(unknowns)))], list[float]()
     for at, point in enumerate(plan.points):
@@ -115,7 +120,8 @@ def linear_rows(
         given.append(own @ start if each.value is None else np.full(len(own), each.value / each.deviation))
     rows, measured = np.concatenate([*surveyed, *level, *prior]), 3 * len(plan.points) + 2 * len(level)
     before = rows[len(values) : len(rows) - sum(map(len, given))] @ start
-    return rows, np.concatenate([values, before, *given]), np.arange(len(rows)) >= measured
+    rows = np.concatenate([rows, more[0]])
+    return rows, np.concatenate([values, before, *given, more[1]]), np.arange(len(rows)) >= measured
 
 
 def _tilts(robot: Robot, unknowns: Sequence[Unknown]) -> Array:

@@ -54,6 +54,7 @@ KINDS: Final = {
     rows.YAW: MeasurementKind("yaw angles", "yaw"),
     rows.PLANE: MeasurementKind("planes", reading="plane", resists=True),
     rows.REACH: MeasurementKind("ranges", reading="range", resists=True),
+    rows.SIGHTING: MeasurementKind("sightings", reading="sighting"),
 }
 """The kind of each row that belongs to a pose."""
 

@@ -32,3 +32,5 @@ def sensor_rows(robot: Robot, measured: Measured, plan: CalibrationPlan, elastic
     if not elastic:
         yield from balance_rows(robot, measured, plan.sigma)
     yield from contact_rows(robot, measured, plan)
+    for index, values, weights, extras in measured.sightings.rows() if measured.sightings else ():
+        yield SensorRows(calibration_residuals.SIGHTING, values, weights, 0, index + 1, extras)

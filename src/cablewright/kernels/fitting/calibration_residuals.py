@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels import jit
+from cablewright.kernels.fitting.sighting import BODY_COLUMNS, NUMBERS, edge, place_bodies
 from cablewright.kernels.fitting.straight_line import (
     BUILD_UP,
     COLUMNS,
@@ -34,7 +35,7 @@ from cablewright.kernels.fitting.straight_line import (
     per_tension,
     swivel_frame,
     turning,
-)
+)  # fmt: skip
 from cablewright.kernels.newton import along_columns
 from cablewright.kernels.rotation import compose, rotate
 from cablewright.kernels.statics.platform import place_platform
@@ -49,6 +50,7 @@ PLANE = 5  # extra: unit normal, a point of the platform: its distance along the
 BALANCE = 6  # extra: directions of a force, 1 / N, and of a moment, 1 / N m: unbalanced part of measured tensions
 BETWEEN = 7  # line, other: distance of two exit points, m; belongs to no pose
 YAW = 10  # azimuth of the platform's x axis, rad
+SIGHTING = 12  # line, other: indices of camera and tag among the bodies; extra: see `sighting.edge`; px
 ALONG = 11  # other: 0 for the position, 3 for the rotation; extra: unit vector along which, the measured rotation
 # Of lines that stretch and sag; the part that depends on their equilibrium is added elsewhere:
 PAID_OUT = 8  # line
@@ -70,42 +72,52 @@ class MeasurementRows(NamedTuple):
     load: NDArray[np.float64]  # (10,): force N and moment N m, world, at the platform's origin; weight N, its centre
     linear: NDArray[np.float64]  # (q, k): rows without a pose that are linear in the unknowns, weighted
     wanted: NDArray[np.float64]  # (q,): their expected values
+    bodies: NDArray[np.float64]  # (b, BODY_COLUMNS): cameras and tags, see `sighting`
+    body_target: NDArray[np.int64]  # (b, NUMBERS): index of the unknown, -1 where the value is known
 
 
 class RowReading(NamedTuple):
     """Scratch of one row: derivatives by the pose, and the nonzero ones by unknowns."""
 
     slope: NDArray[np.float64]  # (6,)
-    gradient: NDArray[np.float64]  # (m * COLUMNS,)
-    unknown: NDArray[np.int64]  # (m * COLUMNS,): the unknown of each; an unknown may occur twice
+    gradient: NDArray[np.float64]  # (m * COLUMNS + 2 * NUMBERS,)
+    unknown: NDArray[np.int64]  # (m * COLUMNS + 2 * NUMBERS,): the unknown of each; an unknown may occur twice
     rotation: NDArray[np.float64]  # (3, 3) of the pose
     lines: NDArray[np.float64]  # (m, COLUMNS): all values of the lines, unknowns included
     free: NDArray[np.float64]  # (12,): length, u (3,), per radius, free span, distance from the axis, its cosine and
     # sine, unit vector (3,) away from the axis
     turn: NDArray[np.float64]  # (3,)
+    bodies: NDArray[np.float64]  # (b, BODY_COLUMNS): all values of the bodies, unknowns included
+    by_body: NDArray[np.float64]  # (2, NUMBERS): derivatives by a camera and a tag
+    spare: NDArray[np.float64]  # (2, 3, 3)
 
 
 @jit(allocates=True)
-def reading(m):
-    """Scratch for *m* lines."""
+def reading(rows):
+    """Scratch for *rows*."""
+    m, numbers = rows.lines.shape[0], rows.lines.size + 2 * NUMBERS
     return RowReading(
         np.zeros(6),
-        np.zeros(m * COLUMNS),
-        np.zeros(m * COLUMNS, np.int64),
+        np.zeros(numbers),
+        np.zeros(numbers, np.int64),
         np.eye(3),
         np.zeros((m, COLUMNS)),
         np.zeros(12),
         np.zeros(3),
+        np.zeros((rows.bodies.shape[0], BODY_COLUMNS)),
+        np.zeros((2, NUMBERS)),
+        np.zeros((2, 3, 3)),
     )
 
 
 @jit
-def place_unknowns(rows, theta, lines):
-    """Write all values of the lines to *lines* (m, COLUMNS), unknowns from *theta* (k,)."""
-    for i in range(lines.shape[0]):
+def place_unknowns(rows, theta, work):
+    """Write all values of the lines and the bodies to *work*, unknowns from *theta* (k,)."""
+    for i in range(work.lines.shape[0]):
         for c in range(COLUMNS):
             at = rows.target[i, c]
-            lines[i, c] = rows.lines[i, c] if at < 0 else theta[at]
+            work.lines[i, c] = rows.lines[i, c] if at < 0 else theta[at]
+    place_bodies(rows.bodies, rows.body_target, theta, work.bodies, work.spare[0], work.spare[1])
 
 
 @jit
@@ -133,6 +145,8 @@ def read_row(rows, i, j, value, pose, work):
         return _wound(rows, work, 0, rows.line[i], value)  # the length itself is added elsewhere
     if kind == TENSION:
         return _reading_of_cell(rows, rows.line[i], value, work)
+    if kind == SIGHTING:
+        return _sighting(rows, rows.line[i], rows.other[i], rows.extra[i], value, pose, work)
     return _between(rows, rows.line[i], rows.other[i], value, work)
 
 
@@ -147,7 +161,7 @@ def _put(rows, work, count, line, column, amount):
 
 
 @jit
-def _arm(work, line):
+def platform_arm(work, line):
     """Platform point of a line from the platform's origin, world."""
     row = work.lines[line]
     return rotate(work.rotation, row[POINT], row[POINT + 1], row[POINT + 2])
@@ -178,7 +192,7 @@ def _by_arm(rows, work, line, count, ax, ay, az, gx, gy, gz):
 @jit
 def _encoder(rows, i, j, counted, pose, work):
     line, free = work.lines[i], work.free
-    ax, ay, az = _arm(work, i)
+    ax, ay, az = platform_arm(work, i)
     over_sheave(line, pose[0] + ax, pose[1] + ay, pose[2] + az, free)
     spans = line[SPANS]
     count = _by_point(rows, work, i, 0, ax, ay, az, spans * free[1], spans * free[2], spans * free[3])
@@ -250,7 +264,7 @@ def _along(axis, extra, value, pose, work):
 @jit
 def _swivel(rows, i, value, pose, work):
     line, free = work.lines[i], work.free
-    ax, ay, az = _arm(work, i)
+    ax, ay, az = platform_arm(work, i)
     over_sheave(line, pose[0] + ax, pose[1] + ay, pose[2] + az, free)
     dx, dy, dz = pose[0] + ax - line[EXIT], pose[1] + ay - line[EXIT + 1], pose[2] + az - line[EXIT + 2]
     ox, oy, oz, qx, qy, qz = swivel_frame(line)
@@ -340,7 +354,7 @@ def _balance(rows, j, along, pose, work):
         line, reading = work.lines[i], rows.tensions[j, i]
         pull = line[PULL]
         t = pull * (line[TENSION_OFFSET] + line[TENSION_SCALE] * reading)
-        ax, ay, az = _arm(work, i)
+        ax, ay, az = platform_arm(work, i)
         over_sheave(line, pose[0] + ax, pose[1] + ay, pose[2] + az, free)
         bx, by, bz = cross(along[3], along[4], along[5], ax, ay, az)
         bx, by, bz = along[0] + bx, along[1] + by, along[2] + bz
@@ -379,6 +393,18 @@ def _load(load, along, work):
 
 
 @jit
+def _sighting(rows, camera, tag, extra, value, pose, work):
+    seen, count = edge(work.bodies, camera, tag, extra, pose, work.rotation, work.slope, work.by_body), 0
+    for which, body in enumerate((camera, tag)):
+        for column in range(NUMBERS):
+            at = rows.body_target[body, column]
+            if at >= 0:
+                work.gradient[count], work.unknown[count] = work.by_body[which, column], at
+                count += 1
+    return seen - value, count
+
+
+@jit
 def _between(rows, i, other, value, work):
     one, two = work.lines[i], work.lines[other]
     x, y, z = one[0] - two[0], one[1] - two[1], one[2] - two[2]
@@ -397,8 +423,8 @@ def derivatives(rows, free, theta, poses, values, weights, residuals, slopes, gr
 
     *free* (n, p): an orthonormal basis of the directions in which poses are free.
     """
-    work = reading(rows.lines.shape[0])
-    place_unknowns(rows, theta, work.lines)
+    work = reading(rows)
+    place_unknowns(rows, theta, work)
     gradients[:, :] = 0.0
     slopes[:, :] = 0.0
     in_plane = rows.freedoms < free.shape[0]
@@ -418,29 +444,3 @@ def derivatives(rows, free, theta, poses, values, weights, residuals, slopes, gr
                 slopes[i, k] = weights[i] * work.slope[k]
             for k in range(count):
                 gradients[i, work.unknown[k]] += weights[i] * work.gradient[k]
-
-
-@jit(allocates=True)
-def lengths_at(rows, theta, poses, lengths):
-    """Write *lengths* (N, m) of cable beyond the exit point, m, at *poses* (N, n); NaN inside a sheave."""
-    work = reading(rows.lines.shape[0])
-    place_unknowns(rows, theta, work.lines)
-    for j in range(poses.shape[0]):
-        place_platform(poses[j], work.rotation)
-        for i in range(lengths.shape[1]):
-            ax, ay, az = _arm(work, i)
-            over_sheave(work.lines[i], poses[j, 0] + ax, poses[j, 1] + ay, poses[j, 2] + az, work.free)
-            lengths[j, i] = work.lines[i, SPANS] * work.free[0]
-
-
-@jit(allocates=True)
-def given_at(rows, theta, poses, given):
-    """Write the compliance of the ends of each line, m of cable per tension, (N, m) m/N, at *poses* (N, n)."""
-    work = reading(rows.lines.shape[0])
-    place_unknowns(rows, theta, work.lines)
-    for j in range(poses.shape[0]):
-        place_platform(poses[j], work.rotation)
-        for i in range(given.shape[1]):
-            ax, ay, az = _arm(work, i)
-            over_sheave(work.lines[i], poses[j, 0] + ax, poses[j, 1] + ay, poses[j, 2] + az, work.free)
-            given[j, i] = per_tension(work.lines[i], work.free)

@@ -55,7 +55,7 @@ def scratch(rows, n, k):
     """Scratch for *rows*, *n* coordinates of a pose and *k* unknowns."""
     poses, p = rows.start.shape[0] - 1, rows.freedoms
     return Scratch(
-        reading(rows.lines.shape[0]),
+        reading(rows),
         np.zeros((k, k)),
         np.zeros((k, k)),
         np.zeros(k),
@@ -74,7 +74,7 @@ def scratch(rows, n, k):
 @jit
 def cost(rows, theta, poses, values, weights, work):
     """Half the sum of squared weighted residuals; infinite where one is undefined."""
-    place_unknowns(rows, theta, work.row.lines)
+    place_unknowns(rows, theta, work.row)
     total = 0.0
     for j in range(poses.shape[0] + 1):
         alone = j == poses.shape[0]
@@ -95,7 +95,7 @@ def cost(rows, theta, poses, values, weights, work):
 @jit
 def normal_equations(rows, free, theta, poses, values, weights, work):
     """Write U, V, W and the right sides g, h at *theta* and *poses*, where `cost` must be finite."""
-    place_unknowns(rows, theta, work.row.lines)
+    place_unknowns(rows, theta, work.row)
     work.U[:, :], work.g[:] = 0.0, 0.0
     work.V[:, :, :], work.W[:, :, :], work.h[:, :] = 0.0, 0.0, 0.0
     in_plane = rows.freedoms < free.shape[0]

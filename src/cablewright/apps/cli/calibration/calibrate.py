@@ -80,6 +80,43 @@ class GuideOptions:
     ] = None
 
 
+@options("Pictures")
+class PictureOptions:
+    """Pictures of tags that a camera took at the poses."""
+
+    pictures: Annotated[
+        Path | None,
+        typer.Option(
+            "--pictures", metavar="FOLDER", help="Pictures of tags at the poses; names end with the pose: pose-07.jpg."
+        ),
+    ] = None
+    camera: Annotated[
+        Path | None,
+        typer.Option("--camera", metavar="CAMERA.toml", help="The camera: what `camera` wrote, or a file of OpenCV."),
+    ] = None
+    tags: Annotated[
+        Path | None, typer.Option("--tags", metavar="TAGS.toml", help="Layout of the tags, as for `tags`.")
+    ] = None
+
+    def beside(self, data: Path, machine: cw.Robot) -> Path | cw.Measured:
+        """Return the *data*, read with the sightings of the pictures where there are any.
+
+        Raises `InputError` where one of the three options is missing.
+        """
+        from cablewright.calibration.measurements import read_measured
+
+        given = {"--pictures": self.pictures, "--camera": self.camera, "--tags": self.tags}
+        missing = [name for name, value in given.items() if value is None]
+        if self.pictures is None or self.camera is None or self.tags is None:
+            if len(missing) < len(given):
+                raise InputError(f"{missing[0]}: is missing; pictures require --pictures, --camera and --tags")
+            return data
+        measured = read_measured(data, machine)
+        with progress() as show:
+            seen = cw.read_sightings(self.pictures, self.tags, self.camera, len(measured.counted), progress=show)
+        return replace(measured, sightings=seen)
+
+
 class Models(StrEnum):
     """Effects that the model may contain."""
 
@@ -162,6 +199,7 @@ def calibrate_command(
     accept: Annotated[
         bool, typer.Option("--accept", help="Accept a doubtful result: write the robot file and end with exit code 0.")
     ] = False,
+    seen: PictureOptions,
     since: CheckOptions,
     guidance: GuideOptions,
     seed: Seed = 0,
@@ -192,18 +230,21 @@ def calibrate_command(
         if last is None:
             beside = f"there is no record of a calibration beside {robot}"
             raise InputError(f"--check: {beside}; name it with --last, or calibrate with --out")
-        drift = cw.check_drift(machine, fit.data, last, false_alarm=since.false_alarm, new_home=since.new_home)
+        data = seen.beside(fit.data, machine)
+        drift = cw.check_drift(machine, data, last, false_alarm=since.false_alarm, new_home=since.new_home)
         return answer(drift, as_json)
     if guidance.guide:
         if out is not None or report is not None:
             raise InputError("--guide: writes no robot and no report; leave --out and --report away")
+        if seen.pictures is not None:
+            raise InputError("--guide: chooses poses by lengths alone; leave --pictures, --camera and --tags away")
         return _guide(machine, fit, guidance, seed, as_json)
     page = report or (None if out is None else out.with_suffix(".html"))
     if out is not None and page is not None and page.resolve() == out.resolve():
         raise InputError(
             f"--out {out}: the report would have the same file name; give the name of a robot file, FILE.toml"
         )
-    found = _compared(replace(_found(machine, fit, seed), accepted=accept), _record(robot, since.last))
+    found = _compared(replace(_found(machine, fit, seen, seed), accepted=accept), _record(robot, since.last))
     out = out if found.ok else None
     page = report or (None if out is None else out.with_suffix(".html"))
     record = None if out is None else record_path(out)
@@ -220,12 +261,13 @@ def calibrate_command(
     return answer(found, as_json, out=out, record=record, report=page)
 
 
-def _found(machine: cw.Robot, fit: FitOptions, seed: int) -> cw.Calibration:
+def _found(machine: cw.Robot, fit: FitOptions, seen: PictureOptions, seed: int) -> cw.Calibration:
     """The calibration."""
+    data = seen.beside(fit.data, machine)
     with progress() as show:
         return cw.calibrate(
             machine,
-            fit.data,
+            data,
             fit.planned(),
             seed=seed,
             rough=fit.rough,

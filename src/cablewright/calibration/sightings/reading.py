@@ -1,0 +1,37 @@
+"""Sightings of the poses of a calibration, from the pictures that were taken at them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from cablewright.calibration.sightings.camera import Camera, load_camera
+from cablewright.calibration.sightings.detection import SeenPicture, seen_in
+from cablewright.calibration.sightings.layout import TagLayout, load_layout
+from cablewright.calibration.sightings.pictures import by_pose
+from cablewright.calibration.sightings.sighted import Sightings
+from cablewright.foundation.progress import Progress, silent
+
+
+def read_sightings(
+    pictures: str | Path | Sequence[str | Path],
+    layout: str | Path | TagLayout,
+    camera: str | Path | Camera,
+    poses: int,
+    *,
+    progress: Progress = silent,
+) -> Sightings:
+    """Return what *pictures*, files or folders, show of the tags in a *layout*, by the pose of each, of *poses*.
+
+    The name of a picture ends with the number of its pose, from 1: ``pose-07.jpg``. Raises `InputError` for names
+    without one, two pictures of a pose, pictures of another size than the camera's, damaged ones, and a tag that is
+    twice in one; `EnvironmentFault` without OpenCV, the extra ``camera``.
+    """
+    tags = layout if isinstance(layout, TagLayout) else load_layout(layout)
+    lens = camera if isinstance(camera, Camera) else load_camera(camera)
+    wanted, found = frozenset(tag.number for tag in tags.tags), list[SeenPicture | None]([None] * poses)
+    given = [pictures] if isinstance(pictures, str | Path) else pictures
+    for at, (pose, path) in enumerate(by_pose(given, poses)):
+        progress("pictures", at, poses)
+        found[pose] = seen_in(path, lens, wanted)
+    return Sightings(tags, lens, tuple(found))
