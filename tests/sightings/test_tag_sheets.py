@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import cablewright as cw
-from cablewright.apps.pictures.tag_sheet import PAPERS, pages_of, pdf_of, svg_of
+from cablewright.apps.tag_sheet import PAPERS, pages_of, pdf_of, svg_of
 from cablewright.calibration.sightings.detection import detected
 from cablewright.calibration.sightings.intrinsics import sheet
 from cablewright.calibration.sightings.layout import load_layout

@@ -25,6 +25,15 @@ from cablewright.foundation.errors import InputError
 
 _KERNELS: Final = ("inverse", "residuals", "tension changes", "linearise", "line shapes", "distances", "forward")
 
+StageRecords = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--stage-record",
+        metavar="FILE",
+        help="Record of the calibration of a stage, for the seams; once for each stage, in their order.",
+    ),
+]
+
 
 @command(
     "check house-printer examples/helix.toml",
@@ -60,14 +69,7 @@ def check_command(
         ),
     ] = True,
     bead: BeadSize = None,
-    stage_record: Annotated[
-        list[Path] | None,
-        typer.Option(
-            "--stage-record",
-            metavar="FILE",
-            help="Record of the calibration of a stage, for the seams; once for each stage, in their order.",
-        ),
-    ] = None,
+    stage_record: StageRecords = None,
     seed: Seed = 0,
     out: Annotated[
         Path | None,

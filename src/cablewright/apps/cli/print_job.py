@@ -164,6 +164,16 @@ class RunOptions:
         return int(number)
 
 
+ControlLaw = Annotated[
+    LawName,
+    typer.Option(
+        "--control",
+        help="Control law of the winches: that of Merlet and Papegay 2023 (paper), or one that uses the model of the "
+        "robot (model).",
+    ),
+]
+
+
 @command(
     "print merlet2023 examples/blind-machines.toml --layers 1 --plant quasi-static --out runs/example",
     "live.prints.print_job:PrintedJob",
@@ -178,14 +188,7 @@ def print_job_command(
     machine: MachineName = None,
     layers: LayerCount = None,
     estimator: Estimator = None,
-    control: Annotated[
-        LawName,
-        typer.Option(
-            "--control",
-            help="Control law of the winches: that of Merlet and Papegay 2023 (paper), or one "
-            "that uses the model of the robot (model).",
-        ),
-    ] = "model",
+    control: ControlLaw = "model",
     height: Annotated[
         HeightRule | None,
         typer.Option(

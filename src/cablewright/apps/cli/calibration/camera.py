@@ -42,7 +42,7 @@ def tags_command(
 
     Needs the extra camera.
     """
-    from cablewright.apps.pictures.tag_sheet import pages_of, pdf_of, svg_of
+    from cablewright.apps.tag_sheet import pages_of, pdf_of, svg_of
     from cablewright.calibration.sightings.intrinsics import sheet
     from cablewright.calibration.sightings.layout import PrintedTags, load_layout
 
