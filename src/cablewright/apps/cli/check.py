@@ -90,7 +90,6 @@ def check_command(
     from cablewright.studies.stages.staged_check import check_stages
 
     machine, path, tensions = robot.loaded(), cw.load_job(job), tension_range(tension_limits)
-    strand = bead_size(bead)
     uncertain = None if uncertainty is None else cw.load_uncertainty(uncertainty)
     kernels = [each for each in _KERNELS if interference or each != "distances"]
     wanted = {"interference": interference, "expected-error": expected_error}
@@ -103,7 +102,7 @@ def check_command(
     options |= {"clearance": clearance, "skip": skipped, "seed": seed, "bead": bead}
     with store.run_folder(folder) as part, progress(*kernels) as show:
         given: dict[str, Any] = {"tension_limits": tensions, "uncertainty": uncertain, "clearance": clearance}
-        given |= {"skip": skipped, "seed": seed, "bead": strand, "progress": show, "room": part}
+        given |= {"skip": skipped, "seed": seed, "bead": bead_size(bead), "progress": show, "room": part}
         if path.stages:
             staged = check_stages(machine, path, records, **given)
             for each in staged.stages:
