@@ -18,4 +18,4 @@ with tempfile.TemporaryDirectory() as folder:
 for tag in layout.tags:
     print(f"tag {tag.number}: {1e3 * tag.size:.0f} mm, on {tag.on}")
 largest = max(tag.size for tag in layout.tags)
-print(f"the largest tag is read up to {largest * phone.focal[0] / MIN_SIDE:.2f} m")
+print(f"the largest tag is read up to: {largest * phone.focal[0] / MIN_SIDE:.2f} m")
