@@ -4,7 +4,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import cablewright as cw
-from cablewright.studies.stages.search import find_stages
 
 robot = cw.load("examples/rails.toml")  # its exit points stand at 2.5 m, on rails
 gcode = ["G21", "G90", "M83"]  # mm, absolute, relative extrusion
@@ -19,7 +18,7 @@ with TemporaryDirectory() as folder:
     bead = '[bead]\nwidth = "60 mm"\nheight = "20 mm"\n'
     (Path(folder) / "wall.toml").write_text(text + bead + motion)
     job = cw.load_job(Path(folder) / "wall.toml")
-    found = find_stages(robot, job, (2.5, 3.5), layers=2)
+    found = cw.find_stages(robot, job, (2.5, 3.5), layers=2)
 
 print(found.proof)
 for each in found.checked.stages if found.checked else ():

@@ -29,6 +29,7 @@ assert settings == twin.owner
 only_simulated: cw.SimulationSettings = twin.simulation
 robot = cw.load("merlet2023")
 driven: cw.Simulation = cw.simulate(robot, twin, loop=28.0, duration=3.0, plant="quasi-static")
+moves = cw.find_stages  # (robot, job, heights of the exit points): cw.Stages
 recorded = (cw.replay, cw.read_log)  # both take a log; the first gives a
 found: type[cw.Replay] = cw.Replay
 

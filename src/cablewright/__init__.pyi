@@ -200,6 +200,8 @@ from cablewright.studies.measured_modes import MeasuredModes as MeasuredModes
 from cablewright.studies.measured_modes import measured_modes as measured_modes
 from cablewright.studies.problems import Problem as Problem
 from cablewright.studies.problems import problems as problems
+from cablewright.studies.stages.search import Stages as Stages
+from cablewright.studies.stages.search import find_stages as find_stages
 from cablewright.studies.trade import Trade as Trade
 from cablewright.studies.trade import TradeSettings as TradeSettings
 from cablewright.studies.trade import trade as trade

@@ -30,7 +30,7 @@ _POINT: Final = 72.0 / 25.4  # points of a mm
 
 
 @dataclass
-class Page:
+class TagPage:
     """A page: black rectangles x, y, width, height, and texts x, y, size, words; mm from its top left."""
 
     size: tuple[float, float]
@@ -47,7 +47,7 @@ def modules_of(number: int) -> Mask:
     return np.asarray(np.equal(cv2.aruco.generateImageMarker(family, number, MODULES, borderBits=1), 0))
 
 
-def pages_of(layout: TagLayout, paper: str = "A4") -> list[Page]:
+def pages_of(layout: TagLayout, paper: str = "A4") -> list[TagPage]:
     """Return the pages of a layout: one with all tags in their places for the sheet of the lens, else row by row.
 
     Raises `InputError` for a tag that is larger than the paper.
@@ -78,7 +78,7 @@ def pages_of(layout: TagLayout, paper: str = "A4") -> list[Page]:
     return pages
 
 
-def _in_place(layout: TagLayout, paper: str) -> Page:
+def _in_place(layout: TagLayout, paper: str) -> TagPage:
     """Return the page on which tags are where the layout has them, in the middle."""
     page, (width, height) = _page(paper), PAPERS[paper]
     centres = 1e3 * np.array([tag.at[:2] for tag in layout.tags])
@@ -93,7 +93,7 @@ def _numbers(values: tuple[float, float, float]) -> str:
     return f"({', '.join(f'{value:g}' for value in values)})"
 
 
-def _put(page: Page, tag: Tag, x: float, y: float) -> None:
+def _put(page: TagPage, tag: Tag, x: float, y: float) -> None:
     """Put a tag on a page, its black square's top left at (x, y), mm; a row of black modules is one rectangle."""
     module = 1e3 * tag.size / MODULES
     for row, black in enumerate(modules_of(tag.number)):
@@ -102,11 +102,11 @@ def _put(page: Page, tag: Tag, x: float, y: float) -> None:
             page.boxes.append((x + begin * module, y + row * module, (end - begin) * module, module))
 
 
-def _page(paper: str) -> Page:
+def _page(paper: str) -> TagPage:
     """Return an empty page with its ruler."""
     width, height = PAPERS[paper]
     left, top = 0.5 * (width - RULER), height - _EDGE - 10.0
-    page = Page((width, height), [(left, top, RULER, 0.3)], [])
+    page = TagPage((width, height), [(left, top, RULER, 0.3)], [])
     for at in range(0, int(RULER) + 1, 10):
         page.boxes.append((left + at - 0.15, top - (5.0 if at % 50 == 0 else 3.0), 0.3, 5.0 if at % 50 == 0 else 3.0))
     words = f"{RULER:g} mm between the outer ticks: measure them. AprilTag 36h11. Print at 100 %, and glue it flat."
@@ -114,7 +114,7 @@ def _page(paper: str) -> Page:
     return page
 
 
-def svg_of(page: Page) -> str:
+def svg_of(page: TagPage) -> str:
     """Return a page as SVG."""
     width, height = page.size
     boxes = "".join(f'<rect x="{x:.4f}" y="{y:.4f}" width="{w:.4f}" height="{h:.4f}"/>' for x, y, w, h in page.boxes)
@@ -129,7 +129,7 @@ def svg_of(page: Page) -> str:
     )
 
 
-def pdf_of(pages: list[Page]) -> bytes:
+def pdf_of(pages: list[TagPage]) -> bytes:
     """Return pages as PDF 1.4: one font, rectangles and texts, no compression."""
     kids = " ".join(f"{4 + 2 * at} 0 R" for at in range(len(pages)))
     objects = [
@@ -147,7 +147,7 @@ def pdf_of(pages: list[Page]) -> bytes:
         stream = "\n".join(drawn).encode("cp1252", "replace")
         box = f"/MediaBox [0 0 {width * _POINT:.4f} {height * _POINT:.4f}]"
         fonts = f"/Resources << /Font << /F1 3 0 R >> >> /Contents {5 + 2 * at} 0 R"
-        objects.append(f"<< /Type /Page /Parent 2 0 R {box} {fonts} >>".encode())
+        objects.append(f"<< /Type /TagPage /Parent 2 0 R {box} {fonts} >>".encode())
         objects.append(b"<< /Length %d >>\nstream\n" % len(stream) + stream + b"\nendstream")
     text, places = b"%PDF-1.4\n", list[int]()
     for number, content in enumerate(objects, 1):
