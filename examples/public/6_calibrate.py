@@ -25,7 +25,7 @@ chosen: cw.CalibrationPoses = cw.calibration_poses(robot, 12, candidates=100)
 lens: cw.CameraFit = cw.camera("examples/phone.yml")
 phone: cw.Camera = lens.camera
 tags = cw.TagLayout(tags=(cw.Tag(number=0, size=0.15, at=(0.2, 0.0, 0.1)),))
-pictures = cw.read_sightings  # (folder, tags, phone, poses): cw.Sightings, for replace(data, sightings=...)
+pictures = cw.read_sightings  # (folder, tags, phone, number of poses): cw.Sightings, for replace(data, sightings=...)
 
 shots: type[cw.Shots] = cw.Shots  # rows of cw.Shot
 site: cw.Survey = cw.survey("examples/survey.gsi", "examples/survey.toml", robot=cw.load("merlet2023"))

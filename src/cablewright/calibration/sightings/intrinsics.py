@@ -106,7 +106,7 @@ def camera(
     `InputError` for pictures of two sizes, and too few that show the sheet; `EnvironmentFault` without OpenCV.
     """
     given = [pictures] if isinstance(pictures, str | Path) else list(pictures)
-    if len(given) == 1 and Path(given[0]).suffix.lower() in (".yml", ".yaml", ".xml", ".toml"):
+    if len(given) == 1 and Path(str(given[0])).suffix.lower() in (".yml", ".yaml", ".xml", ".toml"):
         return CameraFit(load_camera(given[0]), None, 0, ())
     files = picture_files(given)
     tags = layout if isinstance(layout, TagLayout) else sheet() if layout is None else load_layout(layout)

@@ -60,9 +60,13 @@ def read_picture(path: Path) -> Array:
 
 
 def picture_files(given: Sequence[str | Path]) -> list[Path]:
-    """Return the pictures of folders and files, by name. Raises `InputError` for none, or too many."""
+    """Return the pictures of folders and files, by name. Raises `InputError` for none, too many, and other objects."""
     found: list[Path] = []
-    for each in map(Path, given):
+    try:
+        paths = [Path(each) for each in given]
+    except TypeError as reason:
+        raise InputError(f"pictures: paths of pictures or folders are expected: {reason}") from None
+    for each in paths:
         if each.is_dir():
             inside = (one for one in each.iterdir() if one.suffix.lower() in SUFFIXES and not one.name.startswith("."))
             found += sorted(inside, key=lambda one: (number_of(one) or 0, one.name))

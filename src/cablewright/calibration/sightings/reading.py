@@ -17,11 +17,11 @@ def read_sightings(
     pictures: str | Path | Sequence[str | Path],
     layout: str | Path | TagLayout,
     camera: str | Path | Camera,
-    poses: int,
+    count: int,
     *,
     progress: Progress = silent,
 ) -> Sightings:
-    """Return what *pictures*, files or folders, show of the tags in a *layout*, by the pose of each, of *poses*.
+    """Return what *pictures*, files or folders, show of the tags in a *layout*, by the pose of each, of *count* poses.
 
     The name of a picture ends with the number of its pose, from 1: ``pose-07.jpg``. Raises `InputError` for names
     without one, two pictures of a pose, pictures of another size than the camera's, damaged ones, and a tag that is
@@ -29,9 +29,9 @@ def read_sightings(
     """
     tags = layout if isinstance(layout, TagLayout) else load_layout(layout)
     lens = camera if isinstance(camera, Camera) else load_camera(camera)
-    wanted, found = frozenset(tag.number for tag in tags.tags), list[SeenPicture | None]([None] * poses)
+    wanted, found = frozenset(tag.number for tag in tags.tags), list[SeenPicture | None]([None] * count)
     given = [pictures] if isinstance(pictures, str | Path) else pictures
-    for at, (pose, path) in enumerate(by_pose(given, poses)):
-        progress("pictures", at, poses)
+    for at, (pose, path) in enumerate(by_pose(given, count)):
+        progress("pictures", at, count)
         found[pose] = seen_in(path, lens, wanted)
     return Sightings(tags, lens, tuple(found))
