@@ -26,7 +26,6 @@ from cablewright.control.retractor import BeamMotion
 from cablewright.control.slack import SlackSettings, slack_rates
 from cablewright.control.stretch_damping import StretchDamping, StretchState
 from cablewright.control.stretch_damping import follow as follow_stretch
-from cablewright.control.stretch_damping import listen as listen_stretch
 from cablewright.control.swing_damping import SwingDamping, SwingState, follow
 from cablewright.foundation.arrays import Array, Indices
 from cablewright.foundation.choices import LawName
@@ -52,6 +51,7 @@ from cablewright.solvers.taut import Taut, stretches, taut_at, taut_of
 LAWS: Final = get_args(LawName)
 
 _STILL: Final = np.zeros(3)
+_OLDEST: Final = 0.1  # s, age of counts that is allowed for: the guard judges older ones
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +64,8 @@ class VelocitySettings:
     model's tensions. ``by_lengths``: whether the estimated position is that at which the lengths hold the platform at
     rest. ``swing``: damping of the swing of a drum below a point; None: it is not damped. ``stretch``: damping of
     swings in which lines stretch, under the law ``model``.
-    ``lag``: time constant of the winches' speeds behind their commands, s.
+    ``lag``: time constant of the winches' speeds behind their commands, s. ``ages``: whether the estimated pose is that
+    of the last counts; otherwise it is predicted to the time of the estimate.
     """
 
     model: Model
@@ -79,6 +80,7 @@ class VelocitySettings:
     swing: SwingDamping | None = None
     stretch: StretchDamping | None = None
     lag: float = 0.0
+    ages: bool = False
 
     @property
     def damps(self) -> bool:
@@ -156,7 +158,7 @@ class VelocityState:
     tension_error: float = math.inf  # N, largest, from those that the model chooses
     chosen: Array | None = None  # (m,) N at the sheaves, that the model chooses; None: lines that are slack on purpose
     velocity: Array = field(default_factory=lambda: np.zeros(6))  # m/s, rad/s, expected of the platform: see `_delay`
-    commanded: Array = field(default_factory=lambda: np.zeros(6))  # m/s, rad/s, of the target in the last step ...
+    commanded: Array = field(default_factory=lambda: np.zeros(6))  # m/s, rad/s, of the platform in the last step ...
     time: float = -math.inf  # s ... and its time
     counted: float = -math.inf  # s, of the last counts of the encoders
 
@@ -185,12 +187,34 @@ def step(
     tangent there.
     """
     state.tension_error = math.inf  # unless it is found here
-    delay = _delay(settings, state, target, estimate.time, dt)
+    delay = _delay(settings, state, estimate.time, dt)
     if settings.model.n == 6:
         rates = _rates_of_body(settings, state, estimate, target, dt, tensions, beam, delay, calms=calms)
-        return np.zeros(len(settings.hosts)) if rates is None else _within(settings, rates, estimate)
-    if not np.isfinite(estimate.lengths).all():
+    else:
+        rates = _rates_of_point(settings, state, estimate, target, dt, tensions, delay, calms=calms)
+    if rates is None:
+        state.commanded = np.zeros(6)
         return np.zeros(len(settings.hosts))
+    speeds = rates / estimate.radii[settings.hosts]
+    share = min(1.0, settings.max_drum_speed / max(*map(abs, speeds.tolist()), 1e-300))
+    state.commanded = share * np.concatenate([target.velocity, target.rate])
+    return np.asarray(share * speeds)
+
+
+def _rates_of_point(
+    settings: VelocitySettings,
+    state: VelocityState,
+    estimate: Estimate,
+    target: Target,
+    dt: float,
+    tensions: Array | None,
+    delay: float,
+    *,
+    calms: bool,
+) -> Array | None:
+    """Return rates (w,), m/s, of the winches' lines of a point; None for an unknown position or line. *delay*: s."""
+    if not np.isfinite(estimate.lengths).all():
+        return None
     own = target.position, target.velocity, target.accelerations
     if not all(each.flags.carray for each in own):  # kernels are compiled for arrays that may be written
         place, speed, moving = (np.array(each, order="C") for each in own)
@@ -206,10 +230,10 @@ def step(
             packed, free, gains, held.lengths, place, target.position, target.velocity, swing, dt, rates
         )
         if not np.isfinite(toward).all():
-            return np.zeros(len(settings.hosts))
+            return None
     if settings.law == "paper":
         rates += _slack_term(settings, taut_at(settings.model, place + 0.5 * dt * target.velocity), estimate, dt)
-        return _within(settings, rates[settings.hosts], estimate)
+        return np.asarray(rates[settings.hosts])
     drawn, error = kernel.pursue(
         packed, settings.hosts, free, gains, held.lengths, held.tensions,
         target.position if held.solved is None else held.solved.pose,
@@ -218,19 +242,17 @@ def step(
         state.planned_excess, state.slack_line, rates,
     )  # fmt: skip
     if not drawn:
-        return np.zeros(len(settings.hosts))
+        return None
     if not (settings.manage_slack or math.isnan(error)):
         state.chosen, state.tension_error = held.tensions, error
     if calms and held.solved is not None:
         rates += _stretch_rates(settings, state, held.solved, target.accelerations[0], estimate, dt)
-    return _within(settings, rates[settings.hosts], estimate)
+    return np.asarray(rates[settings.hosts])
 
 
-def listen(settings: VelocitySettings, state: VelocityState, frame: SensorFrame) -> None:
-    """Process the counts of a *frame*, by which positions are estimated, and tensions that swings change."""
-    state.counted = max([state.counted, *(each.time for each in frame.of(Encoders))])
-    if settings.stretch is not None:
-        listen_stretch(settings.stretch, state.stretch, frame)
+def note_counts(state: VelocityState, frame: SensorFrame) -> None:
+    """Note the time of the counts in a *frame*, by which positions are estimated. Each frame is to be noted."""
+    state.counted = max([state.counted, *(min(each.time, frame.time) for each in frame.of(Encoders))])
 
 
 def due(settings: VelocitySettings, state: VelocityState, target: Target, now: float) -> tuple[Array, Array]:
@@ -241,19 +263,20 @@ def due(settings: VelocitySettings, state: VelocityState, target: Target, now: f
     return pose[:3], pose[3:]
 
 
-def _delay(settings: VelocitySettings, state: VelocityState, target: Target, now: float, dt: float) -> float:
+def _delay(settings: VelocitySettings, state: VelocityState, now: float, dt: float) -> float:
     """Return how long, s, the platform has yet to move from where it is estimated, until it has followed all commands.
 
     Winches follow a speed u by v' = (u - v) / T. From a target that moves at u the platform is d away, with d' = u - v
-    and so d = T v, from rest on. Steps have constant u, and so an exact v; after a stop v is 0. The estimate is as old
-    as the counts, by A. Feedback of gain K that took (T + A) v for an error would move the platform outwards: on a
-    circle of radius R by about v^2 (T + A) / (R K). The *target* is that of *now*, s.
+    and so d = T v, from rest on. Steps have constant u, and so an exact v; after a stop v is 0. An estimate may be as
+    old as the counts, by A, up to `_OLDEST`: older ones are no matter of this. Feedback of gain K that took (T + A) v
+    for an error would move the platform outwards: on a circle of radius R by about v^2 (T + A) / (R K). *now*: s.
     """
     passed = now - state.time
     keep = math.exp(-passed / settings.lag) if settings.lag else 0.0
     state.velocity = state.commanded + keep * (state.velocity - state.commanded) if passed <= 1.5 * dt else np.zeros(6)
-    state.commanded, state.time = np.concatenate([target.velocity, target.rate]), now
-    return settings.lag + (max(now - state.counted, 0.0) if math.isfinite(state.counted) else 0.0)
+    state.time = now
+    age = min(max(now - state.counted, 0.0), _OLDEST) if settings.ages and math.isfinite(state.counted) else 0.0
+    return settings.lag + age
 
 
 class _HeldPoint(NamedTuple):
@@ -285,13 +308,6 @@ def _held_point(settings: VelocitySettings, state: VelocityState, target: Target
     return _HeldPoint(lengths, held.tensions, held)
 
 
-def _within(settings: VelocitySettings, rates: Array, estimate: Estimate) -> Array:
-    """Return speeds (w,), rad/s, at *rates* (w,), m/s, of the winches' lines, scaled so that none exceeds the limit."""
-    speeds = rates / estimate.radii[settings.hosts]
-    largest = max(map(abs, speeds.tolist()))
-    return speeds * (settings.max_drum_speed / largest) if largest > settings.max_drum_speed else speeds
-
-
 def _rates_of_body(
     settings: VelocitySettings,
     state: VelocityState,
@@ -315,7 +331,9 @@ def _rates_of_body(
     held = held_at(settings.model, np.stack([here, there]), retraction, pushed, settings.pair)
     if held is None or not np.isfinite(estimate.lengths).all():
         return None
-    change = (held.tensions[1] - held.tensions[0]) / dt
+    speed = float(np.abs(target.velocity).sum() + np.abs(target.rate).sum())
+    share = float(np.abs(state.velocity).sum()) / speed if speed > 0.0 else 0.0  # of that speed, which it moves at now
+    change = min(share, 1.0) * (held.tensions[1] - held.tensions[0]) / dt
     state.chosen = held.tensions[0] - settings.lag * change
     tensions = None if tensions is None else tensions + delay * change
     if tensions is not None and np.isfinite(tensions).all():

@@ -214,7 +214,8 @@ class _OurLaw:
 
     def __init__(self, law: str, robot: Robot, settings: MachineSettings) -> None:
         model, speed = Model(with_drum_mass(robot, settings)), settings.winch.max_speed
-        self._settings = velocity.VelocitySettings(model, speed, cast(LawName, law), manage_slack=False)
+        lag = settings.winch.lag
+        self._settings = velocity.VelocitySettings(model, speed, cast(LawName, law), manage_slack=False, lag=lag)
         self._state = velocity.start(self._settings)
 
     def __call__(self, estimate: Estimate, target: Target, period: float) -> Array:

@@ -115,6 +115,7 @@ def planned(
         manage_slack=manages_slack,
         by_lengths=estimator == "encoders",
         lag=settings.winch.lag,
+        ages=estimator == "encoders" or path.attitude is not None,
     )
     if path.attitude is not None:
         velocity = replace(velocity, gain=_BODY_GAIN)

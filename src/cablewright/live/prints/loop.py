@@ -14,7 +14,7 @@ from typing import ClassVar, Final, Protocol, runtime_checkable
 
 import numpy as np
 
-from cablewright.control import drum_yaw, guard, guide, height, manual, retractor, supervisor, velocity
+from cablewright.control import drum_yaw, guard, guide, height, manual, retractor, stretch_damping, supervisor, velocity
 from cablewright.control.clock import FrameClock
 from cablewright.control.drum_yaw import YawSettings, YawState
 from cablewright.control.guard import GuardSettings, GuardState, StopCause
@@ -200,6 +200,7 @@ class Printer:
         if self._weighing is not None:
             self._weighing.weigh(self._full_mass - self.load.gone)
         estimate = self.estimator.step(frame)
+        velocity.note_counts(self.velocity, frame)
         if self._beam is not None and self.plan.beam is not None:
             retractor.read(self.plan.beam, self._beam, frame)
         state = self.supervisor.state
@@ -344,9 +345,9 @@ class Printer:
             return self._proceed(now, verdict, frame, estimate, dt)
         if verdict.hold_winches or not estimate.valid:
             return Command(now, frozen(np.zeros(self.machine.abilities.winches)))
-        moved = self._retract(target, dt)
-        own, tensions = self.plan.velocity, self.tensions
-        velocity.listen(own, self.velocity, frame)
+        own, tensions, moved = self.plan.velocity, self.tensions, self._retract(target, dt)
+        if own.stretch is not None:
+            stretch_damping.listen(own.stretch, self.velocity.stretch, frame)
         calms = verdict.guide_mode is not GuideMode.HOLD and verdict.state is not PrintState.MANUAL  # its ramps stay
         speeds = velocity.step(own, self.velocity, estimate, target, dt, tensions, moved, calms=calms)
         outputs = {} if moved is None else {RETRACTION: moved.speed}
@@ -411,8 +412,7 @@ class Printer:
             printed = self.plan.path.printing_point(estimate.position, estimate.rotation)
             error = self.plan.path.offset(printed, target.distance)
         due = velocity.due(self.plan.velocity, self.velocity, target, self.time)
-        place = frozen(self.plan.path.printing_point(*due))
-        where = target.layer, target.distance, place
+        where = target.layer, target.distance, frozen(self.plan.path.printing_point(*due))
         return Progress(estimate.time, verdict.state, *where, error, verdict.reason, tensions)
 
 
