@@ -174,9 +174,9 @@ class _Search:
     clearance: float  # m
 
     def safe(self, places: Array, now: Array | float) -> Mask:
-        """Whether the platform is held at *places* (k, 3), m, and no line is too near to anything, (k,).
+        """Return (k,): whether lines hold the platform at *places* (k, 3), m, with the clearance to all obstacles.
 
-        *now*: the sample, one or (k,), by which the part has grown.
+        *now*: the sample, one or (k,), up to which the part has been printed.
         """
         found = np.empty(len(places), dtype=np.bool_)
         when = np.broadcast_to(now, len(places))

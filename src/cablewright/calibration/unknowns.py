@@ -276,7 +276,10 @@ def coordinates_of(robot: Robot, unknowns: Sequence[Unknown], kind: str = "exit_
 
 
 def by_exits(robot: Robot, unknowns: Sequence[Unknown], by: ArrayLike) -> Array:
-    """Return rows (a, k) by the unknowns from rows *by* (a, 3 m) all coordinates of exit points."""
+    """Return the derivatives (a, k) by the unknowns, from derivatives *by* (a, 3 m) all exit point coordinates.
+
+    Columns of other unknowns are 0.
+    """
     which, coordinates = coordinates_of(robot, unknowns)
     every = np.asarray(by)
     rows = np.zeros((len(every), len(unknowns)))

@@ -226,12 +226,15 @@ class LearntLengths:
         return there
 
     def _towards(self, held: Equilibrium, at: Array) -> tuple[Equilibrium, Array]:
-        """Go from the values *at* (m, 3), *held* so, to those that are known, or so far as lines are held."""
+        """Go from the values *at* (m, 3) of the equilibrium *held* to the known values, or as far as possible."""
         for share in _SHARES:
             goal = at + share * (self.used - at)
             with suppress(AnswerError):
                 return _with_values(held, self.places, goal), goal
-        raise AnswerError("what places taught of lengths has no equilibrium at all of them")
+        raise AnswerError(
+            "length corrections: no step towards those of the measured positions has an equilibrium at all of them; "
+            "measure the positions again"
+        )
 
     def _rows(self, held: Equilibrium, at: Array) -> list[tuple[Array, Array, Array]]:
         """Return a linear equation for each measured place: derivatives (3, 3 m), residual (3,), m, covariance (3, 3).

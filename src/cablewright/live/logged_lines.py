@@ -17,7 +17,8 @@ from cablewright.models.statics import Model
 def hanging_lines(model: Model, poses: Array, lengths: Array) -> Array:
     """Return line states (F, m, 6) of lines with unstrained *lengths* (F, m), m, at *poses* (F, n), m and rad.
 
-    NaN where neither length nor pose is known.
+    States are NaN where the pose is not known, or a platform point is inside a sheave. A line of unknown length is
+    straight.
     """
     states = blank_states(*lengths.shape)
     arrays = (np.ascontiguousarray(each, dtype=np.float64) for each in (poses, lengths))

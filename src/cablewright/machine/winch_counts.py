@@ -143,11 +143,11 @@ class CountFile:
 
 @dataclass
 class Remembering:
-    """A machine whose counts are kept on disk; its frames have totals, over wraps and over a loss of power.
+    """A machine that keeps its encoder counts on disk; its frames have total counts.
 
-    ``epoch``: identifies the series of totals; it differs from that on disk where the totals on disk were not valid any
-    more. Where a file cannot be written at a standstill, frames have the notice NOT_SAVED. ``power_lost``: counters
-    have begun again since.
+    Totals continue over wraps of the counters and over a loss of power. ``epoch``: identifies the series of totals; a
+    new epoch begins where the totals on disk were not valid any more. If the file cannot be written at a standstill,
+    frames have the notice NOT_SAVED. ``power_lost``: counters have begun again since the last saved totals.
     """
 
     machine: Machine

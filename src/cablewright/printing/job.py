@@ -114,12 +114,12 @@ class Motion(Description):
 
     @property
     def corner(self) -> float:
-        """The corner deviation, m; where none is given that of the assumed strand."""
+        """Return the allowed corner deviation, m; if the job gives none, that of the assumed strand."""
         return CORNER * Bead().width if self.corner_deviation is None else self.corner_deviation
 
     @property
     def most_flow(self) -> float:
-        """The most material that can be laid, m^3/s; inf where there is no limit."""
+        """Return the maximum material flow, m^3/s; inf if there is no limit."""
         if self.mass_flow_limit is not None and self.density is not None:
             return self.mass_flow_limit / self.density
         return math.inf if self.flow_limit is None else self.flow_limit

@@ -75,10 +75,10 @@ def _worst_of_each(place: NDArray[np.int64], error: Array) -> Indices:
 
 
 def coarse_corners(samples: Samples, known: _Rows, limit: int, span: int) -> Pieces:
-    """Return at most about ``limit`` pieces: corner to corner of whole layers, every so manyth layer.
+    """Return at most about ``limit`` pieces of a path, each from corner to corner; whole layers are left out evenly.
 
-    ``known`` are the samples whose segments may be shown. The first and the last layer always are. A straight move is
-    cut every ``span`` samples, so that colour still changes along it.
+    ``known`` are the samples whose segments may be shown. The first and the last layer are always shown. A straight
+    move is cut every ``span`` samples, so that colour still changes along the move.
     """
     pieces = _corner_to_corner(samples, known, span)
     if len(pieces) <= limit:

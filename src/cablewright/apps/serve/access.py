@@ -113,7 +113,10 @@ class Access:
         return hmac.new(self.key, b"view", hashlib.sha256).hexdigest()[:32]
 
     def knows_host(self, headers: Iterable[tuple[bytes, bytes]]) -> bool:
-        """Whether the request names one of our hosts, once: a foreign name that leads here is rejected."""
+        """Return whether the request has exactly one Host header, with a name of this server.
+
+        A foreign name that resolves to this computer is rejected (DNS rebinding).
+        """
         given = [value for name, value in headers if name == b"host"]
         return len(given) == 1 and given[0].decode("latin-1").lower() in self.hosts
 

@@ -60,7 +60,7 @@ _NAMED: Final = 2  # redundant numbers of a pose with which its wrong line can b
 
 
 def states_at(problem: CalibrationProblem, theta: Array, new_home: bool) -> tuple[Array, Array]:
-    """Return the unknowns (k,), with lengths at home that fit if they are new, and the states (N, ..) of the poses."""
+    """Return the unknowns (k,) and the states (N, ..) of the poses; with *new_home* the lengths at home are fitted."""
     straight = problem
     if isinstance(problem, ElasticProblem):
         straight = StraightProblem.of(problem.robot, problem.measured, straight_plan(problem), hold=False)

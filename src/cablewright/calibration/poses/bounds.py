@@ -110,9 +110,10 @@ def _largest(robot: Robot, unknown: Unknown, measured: Measured) -> float:
 
 
 def at_bound(values: Array, limits: Array, start: Array) -> tuple[Mask, Mask]:
-    """Return which *values* (k,) are at their min and at their max in *limits* (2, k), if that is not their *start*.
+    """Return which *values* (k,) are at the min, and which at the max, of *limits* (2, k).
 
-    Build-up of nothing is where the file has it: the data then ask for no other. NaN: there is no start.
+    A value at a limit does not count if the robot file has it there too, in *start* (k,), as a build-up of 0. NaN in
+    *start*: the file has no value.
     """
     room = _AT * np.maximum(limits[1] - limits[0], 1e-300)
     at_start = np.abs(start - limits) <= room

@@ -125,10 +125,11 @@ def _predict_layers(layers: CoilLayers, state: FilterState) -> None:
 
 
 def update(settings: FilterSettings, state: FilterState) -> None:
-    """Update the filter's lengths, position and accelerometer zeros by the measured angles of all lines, every 0.2 s.
+    """Update the filter by the measured angles of all lines, at most every 0.2 s.
 
-    Of all forces that balance the drum the likeliest are taken, by their excesses and angles; along the number that the
-    balance leaves open they are not relied on.
+    The update changes lengths, position and accelerometer zeros. Of all line forces that balance the drum, the most
+    probable ones by excesses and angles are used. The one
+    combination of forces that the balance leaves open is not used.
     """
     if state.time - state.lines.last_angle_time < _ANGLE_INTERVAL or state.taut is None or state.hung.sag is None:
         return

@@ -207,7 +207,9 @@ class _Defines:
         except (SyntaxError, ArithmeticError, KeyError, ValueError, RecursionError, MemoryError):
             value = math.nan
         if not math.isfinite(value):
-            raise InputError(f"{self.places[name]} = {shown(text)}: must be a number, mm, or a sum of such")
+            raise InputError(
+                f"{self.places[name]} = {shown(text)}: must be a number in mm, or a formula of such numbers"
+            )
         return value
 
     def _of(self, node: Any, depth: int) -> float:

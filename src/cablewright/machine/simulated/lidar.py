@@ -67,9 +67,12 @@ class SimulatedLidar:
         return Scan(self.source, begin, between, _FIRST, math.tau / settings.rays, self._add_noise(found))
 
     def after_load(self) -> None:
-        """Raise `InputError` for more poses than a turn has."""
+        """Raise `InputError` if the loaded state has more poses than one scan of the lidar takes."""
         if self._count > self._steps:
-            raise InputError(f"snapshot: lidar {self.source!r}: up to {self._steps} poses of a turn are expected")
+            raise InputError(
+                f"snapshot: lidar {self.source!r}: has {self._count} poses of a scan, must be at most {self._steps}; "
+                "load a snapshot of a machine with the same settings"
+            )
 
     def _cast(self, poses: Array, faces: Array, ground: Ground) -> Array:
         """Ranges (k,), m, of the rays of a turn along *poses* to *faces*, ceiling and *ground*."""

@@ -344,7 +344,10 @@ class Check(Result):
 
     @property
     def allowed_error(self) -> float:
-        """The expected error that is allowed, m: where it is nearest to that, or of the median bead."""
+        """Return the allowed expected error, m, at the sample whose error is nearest to it.
+
+        If the expected error was not checked, it is the allowed error of the median bead.
+        """
         bounds = next((each.allowed[1] for each in self.findings if each.limit == EXPECTED_ERROR), None)
         return self.job.allowed_error(self.beads.typical.width) if bounds is None else bounds
 

@@ -29,7 +29,7 @@ class LineFaults:
         self._begun = np.zeros(len(self._plans), dtype=np.int64)
 
     def broken(self) -> list[int]:
-        """Numbers of the lines that have broken."""
+        """Return the numbers, from 0, of the lines that a planned fault of the simulation has broken."""
         return [
             i for (fault, i), begun in zip(self._plans, self._begun, strict=True) if begun and fault.kind == "broken"
         ]
