@@ -46,7 +46,7 @@ class LengthCheck:
 
     @property
     def fits(self) -> bool:
-        """Whether nothing speaks against the lengths."""
+        """Whether the check found no error of the lengths."""
         return self.misfit <= LIMIT
 
     def sentence(self, names: Sequence[str]) -> str:

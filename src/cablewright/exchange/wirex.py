@@ -61,7 +61,7 @@ def read_wirex(path: Path, cable: str | None = None) -> ImportedRobot:
 
 
 class _Reader:
-    """One file, and what is noted while it is read."""
+    """One file, and the notes made while it is read."""
 
     def __init__(self, path: Path, models: Element, cable: str | None) -> None:
         self.path, self.models, self.chosen = path, models, cable

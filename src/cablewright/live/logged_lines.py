@@ -1,4 +1,4 @@
-"""The lines of a machine in motion as they hang: from logged poses and unstrained lengths, line by line.
+"""Shapes of the lines of a machine in motion, from logged poses and unstrained lengths, line by line.
 
 The platform need not be in equilibrium. A line that is shorter than the straight way, by errors of the description, is
 drawn straight.

@@ -78,7 +78,7 @@ def update_jacobian(settings: FilterSettings, state: FilterState, *, at_once: bo
 
 
 def _hang_weights(state: FilterState, weights: Array) -> None:
-    """Let lines with counterweights of *weights* (m,), N, have the excess that these give them, at B wherever it is."""
+    """Set the excess of lines with counterweights of *weights* (m,), N, to the excess by their weight, at any B."""
     lay, P = state.layout, state.P
     assert state.taut is not None  # as found just now
     assert state.hung.sag is not None
@@ -187,7 +187,7 @@ def _doubt_zeros(settings: FilterSettings, state: FilterState, lines: NDArray[np
 
 
 class _Mixture(NamedTuple):
-    """Moments of the innovations that all forces together give, each weighted by its likelihood."""
+    """Moments of the innovations over all candidate forces, each weighted by its likelihood."""
 
     innovation: Array  # (m + j,)
     noise: Array  # (m + j, m + j)

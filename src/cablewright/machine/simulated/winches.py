@@ -150,7 +150,7 @@ class Winches:
 
 
 def _first_stretch(line: Line) -> float:
-    """Length of the straight cable that leaves the winch, m, whose end is fixed; 0 where it is not described.
+    """Length of the straight cable from the winch to its first fixed point, m; 0 if the winch is not described.
 
     Of a cable in one vertical plane its height, as its winch is below or above the sheave.
     """

@@ -23,7 +23,7 @@ class LineFaults:
     SAVED = ("_begun",)
 
     def __init__(self, robot: Robot, faults: Sequence[FaultPlan]) -> None:
-        """Take those of *faults* that are a line's own."""
+        """Take the *faults* whose source is a line."""
         names = [line.name for line in robot.lines]
         self._plans = [(fault, names.index(fault.line)) for fault in faults if fault.source == "line" and fault.line]
         self._begun = np.zeros(len(self._plans), dtype=np.int64)
