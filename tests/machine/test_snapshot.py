@@ -126,7 +126,7 @@ def _without(snapshot: Snapshot, **changes: Any) -> Snapshot:
         ("rig.ground.field.heights", np.zeros(3), "does not fit into (250, 500)"),
         ("rig.ground.field.heights", np.full((2, 2), np.inf), "not finite"),
         ("sensors.north.poses", np.zeros((5, 7)), "float64 (6, 7) is expected"),
-        ("sensors.north.count", 6, "up to 5 poses of a turn"),
+        ("sensors.north.count", 6, "must be at most 5"),
         ("wire.sent", [[1.0, "/truth", "{}"]], "a message of /truth"),
         ("wire.sent", [[1.0, "/climate", "{"]], "no JSON"),
         ("wire.sent", [[1.0, "/frame", '{"time": 1, "notices": []}']], "no topic of a reading"),

@@ -1,4 +1,4 @@
-"""Travel moves that lines can make: lifted over, or led round, the frame and what has been laid by then.
+"""Travel moves without collisions of lines: lifted over, or led round, the frame and the part printed so far.
 
 Only lines are compared, as in `interference`; the platform and the nozzle are not.
 """
@@ -36,7 +36,7 @@ LIFTS: Final = (0.0, 0.005, 0.01, 0.02, 0.04, 0.08, 0.16, 0.3, 0.5)
 """Heights by which a travel move may be lifted, in heights of the frame."""
 
 ASIDE: Final = (0.0, 0.02, 0.05, 0.1, 0.2, 0.35, 0.5)
-"""Distances by which its middle may be moved aside, level and square to it, in widths of the frame."""
+"""Distances by which the middle of a travel move may be moved aside, level and square to the move, in frame widths."""
 
 _FIRST: Final = 6  # places of a way that are looked at before all
 
@@ -138,7 +138,7 @@ class _Way:
 
     @property
     def places(self) -> Array:
-        """Places (k, 3), m, along it, without its ends, which belong to laid moves."""
+        """Places (k, 3), m, along the travel move, without its ends, which belong to printed moves."""
         return _dense(self.corners)[1:-1]
 
 
@@ -174,9 +174,9 @@ class _Search:
     clearance: float  # m
 
     def safe(self, places: Array, now: Array | float) -> Mask:
-        """Whether the platform is held at *places* (k, 3), m, and no line is too near to anything, (k,).
+        """Return (k,): whether lines hold the platform at *places* (k, 3), m, with the clearance to all obstacles.
 
-        *now*: the sample, one or (k,), by which the part has grown.
+        *now*: the sample, one or (k,), up to which the part has been printed.
         """
         found = np.empty(len(places), dtype=np.bool_)
         when = np.broadcast_to(now, len(places))
@@ -188,7 +188,7 @@ class _Search:
         return found
 
     def unsafe(self, samples: Samples) -> list[tuple[int, int]]:
-        """Return the first and the last sample of each run of moves that lay nothing and are not safe."""
+        """Return the first and the last sample of each run of travel moves in which a sample is not safe."""
         edges = np.diff(np.concatenate([[False], ~samples.extruding[1:], [False]]).astype(np.int8))
         begins, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
         inside = np.zeros(len(samples), dtype=np.bool_)
@@ -200,11 +200,11 @@ class _Search:
         return [(int(begins[run]), int(ends[run])) for run in runs]
 
     def shortest(self, asis: Array, now: float) -> _Way | None:
-        """Return the shortest safe way from the first to the last of *asis* (k, 3), m; None: none of those tried is."""
+        """Return the shortest safe way from the first to the last of *asis* (k, 3), m; None: no tried way is safe."""
         return next((way for way in _ways(self.model, asis) if self._is_safe(way.places, now)), None)
 
     def _is_safe(self, places: Array, now: float) -> bool:
-        """Whether all of *places* (k, 3), m, are safe; some are looked at before all of them."""
+        """Return whether all *places* (k, 3), m, are safe; a few of the places are tested first."""
         return all(self.safe(places[:: step or 1], now).all() for step in (len(places) // _FIRST, 1))
 
 

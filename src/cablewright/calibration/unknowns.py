@@ -41,10 +41,10 @@ NAMES: Final = tuple(_COLUMNS)
 """Names of the numbers that may be unknown, as in the parameter registry."""
 
 COORDINATES: Final = tuple(kind.name for name in NAMES for kind in KINDS_OF[name] if kind.axis is not None)
-"""Those of them that have an axis: ``exit_point.z``."""
+"""Names of the unknowns that have an axis, such as ``exit_point.z``."""
 
 BOUNDED: Final = tuple(name for name in NAMES if name != "centre_of_mass" and not name.endswith("_point"))
-"""Those that are no coordinates of points: a plan may give their range, that of tilts for both axes."""
+"""Names of the unknowns that are no coordinates of points. A plan may give their range, of a tilt one for both axes."""
 
 DEFAULT: Final = ("exit_point", "length_offset")
 """The default unknowns, those of Wang and Caro 2021."""
@@ -53,7 +53,7 @@ _HARDWARE: Final[dict[str, Callable[[Line], object]]] = {
     "build_up": lambda line: (line.winch.drum_radius, line.cable.diameter),
     "modulus": lambda line: line.cable,
 }
-"""Parts that must be equal where lines have one such number."""
+"""Parts that must be equal for lines that share one such unknown."""
 
 _SIZES: Final = {"exit_compliance": straight_line.PER_NEWTON}
 _DIGITS: Final = 12  # decimal places, m, of numbers in a robot file
@@ -250,7 +250,7 @@ def numbers_of_lines(robot: Robot, by_drum: Sequence[bool] = (), elastic: bool =
 
 
 def _put_ends(row: Array, line: Line) -> None:
-    """Write to the numbers of a *line* what its mount and its spring give."""
+    """Write the compliances of mount and spring of a *line* to its numbers, *row*."""
     if isinstance(line.exit_compliance, float):
         row[straight_line.COMPLIANCE] = line.exit_compliance / straight_line.PER_NEWTON
     elif line.exit_compliance is not None:
@@ -276,7 +276,10 @@ def coordinates_of(robot: Robot, unknowns: Sequence[Unknown], kind: str = "exit_
 
 
 def by_exits(robot: Robot, unknowns: Sequence[Unknown], by: ArrayLike) -> Array:
-    """Return rows (a, k) by the unknowns from rows *by* (a, 3 m) all coordinates of exit points."""
+    """Return the derivatives (a, k) by the unknowns, from derivatives *by* (a, 3 m) all exit point coordinates.
+
+    Columns of other unknowns are 0.
+    """
     which, coordinates = coordinates_of(robot, unknowns)
     every = np.asarray(by)
     rows = np.zeros((len(every), len(unknowns)))

@@ -1,4 +1,4 @@
-"""The drum's yaw, held by a drive about its axis: the next step that Merlet, Papegay 2023, IV, proposes.
+"""Control of the drum's yaw by a drive about the drum's axis, which Merlet and Papegay 2023, IV, propose.
 
 The drive turns the drum against the suspension, whose twisted lines resist. With the drive's angle a, the drum's
 inertia J, its damping c, and stiffness k and rest r of the twist, the yaw y obeys J y'' + c y' + k (y - a - r) = 0. The

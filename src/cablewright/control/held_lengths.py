@@ -1,4 +1,4 @@
-"""Lengths that hold a rigid platform at a pose with the tensions that the full model chooses.
+"""Line lengths that hold a rigid platform at a pose with tensions that the full model chooses.
 
 With more lines than degrees of freedom a pose alone does not determine the lengths: the tensions that balance no load
 are free. The model chooses them within its limits, near its preferred tensions: see `held_tensions`. Lengths that

@@ -46,7 +46,7 @@ class LengthCheck:
 
     @property
     def fits(self) -> bool:
-        """Whether nothing speaks against the lengths."""
+        """Whether the check found no error of the lengths."""
         return self.misfit <= LIMIT
 
     def sentence(self, names: Sequence[str]) -> str:
@@ -61,9 +61,9 @@ class LengthCheck:
 
 
 def check_lengths(model: Model, lengths: Array, tensions: Array, guess: Array) -> LengthCheck | None:
-    """Test unstrained *lengths* (m,), m, at *tensions* (m,), N; None: they meet nowhere near the pose *guess* (n,).
+    """Test whether unstrained *lengths* (m,), m, fit a pose at *tensions* (m,), N, near the pose *guess* (n,).
 
-    A platform in a plane is looked for in that plane.
+    Return None if the search for this pose fails. The pose of a platform in a plane is searched in that plane.
     """
     plane, winches = model.robot.platform.plane, WinchLines.of(model.robot)
     free, counted = directions(plane, model.n), winches.winch >= 0

@@ -48,7 +48,7 @@ class RampMean:
         self.rates = STEADY
 
     def asked(self, now: Array) -> Array:
-        """Return the last wanted speed; *now* (d,): the present speed."""
+        """Return the last wanted speed (d,), or at rest the present speed *now* (d,)."""
         return self._past[0] if len(self._past) else now
 
     def pending(self, now: Array, dt: float) -> Array:

@@ -1,4 +1,4 @@
-"""The clock on the drum: how far it is ahead of the machine's, by the stamps of messages over the link.
+"""By how many seconds the clock on the drum is ahead of the machine's clock, by the stamps of wireless messages.
 
 A reading cannot arrive earlier than its shortest way over the link takes, so the least lag of many bounds how far the
 drum's clock is ahead from one side; that the least one was read within a period, or another time that its owner knows,

@@ -53,7 +53,7 @@ _ASSUMED: Final = Creep(logarithmic=1e-6)  # of cables without a creep law: its 
 
 @dataclass(frozen=True)
 class LengthPriors:
-    """What is assumed of lengths before anything is measured, standard deviations: assumed, not fitted to a machine.
+    """Standard deviations of length errors before any position is measured: assumed, not fitted to a machine.
 
     ``place``: m, of a measured place in each coordinate. ``share``: error of a line's length, as a share of it.
     ``creep``: creep of the length after an hour under the mean tension of all lines at the start. ``mount``: compliance
@@ -195,9 +195,9 @@ class LearntLengths:
         return _softened(model, self.used)
 
     def told(self, model: Model, measured: MeasuredPlace) -> Equilibrium:
-        """Learn from a place that was *measured*; return the equilibrium that is then thought to be there.
+        """Update the corrections by a *measured* position; return the estimated equilibrium at this position.
 
-        Raises `AnswerError` where there is none.
+        Raises `AnswerError` if there is no equilibrium.
         """
         known, places = self.known, list(self.places)
         self.places.append(measured)
@@ -208,7 +208,7 @@ class LearntLengths:
             raise
 
     def _learnt(self, model: Model) -> Equilibrium:
-        """Learn from the last places again; return the equilibrium at the last."""
+        """Update the corrections by the last measured positions again; return the equilibrium at the last position."""
         at, places = self.used, self.places
         held = solve_forward(model, [one.counted for one in places], guess=[one.place for one in places]).checked()
         held = _with_values(held, places, at)
@@ -226,12 +226,15 @@ class LearntLengths:
         return there
 
     def _towards(self, held: Equilibrium, at: Array) -> tuple[Equilibrium, Array]:
-        """Go from the values *at* (m, 3), *held* so, to those that are known, or so far as lines are held."""
+        """Go from the values *at* (m, 3) of the equilibrium *held* to the known values, or as far as possible."""
         for share in _SHARES:
             goal = at + share * (self.used - at)
             with suppress(AnswerError):
                 return _with_values(held, self.places, goal), goal
-        raise AnswerError("what places taught of lengths has no equilibrium at all of them")
+        raise AnswerError(
+            "length corrections: no step towards those of the measured positions has an equilibrium at all of them; "
+            "measure the positions again"
+        )
 
     def _rows(self, held: Equilibrium, at: Array) -> list[tuple[Array, Array, Array]]:
         """Return a linear equation for each measured place: derivatives (3, 3 m), residual (3,), m, covariance (3, 3).
@@ -288,5 +291,5 @@ def winding(priors: LengthPriors, turns: Array) -> Array:
 
 
 def _law_of(described: Creep | None) -> Creep:
-    """The law by which a cable remembers: that of the file, where that is of any size."""
+    """Return the creep law of the file if it has any creep after an hour, otherwise the assumed law."""
     return described if described is not None and hour_compliance(described) > 0.0 else _ASSUMED

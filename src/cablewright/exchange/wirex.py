@@ -61,7 +61,7 @@ def read_wirex(path: Path, cable: str | None = None) -> ImportedRobot:
 
 
 class _Reader:
-    """One file, and what is noted while it is read."""
+    """One file, and the notes made while it is read."""
 
     def __init__(self, path: Path, models: Element, cable: str | None) -> None:
         self.path, self.models, self.chosen = path, models, cable
@@ -254,10 +254,10 @@ def _rotation(element: Element) -> tuple[tuple[float, ...], ...]:
 
 
 def axes_of(axis: Sequence[float]) -> Axes:
-    """Return right-handed axes (columns x, y, z) of a sheave's mounting with that third *axis* of length one.
+    """Return right-handed axes (columns x, y, z) of a sheave's mounting; z is *axis*, a unit vector.
 
-    It is that about which the sheave swivels, along which the cable comes: the world's for an upright one. Which way x
-    and y point means nothing here.
+    The sheave swivels about z, along which the cable arrives. The axes of an upright sheave are those of the world. The
+    directions of x and y have no meaning here.
     """
     a, b, c = axis
     if a == b == 0.0:

@@ -1,4 +1,4 @@
-"""Declarations that modules of a package make, found rather than listed: one more needs no entry anywhere."""
+"""Find the declarations in the modules of a package, so that no list of these declarations is needed."""
 
 from __future__ import annotations
 

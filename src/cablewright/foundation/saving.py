@@ -1,4 +1,4 @@
-"""State as data: one walk saves and loads, exactly, whatever changes in an object; files hold what was saved.
+"""The state of objects as data: saved to a snapshot or a file, and loaded from it exactly, by one walk.
 
 A class names the attributes that are its state in ``SAVED``, with dots for those of its parts. All else, settings,
 derived arrays and scratch, is made again by its constructor: state is loaded into a new object of the same settings,
@@ -264,10 +264,10 @@ IsSigned = Callable[[memoryview, bytes], bool]
 def write_snapshots(
     path: Path, snapshots: Mapping[str, Snapshot], *, parents: bool = False, sign: Sign | None = None
 ) -> None:
-    """Write *snapshots*, by name, to *path*: all or nothing, on the disk on return. Raises `EnvironmentFault`.
+    """Write the named *snapshots* to one file *path*, completely or not at all. Raises `EnvironmentFault`.
 
-    State that belongs together goes into one file, so that it is all from the same time. With *parents* missing folders
-    are made. What *sign* returns of the content, SIGNATURE bytes, follows it.
+    On return the file is on the disk. All state in one file is from the same time. With *parents* missing folders are
+    made. The SIGNATURE bytes that *sign* returns for the content follow the content.
     """
     names = {dtype: name for name, dtype in _TYPES.items()}
     parts, data = {}, list[NDArray[np.uint8]]()

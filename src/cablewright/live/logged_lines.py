@@ -1,4 +1,4 @@
-"""The lines of a machine in motion as they hang: from logged poses and unstrained lengths, line by line.
+"""Shapes of the lines of a machine in motion, from logged poses and unstrained lengths, line by line.
 
 The platform need not be in equilibrium. A line that is shorter than the straight way, by errors of the description, is
 drawn straight.
@@ -17,7 +17,8 @@ from cablewright.models.statics import Model
 def hanging_lines(model: Model, poses: Array, lengths: Array) -> Array:
     """Return line states (F, m, 6) of lines with unstrained *lengths* (F, m), m, at *poses* (F, n), m and rad.
 
-    NaN where neither length nor pose is known.
+    States are NaN where the pose is not known, or a platform point is inside a sheave. A line of unknown length is
+    straight.
     """
     states = blank_states(*lengths.shape)
     arrays = (np.ascontiguousarray(each, dtype=np.float64) for each in (poses, lengths))

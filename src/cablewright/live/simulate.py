@@ -38,7 +38,7 @@ _DEFAULT = "merlet2023"  # the machine of a robot that has none of its own
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Simulation(Pictured):
-    """Summary of a simulated drive."""
+    """Summary of one run of the simulated machine, along a path or held at a position."""
 
     FIGURES: ClassVar = (
         Figure("status", "", "ok: what cannot be simulated is an error.", lambda _: "ok"),
@@ -47,7 +47,7 @@ class Simulation(Pictured):
         Figure("plant", "", "Motion of the machine: dynamic, or quasi-static.", "head.plant"),
         Figure("severity", "", "Deviations of the machine from its description: ideal, typical, rough, or own numbers.",
                "head.severity"),
-        Figure("built", "", "What that says of the machine as built.", "head.built", "as built"),
+        Figure("built", "", "Deviations of the machine as built, by that severity.", "head.built", "as built"),
         Figure("seed", "1", "Seed of the robot as built, the path and all noise.", "head.seed"),
         Figure("period", "s", "Duration of one step.", "head.period", detail=True),
         Figure("steps", "1", "Number of steps.", "drive.steps"),

@@ -1,4 +1,4 @@
-"""Accuracy of the description of a machine with a rigid platform: standard deviations of its parameters."""
+"""Standard deviations of the parameters in the description of a machine with a rigid platform."""
 
 from __future__ import annotations
 

@@ -88,7 +88,7 @@ class CountsFile(BaseModel):
 
 
 class _File(CountsFile):
-    """What the file of counts holds besides."""
+    """Content of the file of counts: also the raw counters, and whether the counts are valid."""
 
     raw: tuple[_Count, ...]
     valid: bool
@@ -96,7 +96,7 @@ class _File(CountsFile):
 
 @dataclass(frozen=True, eq=False)
 class SavedCounts:
-    """Counts (m,) of winches in an *epoch*, the counters (m,) of then, and whether nothing has turned since."""
+    """Saved total counts (m,) in an *epoch*, raw counters (m,) of that time, and whether no drum has turned since."""
 
     epoch: int
     counts: NDArray[np.int64]
@@ -114,7 +114,7 @@ class CountFile:
     """The counts of a machine on disk."""
 
     def __init__(self, path: Path, robot: str, lines: Sequence[str]) -> None:
-        """The file at *path*, which need not be there, of the winches of *robot* for *lines*."""
+        """Use the file at *path*, which need not exist, for the winches of *robot* for *lines*."""
         self.path, self._robot, self._lines = path, robot, tuple(lines)
 
     def read(self) -> SavedCounts | None:
@@ -143,11 +143,11 @@ class CountFile:
 
 @dataclass
 class Remembering:
-    """A machine whose counts are kept on disk; its frames have totals, over wraps and over a loss of power.
+    """A machine that keeps its encoder counts on disk; its frames have total counts.
 
-    ``epoch``: identifies the series of totals; it differs from that on disk where the totals on disk were not valid any
-    more. Where a file cannot be written at a standstill, frames have the notice NOT_SAVED. ``power_lost``: counters
-    have begun again since.
+    Totals continue over wraps of the counters and over a loss of power. ``epoch``: identifies the series of totals; a
+    new epoch begins where the totals on disk were not valid any more. If the file cannot be written at a standstill,
+    frames have the notice NOT_SAVED. ``power_lost``: counters have begun again since the last saved totals.
     """
 
     machine: Machine
@@ -226,7 +226,7 @@ class Remembering:
         return not command.winch_speeds.any() and WinchMode.TENSION not in command.modes
 
     def _stand(self) -> None:
-        """Keep all winches off until their counts are saved, or for thrice the time that it takes."""
+        """Keep all winches off until their counts are saved, or for at most three times `STILL`."""
         m = self.abilities.winches
         for _ in range(round(3.0 * STILL / self.period)):
             if self._marked is not None and self._still is not None and self._read_time - self._still[0] >= STILL:
@@ -234,7 +234,7 @@ class Remembering:
             self.step(Command(self._time, np.zeros(m), modes=(WinchMode.OFF,) * m))
 
     def _counted(self, reading: Reading, now: float) -> Reading:
-        """The reading; with totals if it is of the encoders."""
+        """Return the *reading*; a reading of the encoders has total counts in place of raw counts."""
         if not isinstance(reading, Encoders):
             return reading
         if self._totals is None and self._saved is not None:
@@ -254,7 +254,7 @@ class Remembering:
         self._unwrapped = Unwrapped(saved.counts, raw)
 
     def _keep(self, now: float, rests: bool) -> None:
-        """Take the mark away where a drum turns by itself, and set it where all have stood, as readings show."""
+        """Mark the counts on disk as valid once all drums have stood for `STILL`, and as invalid if a drum turns."""
         totals = self._totals
         if not rests or totals is None:
             self._still = None

@@ -1,4 +1,4 @@
-"""The figures of an equilibrium: what JSON, terminal and reports say of one, or of a batch by rows."""
+"""Declared figures (key, unit, words) of an equilibrium, or of a batch by rows, for JSON, terminal and reports."""
 
 from __future__ import annotations
 

@@ -18,11 +18,12 @@ from cablewright.robot.parameters import Parameter
 
 @dataclass(frozen=True)
 class OfLine:
-    """A parameter of a line: ``linear`` is its column of the linearisation, ``per`` its derivative by the parameter.
+    """How a parameter of a line acts on the line.
 
-    ``become`` returns the new ``columns`` of `Packed.lines` (S, c) for values (S, 1). A parameter of lengths has a
-    ``factor`` on the commanded lengths, or is ``added`` to them. Statics is nearly linear in the parameter, or with
-    ``by_inverse`` in its inverse.
+    ``linear``: column of the linearisation. ``per``: returns the derivative of the column's quantity by the parameter.
+    ``become``: returns the new ``columns`` of `Packed.lines` (S, c) for values (S, 1). A parameter of lengths has a
+    ``factor`` on the commanded lengths, or is ``added`` to them. Statics is nearly linear in the parameter, or in its
+    inverse if ``by_inverse``.
     """
 
     linear: int

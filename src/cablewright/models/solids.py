@@ -1,4 +1,4 @@
-"""Parts for the kernels: beads or triangles in a tree of boxes, each with the time from which on it exists."""
+"""Obstacles for the distance kernels: beads or triangles in a tree of boxes, each with the time when it appears."""
 
 from __future__ import annotations
 

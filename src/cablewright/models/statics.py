@@ -66,7 +66,10 @@ class Model:
         Fidelity.of(cable or default, sheave)
         for name, value, own in zip(("cable", "sheave", "tension_limits"), given, has, strict=True):
             if value is not None and value != own:
-                raise InputError(f"{name} = {value}: the model has {own or 'none'}; leave it out, or pass the robot")
+                raise InputError(
+                    f"{name} = {value}: the model has {own or 'none'}; leave {name} out, or pass the robot "
+                    "in place of the model"
+                )
         return robot
 
     @classmethod

@@ -82,7 +82,7 @@ class Motion(Description):
     speed: Literal["gcode", "fastest"] = "gcode"
     """Whether feeds of the path count; "fastest": limits alone do, of the speeds below only those that are given."""
     flow_limit: Positive[VolumeFlow] | None = None
-    """Most material that can be laid; None: no limit."""
+    """Maximum material flow; None: no limit."""
     mass_flow_limit: Positive[MassFlow] | None = None
     """The same by mass, with its ``density``."""
     density: Positive[Density] | None = None
@@ -102,7 +102,7 @@ class Motion(Description):
     """Time by which material leads the nozzle's motion; negative: lags."""
 
     travel: Literal["gcode", "safe"] = "gcode"
-    """Whether moves that lay nothing are changed where a line would touch something: see `analyses/safe_travel.py`."""
+    """Whether travel moves are changed where a line would touch an obstacle: see `analyses/safe_travel.py`."""
 
     @model_validator(mode="after")
     def _flow_is_given_once(self) -> Self:
@@ -114,12 +114,12 @@ class Motion(Description):
 
     @property
     def corner(self) -> float:
-        """The corner deviation, m; where none is given that of the assumed strand."""
+        """Return the allowed corner deviation, m; if the job gives none, that of the assumed strand."""
         return CORNER * Bead().width if self.corner_deviation is None else self.corner_deviation
 
     @property
     def most_flow(self) -> float:
-        """The most material that can be laid, m^3/s; inf where there is no limit."""
+        """Return the maximum material flow, m^3/s; inf if there is no limit."""
         if self.mass_flow_limit is not None and self.density is not None:
             return self.mass_flow_limit / self.density
         return math.inf if self.flow_limit is None else self.flow_limit
@@ -139,7 +139,7 @@ class Sampling(Description):
     step: _Distance | None = None
     """Maximum distance between samples; None: by the robot and the part, at most `DEFAULT_STEP`."""
     arc_error: _Distance = 1e-4
-    """Maximum distance of the pieces of an arc (G2, G3) from it."""
+    """Maximum distance of an arc (G2, G3) from the straight pieces that replace it."""
 
 
 class Job(FileDescription):
@@ -147,7 +147,7 @@ class Job(FileDescription):
 
     name: Annotated[str, Field(min_length=1, max_length=300)]
     robot: Annotated[str, Field(min_length=1, max_length=300)] | None = None
-    """Name of the only robot that may print it; None: any."""
+    """Name of the only robot that may print the job; None: any robot."""
     gcode: Path | None = None
     material: Material = "E"
     """What lays material in the G-code. See `printing/toolpath.py`."""
@@ -162,7 +162,7 @@ class Job(FileDescription):
     None: by the robot's `Plane.gcode_zero`, or the machine's axes.
     """
     bead: Bead = Bead()
-    """What it leaves open is taken from G-code, see `beads`."""
+    """Values that the bead leaves open are taken from G-code, see `beads`."""
     motion: Motion = Motion()
     sampling: Sampling = Sampling()
     max_error: _Distance | None = None
@@ -364,7 +364,7 @@ def doubts(job: Job) -> tuple[str, ...]:
 
 
 def _located(table: dict[str, Any], path: Path) -> dict[str, Path]:
-    """Return the ``gcode`` of the job at ``path``, relative to the working folder; empty where it is no text."""
+    """Return the ``gcode`` of the job at ``path``, relative to the working folder; empty if the file is no text."""
     written = table.get("gcode")
     if not isinstance(written, str):
         return {}

@@ -1,4 +1,4 @@
-"""A number that holds from one row of a table until it changes: a layer, a line type, a switch."""
+"""A number along the rows of a table that is constant between its changes: a layer, a line type, a switch."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The tables ``[cable] [sheave] [winch] [line]`` of a robot file: defaults for every line."""
+"""The tables ``[cable] [sheave] [winch] [line]`` of a robot file: default values of each of its lines."""
 
 from __future__ import annotations
 

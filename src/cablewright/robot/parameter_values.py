@@ -26,15 +26,15 @@ _Part = TypeVar("_Part", bound=Line | Platform)
 class Kind:
     """An entry of the registry of parameters.
 
-    ``of``: whether each line has its own value, all lines have one value, or the platform. ``dimension``: None for a
-    number in ``plain_unit``. ``role``: "hardware" is in a robot's description; "command" is a difference between true
-    and commanded lengths; "load" is what loads do and no encoder counts; "winch" and "sensor" are known from a
+    ``of``: owner of the value: each line, all lines together, or the platform. ``dimension``: None for a number in
+    ``plain_unit``. ``role``: "hardware" is in a robot's description; "command" is a difference between true and
+    commanded lengths; "load" is an effect of loads that no encoder counts; "winch" and "sensor" are known from a
     calibration only. ``path``: keys and axes of the value in the line or platform, by default the name, or of a value
-    that the number needs; ``absent``: the message for a line without it. ``body``: only rigid platforms have it.
-    ``shareable``: lines may have one value in common. ``nominal``: the value of the robot as its file describes it;
-    None: the value in the file, or ``missing`` where that leaves it out. Valid values are above ``min_value``, or at it
-    if ``closed``, and in the ``room`` that the line allows the number of that name. ``setter``: sets a value at a path,
-    with all that depends on it.
+    that the parameter needs. ``absent``: the message for a line without this value. ``body``: only rigid platforms have
+    the parameter. ``shareable``: lines may have one value in common. ``nominal``: the value of a robot as its file
+    describes it; None: the value in the file, or ``missing`` if the file leaves it out. Valid values are above
+    ``min_value``, or also at it if ``closed``, and in the range ``room`` that the line allows. ``setter``: sets a value
+    at a path, with all values that depend on it.
     """
 
     name: str

@@ -21,14 +21,14 @@ it: coordinates in mm with three decimals are 0.9 um off a tilted plane at most.
 
 
 class Plane(Description):
-    """A plane in which the platform's origin stays; a body also rotates about its normal alone.
+    """A plane in which the platform's origin stays; a rigid platform can rotate about the plane's normal only.
 
-    ``normal``: (3,) world, across the plane, not zero, of any length; ``distance``: m, of the plane from the world's
-    origin along the normal. The plane takes what acts along its normal, and of a body all moments about other axes.
-    ``one_sided``: whether it only pushes, along its normal, as a board does from which the normal points out; false: it
-    holds both ways, as guides do; None: not given, and taken to push alone, which is the safe side. ``gcode_zero``: m,
-    world, of the zero of G-code whose X and Y are along the plane (see `directions`) and whose Z moves the tool alone,
-    as that of wall plotters and routers; None: G-code is in the world's coordinates.
+    ``normal``: (3,) world, across the plane, not zero, of any length. ``distance``: m, of the plane from the world's
+    origin along the normal. The plane takes all forces along its normal, and from a rigid platform all moments about
+    other axes. ``one_sided``: whether the plane only pushes, along its normal, as a board does; false: the plane holds
+    both ways, as guides do; None: not given, and assumed to push only, which is the safe side. ``gcode_zero``: m,
+    world, zero of G-code whose X and Y are along the plane (see `directions`) and whose Z moves the tool alone, as for
+    wall plotters and routers; None: G-code is in the world's coordinates.
     """
 
     normal: Direction
@@ -60,9 +60,10 @@ class Plane(Description):
 
     @property
     def directions(self) -> tuple[Vec3, Vec3]:
-        """Unit vectors in the plane: one that is level, to the right as seen against the normal, and one up the plane.
+        """Return two unit vectors in the plane, world: the first is level, the second points up the plane.
 
-        Of a level plane they are x and y; of one that holds both ways the first points towards x.
+        Seen against the normal, the first points to the right. In a level plane they are x and y. In a plane that
+        holds both ways the first points towards x.
         """
         x, y, z = self.across
         level = math.hypot(x, y)

@@ -32,7 +32,7 @@ def update(text: str, robot: Robot) -> str:
             _put(document, path, value)
         result = document.as_string()
     except TOMLKitError as error:
-        raise InputError(f"{_ORIGIN}: {error}") from None
+        raise InputError(f"{_ORIGIN}: its TOML cannot be changed: {error}; edit the file by hand") from None
     if loads(result, _ORIGIN) != robot:
         raise InputError(f"{_ORIGIN}: the robots differ in more than values; edit the file by hand")
     return result

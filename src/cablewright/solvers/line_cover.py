@@ -180,7 +180,10 @@ def _leaves(
                 kept = np.concatenate([kept, _nearly_loose(own, length, zones[0])])
             return kept.copy(), np.array([zones[0], zones[-1]])
         room *= 2
-    raise AnswerError(f"exhaustive: a line of {length:g} m takes more than {MAX_ROOM} leaves; a smaller box may do")
+    raise AnswerError(
+        f"exhaustive: the search divides a line of {length:g} m into more than {MAX_ROOM} parts, the maximum; try a "
+        "smaller box"
+    )
 
 
 def _cells(zones: Array, widest: float, level: int) -> list[tuple[Array, Array]]:

@@ -256,7 +256,9 @@ def _over_shape(
     """The study of a shape."""
     model, robot = question.model, question.model.robot
     if retraction is not None:
-        raise InputError("retraction: of poses (N, n); over a shape give the robot retracted, a job has a schedule")
+        raise InputError(
+            "retraction: is only for poses (N, n); for a shape pass robot.retracted(LENGTH), for a job use its schedule"
+        )
     require(robot, Capability.PATH)
     if isinstance(where, Job):
         kept = Room(room)

@@ -202,7 +202,7 @@ def test_a_job_that_cannot_be_printed_is_rejected_at_the_start() -> None:
         twin_of(ROBOT, RING.model_copy(update={"robot": "other"}), None, PrintOptions())
     with pytest.raises(InputError, match=r"has no winch\.drum_radius"):
         twin_of(load("wang2021"), RING, None, PrintOptions())
-    with pytest.raises(InputError, match="does not see it"):
+    with pytest.raises(InputError, match="does not measure it; give height = job"):
         plan_print(twin(estimator="encoders", height="structure"))
     with pytest.raises(UnknownName, match="estimator"):
         Print(twin(estimator="crystal ball"))

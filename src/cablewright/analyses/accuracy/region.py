@@ -1,4 +1,4 @@
-"""The region that the nozzle can reach at one pose: its convex hull, its projections, and whether corners bound it."""
+"""The region in which uncertain parameters can put the nozzle at one pose: hull, projections, bound by corners."""
 
 from __future__ import annotations
 

@@ -174,10 +174,13 @@ class Trajectory(Pictured):
         if read.motion.jerk is not None:
             raise InputError(
                 f"job {read.name}: motion.jerk = {read.motion.jerk:g}: a trajectory has no limit of "
-                f"jerk; leave the key out"
+                "jerk; leave motion.jerk out"
             )
         if any(step.rotation is not None or step.retraction is not None for step in read.schedule):
-            raise InputError(f"job {read.name}: schedule: a trajectory does not turn or retract; give poses to spline")
+            raise InputError(
+                f"job {read.name}: schedule: a trajectory neither rotates nor retracts the platform; leave "
+                "rotation and retraction out, or call spline with poses"
+            )
         read = on_plane(robot, read)
         toolpath = read.toolpath()
         read = read.with_corners(read.beads(toolpath))

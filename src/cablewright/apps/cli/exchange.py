@@ -92,7 +92,7 @@ def import_command(
 
 
 FOR: Final = {"gcode": ("rrf", "klipper"), "slicer": ("orca", "prusa", "cura")}
-"""What formats that are made for several programs are made for."""
+"""Programs for which a format can be written, of formats that need --for."""
 
 AT_A_POSE: Final = ("mjcf", "urdf", "stl", "glb")
 """Formats that describe the robot at a pose."""
@@ -311,7 +311,7 @@ def _require_target(
     """Raise `InputError` unless exactly the options that a format needs are given."""
     if made_for not in FOR.get(target, (None,)):
         wanted = " or ".join(FOR.get(target, ())) or "left out"
-        raise InputError(f"export {target}: --for = {made_for}: must be {wanted}; gcode and slicer take one")
+        raise InputError(f"export {target}: --for = {made_for}: must be {wanted}; only gcode and slicer need --for")
     if (target == "slicer") is (bead is None):
         raise InputError(
             f"export {target}: a slicer needs --bead WIDTH,HEIGHT, the size of its strands; other "

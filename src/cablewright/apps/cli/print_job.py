@@ -193,8 +193,8 @@ def print_job_command(
         HeightRule | None,
         typer.Option(
             "--height",
-            help="Height that the nozzle keeps: above the measured structure (structure), or that of the job (job); "
-            "by default structure, if a lidar measures it.",
+            help="Height of the nozzle: relative to the measured structure (structure), or as in the job (job); "
+            "by default structure if a lidar measures the structure, otherwise job.",
         ),
     ] = None,
     severity: Severity = None,

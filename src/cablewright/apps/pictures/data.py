@@ -1,4 +1,4 @@
-"""The numbers that a picture shows, as a table beside it."""
+"""The table (CSV) of the numbers that a picture shows, in a file beside the picture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The tension of each line along the print, and the part of its limits that it uses."""
+"""Picture of the tension of each line along the print, and of the share of its limits that the tension uses."""
 
 from __future__ import annotations
 

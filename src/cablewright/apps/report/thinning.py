@@ -1,4 +1,4 @@
-"""Fewer segments than the path has, chosen so that a picture of them looks like the whole."""
+"""Selection of few segments of a path, so that a picture of them looks like a picture of the whole path."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def _middles(samples: Samples, rows: _Rows) -> Array:
 
 
 def _box(samples: Samples, known: _Rows) -> tuple[Array, float]:
-    """The lowest corner (2,) of those middles, and the longer side about them, m."""
+    """Return the lowest corner (2,), m, of the middles in plan, and the longer side of their rectangle, m."""
     low, high = np.full(2, np.inf), np.full(2, -np.inf)
     for at in blocks(len(known)):
         plan = _middles(samples, known[at])
@@ -68,17 +68,17 @@ def _box(samples: Samples, known: _Rows) -> tuple[Array, float]:
 
 
 def _worst_of_each(place: NDArray[np.int64], error: Array) -> Indices:
-    """The rows with the largest error of each place (k, 2), by rising error."""
+    """Return the row with the largest error for each *place* (k, 2), by rising error."""
     order = np.argsort(-error, kind="stable")
     first = np.unique(place[order] @ np.array([1, 2 * _CELLS]), return_index=True)[1]
     return np.asarray(order[np.sort(first)[::-1]])
 
 
 def coarse_corners(samples: Samples, known: _Rows, limit: int, span: int) -> Pieces:
-    """Return at most about ``limit`` pieces: corner to corner of whole layers, every so manyth layer.
+    """Return at most about ``limit`` pieces of a path, each from corner to corner; whole layers are left out evenly.
 
-    ``known`` are the samples whose segments may be shown. The first and the last layer always are. A straight move is
-    cut every ``span`` samples, so that colour still changes along it.
+    ``known`` are the samples whose segments may be shown. The first and the last layer are always shown. A straight
+    move is cut every ``span`` samples, so that colour still changes along the move.
     """
     pieces = _corner_to_corner(samples, known, span)
     if len(pieces) <= limit:

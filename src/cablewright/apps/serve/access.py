@@ -14,7 +14,7 @@ from typing import Final
 from urllib.parse import urlsplit
 
 TOKEN_LETTERS: Final = 43
-"""Of a token: 256 bits."""
+"""Length of a token in letters: 256 bits."""
 
 _MAX_AGE: Final = 7 * 24 * 3600  # s of a cookie
 _SESSIONS: Final = 1000  # whose rate is counted
@@ -28,7 +28,7 @@ POLICY: Final = (
     b"default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
     b"base-uri 'none'; form-action 'self'; frame-ancestors 'none'"
 )
-"""What the page may load: its own, and nothing else."""
+"""Content security policy of the page: it may load only data of this server."""
 
 HEADERS: Final = (
     (b"content-security-policy", POLICY),
@@ -39,7 +39,7 @@ HEADERS: Final = (
     (b"cross-origin-resource-policy", b"same-origin"),
     (b"cache-control", b"no-store"),
 )
-"""Of every answer; a report has another policy, under which its own scripts run without this origin's rights."""
+"""Headers of every answer. A report has another policy: its scripts run without the rights of this origin."""
 
 REPORT_POLICY: Final = (
     b"sandbox allow-scripts; default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'; "
@@ -70,11 +70,11 @@ class Bucket:
     _since: float = field(init=False)
 
     def __post_init__(self) -> None:
-        """Begin full."""
+        """Begin with a full bucket."""
         self._left, self._since = self.most, time.monotonic()
 
     def take(self) -> bool:
-        """Whether one more is allowed."""
+        """Take one event from the bucket; return whether the event is allowed now."""
         now = time.monotonic()
         self._left = min(self.most, self._left + (now - self._since) * self.rate)
         self._since = now
@@ -109,11 +109,14 @@ class Access:
 
     @property
     def view_token(self) -> str:
-        """A token by which the live log can be read, and nothing else."""
+        """Return a token that permits reading the live log, and nothing else."""
         return hmac.new(self.key, b"view", hashlib.sha256).hexdigest()[:32]
 
     def knows_host(self, headers: Iterable[tuple[bytes, bytes]]) -> bool:
-        """Whether the request names one of our hosts, once: a foreign name that leads here is rejected."""
+        """Return whether the request has exactly one Host header, with a name of this server.
+
+        A foreign name that resolves to this computer is rejected (DNS rebinding).
+        """
         given = [value for name, value in headers if name == b"host"]
         return len(given) == 1 and given[0].decode("latin-1").lower() in self.hosts
 
@@ -128,25 +131,25 @@ class Access:
         return "foxglove" if len(given) == 1 and given[0] in FOXGLOVE_ORIGINS else "foreign"
 
     def is_token(self, given: str) -> bool:
-        """Whether the text is the token, compared in constant time."""
+        """Return whether the text *given* is the access token, compared in constant time."""
         return hmac.compare_digest(hashlib.sha256(given.encode("utf-8", "replace")).digest(), self.token)
 
     def may_guess(self) -> bool:
-        """Whether one more wrong token is answered immediately."""
+        """Return whether the rate of wrong tokens is low enough to answer one more immediately."""
         return self._guesses.take()
 
     def is_view_token(self, given: str) -> bool:
-        """Whether the text is the token that allows reading the live log."""
+        """Return whether the text *given* is the token that permits reading the live log."""
         return hmac.compare_digest(given.encode("utf-8", "replace"), self.view_token.encode())
 
     def new_cookie(self) -> tuple[str, str]:
-        """A new session, and the header that sets its cookie."""
+        """Return the name of a new session, and the value of the header that sets its cookie."""
         session = secrets.token_hex(8)
         parts = [f"{self.cookie_name}={session}.{self._mark(session)}", "Path=/", "HttpOnly", "SameSite=Strict"]
         return session, "; ".join([*parts, f"Max-Age={_MAX_AGE}", *(["Secure"] if self.secure else [])])
 
     def session_of(self, headers: Iterable[tuple[bytes, bytes]]) -> str | None:
-        """The session of the request's cookie, ``bearer`` of its token; None where neither is valid."""
+        """Return the session of the request's cookie, or ``bearer`` if it has the token; None: neither is valid."""
         for name, value in headers:
             text = value.decode("latin-1")
             if name == b"authorization" and text.lower().startswith("bearer ") and self.is_token(text[7:].strip()):
@@ -176,5 +179,5 @@ class Access:
 
 
 def is_safe(method: str) -> bool:
-    """Whether a request of this method changes nothing."""
+    """Return whether requests of the HTTP *method* change nothing."""
     return method in _SAFE

@@ -1,4 +1,4 @@
-"""Arrays for the viewer: packed into text, and polylines by level of detail."""
+"""Data for the viewer: arrays packed into text, and polylines at several levels of detail."""
 
 from __future__ import annotations
 

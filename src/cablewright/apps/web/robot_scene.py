@@ -83,7 +83,11 @@ _REST: Final = "Each state of the slider is an equilibrium at rest of the robot 
 
 
 def study_scene(study: AccuracyStudy, title: str) -> SceneDescription:
-    """A path or helix in the colours of its largest error; of a plane or the workspace the robot at the worst place."""
+    """Return the scene of an accuracy study.
+
+    A path or helix is coloured by its largest error. For a plane or the workspace the robot is shown at the position of
+    the largest error.
+    """
     found = study.accuracy
     places, error = found.wanted_nozzle, found.spread.max_error
     worst = int(np.nanargmax(error))

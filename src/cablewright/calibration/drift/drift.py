@@ -53,14 +53,14 @@ _YAWS: Final = tuple(np.radians(range(30, 360, 30)).tolist())
 _FITS: Final = 100.0  # max mean square of a pose's residuals over their sigma: beyond, other start values are tried
 _BETTER: Final = 0.5  # of the squares, to prefer those of another start
 FALSE_ALARM: Final = 0.01
-"""Default share of checks that say that something moved though nothing did."""
+"""Default share of false alarms: checks that report a change although nothing has changed."""
 
 _FREED: Final = ("exit_point", "length_offset")
 _NAMED: Final = 2  # redundant numbers of a pose with which its wrong line can be identified
 
 
 def states_at(problem: CalibrationProblem, theta: Array, new_home: bool) -> tuple[Array, Array]:
-    """Return the unknowns (k,), with lengths at home that fit if they are new, and the states (N, ..) of the poses."""
+    """Return the unknowns (k,) and the states (N, ..) of the poses; with *new_home* the lengths at home are fitted."""
     straight = problem
     if isinstance(problem, ElasticProblem):
         straight = StraightProblem.of(problem.robot, problem.measured, straight_plan(problem), hold=False)
@@ -349,7 +349,7 @@ def _through(problem: CalibrationProblem, theta: Array, states: Array, eliminate
 
 @dataclass(frozen=True, eq=False)
 class _Eliminated:
-    """Rows without what poses explain, and with a new home its lengths: d numbers of unit noise."""
+    """Return rows without the part that poses, and with a new home its lengths, explain: d numbers of unit noise."""
 
     numbers: Array  # (d,)
     unknowns: Array  # (d, k) their derivatives
@@ -373,7 +373,7 @@ class _Eliminated:
 
 
 def _suspects(problem: CalibrationProblem, eliminated: _Eliminated, new_home: bool) -> Iterator[Suspect]:
-    """Yield what may have changed: lengths first, in the order of lines."""
+    """Yield the possible changes: lengths first, in the order of lines."""
     m, sizes = problem.robot.m, np.array([each.size for each in problem.unknowns])
     effects = -eliminated.unknowns / sizes
     lines = [line.name for line in problem.robot.lines]
@@ -394,7 +394,7 @@ def _suspects(problem: CalibrationProblem, eliminated: _Eliminated, new_home: bo
 
 
 def _readings(problem: CalibrationProblem, eliminated: _Eliminated) -> Iterator[Suspect]:
-    """Yield single readings that may be wrong; where a pose has one redundant number, its line cannot be identified."""
+    """Yield single readings that may be wrong; if a pose has one redundant number, its line is unknown."""
     kinds, which = kind_of(problem), problem.rows.line[: problem.per_pose]
     weights = problem.of_poses(problem.weights)
     effects = -eliminated.turned.reshape(-1, problem.poses, problem.per_pose) * weights

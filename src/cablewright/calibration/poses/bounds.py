@@ -26,13 +26,13 @@ SHARES: Final = {
     "modulus": (0.1, 10.0),
     "tension_scale": (0.5, 2.0),
 }
-"""Range of each of these over its value in the robot file, or over 1."""
+"""Min and max of each of these unknowns, over its value in the robot file, or over 1."""
 
 OF_NOTHING: Final = {
     "build_up": (0.0, 0.2),  # 1/m: cable wound on a spool makes it thicker, never thinner
     "exit_compliance": (0.0, 1e-3),  # m/N: a softer mount bends in the hand
 }
-"""Range of these, which most robot files do not have; of a compliance up to twice that of a file that has more."""
+"""Min and max of unknowns that most robot files leave out. If a file has more compliance, the max is twice that."""
 
 AWAY: Final = 3.0  # frame diagonals: max distance of a coordinate from the file's, and a third of the longest line
 AZIMUTH: Final = 2.0 * math.pi  # rad: the zero of a sensor of azimuths may be anywhere
@@ -110,9 +110,10 @@ def _largest(robot: Robot, unknown: Unknown, measured: Measured) -> float:
 
 
 def at_bound(values: Array, limits: Array, start: Array) -> tuple[Mask, Mask]:
-    """Return which *values* (k,) are at their min and at their max in *limits* (2, k), if that is not their *start*.
+    """Return which *values* (k,) are at the min, and which at the max, of *limits* (2, k).
 
-    Build-up of nothing is where the file has it: the data then ask for no other. NaN: there is no start.
+    A value at a limit does not count if the robot file has it there too, in *start* (k,), as a build-up of 0. NaN in
+    *start*: the file has no value.
     """
     room = _AT * np.maximum(limits[1] - limits[0], 1e-300)
     at_start = np.abs(start - limits) <= room

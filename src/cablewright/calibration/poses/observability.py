@@ -192,7 +192,7 @@ def world_motions(robot: Robot) -> tuple[str, ...]:
 
 
 def azimuth_offsets(unknowns: Sequence[Unknown]) -> Array:
-    """Return 1 for the offset of a sensor of azimuths in the world, which turns with the frame, otherwise 0, (k,)."""
+    """Return (k,): 1 for an offset of swivel or yaw angles, which changes with a yaw of the frame, otherwise 0."""
     return np.array([float(each.name in ("swivel_offset", "yaw_offset")) for each in unknowns])
 
 

@@ -1,4 +1,4 @@
-"""Where fits start: the file's numbers, random ones up to its error from them, and straight lines for elastic ones.
+"""Start values of calibration fits: values of the file, random values near them, or the answer of straight lines.
 
 Lines that stretch start from the answer of straight ones, at equilibria near its poses.
 """

@@ -1,4 +1,4 @@
-"""Statements of a plan apart from poses: surveyed exit points, their distances and level, priors, and the datum."""
+"""Equations of a calibration plan apart from poses: surveyed exit points, distances, level, priors, and the datum."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rows of load cells: the tension of each line that stretches, or the balance of forces of straight lines."""
+"""Equations of a calibration by load cells: tensions of lines that stretch, or the balance of straight lines."""
 
 from __future__ import annotations
 
@@ -22,9 +22,10 @@ _UNKNOWN: Final = 1e6  # N: sigma of a blank cell where directions are chosen
 
 
 def require_tensions(robot: Robot, measured: Measured) -> None:
-    """Raise `InputError` for straight lines with compliant ends without measured tensions.
+    """Raise `InputError` if straight lines have compliant ends and no tensions were measured.
 
-    Lines that stretch count mounts and springs in their equilibria, straight ones to first order by measured tensions.
+    The equilibria of lines that stretch include mounts and springs. Those of straight lines need measured tensions, by
+    which the compliance acts to first order.
     """
     for line in robot.lines if measured.tensions is None else ():
         if line.gives_by:

@@ -51,7 +51,10 @@ def with_vibrations(
     cells = bool((np.isfinite(given) & np.isnan(own)).any())
     for name in ("tension_offset", "tension_scale"):  # in the equations they are of all tensions
         if name in plan.unknowns and (cells or name == "tension_offset"):
-            raise InputError(f"unknowns: {name}: is of load cells, and hz_1 .. have none; leave one of them out")
+            raise InputError(
+                f"unknowns: {name}: is of load cells, but frequencies hz_1 .. are measured without load cells; leave "
+                f"out {name} or the frequencies"
+            )
     densities = np.array([line.cable.linear_density for line in robot.lines])
     found = string_tension(frequencies, free_spans(robot, poses), densities)
     sigma = found * np.hypot(2.0 * plan.sigma.frequency / frequencies, share)

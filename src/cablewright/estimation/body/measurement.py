@@ -1,8 +1,8 @@
-"""What load cells and the accelerometer say of the unknowns: one measurement of the readings of an interval.
+"""One measurement of the unknowns by load cells and accelerometer, from the readings of an interval.
 
-The motion of the platform by its lines' lengths, and what that does to the tensions, is the linearisation of the
-equilibrium. The platform's acceleration moves tensions as a wrench would; in the directions in which tensions balance
-none they are not moved by it, and these weigh most.
+The linearisation of the equilibrium gives the motion of the platform by its lines' lengths, and the change of tensions
+by this motion. The platform's acceleration changes tensions as a wrench does. It changes no combination of tensions
+that balances no wrench, and these combinations have the largest weight.
 """
 
 from __future__ import annotations

@@ -48,16 +48,18 @@ class Deviations:
 
 @dataclass(frozen=True, eq=False)
 class BodySettings:
-    """The machine as described.
+    """Settings of the body filter: the machine as its files describe it.
 
-    ``counts_per_radian``: encoder counts for a radian of a winch drum. ``coils``: each line's cable on its drum, wound
-    regularly; None: it has no winch. ``total_length``: length of a winch's cable, wound and paid out, m.
-    ``max_drum_speed``: highest speed of a winch drum, rad/s. ``sensors``: data of those that are used besides encoders,
-    in the order of `UPDATES`. ``beam_deviation``: m, of a reading of the length of a platform that retracts.
+    ``counts_per_radian``: encoder counts for a radian of a winch drum. ``coils``: each line's cable on its winch drum,
+    wound regularly; None: the line has no winch. ``total_length``: length of a winch's cable, wound and paid out, m.
+    ``max_drum_speed``: highest speed of a winch drum, rad/s. ``sensors``: data of the sensors that are used besides
+    encoders, in the order of `UPDATES`. ``beam_deviation``: standard deviation of a reading of the length of a platform
+    that retracts, m.
     ``interval``: duration of the readings that make one measurement, s. ``smoothing_time``: time over which the
     velocity is smoothed, s. ``slack_threshold``: excess of length from which a line counts as slack, m. ``clock``:
-    settings of the clock on the platform, which stamps what comes over the wireless link; None: it is the machine's.
-    ``cells``: source of tensions that correct nothing, where the pose is by encoders alone; None: none are read.
+    settings of the clock on the platform, which stamps messages over the wireless link; None: the machine's clock does.
+    ``cells``: source of tensions that are read but correct nothing, where the pose is by encoders alone; None: no
+    tensions are read.
     """
 
     model: Model

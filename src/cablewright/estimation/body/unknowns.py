@@ -1,8 +1,8 @@
-"""The unknown numbers of the machine, and their effect on the lengths of its lines.
+"""Unknown constants of the machine that the filter estimates, and their effect on the lengths of its lines.
 
 Of each line: error of its home length, share of its drum's radius, error of its exit point, gain and zero of its load
-cell, friction of its sheave, zero of its swivel, creep, and how far the mount of its exit gives. Of all: turn of the
-inertial unit, and a wrench for a platform of another mass and centre. All are constant, so that the filter has no
+cell, friction of its sheave, zero of its swivel, creep, compliance of the mount of its exit point. Of all: rotation of
+the inertial unit, and a wrench for a platform of another mass and centre. All are constant, so that the filter has no
 motion to predict: the pose is that of the equilibrium of the corrected lengths. What creep does to a length grows with
 the memory of its loads. Only the length by which cable lies unevenly on a drum changes, with the cable that is wound,
 and the strain by hysteresis, with the load.

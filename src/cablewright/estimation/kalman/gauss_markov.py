@@ -29,7 +29,7 @@ def fade(P: Array, states: slice, share: float, variances: float | Array) -> flo
 
 
 def fade_clock(state: FilterState, dt: float) -> None:
-    """Predict the drum's clock, which wanders within the bounds of its lag, by *dt*, s."""
+    """Predict the error of the drum's clock over *dt*, s: a random walk within the bounds of its lag."""
     clock, at = state.checks.clock, state.layout.clock
     if clock is not None:
         state.built.clock_error *= fade(state.P, slice(at, at + 1), dt / _CLOCK_TIME, clock.sigma**2)

@@ -1,4 +1,4 @@
-"""The ground as the vertical lidar saw it: a height reference where what was laid hides the floor."""
+"""Map of the ground by the vertical lidar: the reference of height where printed material hides the floor."""
 
 from __future__ import annotations
 

@@ -78,7 +78,7 @@ def update_jacobian(settings: FilterSettings, state: FilterState, *, at_once: bo
 
 
 def _hang_weights(state: FilterState, weights: Array) -> None:
-    """Let lines with counterweights of *weights* (m,), N, have the excess that these give them, at B wherever it is."""
+    """Set the excess of lines with counterweights of *weights* (m,), N, to the excess by their weight, at any B."""
     lay, P = state.layout, state.P
     assert state.taut is not None  # as found just now
     assert state.hung.sag is not None
@@ -125,10 +125,11 @@ def _predict_layers(layers: CoilLayers, state: FilterState) -> None:
 
 
 def update(settings: FilterSettings, state: FilterState) -> None:
-    """Update the filter's lengths, position and accelerometer zeros by the measured angles of all lines, every 0.2 s.
+    """Update the filter by the measured angles of all lines, at most every 0.2 s.
 
-    Of all forces that balance the drum the likeliest are taken, by their excesses and angles; along the number that the
-    balance leaves open they are not relied on.
+    The update changes lengths, position and accelerometer zeros. Of all line forces that balance the drum, the most
+    probable ones by excesses and angles are used. The one
+    combination of forces that the balance leaves open is not used.
     """
     if state.time - state.lines.last_angle_time < _ANGLE_INTERVAL or state.taut is None or state.hung.sag is None:
         return
@@ -186,7 +187,7 @@ def _doubt_zeros(settings: FilterSettings, state: FilterState, lines: NDArray[np
 
 
 class _Mixture(NamedTuple):
-    """Moments of the innovations that all forces together give, each weighted by its likelihood."""
+    """Moments of the innovations over all candidate forces, each weighted by its likelihood."""
 
     innovation: Array  # (m + j,)
     noise: Array  # (m + j, m + j)

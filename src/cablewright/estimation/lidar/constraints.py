@@ -156,10 +156,11 @@ def score_candidates(
     near_distance: float,
     recess: float,
 ) -> Candidates:
-    """Return *candidates* with the share of points that each explains and its misfit of the operator's distances.
+    """Return *candidates* (poses) with the share of points that each explains, and its misfit to entered distances.
 
-    ``points``: (n, 2) m in the platform's level frame, of each lidar, with the walls (w,) that it can see. A point
-    within ``near_distance`` (m) of a wall counts for a candidate, one more than ``recess`` (m) beyond a wall against.
+    ``points``: of each lidar, (n, 2) m in the platform's level frame, with the walls (w,) that the lidar can see. A
+    point within ``near_distance`` (m) of a wall counts for a candidate. A point more than ``recess`` (m) beyond a wall
+    counts against. The operator enters the distances of ``lasers``.
     """
     c, s = np.cos(candidates.yaw)[:, None], np.sin(candidates.yaw)[:, None]
     x, y = room.normals.T

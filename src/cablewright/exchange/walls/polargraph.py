@@ -79,7 +79,7 @@ def read_polargraph(path: Path, cable: str | None = None) -> ImportedRobot:
 
 
 def read_makelangelo(path: Path, cable: str | None = None) -> ImportedRobot:
-    """Return the robot of the limits that Makelangelo's software sends to its own firmware. Raises `InputError`."""
+    """Return the robot from the limits that Makelangelo's software sends to its firmware. Raises `InputError`."""
     limits: dict[str, _Words] = {}
     lost, assumed = Notes(), Notes()
     for number, text in text_lines(path, MAX_BYTES, "Makelangelo"):
@@ -207,7 +207,9 @@ class _Defines:
         except (SyntaxError, ArithmeticError, KeyError, ValueError, RecursionError, MemoryError):
             value = math.nan
         if not math.isfinite(value):
-            raise InputError(f"{self.places[name]} = {shown(text)}: must be a number, mm, or a sum of such")
+            raise InputError(
+                f"{self.places[name]} = {shown(text)}: must be a number in mm, or a formula of such numbers"
+            )
         return value
 
     def _of(self, node: Any, depth: int) -> float:

@@ -43,7 +43,10 @@ class _Board:
         if (m, winches) != (count, count):
             raise InputError(f"robot {name} has {m} lines on {winches} winches; {program} has {count}: export klipper")
         if not robot.has_plain_belts:
-            raise InputError(f"robot {name}: lines.advantage or guides; {program} has straight belts: export klipper")
+            raise InputError(
+                f"robot {name}: has lines.advantage over 1 or lines.guides; {program} supports only straight belts: "
+                "export klipper"
+            )
         self.robot, self.program, self.notes = robot, program, Notes()
         self.x, self.y = plane.directions
         self.out, self.distance = plane.across, plane.distance

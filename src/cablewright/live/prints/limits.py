@@ -233,9 +233,11 @@ def _is_over_structure(rule: HeightRule | None, settings: MachineSettings, estim
     if rule == "job" or (rule is None and not sees_structure):
         return False
     if not sees_structure:
-        raise InputError(f"height = structure: estimator {estimator!r} on {settings.name!r} does not see it")
+        raise InputError(
+            f"height = structure: estimator {estimator!r} on {settings.name!r} does not measure it; give height = job"
+        )
     if not begins_above:
-        why = "the path begins on the floor, over which no height can be kept; height = job follows the job's own"
+        why = "the path begins on the floor, above which there is no structure to measure; give height = job"
         raise InputError(f"height = structure: {why}")
     return True
 

@@ -1,8 +1,8 @@
-"""The printed structure, reconstructed from vertical scans, and the true one if known.
+"""The printed structure, reconstructed from scans of the vertical lidar, and the true structure if it is known.
 
-Merlet and Papegay 2023, III.A: one turn of the vertical lidar every 2 s, each ray placed by the estimated pose of the
-drum. The structure grows while it is scanned: the scans of the last two layers are kept, and in each cell only those of
-the last seconds count.
+Merlet and Papegay 2023, III.A: one scan of the vertical lidar every 2 s, each ray placed by the estimated pose of the
+platform. The structure grows while it is scanned: the scans of the last two layers are kept, and in each cell only
+those of the last seconds count.
 """
 
 from __future__ import annotations

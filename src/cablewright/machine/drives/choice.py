@@ -1,4 +1,4 @@
-"""Which drives a machine file means: by its kind."""
+"""Choice between CANopen and EtherCAT drives by `kind` of the machine file."""
 
 from __future__ import annotations
 
@@ -13,5 +13,5 @@ from cablewright.robot import Robot
 
 
 def drives_of(robot: Robot, settings: MachineSettings, port: Callable[[], Port] | None = None) -> WinchDrives:
-    """The drives of a machine; *port* opens another CAN bus than that of the file. Raises `InputError`."""
+    """Return the drives of a machine; *port* opens a CAN bus in place of the file's own. Raises `InputError`."""
     return EthercatDrives(robot, settings) if settings.kind == "ethercat" else CanopenDrives(robot, settings, port)

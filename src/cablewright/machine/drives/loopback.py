@@ -1,4 +1,4 @@
-"""A bus on this computer alone, for virtual drives in a process of their own: UDP bound to 127.0.0.1.
+"""A CAN bus between processes of this computer alone, over UDP bound to 127.0.0.1: virtual drives run in their own.
 
 The process of the drives is the hub: it passes each frame on to all other members. python-can's own UDP bus cannot
 be used for it, since that listens on all networks of the computer.

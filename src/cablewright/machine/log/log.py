@@ -107,7 +107,7 @@ class LogWriter:
         Of a log that is thinned, see `LogHead.every`, the step may wait for the next that is written.
         """
         if self._failed:
-            raise EnvironmentFault(f"{self._name}: could not be written before")
+            raise EnvironmentFault(f"{self._name}: could not be written before; begin a new log")
         step = self._thinned.take(Logged(frame, command, truth, estimate, progress, tuple(orders)))
         if step is None:
             return
@@ -161,7 +161,7 @@ class LogWriter:
     def _writing(self) -> Iterator[None]:
         """Turn an `OSError` of the file into an `EnvironmentFault`."""
         if self._failed:
-            raise EnvironmentFault(f"{self._name}: could not be written before")
+            raise EnvironmentFault(f"{self._name}: could not be written before; begin a new log")
         try:
             yield
         except OSError as reason:

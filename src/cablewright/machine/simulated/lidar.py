@@ -50,7 +50,7 @@ class SimulatedLidar:
         self._poses, self._count = np.zeros((self._steps + 1, 7)), 0  # time and pose at so many steps of this turn
 
     def read(self, state: RigState) -> Scan | None:
-        """Record the drum's pose; return a scan at the end of a turn."""
+        """Record the drum's pose; return a scan at the end of each turn of the lidar, otherwise None."""
         truth = state.truth
         pose = self._poses[self._count]
         pose[0], pose[1:4], pose[4:] = truth.time, truth.position, truth.rotation
@@ -67,12 +67,15 @@ class SimulatedLidar:
         return Scan(self.source, begin, between, _FIRST, math.tau / settings.rays, self._add_noise(found))
 
     def after_load(self) -> None:
-        """Raise `InputError` for more poses than a turn has."""
+        """Raise `InputError` if the loaded state has more poses than one scan of the lidar takes."""
         if self._count > self._steps:
-            raise InputError(f"snapshot: lidar {self.source!r}: up to {self._steps} poses of a turn are expected")
+            raise InputError(
+                f"snapshot: lidar {self.source!r}: has {self._count} poses of a scan, must be at most {self._steps}; "
+                "load a snapshot of a machine with the same settings"
+            )
 
     def _cast(self, poses: Array, faces: Array, ground: Ground) -> Array:
-        """Ranges (k,), m, of the rays of a turn along *poses* to *faces*, ceiling and *ground*."""
+        """Return ranges (k,), m, of the rays of one scan along *poses* to *faces*, ceiling and *ground*."""
         settings, ranges = self.settings, np.empty(self.settings.rays)
         turn_lidar(
             np.ascontiguousarray(poses[:, 0]),
@@ -92,7 +95,7 @@ class SimulatedLidar:
         return ranges
 
     def _find(self, ranges: Array, poses: Array, faces: Array, ground: Ground) -> Array:
-        """The measured ranges of the rays instead of *ranges* (k,), m: through glass, nothing of dark faces, ghosts."""
+        """Return measured ranges (k,), m, for true *ranges*: through glass, none of dark faces, with ghosts."""
         room, ghosts, count = self._room, self.flaws.ghosts, len(ranges)
         opaque, bright = room.without("glass", faces), room.without("dark", faces)
         if opaque is None and bright is None and not ghosts:

@@ -52,7 +52,10 @@ def machine_file(robot: Robot) -> str:
 
 
 def built_machine(robot: Robot) -> tuple[TwinSettings, str]:
-    """Return the machine of `machine_file` for *robot*, and its file. Raises `InputError` as that does."""
+    """Return the settings and the text of a machine file for *robot*, with assumed numbers: see `machine_file`.
+
+    Raises `InputError` as `machine_file` does.
+    """
     text = machine_file(robot)
     origin = f"the machine built for {robot.name!r}"
     return twin_of_table(parse_table(text, origin), origin), text

@@ -1,4 +1,4 @@
-"""Spells: times in which something lasts for a while, again and again, at random."""
+"""Spells: periods of random begin and duration in which an effect acts: a link outage, a push, a visit."""
 
 from __future__ import annotations
 

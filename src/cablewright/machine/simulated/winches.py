@@ -79,7 +79,8 @@ class Winches:
             for _ in range(_TRIES if own[winding.CROSSING] else 4):
                 if not self.settings.held >= out:
                     raise InputError(
-                        f"winch.held = {self.settings.held:g} m: line {line.name!r} begins with {lengths[i]:g} m out"
+                        f"winch.held = {self.settings.held:g} m: must be at least {lengths[i]:g} m, the length that "
+                        f"line {line.name!r} has paid out at the start; give the winch more cable"
                     )
                 own[winding.ANGLE] = coil.angle(self.settings.held - out)
                 out += float(lengths[i]) - self.lengths_out()[i]
@@ -149,7 +150,7 @@ class Winches:
 
 
 def _first_stretch(line: Line) -> float:
-    """Length of the straight cable that leaves the winch, m, whose end is fixed; 0 where it is not described.
+    """Length of the straight cable from the winch to its first fixed point, m; 0 if the winch is not described.
 
     Of a cable in one vertical plane its height, as its winch is below or above the sheave.
     """

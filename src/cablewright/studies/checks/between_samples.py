@@ -1,4 +1,4 @@
-"""Lengths and tensions between two samples: the error of linear interpolation, and jumps of the solution."""
+"""Error of linear interpolation of lengths and tensions between two samples, and jumps of the solution."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bounds of a check's own figures that no robot file gives: straight lines, the nozzle's speed, the sum of errors."""
+"""Limits of a check that no robot file contains: straight lines, the nozzle's speed, the sum of errors."""
 
 from __future__ import annotations
 

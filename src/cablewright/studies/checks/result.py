@@ -270,7 +270,7 @@ class Check(Result):
 
     @cached_property
     def missed(self) -> Mask:
-        """(k,) whether the full model, with the compensated lengths, does not meet a path that can be held."""
+        """(k,) whether the full model, with compensated lengths, misses a position of the path that lines can hold."""
         missed = np.empty(len(self.samples), dtype=np.bool_)
         for at in blocks(len(missed)):
             met = self.error_compensated[at] + self.turn_compensated[at] <= MET
@@ -295,12 +295,12 @@ class Check(Result):
 
     @property
     def lengths(self) -> Array:
-        """Compensated lengths (k, m), m: those that winches should pay out to hold the platform at rest."""
+        """Compensated lengths (k, m), m, of cable that winches should pay out to hold the platform at rest."""
         return self.statics.lengths
 
     @property
     def commanded(self) -> Array:
-        """Commanded lengths (k, m), m, for the moving platform; those at rest without compensation of motion."""
+        """Commanded lengths (k, m), m, for the moving platform; lengths at rest if motion is not compensated."""
         return self.statics.commanded
 
     @property
@@ -344,7 +344,10 @@ class Check(Result):
 
     @property
     def allowed_error(self) -> float:
-        """The expected error that is allowed, m: where it is nearest to that, or of the median bead."""
+        """Return the allowed expected error, m, at the sample whose error is nearest to it.
+
+        If the expected error was not checked, it is the allowed error of the median bead.
+        """
         bounds = next((each.allowed[1] for each in self.findings if each.limit == EXPECTED_ERROR), None)
         return self.job.allowed_error(self.beads.typical.width) if bounds is None else bounds
 
@@ -406,7 +409,7 @@ class Check(Result):
 
     @cached_property
     def motion(self) -> MotionError | None:
-        """The error by the motion of the platform; None where it is not known."""
+        """The error caused by the motion of the platform; None if this error is not known."""
         return MotionError.of(self.samples, self.statics)
 
     @property

@@ -118,7 +118,7 @@ class PictureOptions:
 
 
 class Models(StrEnum):
-    """Effects that the model may contain."""
+    """Choice of the effects in the model: of the plan file (file), or also those that cross-validation finds (auto)."""
 
     FILE = "file"
     AUTO = "auto"

@@ -1,4 +1,4 @@
-"""`poses`: which poses to measure for a calibration."""
+"""The command `poses`, which proposes the poses to measure for a calibration."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Virtual drives and the simulated plant behind them, on one bus, in virtual time or by the clock."""
+"""Virtual drives on one bus, and the simulated plant that they move, in virtual time or by the clock."""
 
 from __future__ import annotations
 

@@ -23,13 +23,13 @@ class LineFaults:
     SAVED = ("_begun",)
 
     def __init__(self, robot: Robot, faults: Sequence[FaultPlan]) -> None:
-        """Take those of *faults* that are a line's own."""
+        """Take the *faults* whose source is a line."""
         names = [line.name for line in robot.lines]
         self._plans = [(fault, names.index(fault.line)) for fault in faults if fault.source == "line" and fault.line]
         self._begun = np.zeros(len(self._plans), dtype=np.int64)
 
     def broken(self) -> list[int]:
-        """Numbers of the lines that have broken."""
+        """Return the numbers, from 0, of the lines that a planned fault of the simulation has broken."""
         return [
             i for (fault, i), begun in zip(self._plans, self._begun, strict=True) if begun and fault.kind == "broken"
         ]

@@ -1,4 +1,4 @@
-"""Simulated sensor of the length of a platform that retracts."""
+"""Simulated sensor that measures the length of a platform that retracts."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class BeamReader(TimedSensor[RetractionDrive, SensorFlaws]):
-    """Sensor of the length of a platform that retracts."""
+    """Sensor that measures the length of a platform that retracts, m."""
 
     def _measure(self, state: RigState) -> BeamLength | None:
         noise, chance, anywhere = self._random.standard_normal(), self._random.random(), self._random.random()

@@ -42,10 +42,13 @@ class SheaveSlip:
         self.ratio = np.ones(len(states))
         """Tension at the winch over that at the platform, (m,)."""
         self.stretch = np.zeros(len(states))
-        """How much more than in statics dead spans stretch, (m,) m."""
+        """Stretch of the dead spans minus their stretch in statics, (m,) m."""
 
     def slide(self, packed: Packed, states: Array, planes: Array) -> Array:
-        """Slide to the lines' *states*, which changed in one direction since the last call; return the ratio."""
+        """Move the cables over their sheaves to *states* (m, 6); return tension at the winch over that at the platform.
+
+        The states changed in one direction since the last call. The ratio is (m,).
+        """
         given = (packed, states, planes, self._turned, self._guide, self._rate, STICKS)
         sheave_slip.slide(*given, self._free, self.elements, self.ratio, self.stretch)
         return self.ratio
