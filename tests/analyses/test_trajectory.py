@@ -112,7 +112,7 @@ def test_a_simulated_machine_follows_a_trajectory() -> None:
     [
         (lambda: cw.Trajectory.through([[0, 0, 1]], speed=1, acceleration=1), "two rows"),
         (lambda: cw.Trajectory.through("path", speed=1, acceleration=1), "numbers in m"),
-        (lambda: cw.Trajectory.through([[0, 0, 1], [0, 0, 1]], speed=1, acceleration=1), "number 2 repeats"),
+        (lambda: cw.Trajectory.through([[0, 0, 1], [0, 0, 1]], speed=1, acceleration=1), "number 2 is the same"),
         (lambda: cw.Trajectory.through([[0, 0, 1], [0, 0, 2]], speed=0, acceleration=1), "speed = 0: must be"),
         (lambda: cw.Trajectory.spline([[0, 0, 1], [0, np.nan, 2]], 1.0), "finite"),
         (lambda: cw.Trajectory.spline([[0, 0, 1], [0, 0, 2]], 1e9), "take a longer period"),

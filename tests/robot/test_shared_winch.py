@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -18,7 +16,7 @@ from cablewright.robot import Winch, load, update
 from cablewright.robot.design_variables import Change
 from cablewright.solvers.limits import rise_on_drums
 from cablewright.studies.design.measures import Prices, _cost
-from physics.test_shared_winches import BELT, parallelograms, shared
+from physics.test_shared_winches import BELT, shared
 
 TABLE = 'shared_winch = { line = "left", offset = "2397 mm", winds = "against" }'
 
@@ -91,20 +89,6 @@ def test_a_moved_exit_keeps_its_drum() -> None:
 
 BODY = parallelograms(4)
 POINT = shared(load("house-printer"), (1, 0, 0.0, "along"))
-AT = [0.0, 0.0, 1.0]
-REFUSED: dict[str, Callable[[], Any]] = {
-    "tension distribution": lambda: cw.tension_distribution(BODY, AT),
-    "wrench-closure": lambda: cw.wrench_closure(BODY, AT),
-    "capacity": lambda: cw.capacity(BODY, AT),
-    "slack lines": lambda: cw.solve_with_slack(POINT, AT, {0: 0.1}),
-    "sets of slack lines": lambda: cw.slack_sets(POINT, AT),
-}
-
-
-@pytest.mark.parametrize("what", REFUSED)
-def test_what_does_not_cover_shared_winches_says_so(what: str) -> None:
-    with pytest.raises(cw.InputError, match=rf"^{what}: line '\w*-?\w*' has shared_winch; not supported\. [A-Z]"):
-        REFUSED[what]()
 
 
 def test_calibration_rejects_shared_winches() -> None:

@@ -32,9 +32,10 @@ class Drums:
     def at(cls, model: Model, packed: Packed, poses: Array, tensions: Array) -> Drums:
         """Linearise at *tensions* (N, m), N, of lines at *poses* (N, n)."""
         table = shares(model.robot)
+        poses, tensions = np.ascontiguousarray(poses), np.ascontiguousarray(tensions)  # the kernel has one signature
         own, host = table[:, LINE].astype(int), table[:, OTHER].astype(int)
         lengths, slopes = np.full_like(tensions, np.nan), np.full_like(tensions, np.nan)
-        lengths_at_pulls(packed, poses, np.maximum(tensions, 1e-9 * tensions.max()), lengths, slopes)
+        lengths_at_pulls(packed, poses, np.maximum(tensions, 1e-9 * tensions.max(initial=0.0)), lengths, slopes)
         missed = table[:, OFFSET] + table[:, SENSE] * lengths[:, host] - lengths[:, own]
         if model.fidelity.cable is CableLaw.RIGID:
             none = np.zeros_like(missed)

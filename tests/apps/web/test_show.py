@@ -69,7 +69,7 @@ def test_the_folder_of_a_check(cli, tmp_path):
     scene = scene_of(page)
     assert scene["path"]["quantities"][0]["key"] == "error"
     assert scene["worst"]["label"].startswith("largest error")
-    assert "is of another robot than wang2021" in cli("show", "wang2021", run, "--out", page).refusal
+    assert "belongs to another robot than wang2021" in cli("show", "wang2021", run, "--out", page).refusal
     table = run / "samples.parquet"
     table.write_bytes(table.read_bytes()[:1000])
     assert "cannot be read as Parquet" in cli("show", "house-printer", run, "--out", page).refusal

@@ -119,7 +119,7 @@ def test_other_readers_find_schemas_and_messages(written: tuple[Path, list[Entry
             assert schema is not None
             assert channel.message_encoding == "json"
             content = json.loads(schema.data)
-            values = json.loads(message.data, parse_constant=lambda text: pytest.fail(f"{text} is no JSON"))
+            values = json.loads(message.data, parse_constant=lambda text: pytest.fail(f"{text} is not valid JSON"))
             validators.setdefault(schema.id, Draft202012Validator(content)).validate(values)
             left_out = {
                 "/command": {"modes", "tensions", "outputs"},
@@ -192,7 +192,7 @@ def test_a_clock_that_jumps_back_is_named(tmp_path: Path) -> None:
     [
         ("/imu", b"{", "a message of /imu is not valid JSON"),
         ("/imu", b"[]", "/imu: an object is expected"),
-        ("/imu", b"[" * 100_000, "no JSON"),
+        ("/imu", b"[" * 100_000, "not valid JSON"),
         ("/imu", b'{"time": 1, "linear_acceleration": {"x": 1, "y": 2}}', "linear_acceleration: z: a finite number"),
         ("/encoders", b'{"time": 1, "counts": [1.5]}', "counts: a list of whole numbers"),
         ("/encoders", b'{"time": 1, "counts": [1' + b"0" * 40 + b"]}", "counts: a list of whole numbers"),
@@ -239,7 +239,7 @@ def test_what_is_no_log_is_rejected(tmp_path: Path, written: tuple[Path, list[En
         read_log(path)
     for metadata, says in (
         ({"schema": "3"}, "schema 3"),
-        ({"schema": "x"}, "no JSON"),
+        ({"schema": "x"}, "not valid JSON"),
         ({"schema": "1", "robot": "{}"}, "the head's"),
     ):
         empty(path, metadata)
