@@ -57,6 +57,7 @@ def test_a_pdf_has_its_page_size_and_its_objects_where_its_table_says() -> None:
     data = pdf_of(pages_of(sheet(), "A3"))
     width, height = PAPERS["A3"]
     assert f"/MediaBox [0 0 {width * 72 / 25.4:.4f} {height * 72 / 25.4:.4f}]".encode() in data
+    assert len(re.findall(rb"/Type /Page(?![A-Za-z])", data)) == 1
     for number, place in enumerate(re.findall(rb"^(\d{10}) 00000 n $", data, re.MULTILINE), 1):
         assert data[int(place) :].startswith(b"%d 0 obj" % number)
 

@@ -147,7 +147,7 @@ def pdf_of(pages: list[TagPage]) -> bytes:
         stream = "\n".join(drawn).encode("cp1252", "replace")
         box = f"/MediaBox [0 0 {width * _POINT:.4f} {height * _POINT:.4f}]"
         fonts = f"/Resources << /Font << /F1 3 0 R >> >> /Contents {5 + 2 * at} 0 R"
-        objects.append(f"<< /Type /TagPage /Parent 2 0 R {box} {fonts} >>".encode())
+        objects.append(f"<< /Type /Page /Parent 2 0 R {box} {fonts} >>".encode())
         objects.append(b"<< /Length %d >>\nstream\n" % len(stream) + stream + b"\nendstream")
     text, places = b"%PDF-1.4\n", list[int]()
     for number, content in enumerate(objects, 1):
