@@ -46,6 +46,15 @@ def test_large_tags_have_a_page_each_and_say_where_they_belong() -> None:
     assert words.count("150 mm between the outer ticks") == 5
 
 
+def test_tags_of_a_floor_are_drawn_within_the_pages_whatever_their_numbers() -> None:
+    tags = tuple(cw.Tag(number=at, size=0.1, on="room", at=(at - 400.0, 0.0, 0.0)) for at in (400, 401, 402))
+    pages = pages_of(cw.TagLayout(camera="platform", tags=tags))
+    for page in pages:
+        corners = np.array([(x, y, x + w, y + h) for x, y, w, h in page.boxes])
+        assert corners.min() >= 0.0
+        assert (corners.max(axis=0)[2:] <= page.size).all()
+
+
 def test_a_tag_larger_than_the_paper_is_an_error() -> None:
     layout = cw.TagLayout(tags=(cw.Tag(number=1, size=0.3, at=(0.0, 0.0, 0.0)),))
     with pytest.raises(cw.InputError, match=r"tag 1: 300 mm with its margin is larger than A4; give --paper"):
