@@ -84,6 +84,7 @@ def test_the_ruler_is_as_long_as_it_says() -> None:
         ('[[tags]]\nnumber = 1\nsize = "1 mm"\nat = [0, 0, 0]', "size"),
         ("[[tags]]\nnumber = 1\nsize = 0.1\nat = [0, 0, 0]\nup = [0, 0, 2.0]", r"up = .*: is along the normal"),
         ('[[tags]]\nnumber = 1\nsize = 0.1\non = "room"\nat = [0, 0, 0]', "all in the room, as the camera is"),
+        ('[[tags]]\nnumber = 1\nsize = 0.1\non = "north"\nat = [0, 0, 0]', r"on = .north.: .*platform.*room"),
         (2 * "[[tags]]\nnumber = 1\nsize = 0.1\nat = [0, 0, 0]\n", "2 tags have the number 1"),
     ],
 )

@@ -41,7 +41,7 @@ class Bundle:
     @classmethod
     def of(cls, seen: Sightings, poses: Array, free_camera: bool) -> Bundle:
         """Build the problem from start *poses* (N, 6)."""
-        bodies, blocks = seen.bodies(None, free_camera=free_camera), list(seen.rows())
+        bodies, blocks = seen.bodies(free_camera=free_camera), list(seen.rows())
         values, weights = (np.concatenate([block[at] for block in blocks], axis=1) for at in (1, 2))
         extra, count = np.concatenate([block[3] for block in blocks], axis=1), values.size
         rows = MeasurementRows(

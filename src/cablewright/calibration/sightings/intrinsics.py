@@ -118,7 +118,7 @@ def camera(
     start = _start(seen, guess)
     for _ in range(2):
         seen = _shown(files, start, tags, progress)
-        agreed, poses, _ = in_own_frame(seen, None)
+        agreed, poses, _ = in_own_frame(seen)
         agreed, bundle = consistent(agreed, poses, False)
         off, shares, _, covariance = bundle.evidence()
         lens = start.lens
@@ -169,7 +169,7 @@ def _start(seen: Sightings, guess: Camera) -> Camera:
     for picture in seen.pictures:
         assert picture is not None
         points.append(
-            np.concatenate([tag_corners(tags[each.number], None) for each in picture.sightings]).astype(np.float32)
+            np.concatenate([tag_corners(tags[each.number]) for each in picture.sightings]).astype(np.float32)
         )
         pixels.append(np.concatenate([each.corners for each in picture.sightings]).astype(np.float32))
     if max(np.abs(each[:, 2]).max() for each in points) > 1e-6:
