@@ -7,7 +7,9 @@ import pytest
 from benchmarks.campaigns.camera_rooms import Room, Setup, exit_errors, later, room
 
 import cablewright as cw
+from cablewright.calibration.drift.drift import _of_record
 from cablewright.calibration.drift.record import record_of
+from cablewright.calibration.poses.problem import StraightProblem
 
 SMALL = Setup(poses=12, width=960, height=720, focal=800.0, floor=2, print_scale=0.98, moved=1)
 PLAN = cw.CalibrationPlan(sigma={"encoder": 5e-4})
@@ -75,6 +77,33 @@ def test_a_bump_of_an_exit_point_is_found_by_three_pictures(
     drift = cw.check_drift(found.robot, bumped.data, record)
     assert drift.verdict == "moved"
     assert drift.changes[0].line == line
+
+
+def test_a_tag_that_the_record_lacks_is_known_as_its_layout_says(
+    found: cw.Calibration, measured: Room, tmp_path: Path
+) -> None:
+    (tmp_path / "data.csv").write_text("dl_1\n")
+    record = record_of(found, tmp_path / "data.csv", datetime.now(UTC))
+    kept = [at for at, each in enumerate((*record.values, *record.considered)) if each.line != "tag 0"]
+    rows = record.spread[np.ix_(kept, kept)].tolist()
+    without = record.model_copy(
+        update={
+            "values": tuple(each for each in record.values if each.line != "tag 0"),
+            "covariance": tuple(tuple(row[: at + 1]) for at, row in enumerate(rows)),
+        }
+    )
+    same, _ = later(measured, SMALL, 7)
+    seen = same.data.sightings
+    assert seen is not None
+    tag = next(tag for tag in seen.layout.tags if tag.number == 0)
+    problem = StraightProblem.of(found.robot, replace(same.data, guess=same.poses), without.plan, hold=False)
+    _, spread = _of_record(problem, without)
+    own = [at for at, each in enumerate(problem.unknowns) if each.line == "tag 0"]
+    assert np.sqrt(np.diag(spread)[own]) == pytest.approx([tag.sigma] * 3 + [tag.turn_sigma] * 3)
+    assert cw.check_drift(found.robot, same.data, without).verdict == "unchanged"
+    values = tuple(each for each in record.values if each.line != "camera")
+    with pytest.raises(cw.InputError, match="the record is of a calibration without pictures"):
+        _of_record(problem, record.model_copy(update={"values": values}))
 
 
 def test_a_point_platform_is_calibrated_as_the_body_that_pictures_show() -> None:
