@@ -10,6 +10,7 @@ import cablewright as cw
 from cablewright.calibration.drift.drift import _of_record
 from cablewright.calibration.drift.record import record_of
 from cablewright.calibration.poses.problem import StraightProblem
+from cablewright.calibration.sightings.placing import started
 
 SMALL = Setup(poses=12, width=960, height=720, focal=800.0, floor=2, print_scale=0.98, moved=1)
 PLAN = cw.CalibrationPlan(sigma={"encoder": 5e-4})
@@ -114,6 +115,29 @@ def test_a_point_platform_is_calibrated_as_the_body_that_pictures_show() -> None
     assert found.robot.platform == machine.platform
     assert found.poses.shape == (10, 6)
     assert np.abs(exit_errors(made.robot, found.robot, own_frame=True)).max() < 0.05
+
+
+def test_a_file_of_another_camera_is_an_error(machine: cw.Robot, measured: Room) -> None:
+    seen = measured.data.sightings
+    assert seen is not None
+    focal = (1.15 * seen.camera.focal[0], 1.15 * seen.camera.focal[1])
+    other = replace(seen, camera=seen.camera.model_copy(update={"focal": focal}))
+    with pytest.raises(cw.InputError, match="the lens or the size of the print that fits them is far") as error:
+        started(other, machine, measured.data.counted, None, "data.csv")
+    assert "\n" not in str(error.value)
+
+
+def test_a_layout_that_is_not_of_the_pictures_is_an_error(machine: cw.Robot, measured: Room) -> None:
+    seen = measured.data.sightings
+    assert seen is not None
+    off = np.random.default_rng(0).normal(0.0, 0.1, (len(seen.layout.tags), 3))
+    tags = tuple(
+        tag.model_copy(update={"at": tuple(at)}) for tag, at in zip(seen.layout.tags, off.tolist(), strict=True)
+    )
+    other = replace(seen, layout=seen.layout.model_copy(update={"tags": tags}))
+    with pytest.raises(cw.InputError, match=r"of 5 tags do not fit the others") as error:
+        started(other, machine, measured.data.counted, None, "data.csv")
+    assert "\n" not in str(error.value)
 
 
 def test_a_pose_without_a_picture_of_few_lines_is_an_error() -> None:
