@@ -7,7 +7,10 @@ import pytest
 from benchmarks.campaigns.camera_rooms import Room, Setup, exit_errors, later, room
 
 import cablewright as cw
+from cablewright.calibration.drift.drift import _of_record
 from cablewright.calibration.drift.record import record_of
+from cablewright.calibration.poses.problem import StraightProblem
+from cablewright.calibration.sightings.placing import started
 
 SMALL = Setup(poses=12, width=960, height=720, focal=800.0, floor=2, print_scale=0.98, moved=1)
 PLAN = cw.CalibrationPlan(sigma={"encoder": 5e-4})
@@ -77,6 +80,33 @@ def test_a_bump_of_an_exit_point_is_found_by_three_pictures(
     assert drift.changes[0].line == line
 
 
+def test_a_tag_that_the_record_lacks_is_known_as_its_layout_says(
+    found: cw.Calibration, measured: Room, tmp_path: Path
+) -> None:
+    (tmp_path / "data.csv").write_text("dl_1\n")
+    record = record_of(found, tmp_path / "data.csv", datetime.now(UTC))
+    kept = [at for at, each in enumerate((*record.values, *record.considered)) if each.line != "tag 0"]
+    rows = record.spread[np.ix_(kept, kept)].tolist()
+    without = record.model_copy(
+        update={
+            "values": tuple(each for each in record.values if each.line != "tag 0"),
+            "covariance": tuple(tuple(row[: at + 1]) for at, row in enumerate(rows)),
+        }
+    )
+    same, _ = later(measured, SMALL, 7)
+    seen = same.data.sightings
+    assert seen is not None
+    tag = next(tag for tag in seen.layout.tags if tag.number == 0)
+    problem = StraightProblem.of(found.robot, replace(same.data, guess=same.poses), without.plan, hold=False)
+    _, spread = _of_record(problem, without)
+    own = [at for at, each in enumerate(problem.unknowns) if each.line == "tag 0"]
+    assert np.sqrt(np.diag(spread)[own]) == pytest.approx([tag.sigma] * 3 + [tag.turn_sigma] * 3)
+    assert cw.check_drift(found.robot, same.data, without).verdict == "unchanged"
+    values = tuple(each for each in record.values if each.line != "camera")
+    with pytest.raises(cw.InputError, match="the record is of a calibration without pictures"):
+        _of_record(problem, record.model_copy(update={"values": values}))
+
+
 def test_a_point_platform_is_calibrated_as_the_body_that_pictures_show() -> None:
     machine = cw.load("wang2021")
     made = room(machine, replace(SMALL, poses=10, floor=0, moved=-1, print_scale=1.0), 4)
@@ -85,6 +115,29 @@ def test_a_point_platform_is_calibrated_as_the_body_that_pictures_show() -> None
     assert found.robot.platform == machine.platform
     assert found.poses.shape == (10, 6)
     assert np.abs(exit_errors(made.robot, found.robot, own_frame=True)).max() < 0.05
+
+
+def test_a_file_of_another_camera_is_an_error(machine: cw.Robot, measured: Room) -> None:
+    seen = measured.data.sightings
+    assert seen is not None
+    focal = (1.15 * seen.camera.focal[0], 1.15 * seen.camera.focal[1])
+    other = replace(seen, camera=seen.camera.model_copy(update={"focal": focal}))
+    with pytest.raises(cw.InputError, match="the lens or the size of the print that fits them is far") as error:
+        started(other, machine, measured.data.counted, None, "data.csv")
+    assert "\n" not in str(error.value)
+
+
+def test_a_layout_that_is_not_of_the_pictures_is_an_error(machine: cw.Robot, measured: Room) -> None:
+    seen = measured.data.sightings
+    assert seen is not None
+    off = np.random.default_rng(0).normal(0.0, 0.1, (len(seen.layout.tags), 3))
+    tags = tuple(
+        tag.model_copy(update={"at": tuple(at)}) for tag, at in zip(seen.layout.tags, off.tolist(), strict=True)
+    )
+    other = replace(seen, layout=seen.layout.model_copy(update={"tags": tags}))
+    with pytest.raises(cw.InputError, match=r"of 5 tags do not fit the others") as error:
+        started(other, machine, measured.data.counted, None, "data.csv")
+    assert "\n" not in str(error.value)
 
 
 def test_a_pose_without_a_picture_of_few_lines_is_an_error() -> None:

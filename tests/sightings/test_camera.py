@@ -7,7 +7,7 @@ from PIL import Image
 
 import cablewright as cw
 from cablewright.calibration.sightings.camera import camera_text, load_camera
-from cablewright.calibration.sightings.intrinsics import sheet
+from cablewright.calibration.sightings.intrinsics import _camera, sheet
 from cablewright.models.rotation import matrices
 
 LENS = np.array([520.0, 520.0, 326.0, 235.0, -0.12, 0.05, 1e-3, -6e-4, 0.0])
@@ -66,9 +66,14 @@ def test_files_of_opencv_are_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("image_width: 640\n", "no image_height with 1 numbers"),
-        ("image_width: 640\nimage_height: x\n", "no image_height with 1 numbers"),
-        ("image_width: 640\nimage_height: 480\ncamera_matrix:\n data: [1, 2]\n", "no camera_matrix with 9 numbers"),
+        ("image_width: 640\n", "no image_height with 1 finite numbers"),
+        ("image_width: nan\nimage_height: 480\n", "no image_width with 1 finite numbers"),
+        ("image_width: 640\nimage_height: 1e400\n", "no image_height with 1 finite numbers"),
+        ("image_width: 640\nimage_height: x\n", "no image_height with 1 finite numbers"),
+        (
+            "image_width: 640\nimage_height: 480\ncamera_matrix:\n data: [1, 2]\n",
+            "no camera_matrix with 9 finite numbers",
+        ),
         (
             f"{SIZES}camera_matrix:\n data: [9, 0, 320, 0, 9, 240, 0, 0, 1]\n{LENS_OF}: [0, 0, 0, 0, 0]\n",
             "focal = .*: must be over 32 px",
@@ -83,3 +88,19 @@ def test_a_bad_file_of_opencv_is_an_error_in_one_line(tmp_path: Path, text: str,
     (tmp_path / "bad.yml").write_text(f"%YAML:1.0\n---\n{text}")
     with pytest.raises(cw.InputError, match=words):
         load_camera(tmp_path / "bad.yml")
+
+
+@pytest.mark.parametrize(("size", "words"), [((63, 100), "width = 63"), ((100, 20_001), "height = 20001")])
+def test_pictures_of_a_size_that_no_camera_has_are_an_error(tmp_path: Path, size: tuple[int, int], words: str) -> None:
+    Image.new("L", size).save(tmp_path / "odd.png")
+    with pytest.raises(cw.InputError, match=f"odd.png: {words}") as error:
+        cw.camera(tmp_path)
+    assert "\n" not in str(error.value)
+
+
+def test_a_lens_out_of_range_is_an_error_in_one_line() -> None:
+    camera = load_camera("examples/phone.yml")
+    lens = np.array([*camera.focal, -5.0, *camera.lens[3:]])
+    with pytest.raises(cw.InputError, match="the lens that fits the pictures: principal") as error:
+        _camera(camera, lens, camera.spread)
+    assert "\n" not in str(error.value)

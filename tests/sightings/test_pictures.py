@@ -77,6 +77,12 @@ def test_a_hundred_megapixels_are_rejected_before_they_are_decoded(tmp_path: Pat
         read_picture(tmp_path / "big.png")
 
 
+def test_grey_levels_of_16_bits_are_scaled_not_clipped(tmp_path: Path) -> None:
+    grey = np.array([[0, 257, 32_896, 65_535]], dtype=np.uint16)
+    Image.fromarray(grey).save(tmp_path / "deep.png")
+    assert read_picture(tmp_path / "deep.png").tolist() == [[0.0, 1.0, 128.0, 255.0]]
+
+
 def test_what_is_no_picture_is_an_error(tmp_path: Path) -> None:
     (tmp_path / "text.jpg").write_text("no picture")
     with pytest.raises(cw.InputError, match=r"text.jpg: not a JPEG or PNG picture"):
@@ -88,6 +94,7 @@ def test_what_is_no_picture_is_an_error(tmp_path: Path) -> None:
     [
         (("scene.jpg",), "its name does not end with a number; expected that of its pose, 1 to 3"),
         (("pose-4.jpg",), "its name is of pose 4"),
+        (("IMG_1000002.jpg",), "its name is of pose 1000002"),
         (("a-2.jpg", "b-02.png"), "pose 2 has a picture already, a-2.jpg"),
         ((), "no pictures; expected files"),
     ],

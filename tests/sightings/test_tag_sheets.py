@@ -46,6 +46,15 @@ def test_large_tags_have_a_page_each_and_say_where_they_belong() -> None:
     assert words.count("150 mm between the outer ticks") == 5
 
 
+def test_tags_of_a_floor_are_drawn_within_the_pages_whatever_their_numbers() -> None:
+    tags = tuple(cw.Tag(number=at, size=0.1, on="room", at=(at - 400.0, 0.0, 0.0)) for at in (400, 401, 402))
+    pages = pages_of(cw.TagLayout(camera="platform", tags=tags))
+    for page in pages:
+        corners = np.array([(x, y, x + w, y + h) for x, y, w, h in page.boxes])
+        assert corners.min() >= 0.0
+        assert (corners.max(axis=0)[2:] <= page.size).all()
+
+
 def test_a_tag_larger_than_the_paper_is_an_error() -> None:
     layout = cw.TagLayout(tags=(cw.Tag(number=1, size=0.3, at=(0.0, 0.0, 0.0)),))
     with pytest.raises(cw.InputError, match=r"tag 1: 300 mm with its margin is larger than A4; give --paper"):
@@ -57,6 +66,7 @@ def test_a_pdf_has_its_page_size_and_its_objects_where_its_table_says() -> None:
     data = pdf_of(pages_of(sheet(), "A3"))
     width, height = PAPERS["A3"]
     assert f"/MediaBox [0 0 {width * 72 / 25.4:.4f} {height * 72 / 25.4:.4f}]".encode() in data
+    assert len(re.findall(rb"/Type /Page(?![A-Za-z])", data)) == 1
     for number, place in enumerate(re.findall(rb"^(\d{10}) 00000 n $", data, re.MULTILINE), 1):
         assert data[int(place) :].startswith(b"%d 0 obj" % number)
 
@@ -74,6 +84,7 @@ def test_the_ruler_is_as_long_as_it_says() -> None:
         ('[[tags]]\nnumber = 1\nsize = "1 mm"\nat = [0, 0, 0]', "size"),
         ("[[tags]]\nnumber = 1\nsize = 0.1\nat = [0, 0, 0]\nup = [0, 0, 2.0]", r"up = .*: is along the normal"),
         ('[[tags]]\nnumber = 1\nsize = 0.1\non = "room"\nat = [0, 0, 0]', "all in the room, as the camera is"),
+        ('[[tags]]\nnumber = 1\nsize = 0.1\non = "north"\nat = [0, 0, 0]', r"on = .north.: .*platform.*room"),
         (2 * "[[tags]]\nnumber = 1\nsize = 0.1\nat = [0, 0, 0]\n", "2 tags have the number 1"),
     ],
 )

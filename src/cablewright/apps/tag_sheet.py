@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.calibration.sightings.intrinsics import FIRST
+from cablewright.calibration.sightings.intrinsics import sheet
 from cablewright.calibration.sightings.layout import MODULES, Tag, TagLayout
 from cablewright.calibration.sightings.pictures import require_camera_extra
 from cablewright.foundation.arrays import Mask
@@ -48,12 +48,12 @@ def modules_of(number: int) -> Mask:
 
 
 def pages_of(layout: TagLayout, paper: str = "A4") -> list[TagPage]:
-    """Return the pages of a layout: one with all tags in their places for the sheet of the lens, else row by row.
+    """Return the pages of a layout: one with all tags in their places for `sheet`, else row by row.
 
     Raises `InputError` for a tag that is larger than the paper.
     """
     width, height = PAPERS[paper]
-    if all(tag.number >= FIRST and tag.normal == (0.0, 0.0, 1.0) for tag in layout.tags):
+    if layout == sheet():
         return [_in_place(layout, paper)]
     pages, x, y, deep = [_page(paper)], _EDGE, _EDGE, 0.0
     for tag in layout.tags:
@@ -147,7 +147,7 @@ def pdf_of(pages: list[TagPage]) -> bytes:
         stream = "\n".join(drawn).encode("cp1252", "replace")
         box = f"/MediaBox [0 0 {width * _POINT:.4f} {height * _POINT:.4f}]"
         fonts = f"/Resources << /Font << /F1 3 0 R >> >> /Contents {5 + 2 * at} 0 R"
-        objects.append(f"<< /Type /TagPage /Parent 2 0 R {box} {fonts} >>".encode())
+        objects.append(f"<< /Type /Page /Parent 2 0 R {box} {fonts} >>".encode())
         objects.append(b"<< /Length %d >>\nstream\n" % len(stream) + stream + b"\nendstream")
     text, places = b"%PDF-1.4\n", list[int]()
     for number, content in enumerate(objects, 1):

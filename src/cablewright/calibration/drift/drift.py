@@ -38,6 +38,7 @@ from cablewright.calibration.poses.sufficient_data import check_lengths, surplus
 from cablewright.calibration.sensors.load_cells import require_tensions
 from cablewright.calibration.sensors.pictures import with_pictures
 from cablewright.calibration.sensors.vibrations import AT_START, with_vibrations
+from cablewright.calibration.sightings.sighted import CAMERA, SightedUnknown
 from cablewright.calibration.unknowns import NAMES
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import AnswerError, InputError
@@ -316,9 +317,16 @@ def _problem(model: Model, measured: Measured, known: CalibrationRecord) -> Cali
 def _of_record(problem: CalibrationProblem, known: CalibrationRecord) -> tuple[Array, Array]:
     """Return the unknowns (k,) at the record's values, and their covariance (k + 1, k + 1), SI, the stretch's last.
 
-    It is 0 for values without uncertainty in the record, and the assumed error for sensors that it does not have.
+    It is 0 for values without uncertainty in the record, the assumed error for sensors that it does not have, and that
+    of their layout for tags, prints and lenses that it does not have. Raises `InputError` for pictures without a camera
+    in the record.
     """
     its = {(each.name, each.line): at for at, each in enumerate((*known.values, *known.considered))}
+    if problem.measured.sightings is not None and ("camera_place.x", CAMERA) not in its:
+        raise InputError(
+            f"{problem.measured.origin}: the record is of a calibration without pictures: leave --pictures out, or "
+            "calibrate with pictures first"
+        )
     mine = [*((each.kind, each.line) for each in problem.unknowns), (STRETCH, None)]
     both = [(here, its[name]) for here, name in enumerate(mine) if name in its]
     here, there = (np.array(side) for side in zip(*both, strict=True))
@@ -334,7 +342,22 @@ def _of_record(problem: CalibrationProblem, known: CalibrationRecord) -> tuple[A
     believed = believed_of_sensors(problem.measured, known.sigma)
     spread = np.diag([believed.get(each.name, 0.0) ** 2 for each in problem.unknowns] + [0.0])
     spread[np.ix_(here, here)] = known.spread[np.ix_(there, there)] * np.outer(by, by)
+    new = [at for at, each in enumerate(problem.unknowns) if isinstance(each, SightedUnknown) and at not in here]
+    if new:
+        _follow_layout(problem, new, spread)
     return theta, spread
+
+
+def _follow_layout(problem: CalibrationProblem, new: list[int], spread: Array) -> None:
+    """Put into a covariance (k + 1, k + 1), SI, of *new* unknowns by the rows of their layout, given the others."""
+    stated = problem.rows.linear[len(problem.rows.linear) - problem.stated :]
+    rows = stated / np.array([each.size for each in problem.unknowns])
+    own = np.linalg.pinv(rows[:, new].T @ rows[:, new], hermitian=True)
+    by_others = -own @ rows[:, new].T @ np.delete(rows, new, axis=1)
+    others = np.delete(np.arange(len(problem.unknowns)), new)
+    spread[np.ix_(new, others)] = by_others @ spread[np.ix_(others, others)]
+    spread[np.ix_(others, new)] = spread[np.ix_(new, others)].T
+    spread[np.ix_(new, new)] = own + by_others @ spread[np.ix_(others, new)]
 
 
 def _through(problem: CalibrationProblem, theta: Array, states: Array, eliminated: _Eliminated) -> Array:

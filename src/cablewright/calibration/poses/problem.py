@@ -96,7 +96,7 @@ class CalibrationProblem(ABC):
         unknowns = unknowns_of(robot, plan.unknowns, plan.shared, cls.elastic, plan.grouped)
         if not unknowns:
             raise InputError("unknowns: must name at least one number")
-        seen = bodies_of(measured.sightings, robot, unknowns)
+        seen = bodies_of(measured.sightings, unknowns)
         lines, target = numbers_of_lines(robot, measured.by_drum, cls.elastic), targets(robot, unknowns)
         put_known(robot, lines, plan)
         start = np.array([nominal(robot, each) if each.column < 0 else each.entry.nominal or 0.0 for each in unknowns])

@@ -16,15 +16,18 @@ from scipy import special
 from cablewright.calibration.sightings.detection import EDGES
 from cablewright.calibration.sightings.sighted import Bodies, Sightings
 from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
 from cablewright.kernels.fitting import calibration_residuals, pose_schur, straight_line
 from cablewright.kernels.fitting.calibration_residuals import MeasurementRows
 from cablewright.kernels.fitting.pose_schur import StopRule
 
 _STOP: Final = StopRule(1e-10, 1e-12, 300, 1e-4)
 _LEVEL: Final = 1e-3  # probability that a right tag is named, or a right sighting left out, in a set of pictures
-_MOST: Final = 60  # sightings and tags left out
+_MOST: Final = 60  # sightings left out
 _SMALL: Final = 1e-9  # of the largest eigenvalue: what has no information
 _MANY: Final = 0.3  # share of the sightings left out beyond which the layout or the camera is not that of the pictures
+_OTHER: Final = 4.0  # squares of the lens from its file over those of chance, beyond which it is another camera
+_MOVED: Final = 0.5  # share of the tags that moved, beyond which it is the layout or the camera too
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +44,7 @@ class Bundle:
     @classmethod
     def of(cls, seen: Sightings, poses: Array, free_camera: bool) -> Bundle:
         """Build the problem from start *poses* (N, 6)."""
-        bodies, blocks = seen.bodies(None, free_camera=free_camera), list(seen.rows())
+        bodies, blocks = seen.bodies(free_camera=free_camera), list(seen.rows())
         values, weights = (np.concatenate([block[at] for block in blocks], axis=1) for at in (1, 2))
         extra, count = np.concatenate([block[3] for block in blocks], axis=1), values.size
         rows = MeasurementRows(
@@ -110,7 +113,7 @@ def consistent(seen: Sightings, poses: Array, free_camera: bool) -> tuple[Sighti
     """
     bundle, _ = Bundle.of(seen, poses, free_camera).fitted()
     total = max(int(seen.counts.sum()), 1)
-    for _ in range(_MOST):
+    while True:
         off, shares, stated, covariance = bundle.evidence()
         sigma, worst = _spread(bundle, off, shares), (0.0, -1, -1)
         for index, rows in bundle.groups:
@@ -124,14 +127,27 @@ def consistent(seen: Sightings, poses: Array, free_camera: bool) -> tuple[Sighti
                 left = np.eye(EDGES) - shares[at, rows, rows]
                 worst = max(worst, (_excess(off[at, rows], left, sigma, total), at, tag.number))
         excess, at, number = worst
-        if excess <= 1.0 or len(seen.left_out) >= max(_MANY * total, 1.0):
-            break
+        if excess <= 1.0:
+            own = bundle.bodies.of_tag < 0
+            linear = bundle.rows.linear[own]
+            if _excess(stated[own], np.eye(len(linear)) - linear @ covariance @ linear.T, 1.0, 1) > _OTHER:
+                raise InputError(
+                    "pictures: the lens or the size of the print that fits them is far from its file: is the camera's "
+                    "file of this camera, with its focus and zoom, and are the sizes of the tags right?"
+                )
+            return seen, bundle
+        out, moved, tags = len(seen.left_out), len(seen.moved), len(bundle.bodies.tags)
+        if out >= min(max(_MANY * total, 1.0), _MOST) or moved + (at < 0) > max(_MOVED * tags, 1.0):
+            raise InputError(
+                f"pictures: {out} of {total} sightings and {moved} of {tags} tags do not fit the others: "
+                "is the camera's file of this camera, with its focus and zoom, are sizes and places of the tags right, "
+                "and is a sheet flat? Tags that were placed roughly need a larger sigma"
+            )
         if at < 0:
             seen = replace(seen, moved=(*seen.moved, number))
         else:
             seen = replace(seen, left_out=seen.left_out | {(at, number)})
         bundle, _ = Bundle.of(seen, bundle.poses, free_camera).fitted()
-    return seen, bundle
 
 
 def _spread(bundle: Bundle, off: Array, shares: Array) -> float:

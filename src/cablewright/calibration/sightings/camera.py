@@ -6,6 +6,7 @@ OpenCV has them. The centre of the first pixel is at (0, 0).
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
 from typing import Annotated, Final, Self
@@ -140,10 +141,13 @@ def _numbers(text: str, key: str, path: Path, count: int | None = None) -> list[
     words = re.split(r"[,\s]+", found[1].strip()) if found else []
     try:
         numbers = [float(word) for word in words if word]
+        numbers = numbers if all(map(math.isfinite, numbers)) else []
     except ValueError:
         numbers = []
     if not numbers or (count is not None and len(numbers) != count) or len(numbers) > 14:
-        raise InputError(f"{path}: no {key} with {count or '4 to 14'} numbers: is it a calibration file of OpenCV?")
+        raise InputError(
+            f"{path}: no {key} with {count or '4 to 14'} finite numbers: is it a calibration file of OpenCV?"
+        )
     return numbers
 
 

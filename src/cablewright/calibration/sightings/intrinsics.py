@@ -25,6 +25,7 @@ from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.progress import Progress, silent
 from cablewright.foundation.results import Figure, Result
+from cablewright.foundation.validation import validated
 
 MIN_PICTURES: Final = 5
 MIN_TAGS: Final = 4
@@ -113,12 +114,13 @@ def camera(
     require_camera_extra()
     height, width = read_picture(files[0]).shape
     focal = _FOCAL * max(width, height)
-    guess = Camera(width=width, height=height, focal=(focal, focal), principal=(width / 2.0, height / 2.0))
+    first = {"width": width, "height": height, "focal": (focal, focal), "principal": (width / 2.0, height / 2.0)}
+    guess = validated(Camera, first, files[0])
     seen = _shown(files, guess, tags, progress)
     start = _start(seen, guess)
     for _ in range(2):
         seen = _shown(files, start, tags, progress)
-        agreed, poses, _ = in_own_frame(seen, None)
+        agreed, poses, _ = in_own_frame(seen)
         agreed, bundle = consistent(agreed, poses, False)
         off, shares, _, covariance = bundle.evidence()
         lens = start.lens
@@ -137,10 +139,10 @@ def camera(
 
 
 def _camera(old: Camera, lens: Array, spread: Array) -> Camera:
-    """Return the camera with another *lens* (9,) and its covariance (9, 9)."""
+    """Return the camera with another *lens* (9,) and its covariance (9, 9). Raises `InputError` out of its range."""
     rows = tuple(tuple(row[: at + 1]) for at, row in enumerate(spread.tolist()))
     values: dict[str, Any] = {"focal": tuple(lens[:2]), "principal": tuple(lens[2:4]), "distortion": tuple(lens[4:])}
-    return Camera.model_validate(old.model_dump() | values | {"covariance": rows})
+    return validated(Camera, old.model_dump() | values | {"covariance": rows}, "the lens that fits the pictures")
 
 
 def _shown(files: Sequence[Path], guess: Camera, tags: TagLayout, progress: Progress) -> Sightings:
@@ -168,9 +170,7 @@ def _start(seen: Sightings, guess: Camera) -> Camera:
     points, pixels = list[Any](), list[Any]()
     for picture in seen.pictures:
         assert picture is not None
-        points.append(
-            np.concatenate([tag_corners(tags[each.number], None) for each in picture.sightings]).astype(np.float32)
-        )
+        points.append(np.concatenate([tag_corners(tags[each.number]) for each in picture.sightings]).astype(np.float32))
         pixels.append(np.concatenate([each.corners for each in picture.sightings]).astype(np.float32))
     if max(np.abs(each[:, 2]).max() for each in points) > 1e-6:
         raise InputError("layout: the tags of a sheet must be in the plane z = 0")
@@ -182,5 +182,5 @@ def _start(seen: Sightings, guess: Camera) -> Camera:
         numbers = np.array([matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2], *lens.ravel()[:5]])
         wide = np.diag((np.array(_WIDE) * np.repeat([numbers[0], 1.0], [4, 5])) ** 2)
         return _camera(guess, numbers, wide)
-    except (cv2.error, ValueError):
+    except (cv2.error, InputError):
         raise InputError("no lens fits the pictures: tilt the sheet in them, or is it another sheet?") from None

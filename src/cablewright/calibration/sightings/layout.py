@@ -48,14 +48,14 @@ def _require_across(key: str, one: Direction, other: Direction) -> None:
 class Tag(Description):
     """A tag: its ``number`` in the family, the side of its black square, and its place.
 
-    ``on``: the platform, the room, or a line, whose exit point it is at: ``at`` is the tag's centre in the frame of
-    the platform, in the world, or from the exit point. ``normal``: out of the paper; ``up``: to its top. ``sigma``,
-    ``turn_sigma``: standard deviations of place and directions.
+    ``on``: the platform or the room: ``at`` is the tag's centre in the frame of the platform, or in the world.
+    ``normal``: out of the paper; ``up``: to its top. ``sigma``, ``turn_sigma``: standard deviations of place and
+    directions.
     """
 
     number: Annotated[int, Strict(), Ge(0), Le(NUMBERS - 1)]
     size: Annotated[Length, Ge(5e-3), Le(10.0)]
-    on: Annotated[str, Field(min_length=1, max_length=200)] = "platform"
+    on: Literal["platform", "room"] = "platform"
     at: Vec3
     normal: Direction = (0.0, 0.0, 1.0)
     up: Direction = (0.0, 1.0, 0.0)
@@ -71,11 +71,6 @@ class Tag(Description):
     def mounted(self) -> bool:
         """Whether the tag is on the platform."""
         return self.on == "platform"
-
-    @property
-    def line(self) -> str | None:
-        """The line at whose exit point the tag is."""
-        return None if self.on in ("platform", "room") else self.on
 
 
 class TagMount(Description):

@@ -22,6 +22,7 @@ from cablewright.foundation.toml_input import read_bytes
 MAX_BYTES: Final = 64 << 20
 MAX_PIXELS: Final = 64_000_000
 MAX_PICTURES: Final = 1000
+_GREYS: Final = 65_535.0 / 255.0  # levels of 16 bits in one of 8
 SUFFIXES: Final = (".jpg", ".jpeg", ".png")
 
 
@@ -50,6 +51,8 @@ def read_picture(path: Path) -> Array:
         width, height = picture.size
         if width * height > MAX_PIXELS:
             raise InputError(f"{path}: {width} x {height} pixels; at most {MAX_PIXELS / 1e6:g} million are read")
+        if picture.mode.startswith("I"):  # 16 bits of grey
+            return np.asarray(picture, dtype=np.float64) / _GREYS
         return np.asarray(picture.convert("L"), dtype=np.float64)
     except UnidentifiedImageError:
         raise InputError(f"{path}: not a JPEG or PNG picture") from None
@@ -82,7 +85,7 @@ def picture_files(given: Sequence[str | Path]) -> list[Path]:
 
 def number_of(path: Path) -> int | None:
     """Return the number at the end of a picture's name: 7 of ``pose-07.jpg``."""
-    digits = re.search(r"([0-9]{1,6})$", path.stem)
+    digits = re.search(r"([0-9]{1,18})$", path.stem)
     return int(digits[1]) if digits else None
 
 

@@ -29,15 +29,12 @@ _LINEAR: Final = 6  # poses with which exit points follow from lengths
 _FLAT: Final = 0.02  # of the largest extent of the positions: flatter ones do not determine exit points
 
 
-def tag_corners(tag: Tag, robot: Robot | None) -> Array:
+def tag_corners(tag: Tag) -> Array:
     """Return the corners (4, 3) of a tag, m, in the frame of the platform or in the world."""
-    exit_point = np.zeros(3)
-    if tag.line is not None and robot is not None:
-        exit_point = np.array(next(line.exit_point for line in robot.lines if line.name == tag.line))
-    return np.asarray(exit_point + tag.at + 0.5 * tag.size * _SQUARE @ facing(tag.normal, tag.up).T)
+    return np.asarray(tag.at + 0.5 * tag.size * _SQUARE @ facing(tag.normal, tag.up).T)
 
 
-def _views(seen: Sightings, robot: Robot | None, mounted: bool) -> list[list[tuple[Array, Array]]]:
+def _views(seen: Sightings, mounted: bool) -> list[list[tuple[Array, Array]]]:
     """Return, for each picture, how the platform (or else the room) may be in the camera's frame, the likelier first.
 
     Each is a rotation (3, 3) and a place (3,). A plane seen from afar may be seen in two ways.
@@ -53,7 +50,7 @@ def _views(seen: Sightings, robot: Robot | None, mounted: bool) -> list[list[tup
         if not shown:
             made.append([])
             continue
-        points = np.concatenate([tag_corners(tags[one.number], robot) for one in shown])
+        points = np.concatenate([tag_corners(tags[one.number]) for one in shown])
         pixels = seen.camera.directions(np.concatenate([one.corners for one in shown]))
         flat = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)[2] < 1e-3 * np.ptp(points, axis=0).max()
         how = cv2.SOLVEPNP_IPPE if flat else cv2.SOLVEPNP_SQPNP
@@ -84,15 +81,15 @@ def _vector(rotation: Array) -> Array:
     return np.array(cv2.Rodrigues(rotation)[0], dtype=np.float64).ravel()
 
 
-def in_own_frame(seen: Sightings, robot: Robot | None) -> tuple[Sightings, Array, bool]:
+def in_own_frame(seen: Sightings) -> tuple[Sightings, Array, bool]:
     """Return sightings with a start of the camera, and of the poses (N, 6), NaN without a picture.
 
     The last is whether that is in the world, by tags in the room; else it is in the camera's frame.
     """
     of_camera = seen.layout.camera == "platform"
     poses = np.full((len(seen.pictures), 6), np.nan)
-    views = _chosen(_views(seen, robot, mounted=not of_camera))
-    room = [] if of_camera else _chosen(_views(seen, robot, mounted=False))
+    views = _chosen(_views(seen, mounted=not of_camera))
+    room = [] if of_camera else _chosen(_views(seen, mounted=False))
     known = next((view for view in room if view is not None), None)
     rotation, place = np.eye(3), np.zeros(3)
     if of_camera:
@@ -163,7 +160,7 @@ def started(
     Poses without a picture keep their *guess* (N, n), or are NaN. The bundle is that of the pictures by themselves.
     Raises `InputError` for pictures without tags of the layout, and as `camera_of_world`.
     """
-    seen, poses, in_world = in_own_frame(seen, robot)
+    seen, poses, in_world = in_own_frame(seen)
     pictured = np.asarray(np.isfinite(poses).all(axis=1))
     if not pictured.any():
         reasons = [word for picture in seen.pictures if picture is not None for word in picture.left_out]

@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 from cablewright.calibration.sightings.camera import LENS, Camera
 from cablewright.calibration.sightings.detection import EDGES, SeenPicture
 from cablewright.calibration.sightings.layout import Tag, TagLayout, facing
-from cablewright.calibration.unknowns import Unknown, line_index
+from cablewright.calibration.unknowns import Unknown
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.units import ANGLE, LENGTH, Dimension
 from cablewright.kernels.fitting import sighting
 from cablewright.kernels.rotation import left_jacobian
 from cablewright.models.rotation import matrices
-from cablewright.robot import PointPlatform, RigidPlatform, Robot
+from cablewright.robot import PointPlatform, RigidPlatform
 from cablewright.robot.parameter_values import AXES, Kind
 
 CAMERA: Final = "camera"
@@ -32,7 +32,6 @@ _TURNED: Final = 2.5  # rad: max turn of either
 _SCALED: Final = 0.5  # of a focal length, and of the size of a print: max change
 _BENT: Final = 20.0  # max change of a number of a distortion
 _RELEASED: Final = (10.0, 3.0)  # m, rad: standard deviations of a tag that moved
-_TIED: Final = 1e-5  # m: min standard deviation of a tag's place from an exit point
 
 
 def _kinds(base: str, dimension: Dimension | None, unit: str, *names: str) -> Iterator[tuple[str, Kind]]:
@@ -138,16 +137,15 @@ class Sightings:
                             weights[at] = 1.0 / seen.sigmas
             yield index, values, weights, extras
 
-    def bodies(self, robot: Robot | None, known: Sequence[Unknown] = (), free_camera: bool = True) -> Bodies:
-        """Return the bodies beside the unknowns *known* (k,) of a *robot*, None for pictures alone.
+    def bodies(self, known: Sequence[Unknown] = (), free_camera: bool = True) -> Bodies:
+        """Return the bodies beside the unknowns *known* (k,) of a robot, none for pictures alone.
 
-        *free_camera*: whether the camera's place is unknown. Raises `InputError` for a line that the robot lacks.
+        *free_camera*: whether the camera's place is unknown.
         """
         tags, made = self.tags, list[SightedUnknown]()
         table = np.zeros((1 + len(tags), sighting.BODY_COLUMNS))
         target = np.full((len(table), sighting.NUMBERS), -1, dtype=np.int64)
-        rows, places = list[tuple[dict[int, float], float, int]](), dict[tuple[Any, ...], int]()
-        places = {(each.kind, each.line): at for at, each in enumerate(known)}
+        rows = list[tuple[dict[int, float], float, int]]()
 
         def add(body: int, column: int, kind: str, owner: str, start: float, reach: float, size: float = 1.0) -> int:
             """Make a number of a body unknown, up to *reach* from its start; returns its index."""
@@ -173,19 +171,12 @@ class Sightings:
         for body, tag in enumerate(tags, 1):
             table[body, [sighting.HALF, sighting.PRINT, sighting.MOUNTED]] = 0.5 * tag.size, 1.0, float(tag.mounted)
             table[body, sighting.BASE : sighting.HALF] = facing(tag.normal, tag.up).ravel()
-            exit_point = np.zeros(3)
-            if tag.line is not None and robot is not None:
-                exit_point = np.array(robot.lines[line_index(robot, tag.line, f"tag {tag.number}: on")].exit_point)
-            table[body, : sighting.TURN] = exit_point + tag.at
+            table[body, : sighting.TURN] = tag.at
             sigma, turn = _RELEASED if tag.number in self.moved else (tag.sigma, tag.turn_sigma)
-            sigma = sigma if tag.line is None else max(sigma, _TIED)
             for at, axis in enumerate(AXES if sigma else ""):
                 start = float(table[body, at])
                 one = add(body, at, f"tag_place.{axis}", f"tag {tag.number}", start, _ANYWHERE)
-                by, value, owner = {one: 1.0 / sigma}, start / sigma, places.get((f"exit_point.{axis}", tag.line))
-                if tag.line is not None and owner is not None:  # the file's exit point is a start only
-                    by, value = by | {owner: -1.0 / sigma}, tag.at[at] / sigma
-                rows.append((by, value, body - 1))
+                rows.append(({one: 1.0 / sigma}, start / sigma, body - 1))
             for at, axis in enumerate(AXES if turn else ""):
                 one = add(body, sighting.TURN + at, f"tag_turn.{axis}", f"tag {tag.number}", 0.0, _TURNED)
                 rows.append(({one: 1.0 / turn}, 0.0, body - 1))
@@ -213,10 +204,10 @@ class Sightings:
             yield dict(zip(ids, row.tolist(), strict=True)), float(value)
 
 
-def bodies_of(seen: Sightings | None, robot: Robot, known: Sequence[Unknown]) -> Bodies:
+def bodies_of(seen: Sightings | None, known: Sequence[Unknown]) -> Bodies:
     """Return the bodies of sightings, or none, beside the unknowns *known* (k,) of a robot; see `Sightings.bodies`."""
     if seen is not None:
-        return seen.bodies(robot, known)
+        return seen.bodies(known)
     table, linear = np.zeros((0, sighting.BODY_COLUMNS)), np.zeros((0, len(known)))
     target, of_tag = np.zeros((0, sighting.NUMBERS), dtype=np.int64), np.zeros(0, dtype=np.int64)
     return Bodies(table, target, (), linear, np.zeros(0), (), of_tag)
