@@ -34,7 +34,7 @@ class Drums:
         table = shares(model.robot)
         own, host = table[:, LINE].astype(int), table[:, OTHER].astype(int)
         lengths, slopes = np.full_like(tensions, np.nan), np.full_like(tensions, np.nan)
-        lengths_at_pulls(packed, poses, np.maximum(tensions, 1e-9 * tensions.max()), lengths, slopes)
+        lengths_at_pulls(packed, poses, np.maximum(tensions, 1e-9 * tensions.max(initial=0.0)), lengths, slopes)
         missed = table[:, OFFSET] + table[:, SENSE] * lengths[:, host] - lengths[:, own]
         if model.fidelity.cable is CableLaw.RIGID:
             none = np.zeros_like(missed)
