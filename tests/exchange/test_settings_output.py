@@ -11,6 +11,7 @@ import pytest
 
 from cablewright.apps.cli.main import run
 from cablewright.exchange.formats import read_robot
+from cablewright.exchange.maslow import read_maslow
 from cablewright.exchange.walls.settings_output import WALLS
 from cablewright.foundation.errors import InputError
 from cablewright.robot import Line, Robot, load, loads
@@ -114,6 +115,26 @@ def test_anchors_count_from_the_zero_of_gcode(tmp_path: Path) -> None:
     made = WALLS["polargraph"](Robot.model_validate(table))
     assert "M665 L-300.5 R301.25 T500 B-650.125 H1035\n" in made.text
     assert any("G-code in the world's coordinates" in each for each in made.lost)
+
+
+def test_belts_are_said_to_differ_in_height_only_where_they_do(tmp_path: Path) -> None:
+    file = tmp_path / "m.yaml"
+    text = MASLOW.format(vertical="true")
+    for heights, differ in ((("100.3", "56.3", "34.2", "78.3"), True), (("100.3",) * 4, False)):
+        own = text
+        for before, now in zip(("100.3", "56.3", "34.2", "78.3"), heights, strict=True):
+            own = own.replace(f"Z: {before}", f"Z: {now}")
+        file.write_text(own)
+        (note,) = [each for each in read_maslow(file).assumed if each.startswith("lines.platform_point")]
+        assert "100.3 mm out of the board" in note
+        assert ("differ" in note) is differ
+
+
+def test_a_belt_behind_the_board_is_rejected(tmp_path: Path) -> None:
+    file = tmp_path / "m.yaml"
+    file.write_text(MASLOW.format(vertical="true").replace("tlZ: 100.3", "tlZ: -100.3"))
+    with pytest.raises(InputError, match=r"tlZ = -100\.3: must be 0 mm or more"):
+        read_maslow(file)
 
 
 def test_a_zero_that_a_maslow_does_not_have_is_noted(tmp_path: Path) -> None:

@@ -90,9 +90,10 @@ def read_maslow(path: Path, cable: str | None = None) -> ImportedRobot:
     assumed.add(f"platform.mass: {SLED:g} kg, the sled with its router")
     assumed.add("platform: a point; belts are straight from the anchors to it, without the arms of the sled")
     if top:
+        differ = len({z for _, _, z in anchors.values()}) > 1
         assumed.add(
-            f"lines.platform_point: all belts leave the sled {1e3 * top:.4g} mm out of the board, and fall to anchors "
-            "that differ in height; those of a Maslow leave it at heights that differ"
+            f"lines.platform_point: all belts leave the sled {1e3 * top:.4g} mm out of the board"
+            + ", and fall to anchors that differ in height; those of a Maslow leave it at heights that differ" * differ
         )
     x, y = middle(anchors)
     zero = (x, *(_tidy(y * along[k]) for k in (1, 2)))
@@ -239,7 +240,10 @@ class _Settings:
                 where = " in kinematics: MaslowKinematics:" if self.is_new else ""
                 raise InputError(f"{self.path}: has no {name}, the {CORNERS[corner]} anchor's {axis}, mm{where}")
             self.used.add(key)
-            found.append(from_mm(self.entries[key].value, f"{self.entries[key].place}: {name}"))
+            place = f"{self.entries[key].place}: {name}"
+            found.append(from_mm(self.entries[key].value, place))
+            if axis == "z" and found[-1] < 0.0:
+                raise InputError(f"{place} = {1e3 * found[-1]:g}: must be 0 mm or more, over the board")
         x, y, z = found
         z += sum(map(self.length, _THICKNESSES))
         return x, y, z

@@ -65,6 +65,8 @@ def _note_lengths(robot: Robot, mounts: Sequence[Mounting], ends: Sequence[Mount
     """Note where a tendon is not as long as its line."""
     longer: dict[str, list[str]] = {}
     for line, begin, end in zip(robot.lines, mounts, ends, strict=True):
+        if begin.hung:
+            notes.add(f"tendon of {line.name!r} is {begin.hung:g} m longer than the line: down to its counterweight")
         difference = begin.added + end.added - line.dead_length
         if abs(difference) > EQUAL:
             words = f"{1e3 * abs(difference):.4g} mm {'longer' if difference > 0.0 else 'shorter'}"

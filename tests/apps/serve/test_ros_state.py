@@ -44,17 +44,23 @@ STORE = get_typestore(Stores.ROS2_JAZZY)
 TENSIONS = np.arange(8.0) + 0.5
 
 
+def topics(head: Any, signals: list[Any]) -> bytes:
+    """The topics of *signals*, as the control writes them."""
+    made = []
+    for signal in signals:
+        topic, data = encode(signal, head.robot.winch_names, head.settings.winch.counts, head.epoch_ns)
+        made.append(b'["%s",%d,%s]' % (topic.encode(), round(signal.time * 1e9), data))
+    return b"[" + b",".join(made) + b"]"
+
+
 def live(entry: Entry, head: Any, **state: Any) -> Any:
     """A feed at one step of a log, as `Feed` has it after a message of the control."""
     assert entry.estimate is not None
     cells = Tensions("load_cells", entry.estimate.time, TENSIONS[: head.robot.m])
-    topics = []
-    for signal in (cells, entry.estimate, *entry.frame.readings):
-        topic, data = encode(signal, head.robot.winch_names, head.settings.winch.counts, head.epoch_ns)
-        topics.append(b'["%s",%d,%s]' % (topic.encode(), round(signal.time * 1e9), data))
+    signals = [cells, entry.estimate, *entry.frame.readings]
     told = {"state": "printing", "clock": time.monotonic(), "layer": 3} | state
     sitting = {"machine": "shed", "robot": head.robot.name}
-    return SimpleNamespace(head=head, sitting=sitting, state=told, topics=b"[" + b",".join(topics) + b"]")
+    return SimpleNamespace(head=head, sitting=sitting, state=told, topics=topics(head, signals))
 
 
 @pytest.fixture(scope="module")
@@ -91,17 +97,36 @@ def test_the_latest_state_has_ros_names_and_the_logs_numbers(loop: tuple[Any, En
     assert list(drum["transform"]["translation"].values()) == list(entry.estimate.position)
 
 
+def test_efforts_are_of_the_last_half_second(loop: tuple[Any, Entry]) -> None:
+    head, entry = loop
+    feed, efforts = live(entry, head), list[Any]()
+    state = RosState(
+        feed, lambda message: efforts.append(message.fields.get("effort")) if message.topic == "/joint_states" else None
+    )
+    state.step()
+    for later, sources in ((0.4, ()), (0.6, ()), (0.7, ("motor_torques",))):
+        now = replace(entry.estimate, time=entry.estimate.time + later)
+        torques = [Tensions(source, now.time, 2.0 * TENSIONS[: head.robot.m]) for source in sources]
+        feed.topics = topics(head, [*torques, now])
+        state.step()
+    full, same, none, other = efforts
+    assert np.array_equal(full, TENSIONS[: head.robot.m])
+    assert np.array_equal(same, full)
+    assert none is None
+    assert np.array_equal(other, 2.0 * full)
+
+
 def test_what_has_not_changed_is_not_sent_again(loop: tuple[Any, Entry]) -> None:
     head, entry = loop
-    feed, topics = live(entry, head), list[str]()
-    state = RosState(feed, lambda message: topics.append(message.topic))
+    feed, names = live(entry, head), list[str]()
+    state = RosState(feed, lambda message: names.append(message.topic))
     state.step()
-    topics.clear()
+    names.clear()
     state.step()
-    assert topics == []
+    assert names == []
     feed.state |= {"state": "paused"}
     state.step()
-    assert topics == ["/diagnostics"]
+    assert names == ["/diagnostics"]
 
 
 @pytest.mark.parametrize(
@@ -112,6 +137,11 @@ def test_what_has_not_changed_is_not_sent_again(loop: tuple[Any, Entry]) -> None
         ({"state": "fault", "reason": "a line is slack"}, 2, "fault: a line is slack"),
         ({"state": "fault", "fresh": True}, 0, "fault"),
         ({"clock": -1e9}, 3, "printing"),
+        ({"state": "closed", "opening": False, "reason": "the bus is silent"}, 2, "closed: the bus is silent"),
+        ({"state": "closed", "opening": True, "reason": "it is being opened"}, 0, "closed: it is being opened"),
+        ({"state": "stopped", "reason": "stop"}, 1, "stopped: stop"),
+        ({"state": "paused", "reason": "the estimate is late"}, 1, "paused: the estimate is late"),
+        ({"state": "paused"}, 0, "paused"),
     ],
 )
 def test_the_status_is_as_grave_as_the_machine(

@@ -9,6 +9,7 @@ import pytest
 from scipy.optimize import linprog
 
 import cablewright as cw
+import shared_winch_robots
 from cablewright.foundation.arrays import Array
 from cablewright.robot import Robot, load
 from cablewright.solvers.tension import METHODS
@@ -181,3 +182,8 @@ def test_the_workspace_is_where_tensions_are() -> None:
     inside = [widest(np.concatenate([node, np.zeros(3)])) >= 0.0 for node in nodes]
     assert found.counted == sum(inside)
     assert 0 < sum(inside) < 27
+
+
+def test_no_poses_have_no_tensions() -> None:
+    robot = shared_winch_robots.pairs()
+    assert cw.tension_distribution(robot, np.zeros((0, 6))).tensions.shape == (0, robot.m)

@@ -328,7 +328,7 @@ class CountOptions:
     count: Annotated[
         CountName,
         typer.Option(
-            "--count", help="Compute the volume with an error bound (volume), or count the nodes of a grid (nodes)."
+            "--count", help="Compute the volume with an estimated error (volume), or count the nodes of a grid (nodes)."
         ),
     ] = "volume"
     grid: Annotated[

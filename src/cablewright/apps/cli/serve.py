@@ -84,6 +84,8 @@ def serve_command(
     if machine is None and described.name not in cw.machine_names():
         file = _built(described, folder)
         tell(f"note: no --machine was given: {file} is used, written for {described.name} with assumed numbers")
+    if ros2 is not None:
+        tell(f"note: --ros2 = {ros2}: everyone on the network reads the state, without a password; see CYCLONEDDS_URI")
     owner = cw.load_machine(file)
     with TemporaryDirectory() as aside:
         state = Path(aside) / "machine" if tried else Path(file).with_suffix("")

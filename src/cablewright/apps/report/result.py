@@ -82,8 +82,9 @@ def _body(found: Pictured, title: str, png: bytes | None) -> Iterator[Html]:
     for sheet in sheets(found):
         title = sheet.title or f"by {sheet.head[0].partition(',')[0]}"
         yield section(title[:1].upper() + title[1:], sheet_table(sheet))
-    inputs = key_figures(found, [each.key for each in found.figures if each.key in _INPUTS])
-    yield section("Inputs", table(["setting", "value"], (each[:2] for each in inputs)))
+    inputs = [each[:2] for each in key_figures(found, [each.key for each in found.figures if each.key in _INPUTS])]
+    if inputs:
+        yield section("Inputs", table(["setting", "value"], inputs))
     yield element("p", program(), class_="soft")
 
 

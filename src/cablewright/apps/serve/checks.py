@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 import os
 import sys
 from contextlib import suppress
@@ -13,7 +14,7 @@ from cablewright.apps.serve.uploads import FAILED, Uploads
 from cablewright.apps.serve.worker import TIME
 from cablewright.foundation.errors import CablewrightError, one_line
 from cablewright.foundation.file_output import write_whole
-from cablewright.live.serve.jobs import JobCheck, forget_check, write_check
+from cablewright.live.serve.jobs import JobCheck, forget_check, read_check, write_check
 
 WAITING: Final = 10
 """Checks that may wait."""
@@ -31,15 +32,17 @@ class Checks:
     _queue: asyncio.Queue[tuple[str, str]] = field(default_factory=lambda: asyncio.Queue(WAITING))
 
     def ask(self, what: str, subject: str) -> str:
-        """Ask for a ``check`` of a job or the ``report`` of a run; returns why not, or an empty text."""
+        """Ask for a ``check`` of a job or the ``report`` of a run; returns why not, or an empty text.
+
+        Raises `EnvironmentFault` where an earlier answer cannot be removed.
+        """
         if subject in self.busy:
             return "it is being done already"
-        try:
-            self._queue.put_nowait((what, subject))
-        except asyncio.QueueFull:
+        if self._queue.full():
             return f"{WAITING} wait already; try again later"
         if what == "check":
             forget_check(self.uploads.job(subject))
+        self._queue.put_nowait((what, subject))
         self.busy[subject] = "waits"
         return ""
 
@@ -81,7 +84,9 @@ class Checks:
 
     def _failed(self, what: str, subject: str, why: str) -> None:
         with suppress(CablewrightError, OSError):
-            if what == "check":
-                write_check(self.uploads.job(subject), JobCheck(subject=_NOTHING, answer="failed", why=why))
-            else:
+            if what == "report":
                 write_whole(self.uploads.run_folder(subject) / FAILED, why.encode())
+            elif read_check(folder := self.uploads.job(subject)) is None:
+                write_check(folder, JobCheck(subject=_NOTHING, answer="failed", why=why))
+            else:  # the answer may be in use
+                logging.getLogger("cablewright").warning("job %s has no report: %s", subject, why)

@@ -14,7 +14,7 @@ from pydantic_core import from_json, to_json
 from cablewright.apps.serve.feed import STALE, Feed
 from cablewright.exchange.ros.messages import RosMessage, RosMessages
 from cablewright.foundation.arrays import Array
-from cablewright.foundation.signals import PrintState, Tensions
+from cablewright.foundation.signals import Estimate, PrintState, Tensions
 from cablewright.machine.log.messages import decode
 
 STATUS_EVERY: Final = 0.5
@@ -33,7 +33,7 @@ class RosState:
         self._sitting: object = None
         self._messages: RosMessages | None = None
         self._sent: dict[str, int] = {}  # time of the last message, by topic of the log
-        self._tensions: dict[str, Array] = {}  # (m,), N, as measured last, by source
+        self._tensions: dict[str, Tensions] = {}  # as measured last, by source
         self._status: tuple[float, Any] = (-1e9, None)  # when the last one was sent, and what it said
 
     async def run(self) -> None:
@@ -57,11 +57,16 @@ class RosState:
                     self._sent[topic] = stamp
                     signal = decode(topic, to_json(data), "the control")
                     if isinstance(signal, Tensions):
-                        self._tensions[signal.source] = signal.tensions
-                    tensions = self._tensions.get("load_cells", self._tensions.get("motor_torques"))
-                    for message in self._messages.latest(signal, tensions):
+                        self._tensions[signal.source] = signal
+                    efforts = self._efforts(signal.time) if isinstance(signal, Estimate) else None
+                    for message in self._messages.latest(signal, efforts):
                         self.write(message)
         self._send_status()
+
+    def _efforts(self, now: float) -> Array | None:
+        """Return the tensions (m,), N, of the first source with a reading no older than `STALE` at *now*, s."""
+        found = (self._tensions.get(source.name) for source in Tensions.SOURCES)
+        return next((each.tensions for each in found if each is not None and now - each.time <= STALE), None)
 
     def _send_status(self) -> None:
         """Send the status where it has changed, and regularly."""
@@ -84,7 +89,9 @@ def _status(state: dict[str, Any], sitting: dict[str, Any], *, stale: bool) -> d
     told = str(state.get("state", "the control does not answer"))
     message = f"{told}: {state['reason']}" if state.get("reason") else told
     faults = [*state.get("faults", ()), *state.get("notices", ())]
-    level = _ERROR if told == PrintState.FAULT and not state.get("fresh") else _WARNING if faults else _OK
+    broken = (told == PrintState.FAULT and not state.get("fresh")) or (told == "closed" and not state.get("opening"))
+    halted = told == PrintState.STOPPED or (told == PrintState.PAUSED and bool(state.get("reason")))
+    level = _ERROR if broken else _WARNING if halted or faults else _OK
     values = {name: state[name] for name in _VALUES if state.get(name) is not None}
     listed = {f"fault {number}": text for number, text in enumerate(faults, 1)}
     return {

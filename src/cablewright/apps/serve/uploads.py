@@ -20,7 +20,7 @@ from cablewright.foundation.file_output import write_whole
 from cablewright.foundation.toml_input import read_bytes
 from cablewright.live.prints.run import CHECKPOINT
 from cablewright.live.serve.control import JOBS, RUN, RUNS
-from cablewright.live.serve.jobs import ABOUT, GCODE, JOB, MAX_BYTES, folder_of, read_check
+from cablewright.live.serve.jobs import ABOUT, GCODE, JOB, MAX_BYTES, REPORT, folder_of, read_check
 from cablewright.running.store import read_manifest
 
 MAX_JOBS: Final = 60
@@ -31,9 +31,6 @@ MAX_TOTAL: Final = 1 << 30
 
 PARTS: Final = {"gcode": GCODE, "settings": JOB}
 """Files of a job, by the last part of their address."""
-
-REPORT: Final = "report"
-"""Folder of a check's report within that of its job."""
 
 PAGE: Final = "report.html"
 FAILED: Final = "report-failed"

@@ -11,19 +11,15 @@ import sys
 import threading
 from math import isfinite
 from pathlib import Path
-from shutil import rmtree
 from typing import Any, Final
 
-from cablewright.apps.serve.uploads import METRICS, REPORT, Uploads
+from cablewright.apps.serve.uploads import METRICS, Uploads
 from cablewright.foundation.errors import CablewrightError, InputError
 from cablewright.foundation.file_output import whole_folder, write_whole
-from cablewright.live.serve.jobs import JobCheck, digest_of, load_served, subject_of, write_check
+from cablewright.live.serve.jobs import REPORT, SCENE, JobCheck, digest_of, load_served, subject_of, write_check
 
 STATION: Final = "station.json"
 """File in the served folder with the robot and the owner's settings of the machine."""
-
-SCENE: Final = "scene.json"
-"""File in a job's folder with the scene of its path."""
 
 MEMORY: Final = 8 << 30
 """Bytes of address space that a check may take."""
@@ -69,7 +65,10 @@ def write_station(folder: Path, robot: Any, owner: Any) -> None:
 
 
 def check_job(folder: Path, number: str) -> JobCheck:
-    """Check a job, and write its answer, its report and its scene. Raises `EnvironmentFault`."""
+    """Check a job; write its scene, its answer and its report.
+
+    Raises `EnvironmentFault`, and `CablewrightError` where the report fails: the answer stands without it.
+    """
     uploads = Uploads(folder)
     own = uploads.job(number)
     robot, owner = station_of(folder)
@@ -96,15 +95,16 @@ def check_job(folder: Path, number: str) -> JobCheck:
             section=found.beads.typical.section,
             robot=digest_of(robot),
         )
-        write_check(own, answer)  # before its report and its scene, which take as long again
-        rmtree(own / REPORT, ignore_errors=True)  # of an earlier check
-        with whole_folder(own / REPORT) as part:
-            report.write(found, part, layer_table(found.samples, found.law))
         scene = live_scene(LogHead(robot, owner, owner.period), job)
-        write_whole(own / SCENE, json.dumps(scene, allow_nan=False).encode())
-        answer = answer.model_copy(update={"has_report": True})
+        write_whole(own / SCENE, json.dumps(scene, allow_nan=False).encode())  # a print may begin with the answer
     except CablewrightError as error:
-        answer = JobCheck(subject=subject, answer="failed", why=str(error))
+        answer = JobCheck(subject=subject, answer="failed", why=str(error)[:4000])
+        write_check(own, answer)
+        return answer
+    write_check(own, answer)  # before its report, which takes as long again
+    with whole_folder(own / REPORT) as part:
+        report.write(found, part, layer_table(found.samples, found.law))
+    answer = answer.model_copy(update={"has_report": True})
     write_check(own, answer)
     return answer
 

@@ -128,7 +128,7 @@ def check_folder_scene(robot: Robot, folder: Path) -> SceneDescription:
         layer, line = column["layer"], column["gcode_line"]
     except KeyError as missing:
         raise InputError(
-            f"{folder / 'samples.parquet'}: column {missing}is missing; is this the run folder of another robot?"
+            f"{folder / 'samples.parquet'}: column {missing} is missing; is this the run folder of another robot?"
         ) from None
     worst = largest_at(error, laid)
     columns = {

@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 import re
 from pathlib import Path
+from shutil import rmtree
 from typing import Annotated, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -23,6 +24,12 @@ GCODE: Final = "part.gcode"
 JOB: Final = "job.toml"
 CHECK: Final = "check.json"
 ABOUT: Final = "about.json"
+
+SCENE: Final = "scene.json"
+"""File in a job's folder with the scene of its path, which its check writes before the answer."""
+
+REPORT: Final = "report"
+"""Folder of a check's report within that of its job."""
 
 MAX_BYTES: Final = {GCODE: 64 << 20, JOB: 64 << 10}
 """Largest size of each file that is taken."""
@@ -124,11 +131,14 @@ def read_check(folder: Path) -> JobCheck | None:
 
 
 def forget_check(folder: Path) -> None:
-    """Remove the answer of an earlier check, if there is one. Raises `EnvironmentFault`."""
+    """Remove answer, scene and report of an earlier check, if there are any. Raises `EnvironmentFault`."""
     try:
-        (folder / CHECK).unlink(missing_ok=True)
+        for name in (CHECK, SCENE):
+            (folder / name).unlink(missing_ok=True)
+        if (folder / REPORT).exists():
+            rmtree(folder / REPORT)
     except OSError as reason:
-        raise cannot_write(folder / CHECK, reason) from None
+        raise cannot_write(folder, reason) from None
 
 
 def write_check(folder: Path, check: JobCheck) -> None:

@@ -50,7 +50,7 @@ class ActionOptions:
         typer.Option(
             "--seconds",
             metavar="T",
-            help="Time after which the winches are released, s; by default they stay enabled until Ctrl-C.",
+            help="For the action enable: time after which brakes close and torque is removed, s; by default at Ctrl-C.",
         ),
     ] = None
 

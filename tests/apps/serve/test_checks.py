@@ -1,0 +1,117 @@
+"""Checks of jobs: an answer stands whatever comes of its report, and a print begun at once has its scene."""
+
+from __future__ import annotations
+
+import asyncio
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+pytest.importorskip("starlette")
+
+from cablewright.apps.serve import checks, worker
+from cablewright.apps.serve.checks import WAITING, Checks
+from cablewright.apps.serve.uploads import Uploads
+from cablewright.foundation.errors import EnvironmentFault
+from cablewright.live.serve.control import JOBS
+from cablewright.live.serve.jobs import CHECK, REPORT, SCENE, JobCheck, forget_check, read_check, write_check
+from cablewright.machine.files import load_machine
+from cablewright.robot import load
+from served import RING
+
+
+@pytest.fixture
+def job(tmp_path: Path) -> Path:
+    """The folder of a job in a served folder."""
+    (tmp_path / JOBS).mkdir()
+    uploads = Uploads(tmp_path)
+    number = uploads.new_job("ring")
+    uploads.put_whole(number, "settings", RING.encode())
+    worker.write_station(tmp_path, load("house-printer"), load_machine("house-printer"))
+    return uploads.job(number)
+
+
+def checked(monkeypatch: pytest.MonkeyPatch, written: Any) -> None:
+    """Give each job a "yes" without its computation, and *written* instead of the report."""
+    found = SimpleNamespace(
+        expected=None,
+        feasible=True,
+        verdict="it can",
+        law=SimpleNamespace(duration=60.0),
+        beads=SimpleNamespace(typical=SimpleNamespace(section=1e-3)),
+        samples=None,
+    )
+    monkeypatch.setattr("cablewright.studies.checks.check.check", lambda _robot, _job: found)
+    monkeypatch.setattr("cablewright.printing.layers.layer_table", lambda _samples, _law: None)
+    monkeypatch.setattr("cablewright.apps.serve.live_scene.live_scene", lambda _head, _job: {"path": [1.0]})
+    monkeypatch.setattr("cablewright.apps.report.check.write", written)
+
+
+def test_a_report_that_fails_leaves_the_answer(job: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_given: object) -> None:
+        raise EnvironmentFault("no space left")
+
+    checked(monkeypatch, full)
+    with pytest.raises(EnvironmentFault, match="no space left"):
+        worker.check_job(job.parents[1], job.name)
+    found = read_check(job)
+    assert found is not None
+    assert (found.answer, found.has_report) == ("yes", False)
+
+
+def test_scene_and_answer_are_there_before_the_report(job: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def write(_found: object, folder: Path, _layers: object) -> None:
+        assert (job / SCENE).is_file()
+        before = read_check(job)
+        assert before is not None
+        assert not before.has_report
+        (folder / "report.html").write_text("as checked")
+
+    def keep(folder: Path, check: JobCheck) -> None:
+        assert (folder / SCENE).is_file()  # whoever reads the answer begins a print
+        write_check(folder, check)
+
+    checked(monkeypatch, write)
+    monkeypatch.setattr(worker, "write_check", keep)
+    assert worker.check_job(job.parents[1], job.name).has_report
+    found = read_check(job)
+    assert found is not None
+    assert found.has_report
+    forget_check(job)
+    assert not any((job / name).exists() for name in (CHECK, SCENE, REPORT))
+    forget_check(job)  # of none
+
+
+@pytest.mark.parametrize(("before", "after"), [("yes", "yes"), ("no", "no"), (None, "failed")])
+def test_a_worker_that_ends_early_replaces_no_answer(
+    job: Path, before: Any, after: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if before is not None:
+        write_check(job, JobCheck(subject="1" * 64, answer=before, why="as computed"))
+    monkeypatch.setattr(checks.sys, "executable", "/no/such/python")  # type: ignore[attr-defined]
+    asyncio.run(Checks(Uploads(job.parents[1]))._do("check", job.name))
+    found = read_check(job)
+    assert found is not None
+    assert found.answer == after
+
+
+def test_what_cannot_be_queued_changes_nothing(job: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    uploads = Uploads(job.parents[1])
+    write_check(job, JobCheck(subject="1" * 64, answer="yes", why="it can"))
+    queue = Checks(uploads)
+    for k in range(WAITING):
+        assert queue.ask("report", f"run {k}") == ""
+    assert "try again later" in queue.ask("check", job.name)
+    assert read_check(job) is not None
+
+    def locked(_folder: Path) -> None:
+        raise EnvironmentFault("cannot be removed")
+
+    queue = Checks(uploads)
+    monkeypatch.setattr(checks, "forget_check", locked)
+    with pytest.raises(EnvironmentFault, match="cannot be removed"):
+        queue.ask("check", job.name)
+    assert queue.busy == {}
+    assert queue._queue.empty()
