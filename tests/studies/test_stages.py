@@ -167,6 +167,25 @@ def test_records_that_say_nothing_of_a_seam_are_rejected(
         seam_of(both[0], both[1], uncertain, records, allowed=0.01)
 
 
+def test_records_are_those_of_their_stages(rails: Robot, wall: Path) -> None:
+    """In another order they are 0.7 m from the exit points; one record is not of two stages, be they equal."""
+    job = staged(load_job(wall), (1.9, 0.7))
+    uncertain = Uncertainty.model_validate({"parameters": [{"name": "mass", "deviation": 0.1}]})
+    below, above = stages_of(raised(rails, 1.0), job)
+    records = record_of(above.robot, 0.001), record_of(below.robot, 0.001)
+    with pytest.raises(InputError, match=r"stage 1: the calibration has the exit point of 'south-west' 0[.]7 m"):
+        seam_of(below, above, uncertain, records, allowed=0.01)
+    with pytest.raises(InputError, match="records: stages 1 and 2 have the same record: calibrate each stage anew"):
+        check_stages(rails, job, (records[0], records[0]), skip=QUICK)
+
+
+def test_the_search_is_for_whole_parts(rails: Robot, wall: Path) -> None:
+    job = load_job(wall)
+    for part, key in ((job.model_copy(update={"heights": (1.0, 2.0)}), "heights"), (staged(job, (1.9, 1.0)), "stages")):
+        with pytest.raises(InputError, match=f"job wall: {key}: the search is for a whole part: remove {key}"):
+            find_stages(rails, part, (2.5, 3.6), layers=1)
+
+
 @pytest.fixture(scope="module")
 def found(rails: Robot, wall: Path) -> Stages:
     """Stages of the wall at three heights, each of which is too low or too high for some layer."""
@@ -220,6 +239,10 @@ def test_the_commands(found: Stages, wall: Path, tmp_path: Path, capsys: pytest.
     assert [each["layers"] for each in printed["stages"]] == [2, 3]
     assert [each["by"] for each in printed["seams"]] == ["a good calibration"]
     assert (tmp_path / "run" / "stage-2" / "report.html").is_file()
+    assert json.loads((tmp_path / "run" / "manifest.json").read_text())["command"] == "check"
+    assert run(check) in (0, 1)  # a second run takes the place of the first
+    printed = json.loads(capsys.readouterr().out)
+    assert [each["by"] for each in printed["seams"]] == ["uncertainties"]
     check[check.index("--out") + 1] = str(tmp_path / "another")
     assert run([*check, "--stage-record", str(files[0])]) == 2
     assert "records: 1 are given; the job has 2 stages" in capsys.readouterr().err

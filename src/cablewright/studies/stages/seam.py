@@ -41,6 +41,7 @@ NEW: Final = ("exit_point", "length_offset")
 """Numbers that are others in each stage: exit points are moved, and lines are homed again."""
 
 _MEASURED: Final = 1e-7  # m: with a smaller standard deviation exit points are held, not measured
+_NEAR: Final = 0.2  # m: farther from the exit points of a stage a record is that of another
 _ROLES: Final = ("hardware", "command", "load")
 
 
@@ -163,7 +164,7 @@ def _moved(held: Equilibrium, ranges: tuple[Range, ...], values: Array) -> Array
 def _recorded(robot: Robot, record: CalibrationRecord, where: str) -> tuple[tuple[Range, ...], Array]:
     """Return the numbers of a record that move the nozzle, and their covariance (p, p), SI.
 
-    Raises `InputError` for a record of another robot, and one that says nothing of where the robot stands.
+    Raises `InputError` for a record of another robot or stage, and one that says nothing of where the robot stands.
     """
     if record.robot != robot.name:
         raise InputError(f"{where}: the calibration is of {record.robot!r}, and the robot is {robot.name!r}")
@@ -181,6 +182,15 @@ def _recorded(robot: Robot, record: CalibrationRecord, where: str) -> tuple[tupl
     exits, (which, to) = np.zeros((3 * robot.m, 3 * robot.m)), (list(coordinates), list(coordinates.values()))
     exits[np.ix_(to, to)] = record.spread[np.ix_(which, which)]
     _require_measured(robot, exits, to, where)
+    away = np.zeros((robot.m, 3))
+    away.flat[to] = [every[at].value - nominal(robot, Parameter(every[at].name, every[at].line)) for at in which]
+    far = np.linalg.norm(away, axis=1)
+    if far.max() > _NEAR:
+        name = robot.lines[int(far.argmax())].name
+        raise InputError(
+            f"{where}: the calibration has the exit point of {name!r} {far.max():.3g} m from that of the stage, where "
+            f"{_NEAR:g} m is allowed: give the record of this stage; records are in the order of the stages"
+        )
     sigmas = np.sqrt(np.diag(covariance)).tolist()
     values = [nominal(robot, each) for each in parameters]
     ranges = (Range(each, v, v - s, v + s, s) for each, v, s in zip(parameters, values, sigmas, strict=True))
