@@ -16,7 +16,7 @@ from cablewright.robot import Winch, load, update
 from cablewright.robot.design_variables import Change
 from cablewright.solvers.limits import rise_on_drums
 from cablewright.studies.design.measures import Prices, _cost
-from physics.test_shared_winches import BELT, shared
+from physics.test_shared_winches import BELT, parallelograms, shared
 
 TABLE = 'shared_winch = { line = "left", offset = "2397 mm", winds = "against" }'
 

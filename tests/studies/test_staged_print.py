@@ -93,6 +93,27 @@ def test_a_kill_in_the_recalibration(
     assert [each.printed.run.steps for each in again.stages] == [0, 0]
 
 
+@pytest.mark.parametrize("file", ["calibrated.toml", "calibrated.calibration.toml"])
+def test_another_calibration_is_noticed(whole: StagedPrint, job: Path, file: str) -> None:
+    """A stage that has begun is that of its calibrated robot and its record."""
+    path = whole.folder / "stage-2-calibration" / file
+    text = path.read_text()
+    path.write_text(text + "# measured again\n")
+    with pytest.raises(InputError, match="stage-2 holds a print of another"):
+        print_stages(ROBOT, job, whole.folder, options=OPTIONS, resume=True)
+    path.write_text(text)
+
+
+def test_another_record_of_the_first_stage_is_noticed(whole: StagedPrint, job: Path, tmp_path: Path) -> None:
+    """It is the record beside the robot's file, also where there was none."""
+    robot = tmp_path / "rails.toml"
+    robot.write_text(Path(ROBOT).read_text())
+    record = (whole.folder / "stage-2-calibration" / "calibrated.calibration.toml").read_text()
+    (tmp_path / "rails.calibration.toml").write_text(record)
+    with pytest.raises(InputError, match="stage-1 holds a print of another"):
+        print_stages(robot, job, whole.folder, options=OPTIONS, resume=True)
+
+
 def test_a_doubtful_recalibration_stops(
     job: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -150,5 +171,8 @@ def test_what_a_print_in_stages_does_not_take(job: Path, tmp_path: Path, capsys:
     ):
         assert run(["print", ROBOT, str(job), *more]) == 2
         assert words in capsys.readouterr().err
+    assert run(["print", ROBOT, str(job), "--resume", "--out", str(tmp_path / "none")]) == 2
+    assert f"--resume: {tmp_path / 'none'} holds no print" in capsys.readouterr().err
+    assert not (tmp_path / "none").exists()
     with pytest.raises(InputError, match="unknown recalibration 'other'"):
         print_stages(ROBOT, job, tmp_path / "run", recalibration="other")  # type: ignore[arg-type]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from itertools import pairwise, product
 from pathlib import Path
 
@@ -105,14 +106,27 @@ def test_the_seam_is_that_of_machines_built_one_by_one(rails: Robot, wall: Path)
     assert found.value == pytest.approx(np.quantile(apart, 0.95), rel=0.1)
 
 
-def record_of(robot: Robot, sigma: float, inner: bool = False, name: str = "rails") -> CalibrationRecord:
-    """A record whose exit points have *sigma*, m, each coordinate on its own; *inner*: their mean is held."""
+def motions_of(robot: Robot) -> np.ndarray:
+    """Orthonormal motions (12, 6) of all exit points as a rigid body."""
+    arms = np.array([line.exit_point for line in robot.lines])
+    turns = [np.cross(axis, arms - arms.mean(axis=0)).ravel() for axis in np.eye(3)]
+    return np.linalg.qr(np.array([*(np.tile(axis, 4) for axis in np.eye(3)), *turns]).T)[0]
+
+
+def record_of(
+    robot: Robot, sigma: float, inner: Sequence[int] = (), name: str = "rails", held: Sequence[int] = ()
+) -> CalibrationRecord:
+    """A record whose exit points have *sigma*, m, each coordinate on its own.
+
+    *inner*: numbers of the rigid motions that are held; *held*: numbers of the coordinates.
+    """
     values = [
         {"name": f"exit_point.{axis}", "line": line.name, "value": line.exit_point[k], "sigma": sigma}
         for line in robot.lines
         for k, axis in enumerate("xyz")
     ]
-    spread = np.eye(12) - inner * np.kron(np.full((4, 4), 0.25), np.eye(3))
+    motions, free = motions_of(robot)[:, list(inner)], np.diag([float(k not in held) for k in range(12)])
+    spread = free - motions @ motions.T
     rows = [row[: at + 1].tolist() for at, row in enumerate(sigma**2 * spread)]
     head = {"schema": 1, "robot": name, "date": "2026-01-01T00:00:00Z", "data": "d.csv", "sha256": 64 * "0"}
     more = {"verdict": "good", "cable": "rigid", "poses": 20, "unknowns": ["exit_point"], "sigma": {"encoder": 1e-4}}
@@ -135,7 +149,11 @@ def test_records_of_both_stages_are_their_uncertainties(rails: Robot, wall: Path
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"inner": True}, "stage 1: the calibration holds the exit points on average along x"),
+        ({"inner": [0]}, "stage 1: the calibration holds the translation along x of the exit points"),
+        ({"inner": [5]}, "stage 1: the calibration holds the yaw of the exit points .datum.: .*priors, and no datum"),
+        ({"inner": [3]}, "stage 1: the calibration holds the tilt about x of the exit points"),
+        ({"held": [0, 1, 2, 3, 4, 5]}, "stage 1: the calibration holds the exit point of 'south-west' along x"),
+        ({"held": [10]}, "stage 1: the calibration holds the exit point of 'north-west' along y"),
         ({"name": "other"}, "stage 1: the calibration is of 'other', and the robot is 'rails'"),
     ],
 )
@@ -147,6 +165,25 @@ def test_records_that_say_nothing_of_a_seam_are_rejected(
     uncertain = Uncertainty.model_validate({"parameters": [{"name": "mass", "deviation": 0.1}]})
     with pytest.raises(InputError, match=words):
         seam_of(both[0], both[1], uncertain, records, allowed=0.01)
+
+
+def test_records_are_those_of_their_stages(rails: Robot, wall: Path) -> None:
+    """In another order they are 0.7 m from the exit points; one record is not of two stages, be they equal."""
+    job = staged(load_job(wall), (1.9, 0.7))
+    uncertain = Uncertainty.model_validate({"parameters": [{"name": "mass", "deviation": 0.1}]})
+    below, above = stages_of(raised(rails, 1.0), job)
+    records = record_of(above.robot, 0.001), record_of(below.robot, 0.001)
+    with pytest.raises(InputError, match=r"stage 1: the calibration has the exit point of 'south-west' 0[.]7 m"):
+        seam_of(below, above, uncertain, records, allowed=0.01)
+    with pytest.raises(InputError, match="records: stages 1 and 2 have the same record: calibrate each stage anew"):
+        check_stages(rails, job, (records[0], records[0]), skip=QUICK)
+
+
+def test_the_search_is_for_whole_parts(rails: Robot, wall: Path) -> None:
+    job = load_job(wall)
+    for part, key in ((job.model_copy(update={"heights": (1.0, 2.0)}), "heights"), (staged(job, (1.9, 1.0)), "stages")):
+        with pytest.raises(InputError, match=f"job wall: {key}: the search is for a whole part: remove {key}"):
+            find_stages(rails, part, (2.5, 3.6), layers=1)
 
 
 @pytest.fixture(scope="module")
@@ -202,6 +239,10 @@ def test_the_commands(found: Stages, wall: Path, tmp_path: Path, capsys: pytest.
     assert [each["layers"] for each in printed["stages"]] == [2, 3]
     assert [each["by"] for each in printed["seams"]] == ["a good calibration"]
     assert (tmp_path / "run" / "stage-2" / "report.html").is_file()
+    assert json.loads((tmp_path / "run" / "manifest.json").read_text())["command"] == "check"
+    assert run(check) in (0, 1)  # a second run takes the place of the first
+    printed = json.loads(capsys.readouterr().out)
+    assert [each["by"] for each in printed["seams"]] == ["uncertainties"]
     check[check.index("--out") + 1] = str(tmp_path / "another")
     assert run([*check, "--stage-record", str(files[0])]) == 2
     assert "records: 1 are given; the job has 2 stages" in capsys.readouterr().err

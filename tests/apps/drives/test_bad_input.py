@@ -116,10 +116,12 @@ def test_a_simulated_machine_has_no_drives(cli) -> None:
     [
         (("--plant", "quasi-static"), "--plant: is for simulated machines"),
         (("--seed", "3"), "--seed: is for simulated machines"),
+        (("--recalibration", "file"), "--recalibration: is for simulated machines"),
+        (("--accept-doubtful",), "--accept-doubtful: is for simulated machines"),
         (("--estimator", "filter"), "--estimator = filter: on real drives it is encoders"),
     ],
 )
-def test_options_of_simulations_are_rejected_on_drives(cli, option: tuple[str, str], says: str) -> None:
+def test_options_of_simulations_are_rejected_on_drives(cli, option: tuple[str, ...], says: str) -> None:
     job = EXAMPLE.with_name("blind-machines.toml")
     answer = cli("print", "merlet2023", str(job), "--machine", str(EXAMPLE), *option)
     assert (answer.code, says in answer.err) == (2, True), answer.err

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import Annotated, Any, Final
 
@@ -92,8 +93,7 @@ def check_command(
     machine, path, tensions = robot.loaded(), cw.load_job(job), tension_range(tension_limits)
     uncertain = None if uncertainty is None else cw.load_uncertainty(uncertainty)
     kernels = [each for each in _KERNELS if interference or each != "distances"]
-    wanted = {"interference": interference, "expected-error": expected_error}
-    skipped = tuple(name for name, kept in wanted.items() if not kept)
+    skipped = ("interference",) * (not interference) + ("expected-error",) * (not expected_error)
     folder = run_path(out, "check", machine.name, job.stem)
     records = [load_record(each) for each in stage_record or ()]
     if records and not path.stages:
@@ -105,10 +105,11 @@ def check_command(
         given |= {"skip": skipped, "seed": seed, "bead": bead_size(bead), "progress": show, "room": part}
         if path.stages:
             staged = check_stages(machine, path, records, **given)
+            options |= {"stage_records": [store.file_hash(each) for each in stage_record or ()]}
             for each in staged.stages:
-                inside = part / f"stage-{each.stage.number}"
-                inside.mkdir()
+                (inside := part / f"stage-{each.stage.number}").mkdir()
                 _write(each.check, inside, robot.robot, job, options, uncertainty)
+            shutil.copyfile(inside / store.MANIFEST, part / store.MANIFEST)
         else:
             found = cw.check(machine, path, **given)
             show("writing report", 0, 1)

@@ -101,13 +101,6 @@ class SimulatedOptions:
         bool, typer.Option("--real-time", help="Run the simulation at the pace of the clock, not as fast as possible.")
     ] = False
 
-    def require_usual(self, machine: str) -> None:
-        """Reject options of simulations for a *machine* on drives. Raises `InputError`."""
-        for each in fields(self):
-            if getattr(self, each.name) != each.default:
-                option = f"--{each.name.replace('_', '-')}"
-                raise InputError(f"{option}: is for simulated machines; {machine} names real drives")
-
 
 @options()
 class StageOptions:
@@ -220,7 +213,7 @@ def print_job_command(
     if run.restart and staged:
         raise InputError("--restart: a job with stages begins again in another folder (--out)")
     if machine is not None and cw.load_machine(machine).kind != "simulated":
-        simulated.require_usual(machine)
+        _require_usual((simulated, stages), machine)
         for option, value, only in (("--estimator", estimator, "encoders"), ("--height", height, "job")):
             if value not in (None, only):
                 raise InputError(f"{option} = {value}: on real drives it is {only}")
@@ -254,6 +247,14 @@ def print_job_command(
         tell(f"cablewright: interrupted; --out {folder} --resume with the same options resumes the print")
         raise
     return answer(found, as_json)
+
+
+def _require_usual(given: tuple[SimulatedOptions, StageOptions], machine: str) -> None:
+    """Reject options of simulations, and of their recalibrations, for a *machine* on drives. Raises `InputError`."""
+    for options_of, each in ((group, each) for group in given for each in fields(group)):
+        if getattr(options_of, each.name) != each.default:
+            option = f"--{each.name.replace('_', '-')}"
+            raise InputError(f"{option}: is for simulated machines; {machine} names real drives")
 
 
 def _print_on_drives(

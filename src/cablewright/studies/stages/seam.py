@@ -17,6 +17,7 @@ import numpy as np
 
 from cablewright.analyses.accuracy.spread import SpreadProblem, drawn, sampled
 from cablewright.calibration.drift.record import CalibrationRecord
+from cablewright.calibration.poses.observability import world_motions
 from cablewright.calibration.unknowns import line_index
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import AnswerError, InputError
@@ -24,6 +25,7 @@ from cablewright.foundation.results import Figure
 from cablewright.models.job_poses import poses_at
 from cablewright.models.job_poses import sampled as sampled_path
 from cablewright.models.job_stages import JobStage
+from cablewright.models.plane import directions, turning_axis
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
 from cablewright.robot.parameters import KINDS, Parameter, nominal
@@ -38,7 +40,8 @@ LEVEL: Final = 0.95
 NEW: Final = ("exit_point", "length_offset")
 """Numbers that are others in each stage: exit points are moved, and lines are homed again."""
 
-_MEASURED: Final = 1e-7  # m: a smaller standard deviation of the mean exit point is that of a frame by definition
+_MEASURED: Final = 1e-7  # m: with a smaller standard deviation exit points are held, not measured
+_NEAR: Final = 0.2  # m: farther from the exit points of a stage a record is that of another
 _ROLES: Final = ("hardware", "command", "load")
 
 
@@ -161,27 +164,62 @@ def _moved(held: Equilibrium, ranges: tuple[Range, ...], values: Array) -> Array
 def _recorded(robot: Robot, record: CalibrationRecord, where: str) -> tuple[tuple[Range, ...], Array]:
     """Return the numbers of a record that move the nozzle, and their covariance (p, p), SI.
 
-    Raises `InputError` for a record of another robot, and one whose frame is that of the file by definition: it says
-    nothing of where the robot stands.
+    Raises `InputError` for a record of another robot or stage, and one that says nothing of where the robot stands.
     """
     if record.robot != robot.name:
         raise InputError(f"{where}: the calibration is of {record.robot!r}, and the robot is {robot.name!r}")
     every = (*record.values, *record.considered)
     kept = [at for at, each in enumerate(every) if each.name in KINDS and KINDS[each.name].role in _ROLES]
-    parameters = []
+    parameters, coordinates = [], {}
     for at in kept:
-        if every[at].line is not None:
-            line_index(robot, str(every[at].line), f"{where}: values")
-        parameters.append(Parameter(every[at].name, every[at].line))
+        each = Parameter(every[at].name, every[at].line)
+        if each.line is not None:
+            line = line_index(robot, each.line, f"{where}: values")
+            if each.entry.base == "exit_point":
+                coordinates[at] = 3 * line + (each.entry.axis or 0)
+        parameters.append(each)
     covariance = record.spread[np.ix_(kept, kept)]
-    for axis in "xyz":
-        own = [k for k, each in enumerate(parameters) if each.kind == f"exit_point.{axis}"]
-        if own and covariance[np.ix_(own, own)].sum() / len(own) ** 2 < _MEASURED**2:
-            raise InputError(
-                f"{where}: the calibration holds the exit points on average along {axis} (datum): it does not measure "
-                "where the robot stands, so that the seam is unknown; give measured positions or points, or priors"
-            )
+    exits, (which, to) = np.zeros((3 * robot.m, 3 * robot.m)), (list(coordinates), list(coordinates.values()))
+    exits[np.ix_(to, to)] = record.spread[np.ix_(which, which)]
+    _require_measured(robot, exits, to, where)
+    away = np.zeros((robot.m, 3))
+    away.flat[to] = [every[at].value - nominal(robot, Parameter(every[at].name, every[at].line)) for at in which]
+    far = np.linalg.norm(away, axis=1)
+    if far.max() > _NEAR:
+        name = robot.lines[int(far.argmax())].name
+        raise InputError(
+            f"{where}: the calibration has the exit point of {name!r} {far.max():.3g} m from that of the stage, where "
+            f"{_NEAR:g} m is allowed: give the record of this stage; records are in the order of the stages"
+        )
     sigmas = np.sqrt(np.diag(covariance)).tolist()
     values = [nominal(robot, each) for each in parameters]
     ranges = (Range(each, v, v - s, v + s, s) for each, v, s in zip(parameters, values, sigmas, strict=True))
     return tuple(ranges), covariance
+
+
+def _require_measured(robot: Robot, covariance: Array, known: Sequence[int], where: str) -> None:
+    """Raise `InputError` where the record of a calibration holds the frame by definition.
+
+    *covariance*: (3 m, 3 m) of the coordinates of the exit points, m^2; *known*: those that the record has. Of a robot
+    in a plane, what is across does not count.
+    """
+    ways, plane = directions(robot.platform.plane, 3), robot.platform.plane
+    held = [k for k in known if ways[k % 3].any() and covariance[k, k] < _MEASURED**2]
+    points = np.array([line.exit_point for line in robot.lines])
+    turns = np.eye(3)[[2, 0, 1]] if plane is None else [turning_axis(plane)]
+    arms = points - points.mean(axis=0)
+    motions = [np.tile(way, robot.m) for way in ways.T] + [np.cross(axis, arms).ravel() for axis in turns]
+    left, sizes, _ = np.linalg.svd(np.array(motions).T, full_matrices=False)
+    left = left[:, sizes > 1e-9 * sizes[0]]  # a turn about a row of exit points moves none
+    values, vectors = np.linalg.eigh(left.T @ covariance @ left)
+    if held:
+        what = f"the exit point of {robot.lines[held[0] // 3].name!r} along {'xyz'[held[0] % 3]}"
+    elif values[0] < _MEASURED**2:
+        along = np.abs(np.array(motions) @ left @ vectors[:, 0]) / np.linalg.norm(motions, axis=1).clip(min=1e-12)
+        what = f"the {world_motions(robot)[int(np.argmax(along))]} of the exit points"
+    else:
+        return
+    raise InputError(
+        f"{where}: the calibration holds {what} (datum): it does not measure where the robot stands, and the seam "
+        "is unknown; calibrate with measured positions or points, or priors, and no datum"
+    )

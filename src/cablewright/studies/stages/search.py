@@ -158,7 +158,7 @@ def find_stages(
     """Return the fewest stages in which *robot* prints a *job*, with its highest exit point at given heights, m.
 
     All exit points are raised together. *layers*: how many are checked one by one; other options are those of `check`.
-    Raises `InputError` for heights that the robot cannot have, for a job with stages, and as `check`.
+    Raises `InputError` for heights that the robot cannot have, for a job with heights or stages, and as `check`.
     """
     heights = sorted(dict.fromkeys(float(each) for each in exit_heights))
     if not 1 <= len(heights) <= MAX_HEIGHTS or not np.isfinite(heights).all():
@@ -166,6 +166,9 @@ def find_stages(
     if layers < 1:
         raise InputError(f"layers = {layers}: must be at least 1")
     part = on_plane(robot, job if isinstance(job, Job) else load_job(job))
+    for key, given in (("heights", part.heights), ("stages", part.stages or None)):
+        if given is not None:
+            raise InputError(f"job {part.name}: {key}: the search is for a whole part: remove {key} from the job")
     numbers, begins = _layers(part)
     top = max(line.exit_point[2] for line in robot.lines)
     robots = {height: raised(robot, height - top) for height in heights}

@@ -155,6 +155,10 @@ def check_stages(
     found = stages_of(robot, job if isinstance(job, Job) else load_job(job))
     if records and len(records) != len(found):
         raise InputError(f"records: {len(records)} are given; the job has {len(found)} stages, one record for each")
+    for k, record in enumerate(records):
+        if record in records[:k]:
+            first = records.index(record) + 1
+            raise InputError(f"records: stages {first} and {k + 1} have the same record: calibrate each stage anew")
     own = uncertainty or robot.uncertainty or assumed_uncertainty(robot)
     checked = [
         CheckedStage(each, check(each.robot, each.job, uncertainty=uncertainty, seed=seed, **options)) for each in found

@@ -101,19 +101,22 @@ def print_stages(
     *robot* and *job* are files, or a robot of the library. Before each stage but the first its exit points are moved,
     and calibrated: *recalibration*. A doubtful calibration, and a seam that is larger than the job allows, end the
     print before the stage, unless *accept_doubtful*. *report* writes that of each stage. *resume* goes on in the
-    folder. Raises as `print_job`, and `InputError` for stages that do not fit.
+    folder, with the same files. Raises as `print_job`, and `InputError` for stages that do not fit.
     """
     if recalibration not in get_args(WhoRecalibrates):
         raise UnknownName("recalibration", recalibration, get_args(WhoRecalibrates))
     chosen, folder, described = options or PrintOptions(), Path(folder), load(str(robot))
     if folder.exists() and any(folder.iterdir()) and not resume:
         raise InputError(f"--out = {folder}: holds something already; --resume, or another folder")
+    if resume and not (folder / "stage-1").is_dir():
+        raise InputError(f"--resume: {folder} holds no print")
     inputs = {"robot": store.robot_hash(str(robot)), **store.job_hashes(Path(job), load_job(job))}
     beside = record_path(robot)
     record = load_record(beside) if Path(robot).suffix == ".toml" and beside.is_file() else None
+    first = inputs if record is None else inputs | {"record": store.file_hash(beside)}
     found = StagedPrint(folder, (), ())
     for stage in stages_of(described, load_job(job)):
-        inside, upon = folder / f"stage-{stage.number}", Upon(stage.robot, None, inputs)
+        inside, upon = folder / f"stage-{stage.number}", Upon(stage.robot, None, first)
         if found.stages:
             before = found.stages[-1]
             last = before.printed.run.machine
@@ -128,6 +131,8 @@ def print_stages(
             if known is None:
                 return replace(found, status="recalibrate", reason=why or work.steps)
             stage, record = replace(stage, robot=known[0]), known[1]
+            files = {"calibrated": work.result, "record": record_path(work.result)}
+            upon = replace(upon, inputs=inputs | {key: store.file_hash(file) for key, file in files.items()})
             found, doubt = _with_seam(found, before, stage, record)
             if doubt and not accept_doubtful:
                 return replace(found, status="recalibrate", reason=f"{doubt}; --accept-doubtful goes on as it is")
