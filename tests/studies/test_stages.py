@@ -175,7 +175,7 @@ def test_records_are_those_of_their_stages(rails: Robot, wall: Path) -> None:
     records = record_of(above.robot, 0.001), record_of(below.robot, 0.001)
     with pytest.raises(InputError, match=r"stage 1: the calibration has the exit point of 'south-west' 0[.]7 m"):
         seam_of(below, above, uncertain, records, allowed=0.01)
-    with pytest.raises(InputError, match="records: stages 1 and 2 have the same record: calibrate each stage anew"):
+    with pytest.raises(InputError, match="records: stages 1 and 2 have the same record: calibrate each stage again"):
         check_stages(rails, job, (records[0], records[0]), skip=QUICK)
 
 

@@ -35,6 +35,11 @@ def turning_axis(plane: Plane | None) -> Array:
     return np.array([0.0, 0.0, 1.0] if plane is None else plane.across)
 
 
+def turning_axes(plane: Plane | None) -> Array:
+    """Return the axes (k, 3) about which a body can turn: that of its plane, or z, x and y without one."""
+    return np.eye(3)[[2, 0, 1]] if plane is None else np.array([turning_axis(plane)])
+
+
 def within(plane: Plane | None, poses: Array) -> Array:
     """Return *poses* (..., n), m and rad, moved across *plane* into it and turned about its normal alone.
 

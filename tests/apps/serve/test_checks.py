@@ -1,4 +1,4 @@
-"""Checks of jobs: an answer stands whatever comes of its report, and a print begun at once has its scene."""
+"""Checks of jobs: an answer stands whatever comes of its report, and a print that begins immediately has its scene."""
 
 from __future__ import annotations
 

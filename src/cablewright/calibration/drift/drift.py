@@ -40,7 +40,7 @@ from cablewright.calibration.sensors.pictures import with_pictures
 from cablewright.calibration.sensors.vibrations import AT_START, with_vibrations
 from cablewright.calibration.sightings.sighted import CAMERA, SightedUnknown
 from cablewright.calibration.unknowns import NAMES
-from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.arrays import Array, Indices, Mask
 from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.foundation.results import Figure, Result
 from cablewright.models.fidelity import CableLaw
@@ -344,11 +344,11 @@ def _of_record(problem: CalibrationProblem, known: CalibrationRecord) -> tuple[A
     spread[np.ix_(here, here)] = known.spread[np.ix_(there, there)] * np.outer(by, by)
     new = [at for at, each in enumerate(problem.unknowns) if isinstance(each, SightedUnknown) and at not in here]
     if new:
-        _follow_layout(problem, new, spread)
+        _follow_layout(problem, np.array(new), spread)
     return theta, spread
 
 
-def _follow_layout(problem: CalibrationProblem, new: list[int], spread: Array) -> None:
+def _follow_layout(problem: CalibrationProblem, new: Indices, spread: Array) -> None:
     """Put into a covariance (k + 1, k + 1), SI, of *new* unknowns by the rows of their layout, given the others."""
     stated = problem.rows.linear[len(problem.rows.linear) - problem.stated :]
     rows = stated / np.array([each.size for each in problem.unknowns])

@@ -128,9 +128,9 @@ def consistent(seen: Sightings, poses: Array, free_camera: bool) -> tuple[Sighti
                 worst = max(worst, (_excess(off[at, rows], left, sigma, total), at, tag.number))
         excess, at, number = worst
         if excess <= 1.0:
-            own = bundle.bodies.of_tag < 0
-            linear = bundle.rows.linear[own]
-            if _excess(stated[own], np.eye(len(linear)) - linear @ covariance @ linear.T, 1.0, 1) > _OTHER:
+            of_lens = bundle.bodies.of_tag < 0
+            linear = bundle.rows.linear[of_lens]
+            if _excess(stated[of_lens], np.eye(len(linear)) - linear @ covariance @ linear.T, 1.0, 1) > _OTHER:
                 raise InputError(
                     "pictures: the lens or the size of the print that fits them is far from its file: is the camera's "
                     "file of this camera, with its focus and zoom, and are the sizes of the tags right?"

@@ -25,7 +25,7 @@ from cablewright.foundation.results import Figure
 from cablewright.models.job_poses import poses_at
 from cablewright.models.job_poses import sampled as sampled_path
 from cablewright.models.job_stages import JobStage
-from cablewright.models.plane import directions, turning_axis
+from cablewright.models.plane import directions, turning_axes
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
 from cablewright.robot.parameters import KINDS, Parameter, nominal
@@ -206,7 +206,7 @@ def _require_measured(robot: Robot, covariance: Array, known: Sequence[int], whe
     ways, plane = directions(robot.platform.plane, 3), robot.platform.plane
     held = [k for k in known if ways[k % 3].any() and covariance[k, k] < _MEASURED**2]
     points = np.array([line.exit_point for line in robot.lines])
-    turns = np.eye(3)[[2, 0, 1]] if plane is None else [turning_axis(plane)]
+    turns = turning_axes(plane)
     arms = points - points.mean(axis=0)
     motions = [np.tile(way, robot.m) for way in ways.T] + [np.cross(axis, arms).ravel() for axis in turns]
     left, sizes, _ = np.linalg.svd(np.array(motions).T, full_matrices=False)

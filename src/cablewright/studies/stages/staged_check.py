@@ -158,7 +158,7 @@ def check_stages(
     for k, record in enumerate(records):
         if record in records[:k]:
             first = records.index(record) + 1
-            raise InputError(f"records: stages {first} and {k + 1} have the same record: calibrate each stage anew")
+            raise InputError(f"records: stages {first} and {k + 1} have the same record: calibrate each stage again")
     own = uncertainty or robot.uncertainty or assumed_uncertainty(robot)
     checked = [
         CheckedStage(each, check(each.robot, each.job, uncertainty=uncertainty, seed=seed, **options)) for each in found
