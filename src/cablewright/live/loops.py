@@ -210,12 +210,11 @@ def _our_plant(twin: TwinSettings, kind: str, robot: Robot, start: Array, seed: 
 
 
 class _OurLaw:
-    """A law of a print as a `LoopController`."""
+    """A law of a print as a `LoopController`; errors count in time here, so it does not allow for the winches' lag."""
 
     def __init__(self, law: str, robot: Robot, settings: MachineSettings) -> None:
         model, speed = Model(with_drum_mass(robot, settings)), settings.winch.max_speed
-        lag = settings.winch.lag
-        self._settings = velocity.VelocitySettings(model, speed, cast(LawName, law), manage_slack=False, lag=lag)
+        self._settings = velocity.VelocitySettings(model, speed, cast(LawName, law), manage_slack=False)
         self._state = velocity.start(self._settings)
 
     def __call__(self, estimate: Estimate, target: Target, period: float) -> Array:
