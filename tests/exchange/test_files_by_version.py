@@ -615,7 +615,7 @@ BAD = {
     ),
     "marlin, a sum": ("Configuration.h", MARLIN_H.replace("Y_BED_SIZE 1000", "Y_BED_SIZE tall"), "has no #define tall"),
     "marlin, no number": (
-        "Configuration.h", MARLIN_H.replace("Y_BED_SIZE 1000", "Y_BED_SIZE [1]"), "must be a number, mm, or a sum"
+        "Configuration.h", MARLIN_H.replace("Y_BED_SIZE 1000", "Y_BED_SIZE [1]"), "must be a number in mm, or a formula"
     ),
     "marlin, 400 digits": ("Configuration.h", MARLIN_H.replace("_SIZE 650", "_SIZE " + "9" * 400), "must be a"),
     "marlin, 100000 signs": ("Configuration.h", MARLIN_H.replace("_SIZE 650", "_SIZE " + "-" * 100_000), "must be a"),
