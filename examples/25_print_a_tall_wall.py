@@ -22,8 +22,6 @@ with TemporaryDirectory() as folder:
 
 print(found.proof)
 for each in found.checked.stages if found.checked else ():
-    print(
-        f"from {each.begin:.2f} m on: exit points at {each.stage.exit_points[:, 2].max():.2f} m, {each.check.verdict}"
-    )
+    print(f"from {each.begin:.2f} m on: exit points at {each.stage.exit_height:.2f} m, {each.check.verdict}")
 for seam in found.checked.seams if found.checked else ():
     print(f"seam at {seam.height:.2f} m, of exit points that are measured to 2 mm: {1e3 * seam.value:.1f} mm")

@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from tools.writing.prose import BLOCK, END, GENERATED, paragraphs
+from tools.writing.prose import END, GENERATED, paragraphs
 
 COUNT = 56
 _SAYING = ("InputError", "EnvironmentFault", "AnswerError", "ValueError", "tell")
@@ -73,7 +73,7 @@ def _sentences(docs: Path) -> Iterator[tuple[str, str]]:
     """Sentences of hand-written pages, as they are written."""
     for page in sorted(docs.rglob("*.md")):
         if page.parent.name != "decisions" and page.name not in GENERATED:
-            for paragraph in paragraphs(BLOCK.sub("\n", page.read_text(encoding="utf-8"))):
+            for paragraph in paragraphs(page.read_text(encoding="utf-8")):
                 for sentence in END.split(re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", paragraph)):
                     if len(sentence.split()) > 2:
                         yield str(page.relative_to(docs)), sentence

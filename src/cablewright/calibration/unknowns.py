@@ -76,7 +76,7 @@ class Unknown(Parameter):
 
     @property
     def name(self) -> str:
-        """Name of the unknown without its axis: ``exit_point``."""
+        """Name of the unknown without an axis: ``exit_point`` for ``exit_point.x``."""
         return self.entry.base
 
     @property

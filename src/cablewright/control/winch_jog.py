@@ -23,7 +23,7 @@ _SILENCE: Final = 0.5  # s without a tension of the line
 
 @dataclass(frozen=True)
 class WinchJogSettings:
-    """Settings of a winch jog. ``line``: index of the winch's line; ``lines``: number of lines.
+    """Settings of a jog of one winch. ``line``: index of the line on it; ``lines``: number of lines of the robot.
 
     ``speed``: speed of the cable, m/s, positive pays out. ``max_tension``: highest tension of the line while it reels
     in, N. ``radius``: largest radius of the drum, m, so that cable is never faster. ``min_tension``: N, under which the

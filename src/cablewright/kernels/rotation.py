@@ -44,6 +44,22 @@ def rotate(rotation, x, y, z):
 
 
 @jit
+def rotate_back(rotation, x, y, z):
+    """The vector (x, y, z) multiplied by the transpose of the (3, 3) matrix *rotation*."""
+    return (
+        rotation[0, 0] * x + rotation[1, 0] * y + rotation[2, 0] * z,
+        rotation[0, 1] * x + rotation[1, 1] * y + rotation[2, 1] * z,
+        rotation[0, 2] * x + rotation[1, 2] * y + rotation[2, 2] * z,
+    )
+
+
+@jit
+def cross(ax, ay, az, bx, by, bz):
+    """The vector product a x b."""
+    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+
+
+@jit
 def left_jacobian(vector, out):
     """Write to *out* the (3, 3) left Jacobian: from changes of rotation *vector* (3,) to increments in world axes."""
     x, y, z = vector[0], vector[1], vector[2]

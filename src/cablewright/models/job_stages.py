@@ -45,6 +45,16 @@ class JobStage:
         """Exit points (m, 3), m, world."""
         return np.array([line.exit_point for line in self.robot.lines])
 
+    @property
+    def exit_height(self) -> float:
+        """Height of the highest exit point, m."""
+        return highest_exit(self.robot)
+
+
+def highest_exit(robot: Robot) -> float:
+    """Return the height of the highest exit point of a *robot*, m."""
+    return max(line.exit_point[2] for line in robot.lines)
+
 
 def raised(robot: Robot, height: float) -> Robot:
     """Return the *robot* with all exit points *height*, m, higher, and the top of its frame's box with them.
@@ -59,7 +69,7 @@ def with_exit_points(robot: Robot, points: Sequence[Vec3]) -> Robot:
 
     Raises `InputError` for a robot that cannot be so.
     """
-    rise = max(point[2] for point in points) - max(line.exit_point[2] for line in robot.lines)
+    rise = max(point[2] for point in points) - highest_exit(robot)
     low, (x, y, top) = robot.scene.frame_min, robot.scene.frame_max
     if top + rise <= low[2]:
         raise InputError(

@@ -101,6 +101,12 @@ def turn_between(first: ArrayLike, second: ArrayLike) -> Array:
     return np.asarray(axis * np.where(sine > 0.0, angle / np.where(sine > 0.0, sine, 1.0), 1.0))
 
 
+def rotation_onto(points: Array, others: Array) -> Array:
+    """Return the rotation (3, 3), about the means, that turns *points* (k, 3) nearest to *others* (k, 3) (Kabsch)."""
+    left, _, right = np.linalg.svd((points - points.mean(axis=0)).T @ (others - others.mean(axis=0)))
+    return np.asarray(right.T @ np.diag([1.0, 1.0, np.sign(np.linalg.det(right.T @ left.T))]) @ left.T)
+
+
 def _sine_and_angle(rotation: Array) -> tuple[Array, Array]:
     """Return the axis times the sine of the angle (..., 3), and the angle (..., 1), rad, of *rotation* (..., 3, 3)."""
     skew = 0.5 * (rotation - np.swapaxes(rotation, -1, -2))

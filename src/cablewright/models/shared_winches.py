@@ -24,7 +24,10 @@ def shares(robot: Robot) -> Array:
 
 
 def drums(robot: Robot) -> tuple[NDArray[np.int64], Array, Array]:
-    """Return the host (m,) of each line, its sense and its offset, m: L = offset + sense * L[host]; else itself."""
+    """Return hosts (m,), senses (m,) and offsets (m,), m, of all lines: L = offset + sense * L[host].
+
+    The host is the line whose length determines that of a line on the same drum; other lines are their own hosts.
+    """
     hosts, senses, offsets = np.arange(robot.m), np.ones(robot.m), np.zeros(robot.m)
     for row in shares(robot):
         line = int(row[LINE])

@@ -202,6 +202,10 @@ class Job(FileDescription):
         """Return the expected error that is allowed, m, for a bead of that *width*, m."""
         return 0.5 * width if self.max_error is None else self.max_error
 
+    def allowed_seam(self, width: float) -> float:
+        """Return the distance that is allowed between the prints of two stages, m, for a bead of that *width*, m."""
+        return self.allowed_error(width) if self.max_seam is None else self.max_seam
+
     @property
     def path(self) -> Path | RandomCurve | Helix:
         """The G-code file or the computed path."""

@@ -130,7 +130,7 @@ class Bracket(Description):
 
 
 def load_bracket(path: str | Path) -> Bracket:
-    """Read a TOML file. Raises `InputError`, one line with file, key, value and the allowed range."""
+    """Read a bracket from a TOML file. Raises `InputError` that names file, key, value and the allowed range."""
     table, _ = read_table(path)
     require_schema(table, path)
     del table["schema"]  # a bracket within a robot file has none

@@ -35,7 +35,7 @@ class TrackerSettings:
     """Smallest pivot of the stiffness, relative to its largest entry, below which the equilibrium is near a fold."""
 
     def __post_init__(self) -> None:
-        """Raise `InputError` for a tolerance, a jump or a fold that is not positive."""
+        """Raise `InputError` unless tolerance, jump and fold are positive."""
         for name in ("tolerance", "jump", "fold"):
             if not getattr(self, name) > 0.0:
                 raise InputError(f"{name} = {getattr(self, name):g}: over 0 is expected")

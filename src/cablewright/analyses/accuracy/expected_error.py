@@ -78,7 +78,7 @@ REMEDIES: Final = {
 
 @dataclass(frozen=True)
 class ErrorCause:
-    """One cause of the expected error: the uncertain numbers of one kind, or the interpolation between samples."""
+    """A cause of the expected error: uncertain parameters of one kind, or lengths interpolated between samples."""
 
     name: str  # in the registry, without the axis; or `INTERPOLATION`
     share: float  # of the mean square error at the worst sample

@@ -75,7 +75,7 @@ class Workspace(Pictured):
 
     @property
     def refusal(self) -> str:
-        """Sentence that explains why there is no workspace or no converged one; empty if there is one."""
+        """Why the workspace is empty, or its computation did not converge, in a sentence; else an empty text."""
         return VERDICTS.get(self.status, "")
 
     @property
@@ -138,7 +138,7 @@ class NodeCount(Result):
 
     @property
     def refusal(self) -> str:
-        """Sentence that explains why there is no workspace or no converged one; empty if there is one."""
+        """Why the workspace is empty, or its computation did not converge, in a sentence; else an empty text."""
         return VERDICTS.get(self.status, "")
 
     @property

@@ -26,6 +26,15 @@ from cablewright.foundation.errors import InputError
 
 _KERNELS: Final = ("inverse", "residuals", "tension changes", "linearise", "line shapes", "distances", "forward")
 
+UncertaintyFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--uncertainty",
+        metavar="TOML",
+        help="TOML file of the uncertain parameters; by default the robot file's [uncertainty], and without that "
+        "assumed values.",
+    ),
+]
 StageRecords = Annotated[
     list[Path] | None,
     typer.Option(
@@ -46,15 +55,7 @@ def check_command(
     robot: RobotOptions,
     job: JobFile,
     tension_limits: Limits = None,
-    uncertainty: Annotated[
-        Path | None,
-        typer.Option(
-            "--uncertainty",
-            metavar="TOML",
-            help="TOML file of the uncertain parameters; by default the robot file's [uncertainty], and without that "
-            "assumed values.",
-        ),
-    ] = None,
+    uncertainty: UncertaintyFile = None,
     clearance: Clearance = 0.0,
     interference: Annotated[
         bool,
@@ -149,14 +150,7 @@ def stages_command(
         int, typer.Option("--layers", metavar="N", help="Number of layers, spread over the part, that are searched.")
     ] = 12,
     tension_limits: Limits = None,
-    uncertainty: Annotated[
-        Path | None,
-        typer.Option(
-            "--uncertainty",
-            metavar="TOML",
-            help="File of uncertain parameters; by default the robot file's [uncertainty], else assumed values.",
-        ),
-    ] = None,
+    uncertainty: UncertaintyFile = None,
     clearance: Clearance = 0.0,
     seed: Seed = 0,
     out: Annotated[

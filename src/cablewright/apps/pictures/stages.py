@@ -25,7 +25,7 @@ def stages_picture(found: Stages) -> Figure:
         axes.plot(*places, "x", color=colour, markersize=6, label=f"breaks {limit}")
     if found.checked is not None:
         begins = [each.begin for each in found.checked_stages]
-        heights = [float(each.stage.exit_points[:, 2].max()) for each in found.checked_stages]
+        heights = [each.stage.exit_height for each in found.checked_stages]
         end = float(np.nanmax([each.check.samples.positions[:, 2].max() for each in found.checked_stages]))
         axes.step([*begins, end], [*heights, heights[-1]], where="post", color=style.BLUE, label="stages", zorder=1)
     axes.set(xlabel="height of the nozzle in m", ylabel="highest exit point in m")

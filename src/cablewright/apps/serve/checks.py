@@ -32,7 +32,7 @@ class Checks:
     _queue: asyncio.Queue[tuple[str, str]] = field(default_factory=lambda: asyncio.Queue(WAITING))
 
     def ask(self, what: str, subject: str) -> str:
-        """Ask for a ``check`` of a job or the ``report`` of a run; returns why not, or an empty text.
+        """Queue the ``check`` of a job, or the ``report`` of a run. Returns why it is not queued, or an empty text.
 
         Raises `EnvironmentFault` where an earlier answer cannot be removed.
         """

@@ -62,7 +62,7 @@ class Effect:
 
     @property
     def fall(self) -> float:
-        """Relative decrease of the held-out error by the effect."""
+        """Share by which the error on held-out data falls when the effect is fitted."""
         return 1.0 - self.after / self.before if self.before > 0.0 else 0.0
 
 

@@ -17,7 +17,7 @@ from cablewright.foundation.errors import InputError
 from cablewright.foundation.results import Figure, Result
 from cablewright.models.fidelity import CableLaw
 from cablewright.models.plane import within
-from cablewright.models.rotation import matrices
+from cablewright.models.rotation import matrices, rotation_onto
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.vibration import string_frequency
 from cablewright.robot import Robot
@@ -211,8 +211,7 @@ def aligned(points: Array, truth: Array, others: Array | None = None, tilt: bool
     others = np.zeros((0, 3)) if others is None else others
     centre, middle = points.mean(axis=0), truth.mean(axis=0)
     if tilt:
-        left, _, right = np.linalg.svd((points - centre).T @ (truth - middle))  # Kabsch
-        turn = right.T @ np.diag([1.0, 1.0, np.sign(np.linalg.det(right.T @ left.T))]) @ left.T
+        turn = rotation_onto(points, truth)
     else:
         turn = matrices([0.0, 0.0, yaw_between(points - centre, truth - middle)])
     return (points - centre) @ turn.T + middle, (others - centre) @ turn.T + middle

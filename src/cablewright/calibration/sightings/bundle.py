@@ -107,7 +107,9 @@ class Bundle:
 
 
 def consistent(seen: Sightings, poses: Array, free_camera: bool) -> tuple[Sightings, Bundle]:
-    """Return the sightings without those that do not fit, tags that moved named, and the problem at its minimum.
+    """Return the sightings that fit each other, and the problem of these pictures at its minimum.
+
+    Sightings that do not fit are in ``left_out`` of the result, tags that moved in ``moved``.
 
     *poses* (N, 6): where the fit starts. *free_camera*: whether the pictures determine the camera's place.
     """

@@ -116,7 +116,7 @@ class TagLayout(FileDescription):
 
 
 def load_layout(path: str | Path) -> TagLayout:
-    """Read a TOML file. Raises `InputError`, one line naming file, key, value and the allowed range."""
+    """Read a layout from a TOML file. Raises `InputError` that names file, key, value and the allowed range."""
     return load_model(TagLayout, path)
 
 

@@ -19,7 +19,7 @@ from cablewright.calibration.sightings.layout import Tag, facing
 from cablewright.calibration.sightings.sighted import Sightings, turned
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
-from cablewright.models.rotation import matrices, placed, turn_between
+from cablewright.models.rotation import matrices, placed, rotation_onto, turn_between
 from cablewright.robot import Robot
 
 _SQUARE: Final = np.array([[-1.0, 1.0, 0.0], [1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [-1.0, -1.0, 0.0]])
@@ -144,12 +144,9 @@ def camera_of_world(
 
 
 def _moved_onto(points: Array, others: Array) -> tuple[Array, Array]:
-    """Return the rotation (3, 3) and the translation (3,) that move *points* (k, 3) nearest to *others* (Kabsch)."""
-    middle, there = points.mean(axis=0), others.mean(axis=0)
-    left, _, right = np.linalg.svd((points - middle).T @ (others - there))
-    sign = np.diag([1.0, 1.0, np.sign(np.linalg.det(right.T @ left.T))])
-    rotation = right.T @ sign @ left.T
-    return rotation, there - rotation @ middle
+    """Return the rotation (3, 3) and the translation (3,) that move *points* (k, 3) nearest to *others*."""
+    rotation = rotation_onto(points, others)
+    return rotation, others.mean(axis=0) - rotation @ points.mean(axis=0)
 
 
 def started(

@@ -57,9 +57,8 @@ class DdsWriter:
         """Write one message; a reader that has no room for it loses it."""
         from cyclonedds.core import DDSException
 
-        with_class = self._class(message.type)
         if message.topic not in self._writers:
-            self._writers[message.topic] = self._writer(message.topic, with_class)
+            self._writers[message.topic] = self._writer(message.topic, self._class(message.type))
         made = filled(self.classes, self._store, message.type, message.fields, lists=True)
         try:
             self._writers[message.topic].write(made)

@@ -79,7 +79,7 @@ def read_polargraph(path: Path, cable: str | None = None) -> ImportedRobot:
 
 
 def read_makelangelo(path: Path, cable: str | None = None) -> ImportedRobot:
-    """Return the robot from the limits that Makelangelo's software sends to its firmware. Raises `InputError`."""
+    """Return the robot of a Makelangelo by the commands with which its software sets limits. Raises `InputError`."""
     limits: dict[str, _Words] = {}
     lost, assumed = Notes(), Notes()
     for number, text in text_lines(path, MAX_BYTES, "Makelangelo"):

@@ -19,6 +19,7 @@ from cablewright.kernels.collision.distance import (
 from cablewright.kernels.collision.line_polyline import MAX_POINTS, polyline
 from cablewright.kernels.layout import END_RADIUS, EXIT_X, FREE, PHI, STATE, TAU, WEIGHT
 from cablewright.kernels.newton import copy_rows
+from cablewright.kernels.rotation import rotate_back
 from cablewright.kernels.statics.line.guides import GUIDE_SIZE, wheel_on_platform
 from cablewright.kernels.statics.line.solved_line import shape_line
 from cablewright.kernels.statics.line.vertical_plane import place
@@ -223,8 +224,8 @@ def _from_bodies(i, pose, around, work, margins, pairs, places):
     for k in range(work.cuts[i, 1]):
         px, py, pz = points[k, 0] - pose[0], points[k, 1] - pose[1], points[k, 2] - pose[2]
         ux, uy, uz = vector(points, k, points, k + 1)
-        px, py, pz = _turned_back(R, px, py, pz)
-        ux, uy, uz = _turned_back(R, ux, uy, uz)
+        px, py, pz = rotate_back(R, px, py, pz)
+        ux, uy, uz = rotate_back(R, ux, uy, uz)
         for box in range(around.bodies.shape[0]):
             own = around.bodies[box]
             x, y, z = px - own[0], py - own[1], pz - own[2]
@@ -232,16 +233,6 @@ def _from_bodies(i, pose, around, work, margins, pairs, places):
             margin = distance - around.radii[i]
             if margin < margins[BODY]:
                 _keep(margin, BODY, i, box, points, k, s, margins, pairs, places)
-
-
-@jit
-def _turned_back(R, x, y, z):
-    """The vector (x, y, z) multiplied by the transpose of *R*."""
-    return (
-        R[0, 0] * x + R[1, 0] * y + R[2, 0] * z,
-        R[0, 1] * x + R[1, 1] * y + R[2, 1] * z,
-        R[0, 2] * x + R[1, 2] * y + R[2, 2] * z,
-    )
 
 
 @jit

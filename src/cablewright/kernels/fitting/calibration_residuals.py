@@ -28,7 +28,6 @@ from cablewright.kernels.fitting.straight_line import (
     TILT_OFFSET,
     YAW_OFFSET,
     by_mount,
-    cross,
     gives,
     over_sheave,
     paid_out,
@@ -37,7 +36,7 @@ from cablewright.kernels.fitting.straight_line import (
     turning,
 )  # fmt: skip
 from cablewright.kernels.newton import along_columns
-from cablewright.kernels.rotation import compose, rotate
+from cablewright.kernels.rotation import compose, cross, rotate
 from cablewright.kernels.statics.platform import place_platform
 
 # Kinds of rows, and the meaning of their `line`, `other` (indices of lines or axes) and `extra` (six numbers):

@@ -10,7 +10,7 @@ from math import nan
 
 from cablewright.kernels import jit
 from cablewright.kernels.newton import copy
-from cablewright.kernels.rotation import left_jacobian, matrix, rotate
+from cablewright.kernels.rotation import cross, left_jacobian, matrix, rotate, rotate_back
 
 # Columns of a body, a camera or a tag: its place and a turn after its first rotation, in the world or on the platform;
 # of a camera the lens, whose first four numbers are over a unit in pixels; the size of the print over that of the file.
@@ -61,19 +61,9 @@ def _turned_back(body, x, y, z):
 
 
 @jit
-def _rotated_back(rotation, x, y, z):
-    """The vector (x, y, z) multiplied by the transpose of the (3, 3) matrix *rotation*."""
-    return (
-        rotation[0, 0] * x + rotation[1, 0] * y + rotation[2, 0] * z,
-        rotation[0, 1] * x + rotation[1, 1] * y + rotation[2, 1] * z,
-        rotation[0, 2] * x + rotation[1, 2] * y + rotation[2, 2] * z,
-    )
-
-
-@jit
 def _add_turn(body, by, gx, gy, gz, ax, ay, az):
     """Add the derivative by the turn, of an arm (ax, ay, az) that turns with it, from the gradient by the arm."""
-    tx, ty, tz = ay * gz - az * gy, az * gx - ax * gz, ax * gy - ay * gx
+    tx, ty, tz = cross(ax, ay, az, gx, gy, gz)
     for a in range(3):
         by[TURN + a] += body[JACOBIAN + a] * tx + body[JACOBIAN + 3 + a] * ty + body[JACOBIAN + 6 + a] * tz
 
@@ -123,7 +113,7 @@ def _corner(camera, tag, corner, nx, ny, pose, rotation, slope, by_camera, by_ta
     yx, yy, yz = wx, wy, wz
     bx, by_, bz = wx - pose[0], wy - pose[1], wz - pose[2]  # from the platform
     if camera[MOUNTED] != 0.0:
-        yx, yy, yz = _rotated_back(rotation, bx, by_, bz)
+        yx, yy, yz = rotate_back(rotation, bx, by_, bz)
     yx, yy, yz = yx - camera[PLACE], yy - camera[PLACE + 1], yz - camera[PLACE + 2]
     px, py, pz = _turned_back(camera, yx, yy, yz)
     if not pz > MIN_DEPTH:
@@ -142,7 +132,7 @@ def _corner(camera, tag, corner, nx, ny, pose, rotation, slope, by_camera, by_ta
         _add_pose(slope, -gx, -gy, -gz, bx, by_, bz)
     if tag[MOUNTED] != 0.0:
         _add_pose(slope, gx, gy, gz, ax, ay, az)
-        gx, gy, gz = _rotated_back(rotation, gx, gy, gz)
+        gx, gy, gz = rotate_back(rotation, gx, gy, gz)
     by_tag[PLACE] += gx
     by_tag[PLACE + 1] += gy
     by_tag[PLACE + 2] += gz
@@ -154,12 +144,13 @@ def _corner(camera, tag, corner, nx, ny, pose, rotation, slope, by_camera, by_ta
 @jit
 def _add_pose(slope, gx, gy, gz, ax, ay, az):
     """Add the derivative by the pose of a point at an arm (ax, ay, az) from the platform, world."""
+    tx, ty, tz = cross(ax, ay, az, gx, gy, gz)
     slope[0] += gx
     slope[1] += gy
     slope[2] += gz
-    slope[3] += ay * gz - az * gy
-    slope[4] += az * gx - ax * gz
-    slope[5] += ax * gy - ay * gx
+    slope[3] += tx
+    slope[4] += ty
+    slope[5] += tz
 
 
 @jit

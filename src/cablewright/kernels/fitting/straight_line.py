@@ -7,6 +7,7 @@ derivative by the platform point is the unit vector u along the free cable, by t
 from math import asin, atan2, nan, pi, sqrt
 
 from cablewright.kernels import jit
+from cablewright.kernels.rotation import cross
 
 # Columns of a line. The side is +1 over the sheave, -1 under it, 0 where there is none. The offset is the length at
 # zero counts, from the exit point; the scale is the true length over the counted one; the build-up is the relative
@@ -148,9 +149,3 @@ def turning(line, free, bx, by, bz):
     turn = inward / free[5]
     gx, gy = turn * (c * px - s * ex) + around * qx, turn * (c * py - s * ey) + around * qy
     return gx, gy, turn * (c * pz - s * ez) + around * qz, -turn * (line[SIDE] - s)
-
-
-@jit
-def cross(ax, ay, az, bx, by, bz):
-    """The vector product a x b."""
-    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx

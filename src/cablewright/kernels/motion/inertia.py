@@ -8,7 +8,9 @@ from cablewright.kernels.rotation import matrix, rotate
 
 @jit(allocates=True)
 def push(poses, accelerations, mass, centre, found):
-    """Write the wrenches (k, 6) of inertia, N and N m, world, about the origin of a body at *poses* (k, 6) to *found*.
+    """Write to *found* the wrenches (k, 6), N and N m, by which a body at *poses* (k, 6) resists its acceleration.
+
+    They are in the world's axes, about the origin of the body.
 
     *accelerations* (k, 3), m/s^2; *mass*, kg; *centre* (3,), m, of the mass, platform frame.
     """

@@ -12,7 +12,7 @@ from cablewright.kernels.plant.beam import LENGTH, pull_along, set_part, set_poi
 from cablewright.kernels.plant.counterweights import hang, rise
 from cablewright.kernels.plant.dynamics import PLACE, RATE, TURN, VELOCITY, midpoint_step
 from cablewright.kernels.plant.winding import radius_at, turn_winches
-from cablewright.kernels.rotation import matrix, rotate
+from cablewright.kernels.rotation import cross, matrix, rotate
 from cablewright.kernels.statics.line.interface import draw_line, guess_line
 from cablewright.kernels.statics.line.solved_line import heading_of_line
 from cablewright.kernels.statics.line.upright import is_slack, start_force
@@ -252,13 +252,12 @@ def feel(rotation, place, acceleration, rate, gravity, axes, measured):
     *rotation* (3, 3), *acceleration* (6,), m/s^2 and rad/s^2, and *rate* (3,), rad/s, world: of the body. *axes* (3,
     3): of the unit, in the body's frame.
     """
-    arm, spun, force, turned = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    arm[0], arm[1], arm[2] = rotate(rotation, place[0], place[1], place[2])
-    cross(rate, arm, turned)
-    cross(rate, turned, spun)
-    cross(acceleration[3:], arm, turned)
-    for k in range(3):
-        force[k] = acceleration[k] + turned[k] + spun[k]
+    force = np.empty(3)
+    x, y, z = rotate(rotation, place[0], place[1], place[2])
+    ax, ay, az = cross(acceleration[3], acceleration[4], acceleration[5], x, y, z)
+    x, y, z = cross(rate[0], rate[1], rate[2], x, y, z)
+    x, y, z = cross(rate[0], rate[1], rate[2], x, y, z)
+    force[0], force[1], force[2] = acceleration[0] + ax + x, acceleration[1] + ay + y, acceleration[2] + az + z
     force[2] += gravity
     for j in range(3):
         for k in range(3):
@@ -267,9 +266,3 @@ def feel(rotation, place, acceleration, rate, gravity, axes, measured):
                 along += rotation[k, i] * axes[i, j]
             measured[j] += force[k] * along
             measured[3 + j] += rate[k] * along
-
-
-@jit
-def cross(a, b, out):
-    """Write the cross product of *a* and *b* (3,) to *out*."""
-    out[0], out[1], out[2] = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]

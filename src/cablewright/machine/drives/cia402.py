@@ -36,7 +36,7 @@ IN_FAULT: Final = (PowerState.FAULT, PowerState.FAULT_REACTION)
 
 
 def state_of(statusword: int) -> PowerState:
-    """Return the drive's state from a statusword; a word that is not in the standard counts as not ready."""
+    """Return the state of a drive by its *statusword*; NOT_READY for a statusword that the standard does not define."""
     for mask, value, state in _BY_STATUS:
         if statusword & mask == value:
             return state

@@ -193,7 +193,7 @@ class Designed(Pictured):
 
 
 def _read(key: str, tried: Tried) -> str:
-    """A figure of a candidate with its unit."""
+    """Return the figure *key* of a candidate as text with its unit."""
     unit = MEASURES[key].figure.shown or MEASURES[key].figure.unit
     return f"{tried.figures.get(key, np.nan) / (unit_size(unit) if is_unit(unit) else 1.0):.3g} {unit}"
 

@@ -22,7 +22,7 @@ from cablewright.foundation.errors import InputError
 from cablewright.foundation.progress import Progress, silent
 from cablewright.foundation.results import Figure, Pictured
 from cablewright.models.job_poses import on_plane
-from cablewright.models.job_stages import raised
+from cablewright.models.job_stages import highest_exit, raised
 from cablewright.printing.job import Job, load_job
 from cablewright.printing.modal import MAX_COORDINATE
 from cablewright.printing.schedule import Stage
@@ -170,7 +170,7 @@ def find_stages(
         if given is not None:
             raise InputError(f"job {part.name}: {key}: the search is for a whole part: remove {key} from the job")
     numbers, begins = _layers(part)
-    top = max(line.exit_point[2] for line in robot.lines)
+    top = highest_exit(robot)
     robots = {height: raised(robot, height - top) for height in heights}
     options: dict[str, Any] = {
         "tension_limits": tension_limits, "uncertainty": uncertainty, "clearance": clearance, "seed": seed,
@@ -218,13 +218,12 @@ def _layers(job: Job) -> tuple[NDArray[np.int32], list[float]]:
 
 def _layer_check(robot: Robot, layer: Job, options: Mapping[str, Any]) -> LayerCheck:
     """Check one layer alone: its limits first, and where they hold the distances of lines and the expected error."""
-    height = max(line.exit_point[2] for line in robot.lines)
     found = check(robot, layer, skip=("interference", "expected-error"), **options)
     if found.feasible:
         found = check(robot, layer, **options)
     error = np.nan if found.expected is None else found.expected.value
     most = extreme(np.fmax, found.statics.lines.highest_tension)
-    return LayerCheck(0, 0.0, height, _limit(found), most, float(error))
+    return LayerCheck(0, 0.0, highest_exit(robot), _limit(found), most, float(error))
 
 
 def _limit(found: Check) -> str:

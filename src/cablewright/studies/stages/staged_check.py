@@ -37,8 +37,7 @@ class CheckedStage:
     FIGURES: ClassVar = (
         Figure("stage", "", "Number of the stage.", "stage.number"),
         Figure("begin", "m", "Height of the nozzle from which on it prints.", name="from height"),
-        Figure("exit_height", "m", "Height of its highest exit point.",
-               lambda of: float(of.stage.exit_points[:, 2].max())),
+        Figure("exit_height", "m", "Height of its highest exit point.", "stage.exit_height"),
         Figure("layers", "1", "Number of its layers.", "check.toolpath.layer_count"),
         Figure("feasible", "", "Whether all that was checked is within its limits.", "check.feasible"),
         Figure("min_tension", "N", "Smallest tension, with the motion of the platform.", "lowest_tension", shown="N"),
@@ -166,6 +165,6 @@ def check_stages(
     seams = []
     for k in range(len(found) - 1):
         job, known = found[k].job, (records[k], records[k + 1]) if records else (None, None)
-        allowed = job.allowed_error(checked[k].check.beads.typical.width) if job.max_seam is None else job.max_seam
+        allowed = job.allowed_seam(checked[k].check.beads.typical.width)
         seams.append(seam_of(found[k], found[k + 1], own, known, allowed=allowed, seed=seed))
     return StagedCheck(tuple(checked), tuple(seams))

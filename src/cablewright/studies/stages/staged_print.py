@@ -42,8 +42,7 @@ class PrintedStage:
 
     FIGURES: ClassVar = (
         Figure("stage", "", "Number of the stage.", "stage.number"),
-        Figure("exit_height", "m", "Height of its highest exit point, as calibrated.",
-               lambda of: float(of.stage.exit_points[:, 2].max()), digits=5),
+        Figure("exit_height", "m", "Height of its highest exit point, as calibrated.", "stage.exit_height", digits=5),
         Figure("calibration", "", "Verdict of its calibration; null without a record.", "record.verdict"),
         Figure("status", "", "finished, or the state in which the print stopped.", "printed.status"),
         Figure("max_error_in_space", "m", "Largest distance from the path.", "printed.record.best.space.max",
@@ -110,12 +109,13 @@ def print_stages(
         raise InputError(f"--out = {folder}: holds something already; --resume, or another folder")
     if resume and not (folder / "stage-1").is_dir():
         raise InputError(f"--resume: {folder} holds no print")
-    inputs = {"robot": store.robot_hash(str(robot)), **store.job_hashes(Path(job), load_job(job))}
+    whole = load_job(job)
+    inputs = {"robot": store.robot_hash(str(robot)), **store.job_hashes(Path(job), whole)}
     beside = record_path(robot)
     record = load_record(beside) if Path(robot).suffix == ".toml" and beside.is_file() else None
     first = inputs if record is None else inputs | {"record": store.file_hash(beside)}
     found = StagedPrint(folder, (), ())
-    for stage in stages_of(described, load_job(job)):
+    for stage in stages_of(described, whole):
         inside, upon = folder / f"stage-{stage.number}", Upon(stage.robot, None, first)
         if found.stages:
             before = found.stages[-1]
@@ -160,7 +160,7 @@ def _with_seam(
     """Return the print with the seam to a calibrated *stage*, and what is doubtful of both; empty: nothing."""
     robot, job = before.stage.robot, before.stage.job
     uncertain = robot.uncertainty or assumed_uncertainty(robot)
-    allowed = job.allowed_error(job.typical_bead()[0].width) if job.max_seam is None else job.max_seam
+    allowed = job.allowed_seam(job.typical_bead()[0].width)
     doubts = [] if record.verdict == "good" else [f"the calibration is {record.verdict}"]
     try:
         seam = seam_of(before.stage, stage, uncertain, (before.record, record), allowed=allowed)

@@ -19,7 +19,7 @@ _Value = TypeVar("_Value")
 
 
 def of_lines(lines: Sequence[str], by_line: Mapping[str, _Value], other: _Value) -> list[_Value]:
-    """Return a value for each of the *lines*: that of *by_line* for its name, else *other*.
+    """Return a value for each of the *lines*: the one that *by_line* has for its name, or *other* if it has none.
 
     Raises `UnknownName` for a name that is no line.
     """
