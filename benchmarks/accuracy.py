@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from benchmarks.timing import Row, best
 from cablewright.analyses.accuracy.corners import signs_of_box
 from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo, SpreadProblem, sampled
-from cablewright.live.places import Places
+from cablewright.live.position_sets import Places
 from cablewright.models.statics import Model
 from cablewright.robot import load
 from cablewright.solvers.forward import solve_forward

@@ -23,7 +23,7 @@ from benchmarks.timing import Row, best
 from cablewright.estimation.merlet2023 import observer
 from cablewright.estimation.merlet2023.observer import ObserverSettings
 from cablewright.foundation.signals import Scan, SensorFrame, Truth
-from cablewright.live.drive import DriveSettings, Pilot, random_loop
+from cablewright.live.drive_along_path import DriveSettings, Pilot, random_loop
 from cablewright.live.error_statistics import CHI2_95
 from cablewright.live.estimator_settings import OBSERVERS, observer_settings
 from cablewright.machine.files import load_machine

@@ -33,10 +33,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import erf
 
-from cablewright.estimation import dead_reckoning
+from cablewright.estimation import encoders_only
 from cablewright.estimation.started_filter import StartedState
 from cablewright.foundation.choices import SeverityName
-from cablewright.live.drive import DriveSettings, Pilot, random_loop
+from cablewright.live.drive_along_path import DriveSettings, Pilot, random_loop
 from cablewright.live.error_statistics import CHI2_95, SLACK
 from cablewright.live.estimator_settings import OBSERVERS
 from cablewright.live.estimators import reckoning_of
@@ -125,8 +125,8 @@ def run(seed: int, row: str, seconds: float) -> dict[str, Found]:
     beside = [(name, one.step, one.settings(robot, settings.owner, ())) for name, one in OBSERVERS.items()]
     states = {name: OBSERVERS[name].start(known) for name, _, known in beside}
     reckoning = reckoning_of(robot, settings.owner)
-    beside.insert(0, ("encoders", dead_reckoning.step, reckoning))
-    states["encoders"] = dead_reckoning.start(reckoning, np.array([*way[0], 1.2]))
+    beside.insert(0, ("encoders", encoders_only.step, reckoning))
+    states["encoders"] = encoders_only.start(reckoning, np.array([*way[0], 1.2]))
     found = {name: Found() for name in ESTIMATORS}
     wound: deque[Array] = deque(maxlen=2 * LATELY + 1)  # radii that are true
     carrier, carried = settings.owner.carrier, PowderLoad.of(settings.owner.carrier)

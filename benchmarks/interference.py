@@ -19,9 +19,9 @@ from benchmarks.commands import house
 from benchmarks.timing import Row, installed
 from cablewright.analyses.interference import distances
 from cablewright.foundation.triangle_mesh import TriangleMesh
-from cablewright.models.solids import of_beads, of_mesh
+from cablewright.models.obstacles import of_beads, of_mesh
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.printing.deposit import deposit
+from cablewright.printing.growing_part import deposit
 from cablewright.printing.job import Job, load_job
 from cablewright.robot import load
 from cablewright.solvers.inverse import solve_inverse

@@ -15,7 +15,7 @@ import numpy as np
 from benchmarks.machine import speed
 from benchmarks.timing import Row, best, medians
 from cablewright.foundation.file_output import write_whole
-from cablewright.foundation.saving import read_snapshots, write_snapshots
+from cablewright.foundation.saved_state import read_snapshots, write_snapshots
 from cablewright.foundation.signals import Command, Scan, SensorFrame, Truth
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import read_log, write_log

@@ -20,8 +20,8 @@ from cablewright.foundation.signals import Command, Drives, DriveState, Encoders
 from cablewright.kernels.layout import FREE, PHI, TAU, WEIGHT
 from cablewright.kernels.plant import dynamics
 from cablewright.kernels.statics.line.upright import settle
-from cablewright.live.drive import DriveSettings, Pilot, random_loop
-from cablewright.machine.simulated.motion.masses import Masses
+from cablewright.live.drive_along_path import DriveSettings, Pilot, random_loop
+from cablewright.machine.simulated.plant_parts.load_mass import Masses
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.machine.simulated.severities import with_severity
 from cablewright.machine.simulated.simulated_machine import PlantName, SimulatedMachine

@@ -12,8 +12,8 @@ from cablewright.estimation.kalman.sag import Balanced, Sag
 from cablewright.estimation.slackness import SlacknessState
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.signals import Estimate, SensorFrame, Truth
-from cablewright.kernels.filtering import hanging, line_angles
-from cablewright.live.drive import DriveSettings, Pilot, random_loop
+from cablewright.kernels.filtering import line_angles, sagging_lines
+from cablewright.live.drive_along_path import DriveSettings, Pilot, random_loop
 from cablewright.live.estimator_settings import OBSERVERS
 from cablewright.machine.simulated.settings import FaultPlan, TwinSettings
 from cablewright.robot import load
@@ -81,8 +81,8 @@ def unsure_at(may_be: Balanced, shares: Array) -> Array:
 
 def differences(sag: Sag, forces: Array) -> Array:
     """Angles near the platform less those of straight lines (..., m), rad, by horizontal *forces* (..., m), N."""
-    steep = sag.laws[hanging.SLOPE] + sag.laws[hanging.RISING] / forces
-    return np.asarray(np.arctan(steep) - sag.laws[hanging.ANGLE])
+    steep = sag.laws[sagging_lines.SLOPE] + sag.laws[sagging_lines.RISING] / forces
+    return np.asarray(np.arctan(steep) - sag.laws[sagging_lines.ANGLE])
 
 
 def shown(state: SlacknessState, **values: Array) -> SlacknessState:

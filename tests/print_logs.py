@@ -10,13 +10,13 @@ import numpy as np
 
 from cablewright.estimation.merlet2023 import observer
 from cablewright.foundation.signals import PrintState, Progress
-from cablewright.live.drive import DriveSettings, Pilot, random_loop
+from cablewright.live.drive_along_path import DriveSettings, Pilot, random_loop
 from cablewright.live.estimator_settings import observer_settings
 from cablewright.machine.log.log import Entry
 from cablewright.machine.simulated.settings import TwinSettings
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
+from cablewright.printing.arc_length_path import Track
 from cablewright.printing.path import Samples
-from cablewright.printing.track import Track
 from cablewright.robot import Robot, load
 from twins import TWIN, machine
 

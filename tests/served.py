@@ -19,7 +19,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from cablewright.printing.first_part import first_part
+from cablewright.printing.trial_part import first_part
 from cablewright.robot import load
 
 PATIENCE = 90.0  # s

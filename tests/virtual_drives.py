@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from cablewright.control.guide import TimedPath
+from cablewright.control.path_follower import TimedPath
 from cablewright.foundation.signals import Command, Order, OrderKind, PrintState, SensorFrame, WinchMode
 from cablewright.live.estimators import estimator
 from cablewright.live.prints import loop
@@ -22,7 +22,7 @@ from cablewright.live.prints.simulated_operator import Attendant
 from cablewright.machine.drives.canopen_drives import CanopenDrives
 from cablewright.machine.drives.cia402 import PowerState
 from cablewright.machine.drives.drive_machine import DriveMachine
-from cablewright.machine.drives.loopback import Hub
+from cablewright.machine.drives.local_can_bus import Hub
 from cablewright.machine.drives.settings import WinchDriveSettings
 from cablewright.machine.drives.virtual.rig import Disturb, VirtualPort, VirtualRig, run_rig
 from cablewright.machine.files import machine_names
@@ -32,7 +32,7 @@ from cablewright.machine.sensors.tensions import TensionSensor
 from cablewright.machine.simulated.machine_file import built_machine
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
-from cablewright.machine.simulated.unmodelled.laws import WinchBrakes
+from cablewright.machine.simulated.unmodelled.effect_sizes import WinchBrakes
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.numeric_path import Helix
 from cablewright.robot import Robot, load

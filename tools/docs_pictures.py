@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 import cablewright as cw
 from cablewright.apps import style
-from cablewright.apps.pictures.path import side_view
+from cablewright.apps.pictures.path_errors import side_view
 from cablewright.apps.report.check_summary import Digest
 from cablewright.apps.web.png import scene_png
 from cablewright.apps.web.robot_scene import robot_scene

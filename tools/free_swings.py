@@ -18,7 +18,7 @@ from scipy.optimize import minimize_scalar
 from scipy.spatial.transform import Rotation
 
 import cablewright as cw
-from cablewright.analyses.identification import PERIODS, identify_swing
+from cablewright.analyses.swing_identification import PERIODS, identify_swing
 from cablewright.robot import Parameter, RigidPlatform, Robot, with_value
 
 Array = NDArray[np.float64]

@@ -43,7 +43,7 @@ from cablewright.estimation.lidar.scan_file import read_scan
 from cablewright.exchange.formats import read_robot
 from cablewright.exchange.length_log import read_lengths
 from cablewright.foundation.errors import MAX_MESSAGE, CablewrightError
-from cablewright.foundation.saving import read_snapshots, write_snapshots
+from cablewright.foundation.saved_state import read_snapshots, write_snapshots
 from cablewright.foundation.signals import Command
 from cablewright.machine.files import load_machine, machine_text
 from cablewright.machine.log.head import LogHead
@@ -53,7 +53,7 @@ from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.printing.job import load_job
 from cablewright.printing.stl import read_stl
 from cablewright.robot import library_names, library_text, load, load_bracket, load_uncertainty
-from cablewright.running.store import read_manifest
+from cablewright.running.run_folders import read_manifest
 
 ROOT = Path(__file__).resolve().parent.parent
 CASES = ROOT / "tests" / "fuzz_cases"

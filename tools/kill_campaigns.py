@@ -33,15 +33,15 @@ from pathlib import Path
 
 import numpy as np
 
-from cablewright.control.guide import TimedPath
+from cablewright.control.path_follower import TimedPath
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import MAX_MESSAGE
-from cablewright.foundation.saving import read_snapshots
+from cablewright.foundation.saved_state import read_snapshots
 from cablewright.foundation.signals import Scan
 from cablewright.machine.log.log import read_log
 from cablewright.models.path_offset import nearest
 from cablewright.printing.job import load_job
-from cablewright.running.user_key import DIRECTORY
+from cablewright.running.signing_key import DIRECTORY
 
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAM = "from pathlib import Path; from cablewright.apps.cli.main import main; Path({!r}).touch(); main()"

@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from cablewright.control.guard import GuardSettings
-from cablewright.control.guide import TimedPath
 from cablewright.control.manual import ManualSettings
+from cablewright.control.path_follower import TimedPath
 from cablewright.control.procedure import ProcedureStep
 from cablewright.control.stop import StopSettings
 from cablewright.control.supervisor import SupervisorSettings
@@ -41,7 +41,7 @@ from cablewright.live.serve.events import Events
 from cablewright.live.serve.latest_message import shared
 from cablewright.live.serve.link import LEASE, ControlLink, ServerLink
 from cablewright.live.serve.messages import ChannelName, OrderMessage
-from cablewright.live.serve.operator import PageOperator
+from cablewright.live.serve.page_orders import PageOperator
 from cablewright.machine.interface import Abilities
 from cablewright.models.rotation import moved
 from cablewright.models.statics import Model

@@ -24,7 +24,7 @@ from typing import Final
 
 from llvmlite import binding
 
-from cablewright.kernels.carried import CPU, FEATURES, missing
+from cablewright.kernels.shipped_kernels import CPU, FEATURES, missing
 
 ROOT: Final = Path(__file__).resolve().parents[1]
 KERNELS: Final = "cablewright/kernels/compiled"

@@ -30,7 +30,7 @@ from cablewright.live.estimators import estimator
 from cablewright.live.prints.plan import PrintOptions, plan_print, twin_of
 from cablewright.live.prints.run import begin_print
 from cablewright.live.prints.simulated_operator import attendant_of
-from cablewright.machine.accuracy import MachineAccuracy
+from cablewright.machine.description_sigmas import MachineAccuracy
 from cablewright.machine.simulated.settings import TwinSettings, whole_machine
 from cablewright.machine.simulated.severity_tables import SEVERITIES
 from cablewright.models.creep import usual_creep

@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 import cablewright as cw
 from benchmarks.campaigns import tag_pictures
 from benchmarks.campaigns.camera_rooms import Room, Setup, exit_errors, in_camera, layout_of, room
+from cablewright.calibration.measurement_rows.pictures import as_body
 from cablewright.calibration.poses.observability import information
 from cablewright.calibration.poses.problem import StraightProblem
-from cablewright.calibration.sensors.pictures import as_body
 from cablewright.calibration.sightings.detection import MIN_SIDE, SeenPicture, Sighting, mean_side
 from cablewright.calibration.unknowns import exit_rows
 

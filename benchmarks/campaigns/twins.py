@@ -31,15 +31,15 @@ from numpy.typing import NDArray
 from scipy import special
 
 from cablewright.calibration.calibrate import calibrate
-from cablewright.calibration.judgement.effects import corrections
 from cablewright.calibration.judgement.result import Calibration
+from cablewright.calibration.judgement.unmodelled_effects import corrections
 from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import CalibrationPlan, Known, Prior, Sigmas
 from cablewright.calibration.poses.elastic import ElasticProblem, problem_of
 from cablewright.calibration.poses.fit import fitted_poses
 from cablewright.calibration.poses.problem import StraightProblem
 from cablewright.calibration.poses.simulation import SensorNoise, measure, random_poses
-from cablewright.calibration.poses.starts import equilibria_at
+from cablewright.calibration.poses.start_values import equilibria_at
 from cablewright.models.drum import WinchDrum
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.rotation import matrices

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.control.guide import TimedPath
+from cablewright.control.path_follower import TimedPath
 from cablewright.foundation.signals import Command, Encoders, Order, PrintState, SensorFrame
 from cablewright.live.estimators import estimator
 from cablewright.live.prints import loop

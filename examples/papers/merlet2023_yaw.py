@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 import cablewright as cw
-from cablewright.machine.carriers import YawDrive
+from cablewright.machine.carried_load import YawDrive
 
 RING = {
     "name": "ring",

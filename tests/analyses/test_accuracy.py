@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 import cases
 from analyses.test_spread import ranges_of
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS
-from cablewright.analyses.accuracy.region import region
+from cablewright.analyses.accuracy.error_region import region
 from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo, Vertices, corner_values
 from cablewright.foundation.errors import AnswerError, InputError, Status, UnknownName
 from cablewright.models.fidelity import Fidelity

@@ -9,7 +9,7 @@ import pytest
 
 import planar_robots
 from cablewright.analyses.modes import FREEDOMS, modes
-from cablewright.analyses.workspace.boundary_modes import Boundary, boundary_modes, straight
+from cablewright.analyses.workspace.boundary_frequencies import Boundary, boundary_modes, straight
 from cablewright.analyses.workspace.criterion import RetractionLaw
 from cablewright.foundation.errors import InputError
 from cablewright.models.fidelity import Fidelity

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from cablewright.analyses.identification import identify_swing
+from cablewright.analyses.swing_identification import identify_swing
 from cablewright.foundation.errors import InputError
 
 Array = NDArray[np.float64]

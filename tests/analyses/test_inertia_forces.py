@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cablewright.analyses.inertia_forces import tensions_by_acceleration
 from cablewright.analyses.motion.path_swing import PathSwing
+from cablewright.analyses.steady_acceleration import tensions_by_acceleration
 from cablewright.models.rotation import matrices
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot, load

@@ -17,8 +17,8 @@ from cablewright.foundation.triangle_mesh import TriangleMesh
 from cablewright.kernels import layout
 from cablewright.kernels.statics.line.catenary import span
 from cablewright.models.fidelity import Fidelity
+from cablewright.models.obstacles import Obstacle, of_mesh
 from cablewright.models.rotation import placed
-from cablewright.models.solids import Obstacle, of_mesh
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Beam, Box, PlatformPulley, PlatformSheave, Robot, load
 from cablewright.solvers.inverse import solve_inverse

@@ -11,8 +11,8 @@ from scipy.spatial.transform import Rotation
 
 import cases
 from analyses.test_spread import ranges_of
-from cablewright.analyses.accuracy import region as module
-from cablewright.analyses.accuracy.region import PLANES, hull_of, interior, region
+from cablewright.analyses.accuracy import error_region as module
+from cablewright.analyses.accuracy.error_region import PLANES, hull_of, interior, region
 from cablewright.analyses.accuracy.spread import SpreadProblem, Vertices, corner_values, sampled
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import load

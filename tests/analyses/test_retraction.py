@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cablewright.analyses.workspace.retraction import RetractionStudy, _fit, _peaks, retraction
+from cablewright.analyses.workspace.best_retraction import RetractionStudy, _fit, _peaks, retraction
 from cablewright.analyses.workspace.workspace import workspace
 from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.models.fidelity import Fidelity

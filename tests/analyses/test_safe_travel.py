@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cablewright.analyses.interference import distances
-from cablewright.analyses.safe_travel import led
+from cablewright.analyses.travel_moves import led
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.path import Samples

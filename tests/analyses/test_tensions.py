@@ -9,8 +9,8 @@ import pytest
 
 import cases
 from analyses.test_spread import ranges_of
+from cablewright.analyses.accuracy.least_sensitive_tensions import BestTensions, best_tensions
 from cablewright.analyses.accuracy.spread import FirstOrder, Method, MonteCarlo, SpreadProblem, Vertices
-from cablewright.analyses.accuracy.tensions import BestTensions, best_tensions
 from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.models.statics import Model
 from cablewright.robot import Robot, load

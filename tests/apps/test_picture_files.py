@@ -16,7 +16,7 @@ from matplotlib.text import Text
 import cablewright as cw
 from cablewright.apps import style
 from cablewright.apps.cli.main import run
-from cablewright.apps.pictures.data import table_of
+from cablewright.apps.pictures.data_tables import table_of
 
 ROBOT = cw.load("jung2020")
 WAY = cw.Trajectory.through([[0, 0, 3], [1, 1, 4]], speed=1.0, acceleration=1.0, period=0.1)

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from cablewright.foundation.saving import LAYOUT, Snapshot, read_snapshots, write_snapshots
+from cablewright.foundation.saved_state import LAYOUT, Snapshot, read_snapshots, write_snapshots
 from cablewright.live.prints import run as prints
 from cablewright.live.prints.run import CHECKPOINT, LOCK
-from cablewright.running.store import MANIFEST
-from cablewright.running.user_key import DIRECTORY, is_signed, signature
+from cablewright.running.run_folders import MANIFEST
+from cablewright.running.signing_key import DIRECTORY, is_signed, signature
 from print_logs import RING
 
 pytestmark = pytest.mark.usefixtures("undrawn")

@@ -14,8 +14,8 @@ import cablewright as cw
 from cablewright.calibration.tensile.creep import MAX_SAMPLES, CreepResult, creep
 from cablewright.calibration.tensile.recording import TensileTest, read_test
 from cablewright.foundation.errors import InputError
+from cablewright.models.climate_and_creep import by_temperature
 from cablewright.models.creep import HOUR, histories, log_response, voigt_response
-from cablewright.models.creep_pace import by_temperature
 from cablewright.robot.cable import Creep
 
 ROOT = Path(__file__).resolve().parents[2]

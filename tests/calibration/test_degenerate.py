@@ -12,10 +12,10 @@ from scipy.optimize import least_squares
 from cablewright.calibration.calibrate import calibrate
 from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import Bound, CalibrationPlan, MeasuredDistance, Prior, Sigmas
-from cablewright.calibration.poses.bounds import at_bound
 from cablewright.calibration.poses.fit import fit, to_file_frame
 from cablewright.calibration.poses.observability import information, projected
 from cablewright.calibration.poses.problem import StraightProblem
+from cablewright.calibration.poses.ranges_of_unknowns import at_bound
 from cablewright.calibration.poses.simulation import simulate_calibration
 from cablewright.foundation.errors import InputError
 from cablewright.robot import Eyelet, Robot, load

@@ -21,7 +21,7 @@ from cablewright.calibration.drift.record import (
     record_path,
     record_text,
 )
-from cablewright.calibration.judgement.suspects import Evidence, Suspect
+from cablewright.calibration.judgement.likely_changes import Evidence, Suspect
 from cablewright.calibration.measurements import Measured, write_measured
 from cablewright.calibration.plan import CalibrationPlan, Point, Sigmas
 from cablewright.calibration.poses.simulation import SensorNoise, measure, random_poses

@@ -15,8 +15,8 @@ from scipy import special
 from cablewright.calibration.calibrate import calibrate
 from cablewright.calibration.drift.drift import check_drift
 from cablewright.calibration.drift.record import load_record, record_of, record_text
-from cablewright.calibration.guidance.guide import guide
-from cablewright.calibration.guidance.selection import calibration_poses
+from cablewright.calibration.guidance.guided_calibration import guide
+from cablewright.calibration.guidance.pose_selection import calibration_poses
 from cablewright.calibration.judgement.result import Calibration
 from cablewright.calibration.measurements import Measured, write_measured
 from cablewright.calibration.plan import CalibrationPlan, Sigmas

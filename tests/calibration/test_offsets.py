@@ -12,7 +12,7 @@ import pytest
 from cablewright.calibration.calibrate import calibrate
 from cablewright.calibration.drift.drift import check_drift
 from cablewright.calibration.drift.record import compared, load_record, record_of, record_text
-from cablewright.calibration.guidance.guide import guide
+from cablewright.calibration.guidance.guided_calibration import guide
 from cablewright.calibration.judgement.result import Calibration
 from cablewright.calibration.measurements import Measured, read_measured, write_measured
 from cablewright.calibration.plan import Bound, CalibrationPlan, Prior, Sigmas

@@ -14,8 +14,8 @@ import planar_robots
 from cablewright.calibration.calibrate import calibrate
 from cablewright.calibration.drift.drift import check_drift
 from cablewright.calibration.drift.record import record_of
-from cablewright.calibration.guidance.guide import guide
-from cablewright.calibration.guidance.selection import calibration_poses
+from cablewright.calibration.guidance.guided_calibration import guide
+from cablewright.calibration.guidance.pose_selection import calibration_poses
 from cablewright.calibration.judgement.result import Calibration
 from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import CalibrationPlan, Point, Sigmas

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cablewright.calibration.guidance.selection import calibration_poses
+from cablewright.calibration.guidance.pose_selection import calibration_poses
 from cablewright.calibration.measurements import Measured
 from cablewright.calibration.poses.observability import information
 from cablewright.calibration.poses.problem import StraightProblem

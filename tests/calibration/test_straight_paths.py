@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cablewright.calibration.calibrate import calibrate
-from cablewright.calibration.guidance.selection import calibration_poses
+from cablewright.calibration.guidance.pose_selection import calibration_poses
 from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import CalibrationPlan, Point, Sigmas
 from cablewright.calibration.poses.problem import StraightProblem

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import cablewright as cw
-from cablewright.control.force_balance import balance
+from cablewright.control.balance_check import balance
 from cablewright.control.length_check import LIMIT, check_lengths
 from cablewright.models.rotation import motion_between, moved
 from cablewright.models.statics import Equilibrium, Model

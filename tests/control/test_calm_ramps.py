@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cablewright.control import guide, manual
-from cablewright.control.guide import GuideMode, GuideState, Target, TimedPath
+from cablewright.control import manual, path_follower
 from cablewright.control.manual import LEASE, ManualSettings, ManualState
-from cablewright.control.ramp_mean import RampMean
+from cablewright.control.path_follower import GuideMode, GuideState, Target, TimedPath
+from cablewright.control.swing_free_speed import RampMean
 from cablewright.foundation.signals import Order, OrderKind
 from cablewright.printing.job import Job, Motion
 
@@ -43,7 +43,7 @@ def swing(velocities: np.ndarray, frequency: float) -> float:
 
 
 def ridden(path: TimedPath, state: GuideState, modes: list[GuideMode]) -> list[Target]:
-    return [guide.step(path, state, DT, mode) for mode in modes]
+    return [path_follower.step(path, state, DT, mode) for mode in modes]
 
 
 def speeds(targets: list[Target]) -> np.ndarray:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cablewright.control import velocity
-from cablewright.control.guide import Target
+from cablewright.control.path_follower import Target
 from cablewright.control.velocity import VelocitySettings
 from cablewright.foundation.signals import Encoders, Estimate, SensorFrame, frozen
 from cablewright.models.statics import Model

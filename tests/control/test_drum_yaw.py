@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from cablewright.control.drum_yaw import GIVE_UP, YawSettings, YawState, step
+from cablewright.control.yaw import GIVE_UP, YawSettings, YawState, yaw_rate
 from cablewright.foundation.signals import Inertial, SensorFrame, YawAngle, frozen
 
 SETTINGS = YawSettings(held=0.0, max_speed=0.5, travel=math.pi / 2.0, turn=1.0)
@@ -38,7 +38,7 @@ def swung(
         if gyro or k % 100 == 0:
             given = old
         turned = Inertial(k * DT, frozen(np.zeros(3)), frozen(np.array([0.0, 0.0, rate])))
-        speed = step(SETTINGS, state, SensorFrame(k * DT, (turned,) if gyro else ()), given, DT)
+        speed = yaw_rate(SETTINGS, state, SensorFrame(k * DT, (turned,) if gyro else ()), given, DT)
         angle += sign * speed * DT
         rate += DT * (stiffness * (rest + angle - yaw) - damping * rate) / inertia
         yaw += DT * rate
@@ -72,22 +72,22 @@ def test_a_drive_that_turns_the_wrong_way_stands_at_the_limits() -> None:
     assert np.ptp(found[-1000:]) < 0.05
     state = YawState(angle=0.3)
     for yaw in (math.nan, GIVE_UP + 0.01, -GIVE_UP - 0.01):
-        assert step(SETTINGS, state, SensorFrame(1.0), yaw, DT) == 0.0
+        assert yaw_rate(SETTINGS, state, SensorFrame(1.0), yaw, DT) == 0.0
     assert state.angle == 0.3
 
 
 def test_it_goes_on_from_where_it_stood() -> None:
     """After a stop the drive begins without a jump; a lost gyro does not move it immediately either."""
     state, turned = YawState(angle=0.2, integral=-5.0), Inertial(1.0, frozen(np.zeros(3)), frozen(np.zeros(3)))
-    assert step(SETTINGS, state, SensorFrame(1.0, (turned,)), 0.05, DT) == pytest.approx(0.0, abs=0.01)
-    assert step(SETTINGS, state, SensorFrame(1.5), 0.05, DT) == pytest.approx(0.0, abs=0.01)
+    assert yaw_rate(SETTINGS, state, SensorFrame(1.0, (turned,)), 0.05, DT) == pytest.approx(0.0, abs=0.01)
+    assert yaw_rate(SETTINGS, state, SensorFrame(1.5), 0.05, DT) == pytest.approx(0.0, abs=0.01)
 
 
 def test_speed_and_travel_are_within_the_drive() -> None:
     state, sum_of_speeds = YawState(), 0.0
     for k in range(3000):
         turned = Inertial(k * DT, frozen(np.zeros(3)), frozen(np.zeros(3)))
-        speed = step(SETTINGS, state, SensorFrame(k * DT, (turned,)), 0.7, DT)
+        speed = yaw_rate(SETTINGS, state, SensorFrame(k * DT, (turned,)), 0.7, DT)
         assert abs(speed) <= SETTINGS.max_speed
         sum_of_speeds += speed * DT
     assert sum_of_speeds == pytest.approx(-SETTINGS.travel, abs=1e-6)
@@ -98,14 +98,14 @@ def test_steps_of_a_second_are_stable_too() -> None:
     """A quasi-static machine: the drum follows the drive immediately."""
     state, angle = YawState(), 0.0
     for k in range(200):
-        angle += step(SETTINGS, state, SensorFrame(float(k)), 0.1 + angle, 1.0)
+        angle += yaw_rate(SETTINGS, state, SensorFrame(float(k)), 0.1 + angle, 1.0)
     assert angle == pytest.approx(-0.1, abs=1e-3)
 
 
 def test_angles_that_are_overtaken_or_ahead_of_the_clock_do_not_count() -> None:
     state = YawState()
     for now, stamp, angle in ((1.0, 1.0, 0.2), (1.1, 0.9, 0.5), (1.2, 7.0, 0.6), (1.3, 1.3, 0.3)):
-        step(SETTINGS, state, SensorFrame(now, (YawAngle(stamp, angle),)), math.nan, DT)
+        yaw_rate(SETTINGS, state, SensorFrame(now, (YawAngle(stamp, angle),)), math.nan, DT)
         assert state.angle == (0.3 if now == 1.3 else 0.2)
 
 
@@ -117,7 +117,7 @@ def test_an_encoder_shows_a_drive_that_was_held_up_where_it_is(encoder: bool) ->
         now = k * DT
         read = [Inertial(now, frozen(np.zeros(3)), frozen(np.array([0.0, 0.0, rate])))]
         read += [YawAngle(now, angle)] if encoder else []
-        speed = step(SETTINGS, state, SensorFrame(now, tuple(read)), yaw, DT)
+        speed = yaw_rate(SETTINGS, state, SensorFrame(now, tuple(read)), yaw, DT)
         angle += speed * DT * (now > 30.0)
         rate += DT * ((0.3 + angle - yaw) - 0.6 * rate)
         yaw += DT * rate

@@ -8,8 +8,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from cablewright.control import guide
-from cablewright.control.guide import GuideMode, GuideState, TimedPath
+from cablewright.control import path_follower
+from cablewright.control.path_follower import GuideMode, GuideState, TimedPath
 from cablewright.foundation.errors import InputError
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.numeric_path import Helix
@@ -33,8 +33,8 @@ def test_it_is_where_the_law_has_it(path: TimedPath) -> None:
     np.testing.assert_allclose(speeds, 0.03, rtol=1e-3)
 
 
-def follow(path: TimedPath, state: GuideState, modes: list[GuideMode]) -> list[guide.Target]:
-    return [guide.step(path, state, DT, mode) for mode in modes]
+def follow(path: TimedPath, state: GuideState, modes: list[GuideMode]) -> list[path_follower.Target]:
+    return [path_follower.step(path, state, DT, mode) for mode in modes]
 
 
 def test_steps_join_and_velocity_is_that_of_the_step(path: TimedPath) -> None:
@@ -76,8 +76,8 @@ def test_off_the_path_it_comes_back_straight_and_in_bounds(path: TimedPath) -> N
 
 
 def test_a_lift_is_added_to_the_height_alone(path: TimedPath) -> None:
-    flat = guide.step(path, GuideState(path_time=10.0), DT, GuideMode.HOLD)
-    lifted = guide.step(path, GuideState(path_time=10.0, height_offset=0.07), DT, GuideMode.HOLD)
+    flat = path_follower.step(path, GuideState(path_time=10.0), DT, GuideMode.HOLD)
+    lifted = path_follower.step(path, GuideState(path_time=10.0, height_offset=0.07), DT, GuideMode.HOLD)
     np.testing.assert_allclose(lifted.position - flat.position, [0.0, 0.0, 0.07], atol=1e-12)
 
 

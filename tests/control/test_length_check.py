@@ -7,8 +7,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from cablewright.control.faulty_line import sentence
-from cablewright.control.force_balance import balance
+from cablewright.control.balance_check import balance
+from cablewright.control.faulty_line_search import sentence
 from cablewright.control.length_check import check_lengths, lengths_at
 from cablewright.models.statics import Model
 from cablewright.robot import load

@@ -17,7 +17,7 @@ from cablewright.foundation.reading_times import ReadingTimes, Timeliness
 from cablewright.foundation.signals import OrderKind, PrintState, WinchMode
 from cablewright.live.prints import loop
 from cablewright.live.prints.loop import Printer
-from cablewright.live.serve.operator import PageOperator
+from cablewright.live.serve.page_orders import PageOperator
 
 BODIES = range(60)
 

@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from cablewright.control import retractor
-from cablewright.control.retractor import BeamSettings, BeamState
+from cablewright.control import retraction
+from cablewright.control.retraction import BeamSettings, BeamState
 from cablewright.robot import load
 
 ROBOT = load("jung2020")
@@ -20,7 +20,7 @@ SETTINGS = BeamSettings.of(ROBOT, 0.02)
 @pytest.mark.parametrize("dt", [0.01, 0.2, 1.0])
 def test_a_step_stays_within_speed_and_stroke(length: float, target: float, rate: float, dt: float) -> None:
     """The next length is one that the robot has, whatever is asked."""
-    moved = retractor.step(SETTINGS, BeamState(length), target, rate, dt)
+    moved = retraction.step(SETTINGS, BeamState(length), target, rate, dt)
     assert abs(moved.speed) <= SETTINGS.max_speed
     ROBOT.retraction_to(moved.length + dt * moved.speed)
 
@@ -29,7 +29,7 @@ def test_a_step_stays_within_speed_and_stroke(length: float, target: float, rate
 def test_it_reaches_its_target_and_stands(begin: float) -> None:
     state = BeamState(begin)
     for _ in range(600):
-        state.length += 0.2 * retractor.step(SETTINGS, state, 1.63, 0.0, 0.2).speed
+        state.length += 0.2 * retraction.step(SETTINGS, state, 1.63, 0.0, 0.2).speed
     assert state.length == pytest.approx(1.63, abs=3e-4)
-    assert retractor.step(SETTINGS, state, 1.63, 0.0, 0.2).speed == 0.0
-    assert retractor.step(SETTINGS, state, math.nan, 0.0, 0.2).speed == 0.0
+    assert retraction.step(SETTINGS, state, 1.63, 0.0, 0.2).speed == 0.0
+    assert retraction.step(SETTINGS, state, math.nan, 0.0, 0.2).speed == 0.0

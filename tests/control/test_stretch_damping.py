@@ -11,7 +11,7 @@ import pytest
 
 import cablewright as cw
 from cablewright.control import velocity
-from cablewright.control.guide import Target
+from cablewright.control.path_follower import Target
 from cablewright.control.stretch_damping import (
     MOST_RATE,
     UNKNOWN_DELAY,

@@ -12,7 +12,7 @@ import pytest
 
 from cablewright.control import supervisor
 from cablewright.control.guard import StopCause
-from cablewright.control.guide import GuideMode, Target
+from cablewright.control.path_follower import GuideMode, Target
 from cablewright.control.stop import StopKind
 from cablewright.control.supervisor import SupervisorSettings, SupervisorState, Verdict
 from cablewright.control.transitions import TRANSITIONS, Happening

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from cablewright.control import height, slack, velocity
-from cablewright.control.guide import Target
 from cablewright.control.height import HeightControl
+from cablewright.control.path_follower import Target
 from cablewright.control.slack import SlackSettings
 from cablewright.control.velocity import VelocitySettings
 from cablewright.foundation.errors import InputError, UnknownName

@@ -23,7 +23,7 @@ from cablewright.machine.log.topics import TOPICS
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import load
-from cablewright.running import user_key
+from cablewright.running import signing_key
 from cablewright.solvers.equilibria import equilibria
 from cablewright.studies.equilibria import search_all
 from cablewright.studies.trade import TradeSettings, trade
@@ -89,7 +89,7 @@ def key(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     file = folder / "signing.key"
     file.write_bytes(bytes(range(32)))
     file.chmod(0o600)
-    monkeypatch.setenv(user_key.DIRECTORY, str(folder))
+    monkeypatch.setenv(signing_key.DIRECTORY, str(folder))
     return file
 
 

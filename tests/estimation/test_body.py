@@ -14,7 +14,7 @@ from cablewright.estimation.body import filter as of_body
 from cablewright.estimation.body.broken_line import hanging_without
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.state import BodyState, start
-from cablewright.estimation.drum_clock import ClockLeadSettings
+from cablewright.estimation.clock_offset import ClockLeadSettings
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.signals import Encoders, Estimate, Inertial, Tensions
 from cablewright.models.rotation import angle_between

@@ -12,13 +12,13 @@ from tests.bodies import BodyPlant, told
 
 from cablewright.estimation.body import filter as of_body
 from cablewright.estimation.body.creep import ASSUMED, LoadPath
+from cablewright.estimation.body.estimated_constants import load
 from cablewright.estimation.body.measurement import pose_covariance, slopes_of, strangeness
 from cablewright.estimation.body.settings import BodySettings, Deviations
 from cablewright.estimation.body.state import BodyState, set_load, start
-from cablewright.estimation.body.unknowns import load
 from cablewright.foundation.arrays import Array
-from cablewright.foundation.saving import load as restore
-from cablewright.foundation.saving import save
+from cablewright.foundation.saved_state import load as restore
+from cablewright.foundation.saved_state import save
 from cablewright.foundation.signals import Command, Encoders, Estimate, SensorFrame
 from cablewright.live.estimators import estimator
 from cablewright.machine.settings import MachineSettings

@@ -12,7 +12,7 @@ import pytest
 from cablewright.estimation.kalman import line_update
 from cablewright.estimation.kalman.state import FilterState
 from cablewright.foundation.arrays import Array
-from cablewright.kernels.filtering import hanging, predict
+from cablewright.kernels.filtering import predict, sagging_lines
 from cablewright.live.estimator_settings import started_settings, with_drum_mass
 from cablewright.models.packed_views import LineStates
 from cablewright.models.statics import Model
@@ -35,7 +35,7 @@ def test_a_compliance_moves_b_as_differences_of_its_motion(later: FilterState) -
     assert taut is not None
     assert sag is not None
     lines, h = KNOWN.machine.model.lines, sag.forces(line_update.excess(state))
-    stretching = sag.laws[hanging.STRETCHING] * np.cos(taut.angles)
+    stretching = sag.laws[sagging_lines.STRETCHING] * np.cos(taut.angles)
     sagging = (lines.weight * np.cos(taut.angles)) ** 2 * taut.free**3 / (12.0 * h**3)
 
     def moved(shares: Array) -> Array:

@@ -8,7 +8,7 @@ from collections import deque
 import numpy as np
 import pytest
 
-from cablewright.estimation.drum_clock import ClockLead, ClockLeadSettings
+from cablewright.estimation.clock_offset import ClockLead, ClockLeadSettings
 from cablewright.estimation.reading_checks import by_machine_clock
 from cablewright.foundation.signals import Encoders, Inertial, LineAngles, Reading, frozen
 

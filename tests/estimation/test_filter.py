@@ -35,7 +35,7 @@ from cablewright.foundation.signals import (
     Scan,
     SensorFrame,
 )
-from cablewright.live.drive import random_loop
+from cablewright.live.drive_along_path import random_loop
 from cablewright.live.error_statistics import CHI2_95, bound
 from cablewright.live.estimator_settings import started_settings
 from cablewright.machine.simulated.severities import with_severity

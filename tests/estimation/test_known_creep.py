@@ -13,8 +13,8 @@ from cablewright.estimation.kalman import filter as error_state
 from cablewright.estimation.kalman.filter import FirstState
 from cablewright.estimation.known_creep import KnownCreep, known_creep
 from cablewright.foundation.arrays import Array
-from cablewright.foundation.saving import load as restore
-from cablewright.foundation.saving import save
+from cablewright.foundation.saved_state import load as restore
+from cablewright.foundation.saved_state import save
 from cablewright.foundation.signals import Command, Scan, SensorFrame
 from cablewright.live.estimator_settings import OBSERVERS, started_settings
 from cablewright.live.estimators import CreepingEstimator, estimator

@@ -10,7 +10,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from cablewright.estimation import dead_reckoning
+from cablewright.estimation import encoders_only
 from cablewright.estimation.length_corrections import (
     CREEP,
     KEPT,
@@ -31,7 +31,7 @@ from cablewright.robot import Robot, load
 from cablewright.robot.cable import Creep
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import inverse
-from cablewright.solvers.parameters import mount_lengths
+from cablewright.solvers.parameter_effects import mount_lengths
 
 PLACES = np.array([[4.0, 3.0, 1.0], [-4.0, 2.0, 1.0], [-3.0, -4.0, 1.1], [4.5, -3.0, 1.1]])
 FILE_MOUNT, FILE_CREEP = 3e-5, 6e-6  # m/N, 1/N: so large that drawn values are hardly negative
@@ -184,11 +184,11 @@ def test_one_exact_place_without_gives_is_the_smallest_change() -> None:
     none = LengthPriors(0.0, creep=0.0, mount=0.0, drift=0.0, scatter=0.0)
     settings = replace(reckoning_of(robot, owner), priors=none)
     told = PLACES[0] + np.array([0.002, -0.001, -0.003])
-    taught = dead_reckoning.start(settings, PLACES[0])
-    dead_reckoning.step(settings, taught, SensorFrame(0.0, (Encoders(0.0, counts),)))
-    plain = dead_reckoning.placed(settings, taught, told)
-    dead_reckoning.taught(settings, taught, told)
-    there = dead_reckoning.step(settings, taught, SensorFrame(1.0, (Encoders(1.0, counts),)))
+    taught = encoders_only.start(settings, PLACES[0])
+    encoders_only.step(settings, taught, SensorFrame(0.0, (Encoders(0.0, counts),)))
+    plain = encoders_only.placed(settings, taught, told)
+    encoders_only.taught(settings, taught, told)
+    there = encoders_only.step(settings, taught, SensorFrame(1.0, (Encoders(1.0, counts),)))
     np.testing.assert_allclose(there.position, told, atol=1e-7)
     counted_plain = inverse(load("house-printer"), PLACES[0]).checked().lengths
     change = plain.start_lengths - counted_plain

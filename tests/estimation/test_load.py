@@ -10,7 +10,7 @@ import pytest
 from cablewright.estimation import started_filter
 from cablewright.estimation.kalman import filter as error_state
 from cablewright.estimation.kalman import line_update
-from cablewright.estimation.kalman.load import weigh
+from cablewright.estimation.kalman.drum_mass import weigh
 from cablewright.estimation.kalman.state import FilterState, inflate_position
 from cablewright.foundation.signals import Command, Scan, SensorFrame, Truth
 from cablewright.live.estimator_settings import started_settings, with_drum_mass

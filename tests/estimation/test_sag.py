@@ -10,7 +10,7 @@ import pytest
 
 from cablewright.estimation.kalman.sag import Sag, balanced, each_alone
 from cablewright.estimation.slackness import catenary_excess
-from cablewright.kernels.filtering.hanging import share_at
+from cablewright.kernels.filtering.sagging_lines import share_at
 from cablewright.live.estimator_settings import started_settings, with_drum_mass
 from cablewright.models.packed_views import LineStates
 from cablewright.models.statics import Model

@@ -13,7 +13,7 @@ import pytest
 import cablewright as cw
 from cablewright.exchange.firmware import Firmware, firmware
 from cablewright.exchange.formats import read_robot
-from cablewright.exchange.motion.klipper import Stepper
+from cablewright.exchange.motion_export.klipper import Stepper
 from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.machine.files import load_machine
 from cablewright.machine.settings import MachineSettings

@@ -7,8 +7,8 @@ import pytest
 
 import shared_winch_robots
 from cablewright.exchange.firmware import firmware
-from cablewright.exchange.motion.klipper import LETTERS as KLIPPER
-from cablewright.exchange.motion.linuxcnc import LETTERS as LINUXCNC
+from cablewright.exchange.motion_export.klipper import LETTERS as KLIPPER
+from cablewright.exchange.motion_export.linuxcnc import LETTERS as LINUXCNC
 from cablewright.models.statics import Model
 from cablewright.models.winch_lines import WinchLines
 from cablewright.printing.job import Job

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cablewright.foundation import paging
+from cablewright.foundation import memory_mapped
 from cablewright.foundation.arrays import Array
-from cablewright.foundation.paging import Room, blocks, in_room, let_go, taken
+from cablewright.foundation.memory_mapped import Room, blocks, in_room, let_go, taken
 
 SHAPE = (1 << 14, 4)
 in_files = pytest.mark.skipif(not hasattr(os, "posix_fallocate"), reason="no promise of room in a file")
@@ -52,7 +52,7 @@ def test_a_disk_without_room_is_an_error_before_anything_is_written(tmp_path: Pa
     def full(*_arguments: int) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(paging.os, "posix_fallocate", full)
+    monkeypatch.setattr(memory_mapped.os, "posix_fallocate", full)
     with pytest.raises(OSError, match="No space"):
         Room(tmp_path).empty(SHAPE)
     assert not list(tmp_path.iterdir())

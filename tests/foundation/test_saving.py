@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from cablewright.foundation.errors import InputError
-from cablewright.foundation.saving import (
+from cablewright.foundation.saved_state import (
     LAYOUT,
     Coded,
     Saved,

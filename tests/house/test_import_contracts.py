@@ -20,10 +20,10 @@ TABLE = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["imp
 CONTRACTS = [each["name"] for each in TABLE["contracts"]]
 FLAWS = "cablewright.machine.simulated.settings"
 PLANTED = (  # a contract, the file that breaks it, and what that imports
-    ("A folder is a rank of knowledge", "printing/job.py", "cablewright.solvers.limits"),
+    ("A folder is a rank of knowledge", "printing/job.py", "cablewright.solvers.hardware_limits"),
     ("So it is within the foundation", "foundation/units.py", "cablewright.foundation.csv_input"),
     ("Wings of the calibration", "calibration/unknowns.py", "cablewright.calibration.poses.problem"),
-    ("Only kernels import numba", "solvers/limits.py", "numba"),
+    ("Only kernels import numba", "solvers/hardware_limits.py", "numba"),
     ("Descriptions of robots import no numerics", "robot/scene.py", "numpy"),
     ("Estimation, control and limits see nothing", "control/guard.py", FLAWS),
     (

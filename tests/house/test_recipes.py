@@ -279,7 +279,7 @@ def test_a_control_law(copy: Copy) -> None:
         "-c",
         "import numpy as np\n"
         "from cablewright.control import velocity\n"
-        "from cablewright.control.guide import Target\n"
+        "from cablewright.control.path_follower import Target\n"
         "from cablewright.models.statics import Model\n"
         "from cablewright.robot import load\n"
         "from cablewright.foundation.signals import Estimate\n"

@@ -22,16 +22,16 @@ import pytest
 from numba.core import config
 from numba.core.serialize import dumps
 
-from cablewright.kernels import cache, carried, is_compiled, jit
+from cablewright.kernels import cache, is_compiled, jit, shipped_kernels
 from cablewright.kernels.statics import platform
 from kernel_tree import DOUBLE, edit, ended, entries, planted, start
 
-HOST = ("x86_64-unknown-linux-gnu", "znver4", f"{carried.FEATURES},+avx512f,-amx-int8")
-LEVEL = {"NUMBA_CPU_NAME": carried.CPU, "NUMBA_CPU_FEATURES": carried.FEATURES}
+HOST = ("x86_64-unknown-linux-gnu", "znver4", f"{shipped_kernels.FEATURES},+avx512f,-amx-int8")
+LEVEL = {"NUMBA_CPU_NAME": shipped_kernels.CPU, "NUMBA_CPU_FEATURES": shipped_kernels.FEATURES}
 pytestmark = pytest.mark.skipif(
     not sys.platform.startswith("linux")
-    or bool(carried.missing((llvm.get_process_triple(), "", llvm.get_host_cpu_features().flatten()))),
-    reason=f"wheels carry kernels for Linux on {carried.CPU}",
+    or bool(shipped_kernels.missing((llvm.get_process_triple(), "", llvm.get_host_cpu_features().flatten()))),
+    reason=f"wheels carry kernels for Linux on {shipped_kernels.CPU}",
 )
 POSE = np.array([0.0, 0.0, 0.0, 2.0, 3.0, 6.0])
 ANGLE = 7.0
@@ -56,7 +56,7 @@ def entry(tmp_path: Path, monkeypatch) -> Path:
     assert answered() == (ANGLE, 0)
     (tmp_path / "kernels").rename(tmp_path / "compiled")
     for key, value in (("HOME", tmp_path / "compiled"), ("CPU", name), ("FEATURES", features), ("_has_told", False)):
-        monkeypatch.setattr(carried, key, value)
+        monkeypatch.setattr(shipped_kernels, key, value)
     (found,) = entries(tmp_path / "compiled")
     return found
 
@@ -115,7 +115,7 @@ def test_whoever_names_a_processor_gets_code_for_it(entry: Path, monkeypatch, ca
 def test_a_processor_below_the_level_compiles_and_says_so_once(
     entry: Path, tmp_path: Path, monkeypatch, caplog
 ) -> None:
-    monkeypatch.setattr(carried, "FEATURES", f"{carried.FEATURES},+sse9,+avx9")
+    monkeypatch.setattr(shipped_kernels, "FEATURES", f"{shipped_kernels.FEATURES},+sse9,+avx9")
     assert [answered(), answered()] == [(ANGLE, 0), (ANGLE, 1)]  # then from the user's folder, without a word
     (tmp_path / "kernels").rename(tmp_path / "away")
     assert answered() == (ANGLE, 0)
@@ -141,9 +141,9 @@ def test_a_wheels_kernels_are_those_of_its_sources(tmp_path: Path) -> None:
 
 
 def test_missing_processor_features_are_named() -> None:
-    assert carried.missing(HOST) == []
-    assert carried.missing((*HOST[:2], HOST[2].replace("+movbe", "-movbe"))) == ["movbe"]
-    assert "avx2" in carried.missing((*HOST[:2], ""))
+    assert shipped_kernels.missing(HOST) == []
+    assert shipped_kernels.missing((*HOST[:2], HOST[2].replace("+movbe", "-movbe"))) == ["movbe"]
+    assert "avx2" in shipped_kernels.missing((*HOST[:2], ""))
 
 
 def test_the_features_add_nothing_to_the_level_and_no_sum_is_fused() -> None:
@@ -169,8 +169,8 @@ def test_the_features_add_nothing_to_the_level_and_no_sum_is_fused() -> None:
         }
     """)
     target = llvm.Target.from_triple(HOST[0])
-    alone = target.create_target_machine(cpu=carried.CPU)
-    listed = target.create_target_machine(cpu=carried.CPU, features=carried.FEATURES)
+    alone = target.create_target_machine(cpu=shipped_kernels.CPU)
+    listed = target.create_target_machine(cpu=shipped_kernels.CPU, features=shipped_kernels.FEATURES)
     assert alone.emit_assembly(module) == listed.emit_assembly(module)
     assert "vfmadd" not in listed.emit_assembly(module)  # product and sum are rounded apart, here as for any processor
 
@@ -218,7 +218,7 @@ def test_a_wheel_answers_without_compilation_and_to_the_bit(tmp_path: Path) -> N
     with zipfile.ZipFile(wheel) as archive:
         archive.extractall(tmp_path / "installed")
     shown = {}
-    for name, path in (("wheel", tmp_path / "installed"), ("here", Path(carried.__file__).parents[2])):
+    for name, path in (("wheel", tmp_path / "installed"), ("here", Path(shipped_kernels.__file__).parents[2])):
         environment = os.environ | {"PYTHONPATH": str(path), cache.DIRECTORY: str(tmp_path / name)}
         command = [sys.executable, "-c", SOLVE]
         shown[name] = subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cablewright.kernels.filtering import hanging, line_angles
+from cablewright.kernels.filtering import line_angles, sagging_lines
 from cablewright.kernels.filtering.predict import fade
 from cablewright.kernels.filtering.update import correct, size_of
 
@@ -57,8 +57,8 @@ LAWS = np.array([
 @pytest.mark.parametrize("excess", [-1e-3, 2e-3, 0.05])
 def test_a_force_by_an_excess_gives_that_excess(excess: float) -> None:
     forces = np.empty(3)
-    hanging.forces_of(LAWS, np.full(3, excess), forces)
-    found = LAWS[hanging.SAGGING] / forces**2 - LAWS[hanging.STRETCHING] * forces
+    sagging_lines.forces_of(LAWS, np.full(3, excess), forces)
+    found = LAWS[sagging_lines.SAGGING] / forces**2 - LAWS[sagging_lines.STRETCHING] * forces
     assert found == pytest.approx(np.full(3, excess), rel=5e-3, abs=2e-5)
 
 
@@ -71,14 +71,16 @@ def test_the_mixture_of_forces_is_that_of_whole_grids(zero: float) -> None:
     known = np.diag([4e-6, 4e-6, 1e-4, 1e-5, 1e-5])
     mean, forces = np.empty(5), np.empty(3)
     noise, spread = np.empty((2, 5, 5))
-    nis = hanging.weigh_forces(LAWS, may_be, unsure, known, now, measured, sigmas, mean, noise, spread, forces)
+    nis = sagging_lines.weigh_forces(LAWS, may_be, unsure, known, now, measured, sigmas, mean, noise, spread, forces)
     shares = np.linspace(0.0, 1.0, 20_001)[1:-1]  # even ones, each as likely before
     h = may_be[0] + shares[:, None] * may_be[1]
     lines = measured[:, 0].astype(int)
-    steep = LAWS[hanging.SLOPE] + LAWS[hanging.RISING] / h
-    differences = (np.arctan(steep) - LAWS[hanging.ANGLE])[:, lines]
+    steep = LAWS[sagging_lines.SLOPE] + LAWS[sagging_lines.RISING] / h
+    differences = (np.arctan(steep) - LAWS[sagging_lines.ANGLE])[:, lines]
     off = np.hstack([LAWS[0] / h**2 - LAWS[1] * h - now, measured[:, 1] - differences])
-    slopes = np.hstack([2.0 * LAWS[0] / h**3 + LAWS[1], (-LAWS[hanging.RISING] / (h**2 * (1.0 + steep**2)))[:, lines]])
+    slopes = np.hstack(
+        [2.0 * LAWS[0] / h**3 + LAWS[1], (-LAWS[sagging_lines.RISING] / (h**2 * (1.0 + steep**2)))[:, lines]]
+    )
     moved = slopes * np.hstack([each := unsure[0, :, 0] + shares[:, None] * unsure[1, :, 0], each[:, lines]])
     own = np.hstack(
         [

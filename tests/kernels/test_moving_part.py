@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cablewright.kernels.control.moving_part import split
+from cablewright.kernels.control.moving_lengths import split
 
 
 @pytest.mark.parametrize("seed", range(50))

@@ -9,7 +9,7 @@ import pytest
 
 import cablewright as cw
 from cablewright.control import velocity
-from cablewright.control.guide import Target
+from cablewright.control.path_follower import Target
 from cablewright.control.velocity import VelocitySettings, VelocityState
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.signals import Estimate

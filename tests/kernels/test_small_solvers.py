@@ -8,7 +8,7 @@ from scipy.optimize import linprog, minimize
 from scipy.spatial.transform import Rotation
 
 from cablewright.kernels import rotation
-from cablewright.kernels.newton import solve
+from cablewright.kernels.dense_systems import solve
 from cablewright.kernels.statics.tension import SOFT, Program, distribute
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cablewright.control.guide import TimedPath
+from cablewright.control.path_follower import TimedPath
 from cablewright.foundation.signals import Order, OrderKind, PrintState
 from cablewright.live.drives import actions
 from cablewright.live.drives.printing import print_on_drives
@@ -18,7 +18,7 @@ from cablewright.live.prints.limits import planned
 from cablewright.live.prints.loop import Printer, Step
 from cablewright.live.prints.simulated_operator import Attendant
 from cablewright.live.rest_pose import rest_pose
-from cablewright.live.serve.station import DriveStation
+from cablewright.live.serve.operated_machines import DriveStation
 from cablewright.machine.drives.drive_machine import DriveMachine
 from cablewright.machine.drives.ethercat.ethercat_drives import EthercatDrives
 from cablewright.machine.interface import Machine

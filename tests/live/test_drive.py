@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cablewright.foundation.errors import AnswerError, InputError
-from cablewright.live.drive import DriveSettings, drive, path_length, random_loop
+from cablewright.live.drive_along_path import DriveSettings, drive, path_length, random_loop
 from cablewright.live.error_statistics import SLACK
 from cablewright.machine.log.log import LogWriter, read_log
 from cablewright.machine.powder_load import PowderLoad

@@ -14,7 +14,7 @@ from cablewright.estimation.body.state import BodyState, start
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.signals import Encoders, SensorFrame, Tensions, frozen
 from cablewright.live.body_estimator import body_settings
-from cablewright.live.serve.station import resting_pose
+from cablewright.live.serve.operated_machines import resting_pose
 from cablewright.machine.sensors.tensions import TensionSensor
 from cablewright.machine.simulated.machine_file import built_machine
 from cablewright.models.statics import Model

@@ -10,7 +10,7 @@ import pytest
 import shared_winch_robots
 from cablewright.foundation.signals import OrderKind, PrintState
 from cablewright.live.drives import actions
-from cablewright.live.serve.station import resting_pose
+from cablewright.live.serve.operated_machines import resting_pose
 from cablewright.machine.simulated.settings import Link
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.printing.job import Job, Motion

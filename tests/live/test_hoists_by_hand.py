@@ -9,7 +9,7 @@ import pytest
 
 import shared_winch_robots
 from cablewright.foundation.signals import Order, OrderKind, PrintState
-from cablewright.live.serve.station import SimulatedStation, resting_pose
+from cablewright.live.serve.operated_machines import SimulatedStation, resting_pose
 from cablewright.live.serve.status import told_sitting
 from cablewright.machine.simulated.machine_file import built_machine
 from cablewright.robot import Robot

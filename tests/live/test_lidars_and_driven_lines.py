@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cablewright.live.drive import DriveSettings, Pilot, random_loop
+from cablewright.live.drive_along_path import DriveSettings, Pilot, random_loop
 from cablewright.live.estimator_settings import OBSERVERS
 from cablewright.live.prints.plan import PrintOptions
 from cablewright.live.prints.print_job import print_job

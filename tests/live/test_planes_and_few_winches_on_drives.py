@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cablewright.control.guide import TimedPath
+from cablewright.control.path_follower import TimedPath
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import Order, OrderKind, PrintState
 from cablewright.live.drives import actions

@@ -14,8 +14,8 @@ from cablewright.foundation.signals import OrderKind, PrintState
 from cablewright.live.serve.events import Events
 from cablewright.live.serve.link import LEASE, ControlLink
 from cablewright.live.serve.messages import OrderMessage
-from cablewright.live.serve.operator import PageOperator
-from cablewright.live.serve.station import DriveStation, Sitting
+from cablewright.live.serve.operated_machines import DriveStation, Sitting
+from cablewright.live.serve.page_orders import PageOperator
 from cablewright.live.serve.winch import HELD, WINCH
 from virtual_drives import Bench, bench
 

@@ -23,8 +23,8 @@ from cablewright.machine.simulated.as_built_parts import (
     places_along,
     tension_gains,
 )
-from cablewright.machine.simulated.drum_clock import DrumClock
 from cablewright.machine.simulated.settings import Tolerances, TwinSettings
+from cablewright.machine.simulated.wireless_clock import DrumClock
 from cablewright.robot import load
 from twins import SETTINGS, TWIN, changed, machine, perfect, run
 

@@ -14,7 +14,7 @@ import shared_winch_robots
 from cablewright.foundation.errors import InputError, UnknownName
 from cablewright.foundation.signals import Command, Condition, Encoders, WinchMode
 from cablewright.kernels.plant import winding
-from cablewright.live.serve.station import resting_pose
+from cablewright.live.serve.operated_machines import resting_pose
 from cablewright.machine.coils import coil_of
 from cablewright.machine.files import machine_text
 from cablewright.machine.interface import RESET
@@ -22,7 +22,7 @@ from cablewright.machine.simulated.machine_file import built_machine
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.machine.simulated.unmodelled.brakes import Brakes
-from cablewright.machine.simulated.unmodelled.laws import WinchBrakes
+from cablewright.machine.simulated.unmodelled.effect_sizes import WinchBrakes
 from cablewright.models.statics import Model
 from cablewright.robot import load
 from cablewright.solvers.forward import solve_forward

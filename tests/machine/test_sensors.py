@@ -22,9 +22,9 @@ from cablewright.foundation.signals import (
 )
 from cablewright.kernels.plant import dynamics, machine_step
 from cablewright.kernels.plant.lidar_rays import FAR, ray_to_floor, ray_to_wall
+from cablewright.machine.simulated.floor import Ground
 from cablewright.machine.simulated.link import Channel, Gaps
 from cablewright.machine.simulated.settings import FaultPlan, Link
-from cablewright.machine.simulated.surroundings import Ground
 from cablewright.models.statics import Model
 from cablewright.robot import load
 from cablewright.solvers.forward import solve_forward

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from cablewright.foundation.errors import EnvironmentFault, InputError
-from cablewright.foundation.saving import Snapshot, read_snapshots, write_snapshots
+from cablewright.foundation.saved_state import Snapshot, read_snapshots, write_snapshots
 from cablewright.foundation.signals import Barrier, Command
 from cablewright.kernels.plant import winding
 from cablewright.machine.log.messages import encode

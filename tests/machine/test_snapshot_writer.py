@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cablewright.foundation.errors import EnvironmentFault, InputError
-from cablewright.foundation.saving import Snapshot, read_snapshots, write_snapshots
+from cablewright.foundation.saved_state import Snapshot, read_snapshots, write_snapshots
 from cablewright.live.prints import snapshot_writer as keepers
 from cablewright.live.prints.snapshot_writer import SnapshotWriter
 

@@ -15,7 +15,7 @@ from cablewright.kernels.plant import dynamics
 from cablewright.machine.files import machine_text
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
-from cablewright.machine.simulated.unmodelled.laws import StickingMaterial
+from cablewright.machine.simulated.unmodelled.effect_sizes import StickingMaterial
 from cablewright.machine.simulated.unmodelled.stuck_material import StuckMaterial
 from cablewright.models.packed_views import PlatformNumbers
 from cablewright.robot import load

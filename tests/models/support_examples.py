@@ -14,12 +14,12 @@ import numpy as np
 import cablewright as cw
 import out_of_plane
 import planar_robots
+from cablewright.analyses.accuracy.least_sensitive_tensions import best_tensions
 from cablewright.analyses.accuracy.nozzle_error import AccuracyQuestion
-from cablewright.analyses.accuracy.tensions import best_tensions
 from cablewright.analyses.bracket.loads import loads_at
 from cablewright.calibration.survey.result import Exit, Survey, surveyed
-from cablewright.control.guide import TimedPath
 from cablewright.control.homing import Homing, HomingSettings
+from cablewright.control.path_follower import TimedPath
 from cablewright.control.take_up import TakeUpSettings
 from cablewright.control.velocity import VelocitySettings
 from cablewright.exchange.firmware import firmware
@@ -36,7 +36,7 @@ from cablewright.machine.settings import MachineSettings
 from cablewright.machine.simulated.machine_file import machine_file
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.models.job_poses import along, sampled
-from cablewright.models.support import Capability
+from cablewright.models.support_table import Capability
 from cablewright.printing.job import Job, load_job
 from cablewright.robot import Robot, load
 from cablewright.solvers.line_cover import refuse_unfit

@@ -11,8 +11,14 @@ from scipy.linalg import eigh
 
 import cablewright as cw
 from cablewright.foundation.errors import InputError
+from cablewright.models.line_vibration import (
+    observable_below,
+    parameter_of,
+    sag_parameter,
+    sag_stiffening,
+    string_frequency,
+)
 from cablewright.models.statics import Model
-from cablewright.models.vibration import observable_below, parameter_of, sag_parameter, sag_stiffening, string_frequency
 from cablewright.solvers.taut import taut_at
 
 ROBOT, LINE, POSE = cw.load("merlet2023"), "north-west", (0.0, 0.0, 1.0)

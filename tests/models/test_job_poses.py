@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cablewright.foundation import paging
-from cablewright.foundation.paging import Room
+from cablewright.foundation import memory_mapped
+from cablewright.foundation.memory_mapped import Room
 from cablewright.models.job_poses import along, path_box, poses_at, sampled
 from cablewright.models.plane import within
 from cablewright.models.statics import Model
@@ -29,8 +29,8 @@ def test_poses_in_blocks_and_files_are_the_same(name: str, tmp_path: Path, monke
     robot, job = load(name), Job(name="helix", helix=HELIX, schedule=SCHEDULES[name])
     samples = job.samples(job.toolpath())
     poses, retraction = poses_at(robot, job, samples.positions)
-    monkeypatch.setattr(paging, "BLOCK", 7)
-    monkeypatch.setattr(paging, "SMALL", 1)
+    monkeypatch.setattr(memory_mapped, "BLOCK", 7)
+    monkeypatch.setattr(memory_mapped, "SMALL", 1)
     found, drawn = along(robot, job, samples, Room(tmp_path))
     np.testing.assert_array_equal(found, poses)
     if drawn is None:

@@ -31,7 +31,7 @@ from cablewright.live.prints.simulated_operator import Attendant
 from cablewright.machine.simulated.machine_file import built_machine
 from cablewright.machine.simulated.settings import TwinSettings
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
-from cablewright.models.support import Capability, Coverage, support
+from cablewright.models.support_table import Capability, Coverage, support
 from cablewright.models.winch_lines import WinchLines
 from cablewright.robot import Robot
 from models import support_examples as examples

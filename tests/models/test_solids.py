@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cablewright.foundation import paging
-from cablewright.foundation.paging import MEMORY, Room
-from cablewright.models.solids import Obstacle, nothing, of_beads
-from cablewright.printing.deposit import Deposit, deposit
+from cablewright.foundation import memory_mapped
+from cablewright.foundation.memory_mapped import MEMORY, Room
+from cablewright.models.obstacles import Obstacle, nothing, of_beads
+from cablewright.printing.growing_part import Deposit, deposit
 from cablewright.printing.job import Job
 from cablewright.printing.numeric_path import Helix
 
@@ -56,8 +56,8 @@ def test_a_box_holds_all_below_it(whole: Obstacle) -> None:
 def test_in_files_and_in_blocks_it_is_the_same(
     whole: Obstacle, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(paging, "BLOCK", 7)
-    monkeypatch.setattr(paging, "SMALL", 1)
+    monkeypatch.setattr(memory_mapped, "BLOCK", 7)
+    monkeypatch.setattr(memory_mapped, "SMALL", 1)
     room = Room(tmp_path)
     again = of_beads(laid(room), room)
     for one, other in zip(whole.solid, again.solid, strict=True):

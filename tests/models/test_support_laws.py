@@ -9,11 +9,11 @@ import pytest
 
 import cablewright as cw
 from cablewright.control import velocity
-from cablewright.control.guide import Target
+from cablewright.control.path_follower import Target
 from cablewright.control.velocity import VelocitySettings
 from cablewright.exchange.firmware import firmware
-from cablewright.exchange.motion.klipper import LETTERS as KLIPPER
-from cablewright.exchange.motion.linuxcnc import LETTERS as LINUXCNC
+from cablewright.exchange.motion_export.klipper import LETTERS as KLIPPER
+from cablewright.exchange.motion_export.linuxcnc import LETTERS as LINUXCNC
 from cablewright.foundation.signals import Command, Encoders, Estimate, SensorFrame, frozen
 from cablewright.live.body_estimator import body_settings
 from cablewright.live.estimators import estimator, reckoning_of
@@ -21,7 +21,7 @@ from cablewright.machine.drives.scale import scales_of
 from cablewright.machine.simulated.machine_file import built_machine
 from cablewright.machine.simulated.settings import Tolerances
 from cablewright.models.free_coordinates import free_coordinates
-from cablewright.models.support import Capability, Coverage
+from cablewright.models.support_table import Capability, Coverage
 from cablewright.models.winch_lines import WinchLines
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import pytest
 
 from cablewright.exchange import klipper_config, rrf_config
-from cablewright.exchange.motion import klipper, linuxcnc
+from cablewright.exchange.motion_export import klipper, linuxcnc
 from cablewright.foundation.errors import CablewrightError, InputError
-from cablewright.models.support import (
+from cablewright.models.support_table import (
     FEATURES,
     SPATIAL,
     SUPPORT,

@@ -7,7 +7,7 @@ from scipy.optimize import minimize
 
 import shared_winch_robots
 from cablewright.foundation.signals import Command, Tensions
-from cablewright.live.serve.station import resting_pose
+from cablewright.live.serve.operated_machines import resting_pose
 from cablewright.machine.sensors.tensions import TensionSensor
 from cablewright.machine.simulated.machine_file import built_machine
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from cablewright.analyses.modes import FREEDOMS, Modes, modes
-from cablewright.analyses.workspace.boundary_modes import boundary_modes
+from cablewright.analyses.workspace.boundary_frequencies import boundary_modes
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import Robot, load

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from cablewright.analyses.workspace.best_retraction import retraction
 from cablewright.analyses.workspace.criterion import RetractionLaw
-from cablewright.analyses.workspace.retraction import retraction
 from cablewright.analyses.workspace.workspace import count_nodes, workspace
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model

@@ -13,15 +13,15 @@ from scipy.spatial.transform import Rotation
 
 import cablewright as cw
 import out_of_plane
-from cablewright.analyses.inertia_forces import tensions_by_acceleration
 from cablewright.analyses.motion.path_swing import PathSwing
+from cablewright.analyses.steady_acceleration import tensions_by_acceleration
 from cablewright.foundation.errors import InputError, Status
 from cablewright.models.inertia import mass_matrix
 from cablewright.models.plane import within
 from cablewright.robot import Eyelet, Robot, load
 from cablewright.robot.parameters import Parameter, parameters_of
 from cablewright.robot.winch import SharedWinch, Winch
-from cablewright.solvers.parameters import response
+from cablewright.solvers.parameter_effects import response
 from cablewright.studies.design.measures import _cost
 from cablewright.studies.design.problem import Prices
 from oracles import linear_program

@@ -12,11 +12,11 @@ import pytest
 from cablewright.estimation.climate import FeltAir
 from cablewright.foundation.signals import Climate, Command, Scan, SensorFrame
 from cablewright.live.estimators import estimator
-from cablewright.machine.simulated.rig import air_at
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
+from cablewright.machine.simulated.true_state import air_at
+from cablewright.models.climate_and_creep import GAS, Air, CreepPace, by_temperature
 from cablewright.models.creep import CreepMemory, histories, log_response, memory_of, voigt_response
-from cablewright.models.creep_pace import GAS, Air, CreepPace, by_temperature
 from cablewright.robot import Robot, load
 from cablewright.robot.cable import Creep
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import out_of_plane
-from cablewright.control.force_balance import balance
+from cablewright.control.balance_check import balance
 from cablewright.control.length_check import check_lengths
 from cablewright.estimation.kalman.sag import Sag, balanced
 from cablewright.estimation.slackness import SlacknessSettings

@@ -19,7 +19,7 @@ from cablewright.robot.new_robot import Outline, robot_file
 from cablewright.robot.parameter_values import with_modulus
 from cablewright.robot.parameters import Parameter, nominal
 from cablewright.solvers.linearise import tension_changes
-from cablewright.solvers.parameters import response
+from cablewright.solvers.parameter_effects import response
 from oracles import guided_paths as oracle
 from oracles import irvine
 

@@ -24,7 +24,7 @@ from cablewright.robot import Eyelet, Robot, load
 from cablewright.robot.parameter_values import with_exit_point
 from cablewright.robot.parameters import Parameter
 from cablewright.solvers.linearise import tension_changes
-from cablewright.solvers.parameters import response, tension_response
+from cablewright.solvers.parameter_effects import response, tension_response
 from cablewright.solvers.uniqueness import unique_among
 from cablewright.studies.checks.path_statics import PathStatics
 from physics.test_lines_out_of_plane import differences

@@ -18,7 +18,7 @@ from cablewright.kernels.plant import winding
 from cablewright.machine.simulated.machine_file import built_machine
 from cablewright.models.stiffness import stiffness
 from cablewright.robot import Eyelet, Robot
-from cablewright.solvers.limits import winch_torques
+from cablewright.solvers.hardware_limits import winch_torques
 from cablewright.solvers.tension import self_stresses, structures
 from print_logs import RING
 

@@ -13,7 +13,7 @@ import cablewright as cw
 import out_of_plane
 from cablewright.foundation.arrays import Array
 from cablewright.robot import Robot, SharedWinch, load
-from cablewright.solvers.limits import winch_torques
+from cablewright.solvers.hardware_limits import winch_torques
 
 EA, MASS, G = 60e3, 6.0, 9.81
 FREE = [np.nan] * 3

@@ -18,7 +18,7 @@ from cablewright.models.stiffness import stiffness
 from cablewright.robot import Eyelet, Robot, load
 from cablewright.robot.parameters import Parameter
 from cablewright.solvers.line_cover import refuse_unfit
-from cablewright.solvers.parameters import response
+from cablewright.solvers.parameter_effects import response
 from physics.test_lines_out_of_plane import differences
 
 POSE = [0.4, -0.3, 1.2]

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from cablewright.foundation.errors import InputError
 from cablewright.printing.beads import Bead, Beads, beads_of, section, width_of
-from cablewright.printing.deposit import deposit
+from cablewright.printing.growing_part import deposit
 from cablewright.printing.job import Job, load_job
 from cablewright.robot import load
 from cablewright.studies.checks.check import check

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from cablewright.foundation.errors import InputError
-from cablewright.printing.curve import Curve, CurveRequirements, Curves, draw
-from cablewright.printing.curve import curves as draw_many
+from cablewright.printing.random_curve import Curve, CurveRequirements, Curves, draw
+from cablewright.printing.random_curve import curves as draw_many
 
 WANTED = CurveRequirements(28.0, (3.6, 8.0))
 
@@ -141,6 +141,6 @@ def test_what_no_curve_can_be_is_rejected(given: dict, words: str) -> None:
 
 
 def test_a_curve_that_is_too_long_for_its_area_is_said_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cablewright.printing.curve._TRIES", 50)
+    monkeypatch.setattr("cablewright.printing.random_curve._TRIES", 50)
     with pytest.raises(InputError, match=r"none of 50 random curves of 200 m fits into 1 x 1 m"):
         draw(CurveRequirements(200.0, (1.0, 1.0)), 0, 0)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cablewright.printing.deposit import PIECE_LENGTH, deposit
 from cablewright.printing.gcode import parse
+from cablewright.printing.growing_part import PIECE_LENGTH, deposit
 from cablewright.printing.job import Bead
 from cablewright.printing.path import sample
 

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cablewright.analyses.safe_travel import driven_job
-from cablewright.control.guide import TimedPath
+from cablewright.analyses.travel_moves import driven_job
+from cablewright.control.path_follower import TimedPath
 from cablewright.foundation.errors import InputError
 from cablewright.printing.job import Job, Motion, load_job
 from cablewright.robot import Robot, load
-from cablewright.solvers.feeds import fed
+from cablewright.solvers.path_speeds import fed
 from cablewright.studies.checks.check import check
 
 WALL = """G21 G90 M83

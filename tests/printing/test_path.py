@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cablewright.foundation.errors import InputError
-from cablewright.foundation.paging import Room
+from cablewright.foundation.memory_mapped import Room
 from cablewright.printing import path as path_module
 from cablewright.printing.path import sample
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cablewright.foundation.paging import Room
+from cablewright.foundation.memory_mapped import Room
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.mean_motion import IntegratedLaw, Kernel
 from cablewright.printing.numeric_path import Helix
@@ -17,7 +17,7 @@ from cablewright.printing.path import Samples, sample
 from cablewright.printing.shaping import Shaper
 from cablewright.printing.timing import TimeLaw, time_law
 from cablewright.robot import load
-from cablewright.solvers.shaping import JobMotion
+from cablewright.solvers.swing_free_motion import JobMotion
 
 FREQUENCY = 1.7  # Hz
 ACCELERATION, DEVIATION = 0.5, 5e-3

@@ -10,7 +10,7 @@ import pytest
 
 from cablewright.foundation.errors import InputError
 from cablewright.models.job_stages import stages_of
-from cablewright.printing.deposit import deposit
+from cablewright.printing.growing_part import deposit
 from cablewright.printing.job import Job, load_job
 from cablewright.robot import Robot, load
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cablewright.foundation import paging
+from cablewright.foundation import memory_mapped
 from cablewright.printing.layers import layer_table
 from cablewright.printing.path import Samples, sample
 from cablewright.printing.timing import corner_speeds, time_law
@@ -164,6 +164,6 @@ def test_a_path_in_blocks_is_the_same_path(read, size: int, jerk: float | None, 
 
     whole = all_of()
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(paging, "BLOCK", size)
+        patch.setattr(memory_mapped, "BLOCK", size)
         for one, other in zip(whole, all_of(), strict=True):
             np.testing.assert_array_equal(one, other)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from cablewright.models.path_offset import nearest, nearest_of_each
+from cablewright.printing.arc_length_path import Track
 from cablewright.printing.job import load_job
 from cablewright.printing.path import Samples
-from cablewright.printing.track import Track
 
 JOB = Path(__file__).parents[2] / "examples" / "blind-machines.toml"
 

@@ -14,7 +14,7 @@ from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.live.rest_pose import rest_pose
 from cablewright.robot import Winch, load, update
 from cablewright.robot.design_variables import Change
-from cablewright.solvers.limits import rise_on_drums
+from cablewright.solvers.hardware_limits import rise_on_drums
 from cablewright.studies.design.measures import Prices, _cost
 from physics.test_shared_winches import BELT, parallelograms, shared
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from cablewright.foundation.errors import EnvironmentFault, InputError
-from cablewright.foundation.saving import Snapshot, read_snapshots, write_snapshots
+from cablewright.foundation.saved_state import Snapshot, read_snapshots, write_snapshots
 from cablewright.robot import load
-from cablewright.running import user_key
+from cablewright.running import signing_key
 from cablewright.solvers.equilibria import Equilibria, equilibria
 from cablewright.studies.equilibria import search_all
 
@@ -21,7 +21,7 @@ BOX = [-2.0, 2.0, -4.0, 4.0, 0.3, 3.5]
 
 @pytest.fixture(autouse=True)
 def _fresh_key(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(user_key.DIRECTORY, str(tmp_path / "state"))
+    monkeypatch.setenv(signing_key.DIRECTORY, str(tmp_path / "state"))
 
 
 @pytest.fixture(scope="module")
@@ -36,36 +36,36 @@ def begun(found: Equilibria, file: Path) -> Snapshot:
 
 
 def test_a_signature_is_of_one_content_and_one_key(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    given = user_key.signature(b"state")
-    assert user_key.is_signed(b"state", given)
-    assert not user_key.is_signed(b"State", given)
-    assert not user_key.is_signed(b"state", b"")
-    monkeypatch.setenv(user_key.DIRECTORY, str(tmp_path / "another"))
-    assert not user_key.is_signed(b"state", given)
+    given = signing_key.signature(b"state")
+    assert signing_key.is_signed(b"state", given)
+    assert not signing_key.is_signed(b"State", given)
+    assert not signing_key.is_signed(b"state", b"")
+    monkeypatch.setenv(signing_key.DIRECTORY, str(tmp_path / "another"))
+    assert not signing_key.is_signed(b"state", given)
 
 
 def test_the_key_is_the_users_alone(tmp_path: Path) -> None:
-    user_key.signature(b"")
+    signing_key.signature(b"")
     file = tmp_path / "state" / "signing.key"
     assert file.stat().st_mode & 0o077 == 0
     file.chmod(0o644)
     with pytest.raises(EnvironmentFault, match="no key of this user alone"):
-        user_key.signature(b"")
+        signing_key.signature(b"")
     file.chmod(0o600)
     file.write_bytes(b"short")
     with pytest.raises(EnvironmentFault, match="has not the 32 bytes"):
-        user_key.signature(b"")
+        signing_key.signature(b"")
 
 
 def test_a_folder_of_the_environment_is_taken_as_it_is_meant(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "xdg"))
-    monkeypatch.setenv(user_key.DIRECTORY, "")
-    user_key.signature(b"")
+    monkeypatch.setenv(signing_key.DIRECTORY, "")
+    signing_key.signature(b"")
     assert (tmp_path / "xdg" / "cablewright" / "signing.key").exists()
     monkeypatch.setenv("XDG_STATE_HOME", "relative")
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
     monkeypatch.chdir(tmp_path)
-    user_key.signature(b"")
+    signing_key.signature(b"")
     assert (tmp_path / "home" / ".local" / "state" / "cablewright" / "signing.key").exists()
     assert not (tmp_path / "relative").exists()
 
@@ -77,9 +77,9 @@ def test_a_full_disk_leaves_no_half_a_key(tmp_path: Path, monkeypatch: pytest.Mo
     with monkeypatch.context() as patch:
         patch.setattr(os, "link", full)
         with pytest.raises(EnvironmentFault, match="No space left"):
-            user_key.signature(b"")
+            signing_key.signature(b"")
     assert list((tmp_path / "state").iterdir()) == []
-    assert user_key.is_signed(b"x", user_key.signature(b"x"))
+    assert signing_key.is_signed(b"x", signing_key.signature(b"x"))
 
 
 def test_a_link_is_no_key(tmp_path: Path) -> None:
@@ -88,7 +88,7 @@ def test_a_link_is_no_key(tmp_path: Path) -> None:
     target.write_bytes(bytes(32))
     (tmp_path / "state" / "signing.key").symlink_to(target)
     with pytest.raises(EnvironmentFault):
-        user_key.signature(b"")
+        signing_key.signature(b"")
     assert target.read_bytes() == bytes(32)
 
 
@@ -118,7 +118,7 @@ def test_the_state_of_another_user_is_rejected(
 ) -> None:
     file = tmp_path / "search.state"
     begun(found, file)
-    monkeypatch.setenv(user_key.DIRECTORY, str(tmp_path / "another"))
+    monkeypatch.setenv(signing_key.DIRECTORY, str(tmp_path / "another"))
     with pytest.raises(InputError, match="not signed by this user"):
         search_all(found, BOX, file, time_limit=1e-9)
 

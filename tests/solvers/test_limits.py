@@ -8,8 +8,8 @@ import pytest
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import Winch, load
+from cablewright.solvers.hardware_limits import lever_angles, swing_angles, winch_torques
 from cablewright.solvers.inverse import inverse, solve_inverse
-from cablewright.solvers.limits import lever_angles, swing_angles, winch_torques
 
 HOUSE = load("house-printer")
 

@@ -11,9 +11,9 @@ import cablewright as cw
 import out_of_plane
 from cablewright.analyses.interference import distances
 from cablewright.foundation.errors import InputError, Status
-from cablewright.live.logged_lines import hanging_lines
+from cablewright.live.logged_line_shapes import hanging_lines
 from cablewright.robot import Robot
-from cablewright.solvers.limits import sheave_clearances
+from cablewright.solvers.hardware_limits import sheave_clearances
 from cablewright.solvers.line_cover import refuse_unfit
 from cablewright.solvers.tension import structures
 from cablewright.solvers.uniqueness import unique_among

@@ -19,7 +19,7 @@ from cablewright.robot.parameters import KINDS, Parameter, nominal, parameters_o
 from cablewright.solvers.forward import forward, solve_again, solve_forward
 from cablewright.solvers.inverse import inverse
 from cablewright.solvers.linearise import linearise
-from cablewright.solvers.parameters import departures, nozzle_response, response
+from cablewright.solvers.parameter_effects import departures, nozzle_response, response
 from models.test_parameters import all_of, rebuilt
 from oracles import machine
 from oracles.platform import Place, turned_by

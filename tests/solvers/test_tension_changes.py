@@ -14,7 +14,7 @@ from cablewright.robot.parameters import nominal
 from cablewright.solvers.forward import solve_again
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.linearise import linearise, tension_changes
-from cablewright.solvers.parameters import response, tension_response
+from cablewright.solvers.parameter_effects import response, tension_response
 from models.test_parameters import all_of
 from solvers.test_parameters import taut
 

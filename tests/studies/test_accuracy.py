@@ -10,7 +10,7 @@ import pytest
 from cablewright.analyses.accuracy.nozzle_error import METHODS
 from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo
 from cablewright.foundation.errors import AnswerError, InputError, UnknownName
-from cablewright.live.places import Places
+from cablewright.live.position_sets import Places
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
 from cablewright.printing.job import load_job
@@ -140,7 +140,7 @@ def test_some_of_the_places_are_a_smaller_batch() -> None:
 
 def test_a_job_in_a_room_on_disk_has_the_same_errors(job_file, tmp_path, monkeypatch) -> None:
     monkeypatch.setattr("cablewright.analyses.accuracy.nozzle_error.BLOCK", 64)
-    monkeypatch.setattr("cablewright.foundation.paging.SMALL", 1)
+    monkeypatch.setattr("cablewright.foundation.memory_mapped.SMALL", 1)
     stages: list[tuple[int, int]] = []
     job = load_job(job_file)
     whole = accuracy(HOUSE, job, method="first-order", compensation="elastic")

@@ -8,7 +8,7 @@ import json
 import numpy as np
 import pytest
 
-from cablewright.foundation import paging
+from cablewright.foundation import memory_mapped
 from cablewright.foundation.errors import InputError, Status
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
@@ -68,7 +68,7 @@ def test_lengths_and_tensions_are_those_of_the_inverse_problem(found: Check) -> 
 
 
 def test_what_lies_in_files_is_the_same(found: Check, tmp_path, monkeypatch) -> None:
-    monkeypatch.setattr(paging, "SMALL", 1)
+    monkeypatch.setattr(memory_mapped, "SMALL", 1)
     again = check(found.robot, found.job, room=tmp_path)
     for name, values in arrays(found).items():
         assert np.array_equal(values, arrays(again)[name], equal_nan=True), name

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cablewright.analyses.motion.lower_acceleration import slower_note
-from cablewright.analyses.safe_travel import driven_job
+from cablewright.analyses.travel_moves import driven_job
 from cablewright.live.prints.plan import PrintOptions, twin_of
 from cablewright.printing import job as job_module
 from cablewright.printing.beads import Bead

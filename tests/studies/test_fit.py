@@ -15,7 +15,7 @@ from cablewright.foundation.errors import InputError
 from cablewright.models.job_poses import on_plane
 from cablewright.printing.job import load_job
 from cablewright.robot import Robot, load
-from cablewright.studies.fit import fit
+from cablewright.studies.part_fit import fit
 from cablewright.studies.reach import Reach, reach
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cablewright.analyses.interference import distances
-from cablewright.foundation import paging
+from cablewright.foundation import memory_mapped
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.triangle_mesh import TriangleMesh
 from cablewright.models.fidelity import Fidelity
@@ -147,7 +147,7 @@ def test_a_mesh_that_grows_with_the_job_is_touched_in_the_same_layer(job: Job, m
 
 
 def test_what_lies_in_files_is_the_same(job: Job, model: Model, tmp_path: Path, monkeypatch) -> None:
-    monkeypatch.setattr(paging, "SMALL", 1)
+    monkeypatch.setattr(memory_mapped, "SMALL", 1)
     kept, own = interference(model, job, room=tmp_path), interference(model, job)
     assert kept.to_dict() == own.to_dict()
     np.testing.assert_array_equal(kept.margins, own.margins)

@@ -19,11 +19,11 @@ from cablewright.robot import Robot, load, loads
 from cablewright.robot.plane import Plane
 from cablewright.robot.uncertainty import Uncertainty, assumed_uncertainty
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.solvers.parameters import at_nozzle, range_response, response
+from cablewright.solvers.parameter_effects import at_nozzle, range_response, response
 from cablewright.studies.accuracy import accuracy
 from cablewright.studies.accuracy_at_pose import AccuracyAtPose
 from cablewright.studies.checks.check import check
-from cablewright.studies.fit import fit
+from cablewright.studies.part_fit import fit
 
 WALL = """
 kinematics:

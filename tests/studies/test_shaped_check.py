@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from cablewright.analyses.modes import modes
-from cablewright.control import guide
-from cablewright.control.guide import GuideMode, GuideState, TimedPath
+from cablewright.control import path_follower
+from cablewright.control.path_follower import GuideMode, GuideState, TimedPath
 from cablewright.live.prints.limits import planned
 from cablewright.live.prints.plan import PrintOptions, twin_of
 from cablewright.live.prints.print_job import print_job
@@ -19,7 +19,7 @@ from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.robot import load
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.solvers.shaping import JobMotion, lowest_frequencies
+from cablewright.solvers.swing_free_motion import JobMotion, lowest_frequencies
 from cablewright.studies.checks.check import check
 
 ROBOT = load("house-printer")
@@ -122,8 +122,8 @@ def test_a_stop_keeps_its_ramp_and_a_jog_its_acceleration(tmp_path: Path) -> Non
     assert wild.path.period is None
     for plan in plans:  # a hold on the path slows down by the job's acceleration, as before
         state = GuideState(path_time=plan.path.duration - 3.0)
-        speeds = [guide.step(plan.path, state, 0.01, GuideMode.FOLLOW).path_speed for _ in range(100)]
-        held = [guide.step(plan.path, state, 0.01, GuideMode.HOLD).path_speed for _ in range(100)]
+        speeds = [path_follower.step(plan.path, state, 0.01, GuideMode.FOLLOW).path_speed for _ in range(100)]
+        held = [path_follower.step(plan.path, state, 0.01, GuideMode.HOLD).path_speed for _ in range(100)]
         assert held[-1] == 0.0
         assert sum(each > 0.0 for each in held) * 0.01 <= max(speeds) / plan.path.acceleration + 0.2
 
@@ -134,7 +134,7 @@ def test_material_leads_the_motion_by_the_pressure_advance(tmp_path: Path) -> No
         path = TimedPath.of(meander(tmp_path, pressure_advance=advance), robot=ROBOT)
         state, found = GuideState(), []
         while state.path_time < path.duration:
-            found.append(guide.step(path, state, 0.01, GuideMode.FOLLOW).flow)
+            found.append(path_follower.step(path, state, 0.01, GuideMode.FOLLOW).flow)
         flows.append(np.array(found[100:-100]))
     np.testing.assert_allclose(flows[1][:-20], flows[0][20:], atol=2e-3)
 

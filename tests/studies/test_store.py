@@ -17,7 +17,7 @@ from cablewright.foundation.errors import EnvironmentFault, InputError
 from cablewright.foundation.file_output import write_whole
 from cablewright.printing.job import load_job
 from cablewright.robot import library_text, load
-from cablewright.running.store import folder_name, run_folder
+from cablewright.running.run_folders import folder_name, run_folder
 from cablewright.solvers.inverse import inverse
 from cablewright.studies.checks.check import check
 from cablewright.studies.checks.result import Check

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cablewright.analyses.workspace.boundary_modes import boundary_modes
+from cablewright.analyses.workspace.boundary_frequencies import boundary_modes
 from cablewright.analyses.workspace.criterion import RetractionLaw
 from cablewright.analyses.workspace.workspace import count_nodes, workspace
 from cablewright.foundation.errors import EnvironmentFault, InputError

@@ -16,7 +16,7 @@ from typing import Final
 import numpy as np
 
 import cablewright as cw
-from cablewright.control.guide import TimedPath
+from cablewright.control.path_follower import TimedPath
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.signals import Order, OrderKind, PrintState
 from cablewright.live.prints.loop import Printer

@@ -34,8 +34,8 @@ from cablewright.machine.simulated.as_built import as_built
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.models.free_coordinates import with_free
 from cablewright.models.statics import Model
+from cablewright.printing.arc_length_path import Track
 from cablewright.printing.job import Job, load_job
-from cablewright.printing.track import Track
 from cablewright.robot import PlatformSheave, Robot, load
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse

@@ -8,7 +8,7 @@ from __future__ import annotations
 from itertools import groupby
 from pathlib import Path
 
-from cablewright.models.support import FEATURES, SUPPORT, Capability
+from cablewright.models.support_table import FEATURES, SUPPORT, Capability
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "support.md"
 HEAD = """# Support by feature
@@ -42,7 +42,7 @@ def page() -> str:
         f"\nThese work with all features: {rest}.\n\n## Features\n\n| feature | where a robot has it |\n| --- | --- |\n"
     )
     text += "".join(f"| {feature.words} | `{feature.key}` |\n" for feature in FEATURES if feature.name != "lines")
-    return text + "\nThis page is written by `tools/pages/support.py` from `cablewright.models.support`.\n"
+    return text + "\nThis page is written by `tools/pages/support.py` from `cablewright.models.support_table`.\n"
 
 
 if __name__ == "__main__":

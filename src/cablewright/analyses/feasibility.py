@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import Status
-from cablewright.foundation.paging import blocks, let_go
+from cablewright.foundation.memory_mapped import blocks, let_go
 from cablewright.foundation.results import Figure
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Line, Robot
-from cablewright.solvers.limits import lever_angles, sheave_clearances, swing_angles, winch_torques
+from cablewright.solvers.hardware_limits import lever_angles, sheave_clearances, swing_angles, winch_torques
 
 Bounds = tuple[float, float] | None
 

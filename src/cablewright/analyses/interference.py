@@ -16,7 +16,7 @@ from cablewright.foundation.errors import InputError, Status
 from cablewright.foundation.results import Figure, Pictured, Result
 from cablewright.kernels.collision import clearance as kernel
 from cablewright.kernels.collision.clearance import Surroundings
-from cablewright.models.solids import Obstacle, nothing
+from cablewright.models.obstacles import Obstacle, nothing
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
 from cablewright.solvers.batches import run

@@ -19,12 +19,12 @@ from cablewright.analyses.interference import (
     distances,
 )
 from cablewright.foundation.arrays import Array
-from cablewright.foundation.paging import MEMORY, Room, let_go, of_rows
+from cablewright.foundation.memory_mapped import MEMORY, Room, let_go, of_rows
 from cablewright.foundation.triangle_mesh import TriangleMesh
-from cablewright.models.solids import Obstacle, of_beads, of_mesh
+from cablewright.models.obstacles import Obstacle, of_beads, of_mesh
 from cablewright.models.statics import Equilibrium
 from cablewright.printing.beads import Beads
-from cablewright.printing.deposit import deposit
+from cablewright.printing.growing_part import deposit
 from cablewright.printing.path import Samples
 from cablewright.robot import Robot
 

@@ -11,14 +11,13 @@ from typing import ClassVar, Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cablewright.analyses.identification import identify_swing
+from cablewright.analyses.swing_identification import identify_swing
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.csv_input import cells_of, find_column, header_of, number_rows, separator_of, text_lines
 from cablewright.foundation.errors import InputError, UnknownName
 from cablewright.foundation.results import Figure, Result
 from cablewright.foundation.units import DURATION, Dimension
-from cablewright.models.statics import Model
-from cablewright.models.vibration import (
+from cablewright.models.line_vibration import (
     KNOWN,
     observable_below,
     parameter_of,
@@ -28,6 +27,7 @@ from cablewright.models.vibration import (
     string_frequency,
     string_tension,
 )
+from cablewright.models.statics import Model
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.taut import taut_at

@@ -14,8 +14,8 @@ from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError, UnknownName, require_positive
 from cablewright.foundation.results import Figure, Result
 from cablewright.models import stiffness as parts
+from cablewright.models.batch_rows import Rows
 from cablewright.models.fidelity import CableLaw, SheaveLaw
-from cablewright.models.rows import Rows
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_poses

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 
 from cablewright.analyses.jacobian import StraightOptions, straight_model
 from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.data_frames import COORDINATES
 from cablewright.foundation.errors import InputError
-from cablewright.foundation.frames import COORDINATES
 from cablewright.foundation.results import Figure, Pictured
 from cablewright.models.statics import Model
 from cablewright.robot import Robot

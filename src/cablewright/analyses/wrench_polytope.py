@@ -21,9 +21,9 @@ from numpy.typing import ArrayLike
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import AnswerError, InputError, require_positive
 from cablewright.foundation.results import Figure, Pictured
+from cablewright.models.batch_rows import Rows
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.plane import directions
-from cablewright.models.rows import Rows
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_poses, as_rows

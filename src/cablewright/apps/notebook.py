@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Final
 from cablewright.apps.figures import sheets, summary
 from cablewright.apps.report.page import Html, element, join, table
 from cablewright.apps.report.result import sheet_table
+from cablewright.foundation.data_frames import columns_of
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.file_output import write_whole
-from cablewright.foundation.frames import columns_of
 from cablewright.foundation.results import Pictured, Result
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot

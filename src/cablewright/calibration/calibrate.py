@@ -13,22 +13,22 @@ from typing import Final, Literal
 
 import numpy as np
 
-from cablewright.calibration.judgement.effects import WORDS, Effect, applied, effects_of
 from cablewright.calibration.judgement.gross_errors import Rejected, without_outliers
 from cablewright.calibration.judgement.model_doubt import creep_share, stretch_of
 from cablewright.calibration.judgement.result import Calibration
 from cablewright.calibration.judgement.sigmas import ENOUGH, kind_fits, kind_of, resisting, roughly_weighed, weighed
+from cablewright.calibration.judgement.unmodelled_effects import WORDS, Effect, applied, effects_of
 from cablewright.calibration.judgement.verdict import NEED, judged, status_of
+from cablewright.calibration.measurement_rows.pictures import with_pictures
+from cablewright.calibration.measurement_rows.vibrations import AT_START, with_vibrations
 from cablewright.calibration.measurements import Measured, read_measured
 from cablewright.calibration.plan import CalibrationPlan, plan_of
 from cablewright.calibration.poses.elastic import ElasticProblem, problem_of
 from cablewright.calibration.poses.fit import PoseFit, fitted_poses, framed, to_file_frame
 from cablewright.calibration.poses.observability import Information, information
 from cablewright.calibration.poses.problem import SURVEY, CalibrationProblem
-from cablewright.calibration.poses.starts import best_fit, elastic_fit, first_start, near_poses
+from cablewright.calibration.poses.start_values import best_fit, elastic_fit, first_start, near_poses
 from cablewright.calibration.poses.sufficient_data import check, check_lengths
-from cablewright.calibration.sensors.pictures import with_pictures
-from cablewright.calibration.sensors.vibrations import AT_START, with_vibrations
 from cablewright.foundation.arrays import Mask
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.progress import Progress, silent

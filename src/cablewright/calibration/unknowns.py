@@ -12,30 +12,30 @@ from numpy.typing import ArrayLike, NDArray
 
 from cablewright.foundation.arrays import Array, Indices
 from cablewright.foundation.errors import InputError, UnknownName
-from cablewright.kernels.fitting import straight_line
+from cablewright.kernels.fitting import line_over_sheave
 from cablewright.models.parameters import lines_of
 from cablewright.models.plane import directions
-from cablewright.models.support import Capability, require
+from cablewright.models.support_table import Capability, require
 from cablewright.robot import Line, Robot, Swivel, UniversalJoint
 from cablewright.robot.direction import unit_vector
 from cablewright.robot.parameters import KINDS_OF, Parameter, nominal, parameters_of, why_not, with_value
 
 _COLUMNS: Final = {
-    "exit_point": straight_line.EXIT,
-    "platform_point": straight_line.POINT,
-    "sheave_radius": straight_line.RADIUS,
-    "length_offset": straight_line.OFFSET,
-    "length_scale": straight_line.SCALE,
-    "drum_radius": straight_line.SCALE,
-    "build_up": straight_line.BUILD_UP,
-    "exit_compliance": straight_line.COMPLIANCE,
+    "exit_point": line_over_sheave.EXIT,
+    "platform_point": line_over_sheave.POINT,
+    "sheave_radius": line_over_sheave.RADIUS,
+    "length_offset": line_over_sheave.OFFSET,
+    "length_scale": line_over_sheave.SCALE,
+    "drum_radius": line_over_sheave.SCALE,
+    "build_up": line_over_sheave.BUILD_UP,
+    "exit_compliance": line_over_sheave.COMPLIANCE,
     "modulus": -1,  # stiff lines have none
     "centre_of_mass": -1,  # equilibria depend on it, lengths of straight lines do not
-    "tension_offset": straight_line.TENSION_OFFSET,
-    "tension_scale": straight_line.TENSION_SCALE,
-    "swivel_offset": straight_line.SWIVEL_OFFSET,
-    "tilt_offset": straight_line.TILT_OFFSET,
-    "yaw_offset": straight_line.YAW_OFFSET,
+    "tension_offset": line_over_sheave.TENSION_OFFSET,
+    "tension_scale": line_over_sheave.TENSION_SCALE,
+    "swivel_offset": line_over_sheave.SWIVEL_OFFSET,
+    "tilt_offset": line_over_sheave.TILT_OFFSET,
+    "yaw_offset": line_over_sheave.YAW_OFFSET,
 }
 NAMES: Final = tuple(_COLUMNS)
 """Names of the numbers that may be unknown, as in the parameter registry."""
@@ -55,7 +55,7 @@ _HARDWARE: Final[dict[str, Callable[[Line], object]]] = {
 }
 """Parts that must be equal for lines that share one such unknown."""
 
-_SIZES: Final = {"exit_compliance": straight_line.PER_NEWTON}
+_SIZES: Final = {"exit_compliance": line_over_sheave.PER_NEWTON}
 _DIGITS: Final = 12  # decimal places, m, of numbers in a robot file
 
 
@@ -220,31 +220,31 @@ def column_of(name: str) -> int:
 
 
 def numbers_of_lines(robot: Robot, by_drum: Sequence[bool] = (), elastic: bool = False) -> Array:
-    """Return the numbers (m, COLUMNS) of a robot's lines for `kernels.fitting.straight_line`.
+    """Return the numbers (m, COLUMNS) of a robot's lines for `kernels.fitting.line_over_sheave`.
 
     Offsets are 0, scales 1. A sheave on a universal joint counts as swivelling: a rigid line has no lever balance. What
     the cable passes before its exit point keeps its length. *by_drum*: lines whose counts are of a drum with the
     file's build-up; *elastic*: home lengths are those of the file, not from the exit point on.
     """
-    lines = np.zeros((robot.m, straight_line.COLUMNS))
+    lines = np.zeros((robot.m, line_over_sheave.COLUMNS))
     for at in np.flatnonzero(by_drum):
         line = robot.lines[at]
         dead = line.dead_length + (0.0 if line.winch_exit is None else line.dead_span().length)
-        lines[at, straight_line.BUILD_UP] = line.winch.build_up or 0.0
-        lines[at, straight_line.WOUND] = (line.winch.drum_length or 0.0) - (0.0 if elastic else dead)
+        lines[at, line_over_sheave.BUILD_UP] = line.winch.build_up or 0.0
+        lines[at, line_over_sheave.WOUND] = (line.winch.drum_length or 0.0) - (0.0 if elastic else dead)
     for row, line in zip(lines, robot.lines, strict=True):
-        row[straight_line.EXIT : straight_line.EXIT + 3] = line.exit_point
-        row[straight_line.POINT : straight_line.POINT + 3] = line.platform_point
-        row[[straight_line.SCALE, straight_line.TENSION_SCALE]] = 1.0
-        row[straight_line.SPANS] = line.advantage
-        row[straight_line.PULL] = line.advantage * line.cables
-        row[straight_line.AXIS : straight_line.AXIS + 3] = line.swivel_axis
+        row[line_over_sheave.EXIT : line_over_sheave.EXIT + 3] = line.exit_point
+        row[line_over_sheave.POINT : line_over_sheave.POINT + 3] = line.platform_point
+        row[[line_over_sheave.SCALE, line_over_sheave.TENSION_SCALE]] = 1.0
+        row[line_over_sheave.SPANS] = line.advantage
+        row[line_over_sheave.PULL] = line.advantage * line.cables
+        row[line_over_sheave.AXIS : line_over_sheave.AXIS + 3] = line.swivel_axis
         if line.last_guide is not None:
             x, y, z = (there - here for there, here in zip(line.last_guide, line.exit_point, strict=True))
-            row[straight_line.FROM : straight_line.FROM + 3] = unit_vector((x, y, z))
+            row[line_over_sheave.FROM : line_over_sheave.FROM + 3] = unit_vector((x, y, z))
         if isinstance(line.sheave, Swivel | UniversalJoint):
-            row[straight_line.RADIUS] = line.sheave.radius
-            row[straight_line.SIDE] = 1.0 if line.sheave.wrap == "over" else -1.0
+            row[line_over_sheave.RADIUS] = line.sheave.radius
+            row[line_over_sheave.SIDE] = 1.0 if line.sheave.wrap == "over" else -1.0
         _put_ends(row, line)
     return lines
 
@@ -252,16 +252,18 @@ def numbers_of_lines(robot: Robot, by_drum: Sequence[bool] = (), elastic: bool =
 def _put_ends(row: Array, line: Line) -> None:
     """Write the compliances of mount and spring of a *line* to its numbers, *row*."""
     if isinstance(line.exit_compliance, float):
-        row[straight_line.COMPLIANCE] = line.exit_compliance / straight_line.PER_NEWTON
+        row[line_over_sheave.COMPLIANCE] = line.exit_compliance / line_over_sheave.PER_NEWTON
     elif line.exit_compliance is not None:
         (xx, xy, xz), (_, yy, yz), (_, _, zz) = line.exit_compliance
-        row[straight_line.MOUNT : straight_line.SPRING] = np.array([xx, yy, zz, xy, xz, yz]) / straight_line.PER_NEWTON
-    row[straight_line.SPRING] = 0.0 if line.spring is None else line.cables / line.spring
+        row[line_over_sheave.MOUNT : line_over_sheave.SPRING] = (
+            np.array([xx, yy, zz, xy, xz, yz]) / line_over_sheave.PER_NEWTON
+        )
+    row[line_over_sheave.SPRING] = 0.0 if line.spring is None else line.cables / line.spring
 
 
 def targets(robot: Robot, unknowns: Sequence[Unknown]) -> NDArray[np.int64]:
     """Return the index of the unknown at each number (m, COLUMNS) of the lines, -1 for none."""
-    found = np.full((robot.m, straight_line.COLUMNS), -1, dtype=np.int64)
+    found = np.full((robot.m, line_over_sheave.COLUMNS), -1, dtype=np.int64)
     for at, unknown in enumerate(unknowns):
         if unknown.column >= 0:
             found[lines_of(robot, unknown), unknown.column] = at

@@ -208,7 +208,7 @@ def _read(settings: GuardSettings, state: GuardState, source: str, reading: Read
     elif isinstance(reading, Inputs):
         state.causes[source] = _inputs(reading) + _brakes(settings, state, reading, now)
     elif isinstance(reading, YawAngle):
-        whole = math.isfinite(reading.angle) and not ahead  # `drum_yaw` takes none that is
+        whole = math.isfinite(reading.angle) and not ahead  # `control.yaw` takes none that is
     if whole:
         state.whole_times[source] = stamp
 

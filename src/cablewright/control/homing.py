@@ -17,8 +17,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.control.faulty_line import SlowWay, places, sentence
-from cablewright.control.force_balance import ForceBalance, balance
+from cablewright.control.balance_check import ForceBalance, balance
+from cablewright.control.faulty_line_search import SlowWay, places, sentence
 from cablewright.control.length_check import LIMIT, LengthCheck, check_lengths, lengths_at
 from cablewright.control.procedure import ProcedureStep
 from cablewright.control.take_up import TakeUp, TakeUpSettings
@@ -28,7 +28,7 @@ from cablewright.foundation.signals import Estimate, SensorFrame
 from cablewright.models.plane import within
 from cablewright.models.rotation import placed
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.models.support import Capability, require
+from cablewright.models.support_table import Capability, require
 from cablewright.robot.plane import OFF_PLANE
 from cablewright.solvers.certify import certify
 from cablewright.solvers.continuation import Tracker

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from typing import Final, NamedTuple
 
 from cablewright.control.guard import StopCause
-from cablewright.control.guide import GuideMode, Target
+from cablewright.control.path_follower import GuideMode, Target
 from cablewright.control.stop import StopKind
 from cablewright.control.transitions import TRANSITIONS, Event, Happening
 from cablewright.foundation.errors import InputError, require_positive

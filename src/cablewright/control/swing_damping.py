@@ -14,7 +14,7 @@ from typing import Final, Self
 import numpy as np
 
 from cablewright.foundation.arrays import Array
-from cablewright.kernels.control.point_rates import calm
+from cablewright.kernels.control.point_velocity_step import calm
 
 ADDED: Final = 0.1
 """Share of critical damping that is added. With a delay of 40 ms and a lag of 20 ms, seven times as much is stable."""

@@ -20,20 +20,20 @@ from typing import Final, NamedTuple, get_args
 
 import numpy as np
 
-from cablewright.control.guide import Target
-from cablewright.control.held_lengths import Held, held_at
-from cablewright.control.retractor import BeamMotion
+from cablewright.control.path_follower import Target
+from cablewright.control.retraction import BeamMotion
 from cablewright.control.slack import SlackSettings, slack_rates
 from cablewright.control.stretch_damping import StretchDamping, StretchState
 from cablewright.control.stretch_damping import follow as follow_stretch
 from cablewright.control.swing_damping import SwingDamping, SwingState, follow
+from cablewright.control.tensioned_lengths import Held, held_at
 from cablewright.foundation.arrays import Array, Indices
 from cablewright.foundation.choices import LawName
 from cablewright.foundation.errors import InputError, UnknownName, require_positive
 from cablewright.foundation.signals import Encoders, Estimate, SensorFrame
-from cablewright.kernels.control import point_rates as kernel
-from cablewright.kernels.control.moving_part import split
-from cablewright.kernels.control.point_rates import PointGains
+from cablewright.kernels.control import point_velocity_step as kernel
+from cablewright.kernels.control.moving_lengths import split
+from cablewright.kernels.control.point_velocity_step import PointGains
 from cablewright.kernels.layout import Packed
 from cablewright.models.fidelity import CableLaw
 from cablewright.models.free_coordinates import free_coordinates
@@ -41,7 +41,7 @@ from cablewright.models.inertia import compensates, inertia_wrenches
 from cablewright.models.packed_views import LineNumbers
 from cablewright.models.rotation import matrix_of, motion_between, moved
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.models.support import Capability, require
+from cablewright.models.support_table import Capability, require
 from cablewright.models.winch_lines import WinchLines
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.linearise import linearise_where_regular

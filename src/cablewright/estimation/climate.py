@@ -7,8 +7,8 @@ from statistics import median
 from typing import Final
 
 from cablewright.foundation.signals import Climate
+from cablewright.models.climate_and_creep import COLDEST, HOTTEST, Air
 from cablewright.models.creep import CreepMemory
-from cablewright.models.creep_pace import COLDEST, HOTTEST, Air
 
 _LAST: Final = 5  # readings, of whose numbers the median counts: a spike is none of them
 _ENOUGH: Final = 3  # of them, before which a spike might be the median

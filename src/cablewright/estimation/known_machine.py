@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from cablewright.estimation.drum_clock import ClockLeadSettings
+from cablewright.estimation.clock_offset import ClockLeadSettings
 from cablewright.estimation.height import HeightSettings
 from cablewright.estimation.lidar.localisation import WallSettings
 from cablewright.estimation.slackness import SlacknessSettings

@@ -26,7 +26,7 @@ import numpy as np
 from cablewright.estimation.kalman.state import kalman_update
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import AnswerError, InputError, require_positive
-from cablewright.foundation.saving import SavedRows
+from cablewright.foundation.saved_state import SavedRows
 from cablewright.kernels import layout
 from cablewright.kernels.layout import Packed
 from cablewright.models.creep import HOUR, CreepMemory, hour_compliance, memory_of
@@ -36,7 +36,7 @@ from cablewright.robot.mount import compliance_matrix
 from cablewright.robot.parameters import Parameter
 from cablewright.solvers.forward import solve_again, solve_forward
 from cablewright.solvers.linearise import linearise
-from cablewright.solvers.parameters import mount_lengths, response
+from cablewright.solvers.parameter_effects import mount_lengths, response
 
 SHARE, CREEP, MOUNT = range(3)
 """Unknowns of a line: share of its length, further creep after an hour, 1/N, further compliance of its mount, m/N."""

@@ -13,7 +13,7 @@ from typing import Any, Final, TypeVar
 import numpy as np
 
 from cablewright.estimation import slackness
-from cablewright.estimation.drum_clock import ClockLead
+from cablewright.estimation.clock_offset import ClockLead
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.estimation.known_creep import KnownCreep
 from cablewright.estimation.known_machine import KnownMachine

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from cablewright.estimation.kalman import drum_mass
 from cablewright.estimation.kalman import filter as error_state
-from cablewright.estimation.kalman import load
 from cablewright.estimation.kalman.filter import FirstState
 from cablewright.estimation.kalman.state import FilterSettings, FilterState
 from cablewright.estimation.known_creep import KnownCreep
@@ -71,7 +71,7 @@ def step(settings: StartedSettings, state: StartedState, frame: SensorFrame) -> 
 
 def weigh(settings: StartedSettings, state: StartedState, mass: float) -> None:
     """Set the mass of the drum to *mass*, kg; the estimator of Merlet 2023 keeps the initial one."""
-    load.weigh(settings.filter, state.filter, mass)
+    drum_mass.weigh(settings.filter, state.filter, mass)
 
 
 def _first(chain: ObserverState, now: float) -> FirstState | None:

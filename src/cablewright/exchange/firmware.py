@@ -11,14 +11,20 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.analyses.safe_travel import driven_job
+from cablewright.analyses.travel_moves import driven_job
 from cablewright.exchange.klipper_config import LETTERS as ALPHABET
 from cablewright.exchange.klipper_config import klipper_anchors, winch_sections
-from cablewright.exchange.motion import linuxcnc
-from cablewright.exchange.motion.cartesian import OwnModelPath, as_anchors, klipper_turns, own_model_path, rrf_turns
-from cablewright.exchange.motion.klipper import SQUARE_CORNER, Stepper, klipper_job, printer_config
-from cablewright.exchange.motion.lines import extruder_words, motion_lines
-from cablewright.exchange.motion.non_motion_gcode import Beside, beside
+from cablewright.exchange.motion_export import linuxcnc
+from cablewright.exchange.motion_export.cartesian import (
+    OwnModelPath,
+    as_anchors,
+    klipper_turns,
+    own_model_path,
+    rrf_turns,
+)
+from cablewright.exchange.motion_export.gcode_lines import extruder_words, motion_lines
+from cablewright.exchange.motion_export.klipper import SQUARE_CORNER, Stepper, klipper_job, printer_config
+from cablewright.exchange.motion_export.non_motion_gcode import Beside, beside
 from cablewright.exchange.rrf_config import FEW, LETTERS, RrfTarget, geometry_words, law_of, rrf_config
 from cablewright.exchange.translation import Notes
 from cablewright.foundation.choices import DialectName, RrfVersionName
@@ -28,7 +34,7 @@ from cablewright.machine.drums import drums_of
 from cablewright.machine.settings import MachineSettings
 from cablewright.models.drum import WinchDrum
 from cablewright.models.statics import Model
-from cablewright.models.support import Capability, require
+from cablewright.models.support_table import Capability, require
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
 from cablewright.studies.checks.winch_path import TOLERANCE, WinchPath, winch_path

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from cablewright.exchange.anchors import anchored_robot, as_points, spool
 from cablewright.exchange.assumed_values import Point
+from cablewright.exchange.firmware_robots import anchored_robot, as_points, spool
 from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.exchange.millimetres import from_mm, radius_of_turn, to_mm, turn_of_radius
 from cablewright.exchange.translation import ExportedFile, ImportedRobot, Mapped, Notes
@@ -22,7 +22,7 @@ from cablewright.foundation.arrays import Array
 from cablewright.foundation.csv_input import text_lines
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.validation import shown
-from cablewright.models.support import Capability, require
+from cablewright.models.support_table import Capability, require
 from cablewright.robot import Robot
 
 MAX_BYTES: Final = 1 << 20

@@ -23,7 +23,7 @@ from cablewright.models.fidelity import CableLaw
 from cablewright.models.plane import directions
 from cablewright.models.rotation import placed, rotations
 from cablewright.models.statics import Equilibrium
-from cablewright.models.support import Capability, losses, require
+from cablewright.models.support_table import Capability, losses, require
 from cablewright.robot import Box, Line, Robot
 
 TIMESTEP: Final = 1e-3  # s

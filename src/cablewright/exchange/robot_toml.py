@@ -9,7 +9,7 @@ from typing import Any
 from cablewright.exchange.translation import ImportedRobot
 from cablewright.foundation.errors import printable
 from cablewright.robot import Robot
-from cablewright.robot.defaults import PARTS
+from cablewright.robot.default_tables import PARTS
 
 _NEW_SECTION = ("scene", "platform")
 

@@ -14,7 +14,7 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Any, Final
 
-from cablewright.exchange.anchors import anchored_robot, as_points, spool
+from cablewright.exchange.firmware_robots import anchored_robot, as_points, spool
 from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.exchange.millimetres import from_mm, to_mm
 from cablewright.exchange.rrf_spool import SpoolLaw, dead_length, spool_law
@@ -26,7 +26,7 @@ from cablewright.foundation.csv_input import text_lines
 from cablewright.foundation.errors import InputError
 from cablewright.machine.settings import MachineSettings
 from cablewright.models.drum import WinchDrum, drum_of
-from cablewright.models.support import Capability, require
+from cablewright.models.support_table import Capability, require
 from cablewright.robot import Robot
 
 MAX_BYTES: Final = 1 << 20

@@ -16,7 +16,7 @@ from cablewright.exchange.translation import ExportedFile, Notes, xml_numbers
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import printable
 from cablewright.models.rotation import placed
-from cablewright.models.support import Capability, losses
+from cablewright.models.support_table import Capability, losses
 from cablewright.robot import Robot
 
 BALL: Final = 0.3

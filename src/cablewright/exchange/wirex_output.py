@@ -11,7 +11,7 @@ from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.exchange.translation import ExportedFile, Notes
 from cablewright.exchange.wirex import MODULUS, VERSIONS, axes_of
 from cablewright.foundation.errors import UnknownName, printable
-from cablewright.models.support import Capability, require
+from cablewright.models.support_table import Capability, require
 from cablewright.robot import Cable, Line, Robot, Swivel
 from cablewright.robot.direction import unit_vector
 

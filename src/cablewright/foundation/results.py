@@ -11,7 +11,7 @@ from pathlib import Path
 from types import MethodType
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from cablewright.foundation.frames import frame_of, grid_of
+from cablewright.foundation.data_frames import frame_of, grid_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Drawing

@@ -11,6 +11,7 @@ import numpy as np
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.krawczyk import certify, levers
 from cablewright.kernels.certificates.system_enclosure import certificate_pool, unfold
+from cablewright.kernels.dense_systems import copy, copy_rows
 from cablewright.kernels.layout import (
     CHUNK,
     FREE,
@@ -23,14 +24,13 @@ from cablewright.kernels.layout import (
     WEIGHT,
     robot_of,
 )
-from cablewright.kernels.newton import copy, copy_rows
-from cablewright.kernels.shared_winches.program import shared_workspace
+from cablewright.kernels.shared_winches.quadratic_program import shared_workspace
 from cablewright.kernels.shared_winches.solve import solve_shared
 from cablewright.kernels.statics.equilibrium import evaluate, workspace
 from cablewright.kernels.statics.forward import solve_cold, solve_near, solve_warm
 from cablewright.kernels.statics.inverse import solve_inverse
-from cablewright.kernels.statics.inverse_work import inverse_workspace
-from cablewright.kernels.statics.lever_starts import start_at
+from cablewright.kernels.statics.inverse_scratch import inverse_workspace
+from cablewright.kernels.statics.inverted_lever_starts import start_at
 from cablewright.kernels.statics.line.counterweight import read_lengths
 from cablewright.kernels.statics.line.interface import add_line_pull, draw_line, find_line, place_lines, taut_line
 from cablewright.kernels.statics.line.upright import extremes, is_slack, lengths_of
@@ -128,7 +128,7 @@ def hanging_rows(packed, poses, states, lengths, codes, violations, first, last)
 
 @jit(allocates=True)
 def shared_rows(packed, shares, poses, states, lengths, codes, violations, chain, first, last):
-    """Solve rows as `inverse_rows`, with lines that share drums by a table (s, 4), see `shared_winches.program`.
+    """Solve rows as `inverse_rows`, with lines that share drums by a table (s, 4), see `shared_winches.quadratic_program`.
 
     Free entries of a pose are NaN on entry and are written.
     """

@@ -36,8 +36,8 @@ from numba.core.serialize import dumps
 from numba.misc.appdirs import AppDirs
 from numba.np import linalg
 
-from cablewright.kernels.carried import carried, tell_unused
 from cablewright.kernels.compiler import KernelCompiler, Part
+from cablewright.kernels.shipped_kernels import carried, tell_unused
 
 DIRECTORY = "CABLEWRIGHT_CACHE_DIR"
 """Environment variable with the cache folder (default: the user's cache folder)."""

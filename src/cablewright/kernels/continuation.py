@@ -5,8 +5,8 @@ import numpy as np
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.krawczyk import CERTIFIED, certify
 from cablewright.kernels.certificates.system_enclosure import unfold
+from cablewright.kernels.dense_systems import copy, copy_rows, largest, min_pivot
 from cablewright.kernels.layout import DEAD, FOLD, JUMPED, NOT_CONVERGED, OK, SINGULAR
-from cablewright.kernels.newton import copy, copy_rows, largest, min_pivot
 from cablewright.kernels.statics.equilibrium import condense, evaluate, judge, judge_pivot, newton_step, refine
 from cablewright.kernels.statics.line.interface import dips_line
 from cablewright.kernels.statics.platform import between

@@ -16,7 +16,7 @@ from cablewright.estimation.body.updates.cells import Cells
 from cablewright.estimation.body.updates.update import Update
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
-from cablewright.foundation.saving import Saved
+from cablewright.foundation.saved_state import Saved
 from cablewright.foundation.signals import Estimate, SensorFrame
 from cablewright.live.estimator_settings import clock_of, with_drum_mass
 from cablewright.machine.coils import coils_of

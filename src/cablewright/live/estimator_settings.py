@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import Any, Final
 
 from cablewright.estimation import started_filter
-from cablewright.estimation.drum_clock import ClockLeadSettings
+from cablewright.estimation.clock_offset import ClockLeadSettings
 from cablewright.estimation.height import HeightSettings
 from cablewright.estimation.kalman.coil_layers import CoilLayers
 from cablewright.estimation.kalman.state import FilterSettings
@@ -40,7 +40,7 @@ from cablewright.machine.sensors.lidars import LidarSettings
 from cablewright.machine.sensors.line_angles import LINE_ANGLES
 from cablewright.machine.settings import MachineSettings, RoomSettings
 from cablewright.models.statics import Model
-from cablewright.models.support import Capability, require
+from cablewright.models.support_table import Capability, require
 from cablewright.robot import Line, Robot
 
 _MIN_WALL: Final = 3.0  # m; a shorter face is a window or a corner

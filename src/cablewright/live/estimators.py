@@ -11,9 +11,9 @@ from typing import Any, ClassVar, Final, Protocol, get_args, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.estimation import dead_reckoning
+from cablewright.estimation import encoders_only
 from cablewright.estimation.body.settings import BodySettings
-from cablewright.estimation.dead_reckoning import ReckoningSettings
+from cablewright.estimation.encoders_only import ReckoningSettings
 from cablewright.estimation.known_creep import KnownCreep
 from cablewright.estimation.length_corrections import LearntLengths, LengthPriors
 from cablewright.estimation.lidar.room import Laser
@@ -21,7 +21,7 @@ from cablewright.estimation.started_filter import StartedSettings
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.choices import EstimatorName
 from cablewright.foundation.errors import AnswerError, InputError, Status, UnknownName
-from cablewright.foundation.saving import Saved
+from cablewright.foundation.saved_state import Saved
 from cablewright.foundation.signals import Estimate, SensorFrame
 from cablewright.live.body_estimator import BodyEstimator, body_settings, cells_of
 from cablewright.live.estimator_settings import OBSERVERS, Observer, with_drum_mass
@@ -32,7 +32,7 @@ from cablewright.machine.sensors.line_angles import LINE_ANGLES
 from cablewright.machine.sensors.tensions import MOTOR_TORQUES
 from cablewright.machine.settings import MachineSettings
 from cablewright.models.statics import Model
-from cablewright.models.support import Capability, require
+from cablewright.models.support_table import Capability, require
 from cablewright.robot import Robot
 from cablewright.solvers.continuation import Tracker, TrackerSettings
 
@@ -118,7 +118,7 @@ def estimator(
         winch = settings.winch
         priors = LengthPriors(place_sigma, radius=winch.radius_deviation, turns=winch.radius_turns)
         reckoning = replace(reckoning, priors=priors)
-    return DeadReckoning(dead_reckoning.step, reckoning, dead_reckoning.start(reckoning, place))
+    return DeadReckoning(encoders_only.step, reckoning, encoders_only.start(reckoning, place))
 
 
 def homed(
@@ -130,7 +130,7 @@ def homed(
     """
     if isinstance(settings, BodySettings):
         return BodyEstimator(settings, pose, lengths, counts)
-    return DeadReckoning(dead_reckoning.step, settings, dead_reckoning.start_at(settings, lengths, counts))
+    return DeadReckoning(encoders_only.step, settings, encoders_only.start_at(settings, lengths, counts))
 
 
 def homed_settings(robot: Robot, settings: MachineSettings) -> ReckoningSettings | BodySettings:
@@ -217,7 +217,7 @@ class DeadReckoning(_SteppedEstimator):
 
     def after_load(self) -> None:
         """Resume with the loaded data. Raises `AnswerError` where there is no equilibrium."""
-        dead_reckoning.resumed(self._settings, self._state)
+        encoders_only.resumed(self._settings, self._state)
 
     @property
     def learnt(self) -> LearntLengths | None:
@@ -234,12 +234,12 @@ class DeadReckoning(_SteppedEstimator):
     def place_measured(self, place: Array, by_tensions: bool = False) -> None:
         """Use the measured position *place* (3,), m, of the standing platform: learn from it, or begin again.
 
-        *by_tensions*: see `dead_reckoning.placed`. Raises `AnswerError` where it cannot be there.
+        *by_tensions*: see `encoders_only.placed`. Raises `AnswerError` where it cannot be there.
         """
         if self.learnt is not None:
-            dead_reckoning.taught(self._settings, self._state, place)
+            encoders_only.taught(self._settings, self._state, place)
             return
-        self._state = dead_reckoning.placed(self._settings, self._state, place, by_tensions=by_tensions)
+        self._state = encoders_only.placed(self._settings, self._state, place, by_tensions=by_tensions)
 
 
 class _WithTensions:

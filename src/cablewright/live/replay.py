@@ -13,7 +13,7 @@ from typing import Any, ClassVar, Final
 
 import numpy as np
 
-from cablewright.estimation import dead_reckoning
+from cablewright.estimation import encoders_only
 from cablewright.estimation.body import filter as of_body
 from cablewright.estimation.body.state import start as of_body_start
 from cablewright.estimation.lidar.room import Laser
@@ -341,8 +341,8 @@ def _homed(estimator: str, head: LogHead, log: str | Path) -> Observer:
         needs = "the encoders alone need"
         found = Observer(
             lambda robot, settings, _lasers: reckoning_of(robot, settings),
-            lambda settings: dead_reckoning.start(settings, np.array(home)),
-            dead_reckoning.step,
+            lambda settings: encoders_only.start(settings, np.array(home)),
+            encoders_only.step,
         )
     else:
         needs = "a rigid platform needs"

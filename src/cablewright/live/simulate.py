@@ -20,7 +20,7 @@ from cablewright.foundation.errors import CablewrightError, EnvironmentFault, In
 from cablewright.foundation.file_output import cannot_write
 from cablewright.foundation.progress import Progress
 from cablewright.foundation.results import Figure, Pictured
-from cablewright.live.drive import DriveSettings, PilotedDrive, drive, path_length, random_loop
+from cablewright.live.drive_along_path import DriveSettings, PilotedDrive, drive, path_length, random_loop
 from cablewright.machine.files import machine_names
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import write_log
@@ -30,7 +30,7 @@ from cablewright.machine.simulated.settings import TwinSettings, load_twin, whol
 from cablewright.machine.simulated.severities import with_severity
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.models.statics import Model
-from cablewright.printing.curve import MAX_LENGTH
+from cablewright.printing.random_curve import MAX_LENGTH
 from cablewright.robot import Robot
 
 _DEFAULT = "merlet2023"  # the machine of a robot that has none of its own

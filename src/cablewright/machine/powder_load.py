@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from cablewright.foundation.signals import Command, Order, OrderKind
-from cablewright.machine.carriers import Body, Drum
+from cablewright.machine.carried_load import Body, Drum
 
 
 @dataclass

@@ -13,8 +13,8 @@ from pydantic import Field, create_model, model_validator
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.units import Length, Positive, Torque
 from cablewright.foundation.validation import Description, FileDescription, refusal, require_unique_names
-from cablewright.machine.accuracy import MachineAccuracy
-from cablewright.machine.carriers import Body, Drum
+from cablewright.machine.carried_load import Body, Drum
+from cablewright.machine.description_sigmas import MachineAccuracy
 from cablewright.machine.drives.settings import LOOPBACK, WinchDriveSettings
 from cablewright.machine.quantities import Delay, Dense, Factor, Share, Span, Time, Width
 from cablewright.machine.sensors import SENSORS

@@ -9,7 +9,7 @@ Piao et al. 2017, doi 10.1177/1687814017737199; that creep goes on for hours: Ch
 The logarithm is itself a sum of Voigt elements, ``log(1 + a) = integral of (1 - exp(-a exp(v))) exp(-exp(v)) dv``, by
 the trapezium rule: within 0.1 % from a hundredth of a second to eleven days. So all of the memory is the strain of each
 element, which is advanced exactly for a load that changes linearly. Where the pace of creep depends on the climate
-(`models.creep_pace`) these times are those that creep counts.
+(`models.climate_and_creep`) these times are those that creep counts.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ import numpy as np
 from scipy.linalg import solve_banded
 
 from cablewright.foundation.arrays import Array
-from cablewright.models.creep_pace import Air, CreepPace
+from cablewright.models.climate_and_creep import Air, CreepPace
 from cablewright.robot.cable import Creep
 
 HOUR: Final = 3600.0  # s

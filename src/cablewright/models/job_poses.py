@@ -9,10 +9,10 @@ import numpy as np
 
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
-from cablewright.foundation.paging import MEMORY, Room, blocks, let_go
+from cablewright.foundation.memory_mapped import MEMORY, Room, blocks, let_go
 from cablewright.models.free_coordinates import free_coordinates, with_free
 from cablewright.models.statics import Model
-from cablewright.models.support import Capability, require
+from cablewright.models.support_table import Capability, require
 from cablewright.printing.beads import Beads
 from cablewright.printing.job import DEFAULT_STEP, Job
 from cablewright.printing.path import Samples

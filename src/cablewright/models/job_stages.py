@@ -15,7 +15,7 @@ from cablewright.foundation.units import Vec3
 from cablewright.foundation.validation import validated
 from cablewright.models.job_poses import on_plane
 from cablewright.printing.beads import Beads
-from cablewright.printing.deposit import Deposit, deposit
+from cablewright.printing.growing_part import Deposit, deposit
 from cablewright.printing.job import Job
 from cablewright.printing.modal import MAX_COORDINATE
 from cablewright.printing.schedule import Stage

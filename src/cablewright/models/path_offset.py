@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from cablewright.foundation.arrays import Array
 from cablewright.kernels.control import path_target as kernel
 from cablewright.kernels.control.path_target import TrackArrays
-from cablewright.printing.track import Track
+from cablewright.printing.arc_length_path import Track
 
 WITHIN: Final = 0.5
 """Half the range along the path in which the nearest point is searched, m."""

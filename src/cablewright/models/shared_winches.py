@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.foundation.arrays import Array
-from cablewright.kernels.shared_winches.program import LINE, OFFSET, OTHER, SENSE, SHARES
+from cablewright.kernels.shared_winches.quadratic_program import LINE, OFFSET, OTHER, SENSE, SHARES
 from cablewright.robot import Robot
 
 
 def shares(robot: Robot) -> Array:
-    """Return the (s, 4) table of the lines on the drums of others: see `kernels/shared_winches/program.py`."""
+    """Return the (s, 4) table of the lines on the drums of others: see `kernels.shared_winches.quadratic_program`."""
     names = [line.name for line in robot.lines]
     table = np.zeros((len(robot.sharing), SHARES))
     for row, line in zip(table, robot.sharing, strict=True):

@@ -17,13 +17,13 @@ from cablewright.kernels import batches
 from cablewright.kernels.layout import Packed
 from cablewright.kernels.statics.inverse import TENSION_TOLERANCE
 from cablewright.kernels.statics.line.upright import SLACK_TENSION
+from cablewright.models.batch_rows import Rows, by_row, scalar
 from cablewright.models.equilibrium_figures import FIGURES
 from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
 from cablewright.models.pack import pack, pack_rows
 from cablewright.models.packed_views import LineNumbers, LineStates, PlatformNumbers
 from cablewright.models.plane import basis
 from cablewright.models.rotation import placed
-from cablewright.models.rows import Rows, by_row, scalar
 from cablewright.models.shared_winches import missed_lengths
 from cablewright.robot import Robot
 

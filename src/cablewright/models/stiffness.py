@@ -25,10 +25,10 @@ from numpy.typing import DTypeLike, NDArray
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import AnswerError, Status
 from cablewright.kernels.statics.stiffness import stiffness_rows
+from cablewright.models.batch_rows import Rows
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.packed_views import LineNumbers, LineStates, PlatformNumbers
 from cablewright.models.plane import projected
-from cablewright.models.rows import Rows
 from cablewright.models.statics import Equilibrium, Model
 
 UNBALANCED = 1e-6

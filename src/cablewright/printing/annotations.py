@@ -7,7 +7,7 @@ from typing import Final
 
 from cablewright.printing.gcode_words import WordError
 from cablewright.printing.line_types import LineType, line_type
-from cablewright.printing.piecewise_constant import Changes
+from cablewright.printing.row_changes import Changes
 
 MAX_LAYER: Final = 1_000_000
 MAX_OBJECTS: Final = 10_000

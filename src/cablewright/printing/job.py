@@ -19,7 +19,7 @@ from pydantic import AfterValidator, Field, model_validator
 
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
-from cablewright.foundation.paging import MEMORY, Room, blocks, let_go
+from cablewright.foundation.memory_mapped import MEMORY, Room, blocks, let_go
 from cablewright.foundation.progress import Progress
 from cablewright.foundation.toml_input import is_file, read_table, require_schema
 from cablewright.foundation.units import (
@@ -102,7 +102,7 @@ class Motion(Description):
     """Time by which material leads the nozzle's motion; negative: lags."""
 
     travel: Literal["gcode", "safe"] = "gcode"
-    """Whether travel moves are changed where a line would touch an obstacle: see `analyses/safe_travel.py`."""
+    """Whether travel moves are changed where a line would touch an obstacle: see `analyses/travel_moves.py`."""
 
     @model_validator(mode="after")
     def _flow_is_given_once(self) -> Self:

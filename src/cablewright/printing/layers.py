@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.foundation.arrays import Array
-from cablewright.foundation.paging import blocks, let_go
+from cablewright.foundation.memory_mapped import blocks, let_go
 from cablewright.printing.path import Samples
 from cablewright.printing.timing import TimeLaw
 

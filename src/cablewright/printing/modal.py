@@ -28,7 +28,7 @@ from cablewright.foundation.errors import InputError
 from cablewright.printing.annotations import Annotations
 from cablewright.printing.arc import ArcError, centre_from_offset, centre_from_radius, piece_count, pieces, swept_angle
 from cablewright.printing.gcode_words import MACRO, NUMBER, WordError, as_number, bare_text, code_of, split, why_unread
-from cablewright.printing.piecewise_constant import Changes
+from cablewright.printing.row_changes import Changes
 
 MAX_COORDINATE: Final = 1e6  # m, distance from the origin
 MAX_MOVES: Final = 20_000_000  # about 2 GB of toolpath

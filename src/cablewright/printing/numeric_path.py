@@ -13,9 +13,9 @@ from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.units import Length
 from cablewright.foundation.validation import Description
-from cablewright.printing.curve import CurveRequirements, draw
 from cablewright.printing.line_types import LineType
 from cablewright.printing.modal import MAX_COORDINATE
+from cablewright.printing.random_curve import CurveRequirements, draw
 from cablewright.printing.toolpath import Toolpath
 
 CHORD: Final = 0.02  # m, maximum length of the pieces of a round
@@ -37,7 +37,7 @@ class _Rounds(Description):
 
 
 class RandomCurve(_Rounds):
-    """A closed curve that crosses itself: number *number* of *seed*. See `printing/curve.py`."""
+    """A closed curve that crosses itself: number *number* of *seed*. See `printing/random_curve.py`."""
 
     seed: Annotated[int, Field(strict=True, ge=0, le=2**63 - 1)]
     number: Annotated[int, Field(strict=True, ge=0, le=1_000_000)] = 0

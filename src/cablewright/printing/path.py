@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import InputError
-from cablewright.foundation.paging import MEMORY, Room, blocks, let_go
+from cablewright.foundation.memory_mapped import MEMORY, Room, blocks, let_go
 from cablewright.printing.modal import MAX_COORDINATE
 from cablewright.printing.toolpath import Toolpath
 

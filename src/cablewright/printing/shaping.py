@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.foundation.arrays import Array
-from cablewright.foundation.paging import MEMORY, Room, blocks, let_go
+from cablewright.foundation.memory_mapped import MEMORY, Room, blocks, let_go
 from cablewright.printing.mean_motion import IntegratedLaw, Kernel
 from cablewright.printing.path import Samples
 from cablewright.printing.timing import TimeLaw, time_law

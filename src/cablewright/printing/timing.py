@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.foundation.arrays import Array
-from cablewright.foundation.paging import MEMORY, Room, blocks, let_go
+from cablewright.foundation.memory_mapped import MEMORY, Room, blocks, let_go
 from cablewright.printing.jerk import Knots, averaged, refined, widened
 from cablewright.printing.path import Samples
 

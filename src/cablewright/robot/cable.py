@@ -51,7 +51,7 @@ class Creep(Description):
     ``compliances``: compliances of the Voigt elements; ``retardations``: retardation times of these elements, s,
     rising. ``logarithmic``: that of logarithmic creep. This is at ``reference_temperature``, degrees Celsius, and
     ``reference_humidity``, relative; ``activation_energy``, J/mol, and ``humidity_exponent`` determine the rate of
-    creep in another climate, see `models.creep_pace`; of 0 it does not depend on that.
+    creep in another climate, see `models.climate_and_creep`; of 0 it does not depend on that.
     """
 
     retardations: Annotated[tuple[Positive[Duration], ...], Field(max_length=MAX_RETARDATIONS)] = ()

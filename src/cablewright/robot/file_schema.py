@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from cablewright.robot.defaults import LINE_KEYS, PARTS
+from cablewright.robot.default_tables import LINE_KEYS, PARTS
 from cablewright.robot.robot import Robot
 
 _SHEAVES = ("Eyelet", "Swivel", "UniversalJoint", "Pulley")

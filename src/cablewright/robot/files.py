@@ -13,7 +13,7 @@ from typing import Any, Final
 from cablewright.foundation.errors import InputError, UnknownName, suggestion
 from cablewright.foundation.toml_input import MAX_BYTES, is_file, parse_table, read_table, require_schema
 from cablewright.foundation.validation import validated
-from cablewright.robot.defaults import locate, merge
+from cablewright.robot.default_tables import locate, merge
 from cablewright.robot.plausibility import doubts
 from cablewright.robot.robot import Robot
 

@@ -11,7 +11,7 @@ from tomlkit.exceptions import TOMLKitError
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.units import respell
 from cablewright.foundation.validation import KeyPath, look_up
-from cablewright.robot.defaults import PARTS, holder
+from cablewright.robot.default_tables import PARTS, holder
 from cablewright.robot.files import loads
 from cablewright.robot.robot import Robot
 

@@ -15,7 +15,7 @@ from cablewright.kernels import batches
 from cablewright.kernels.certificates import krawczyk as kernel
 from cablewright.kernels.statics.line import enclosure
 from cablewright.kernels.statics.line.vertical_plane import NO_PLANE
-from cablewright.models.rows import Rows, by_row, scalar
+from cablewright.models.batch_rows import Rows, by_row, scalar
 from cablewright.models.statics import Equilibrium
 from cablewright.solvers.batches import run
 

@@ -9,10 +9,10 @@ from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import InputError
 from cablewright.kernels import batches
 from cablewright.kernels.layout import Packed
+from cablewright.models.batch_rows import rows_of
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.packed_views import blank_states
 from cablewright.models.parameters import varied
-from cablewright.models.rows import rows_of
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot, parameters_of
 from cablewright.solvers.arguments import as_lengths, as_poses, given_numbers, given_rows

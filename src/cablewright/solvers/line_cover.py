@@ -20,7 +20,7 @@ from cablewright.kernels.certificates.line_cover import FULL, atlas_work, cover
 from cablewright.kernels.statics.line import line_cell
 from cablewright.models.packed_views import LineNumbers, PlatformNumbers
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.models.support import Capability, require
+from cablewright.models.support_table import Capability, require
 
 ROOM = 1 << 16  # initial capacity, leaves of a line; doubled as needed
 MAX_ROOM = 1 << 21

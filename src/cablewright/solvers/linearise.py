@@ -12,7 +12,7 @@ from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import AnswerError, Status
 from cablewright.kernels import batches
 from cablewright.kernels.layout import EXIT, LENGTH, MODULUS, PARAMETERS, POINT, SHEAVE, WEIGHT_FACTOR
-from cablewright.models.rows import Rows
+from cablewright.models.batch_rows import Rows
 from cablewright.models.statics import Equilibrium
 from cablewright.solvers.batches import run
 

@@ -14,7 +14,7 @@ from cablewright.foundation.progress import Progress
 from cablewright.kernels.certificates import pose_hull as kernel
 from cablewright.kernels.statics.line.upright import is_slack
 from cablewright.models.statics import Equilibrium
-from cablewright.models.support import Capability, require
+from cablewright.models.support_table import Capability, require
 from cablewright.solvers.certify import is_only_one
 from cablewright.solvers.forward import solve_again
 from cablewright.solvers.pose_box import PoseBox

@@ -25,16 +25,16 @@ from cablewright.foundation.errors import InputError
 from cablewright.foundation.results import Figure, Result
 from cablewright.kernels import batches
 from cablewright.kernels.layout import Code
-from cablewright.kernels.shared_winches.program import LINE, OTHER
+from cablewright.kernels.shared_winches.quadratic_program import LINE, OTHER
 from cablewright.kernels.statics.equilibrium import evaluate, judge
 from cablewright.kernels.statics.inverse import stays
-from cablewright.kernels.statics.inverse_work import inverse_workspace
+from cablewright.kernels.statics.inverse_scratch import inverse_workspace
 from cablewright.kernels.statics.line.upright import extremes
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.packed_views import LineStates, PlatformNumbers, blank_states
 from cablewright.models.shared_winches import drum_mates, drums, shares
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.models.support import Capability, require
+from cablewright.models.support_table import Capability, require
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_lengths, as_poses, as_rows
 from cablewright.solvers.batches import run

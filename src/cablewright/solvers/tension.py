@@ -18,9 +18,9 @@ from cablewright.foundation.errors import InputError, UnknownName
 from cablewright.foundation.results import Figure, Result
 from cablewright.kernels.layout import Code, Packed
 from cablewright.kernels.wrench_feasibility import capacity_margin, distribution
+from cablewright.models.batch_rows import Rows
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.packed_views import LineNumbers, PlatformNumbers
-from cablewright.models.rows import Rows
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.stiffness import along_chords
 from cablewright.robot import Robot

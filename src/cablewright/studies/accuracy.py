@@ -17,18 +17,18 @@ from cablewright.analyses.sheave_ratio import SheaveRule, sheave_rules
 from cablewright.analyses.workspace.boundary_limits import BoundaryLimits, boundary_limits
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import AnswerError, InputError
-from cablewright.foundation.paging import Room, in_room, let_go
+from cablewright.foundation.memory_mapped import Room, in_room, let_go
 from cablewright.foundation.progress import Progress
 from cablewright.foundation.results import Figure, Result
-from cablewright.live.places import Places, workspace_nodes
+from cablewright.live.position_sets import Places, workspace_nodes
 from cablewright.models.job_poses import along, on_plane, sampled
 from cablewright.models.statics import Model
-from cablewright.models.support import Capability, require
+from cablewright.models.support_table import Capability, require
 from cablewright.printing.job import Job, load_job
 from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Range, Uncertainty
 from cablewright.running.executors.executor import Executor, Serial
-from cablewright.running.executors.shared_spread import SharedMethod
+from cablewright.running.executors.parallel_spreads import SharedMethod
 from cablewright.running.executors.stored_results import kept_in
 from cablewright.running.memory import require_for_samples
 from cablewright.solvers.arguments import as_poses

@@ -12,17 +12,17 @@ import numpy as np
 
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 from cablewright.analyses.accuracy.corners import ALL_VERTICES
+from cablewright.analyses.accuracy.error_region import Region, region
+from cablewright.analyses.accuracy.least_sensitive_tensions import GRID, BestTensions, best_tensions
 from cablewright.analyses.accuracy.nozzle_error import CONTRIBUTION, Accuracy, AccuracyQuestion
-from cablewright.analyses.accuracy.region import Region, region
 from cablewright.analyses.accuracy.spread import FirstOrder, Vertices, corner_values
-from cablewright.analyses.accuracy.tensions import GRID, BestTensions, best_tensions
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import AnswerError
 from cablewright.foundation.results import Figure, Result
 from cablewright.models.statics import Equilibrium
 from cablewright.robot.uncertainty import Range
 from cablewright.solvers.linearise import tension_changes
-from cablewright.solvers.parameters import departures, range_response, range_tension_response
+from cablewright.solvers.parameter_effects import departures, range_response, range_tension_response
 
 INNER = 4000
 """Random points inside the box of ranges that are compared with its corners."""

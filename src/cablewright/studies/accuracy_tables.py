@@ -7,8 +7,8 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.parquet
 
-from cablewright.foundation.paging import blocks, let_go
-from cablewright.running.store import GROUP, by_axis
+from cablewright.foundation.memory_mapped import blocks, let_go
+from cablewright.running.run_folders import GROUP, by_axis
 from cablewright.studies.accuracy import AccuracyStudy
 
 

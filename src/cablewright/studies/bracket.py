@@ -16,11 +16,11 @@ from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.foundation.progress import Progress, silent
 from cablewright.foundation.results import Figure, Pictured, Result
-from cablewright.live.places import workspace_nodes
+from cablewright.live.position_sets import workspace_nodes
 from cablewright.models.fidelity import CableLaw
 from cablewright.models.job_poses import along, sampled
 from cablewright.models.statics import Model
-from cablewright.models.support import Capability, require
+from cablewright.models.support_table import Capability, require
 from cablewright.printing.job import Job
 from cablewright.robot import Bracket, Robot, load_bracket
 from cablewright.solvers.hanging_path import hung

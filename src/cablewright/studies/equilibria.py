@@ -17,10 +17,10 @@ import numpy as np
 
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.progress import Progress
-from cablewright.foundation.saving import Snapshot, read_snapshots, write_snapshots
+from cablewright.foundation.saved_state import Snapshot, read_snapshots, write_snapshots
 from cablewright.kernels.cache import STAMP
 from cablewright.kernels.layout import Packed
-from cablewright.running.user_key import is_signed, signature
+from cablewright.running.signing_key import is_signed, signature
 from cablewright.solvers.equilibria import Equilibria
 from cablewright.solvers.exhaustive import ExhaustiveSearch, begin, exhaust
 

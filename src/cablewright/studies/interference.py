@@ -25,13 +25,13 @@ from cablewright.analyses.interference import (
 from cablewright.analyses.job_distances import PART, JobDistances
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
-from cablewright.foundation.paging import Room, in_room, let_go
+from cablewright.foundation.memory_mapped import Room, in_room, let_go
 from cablewright.foundation.progress import Progress, silent
 from cablewright.foundation.results import Figure
 from cablewright.foundation.triangle_mesh import TriangleMesh
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.job_poses import along, on_plane, sampled
-from cablewright.models.solids import Obstacle, of_mesh
+from cablewright.models.obstacles import Obstacle, of_mesh
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.printing.beads import Bead, Beads
 from cablewright.printing.job import Job

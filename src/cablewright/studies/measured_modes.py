@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import minimize_scalar
 
-from cablewright.analyses.identification import PERIODS, IdentifiedModes, identify_swing
 from cablewright.analyses.modes import Modes, modes
+from cablewright.analyses.swing_identification import PERIODS, IdentifiedModes, identify_swing
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.choices import SwingSignal
 from cablewright.foundation.errors import AnswerError, InputError

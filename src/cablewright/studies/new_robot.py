@@ -11,7 +11,7 @@ from cablewright.foundation.file_output import whole_folder, write_whole
 from cablewright.foundation.results import Figure, Result
 from cablewright.machine.files import machine_names
 from cablewright.machine.simulated.machine_file import machine_file
-from cablewright.printing.first_part import GCODE, first_part
+from cablewright.printing.trial_part import GCODE, first_part
 from cablewright.robot import library_names, loads
 from cablewright.robot.new_robot import Outline, robot_file
 

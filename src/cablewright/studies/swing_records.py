@@ -9,7 +9,7 @@ from typing import Final, get_args
 
 import numpy as np
 
-from cablewright.analyses.identification import MIN_SAMPLES
+from cablewright.analyses.swing_identification import MIN_SAMPLES
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.choices import SwingSignal
 from cablewright.foundation.csv_input import (

@@ -13,7 +13,7 @@ from typing import Any, ClassVar, get_args
 import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
-from cablewright.analyses.workspace.boundary_modes import FREQUENCIES, GRID, boundary_modes, straight
+from cablewright.analyses.workspace.boundary_frequencies import FREQUENCIES, GRID, boundary_modes, straight
 from cablewright.analyses.workspace.criterion import RetractionLaw
 from cablewright.analyses.workspace.workspace import count_nodes, workspace
 from cablewright.foundation.arrays import Array, Mask

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from cablewright.apps.cli.main import run
-from cablewright.printing.curve import CurveRequirements, draw
+from cablewright.printing.random_curve import CurveRequirements, draw
 
 
 def test_json_ranks_curves_that_can_be_drawn_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cablewright.analyses.modes import FREEDOMS, modes
-from cablewright.analyses.workspace.boundary_modes import boundary_modes
+from cablewright.analyses.workspace.boundary_frequencies import boundary_modes
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import library_text, load

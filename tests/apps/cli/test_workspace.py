@@ -7,7 +7,7 @@ import struct
 
 import pytest
 
-from cablewright.analyses.workspace.retraction import retraction
+from cablewright.analyses.workspace.best_retraction import retraction
 from cablewright.analyses.workspace.workspace import count_nodes, workspace
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model

@@ -17,7 +17,7 @@ from cablewright.printing.path import Samples
 from cablewright.printing.timing import TimeLaw
 from cablewright.robot import Robot, load, loads
 from cablewright.robot.uncertainty import ASSUMED, assumed_uncertainty
-from cablewright.solvers.shaping import JobMotion
+from cablewright.solvers.swing_free_motion import JobMotion
 from cablewright.studies.checks.path_statics import PathStatics
 from cablewright.studies.checks.result import Check
 from cablewright.studies.checks.sample_errors import SampleErrors

@@ -11,18 +11,18 @@ import pytest
 from matplotlib.image import imread
 
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS
-from cablewright.analyses.accuracy.region import Region, hull_of
+from cablewright.analyses.accuracy.error_region import Region, hull_of
 from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo
 from cablewright.analyses.sheave_ratio import SheaveRule
 from cablewright.apps import style
 from cablewright.apps.pictures.accuracy import _binned, _worst_of_each, along, contributions, displaced_by, plane
-from cablewright.apps.pictures.region import region as region_picture
+from cablewright.apps.pictures.error_region import region as region_picture
 from cablewright.apps.pictures.workspace import workspace_errors
 from cablewright.apps.report.accuracy import write, write_place
 from cablewright.apps.report.document import script
 from cablewright.foundation.errors import EnvironmentFault
 from cablewright.kernels.layout import Code
-from cablewright.live.places import Places
+from cablewright.live.position_sets import Places
 from cablewright.robot import load
 from cablewright.robot.uncertainty import modulus_ranges
 from cablewright.studies.accuracy import (

@@ -6,7 +6,7 @@ import pytest
 from apps.report.synthetic import EXAMPLES
 from cablewright.apps.report import thinning
 from cablewright.apps.report.thinning import coarse_corners, worst_of_each_place
-from cablewright.foundation import paging
+from cablewright.foundation import memory_mapped
 from cablewright.printing.job import load_job
 
 
@@ -60,7 +60,7 @@ def test_pieces_are_the_same_in_smaller_blocks(house, monkeypatch, size):
     known = np.flatnonzero(house.extruding)[:60_000]
     error = np.round(np.random.default_rng(2).random(len(house)), 2)  # with equals
     wholes = worst_of_each_place(house, known, error, 3000), coarse_corners(house, known, 9000, 4)
-    monkeypatch.setattr(paging, "BLOCK", size)
+    monkeypatch.setattr(memory_mapped, "BLOCK", size)
     monkeypatch.setattr(thinning, "BLOCK", size)
     parts = worst_of_each_place(house, known, error, 3000), coarse_corners(house, known, 9000, 4)
     for whole, part in zip(wholes, parts, strict=True):

@@ -15,7 +15,7 @@ import pytest
 pytest.importorskip("starlette")
 
 from browser import Browser, Page, browser, executable
-from cablewright.printing.first_part import first_part
+from cablewright.printing.trial_part import first_part
 from cablewright.robot import load
 from served import Served, form, make_key, served
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from cablewright.apps.web import path_scene
-from cablewright.apps.web.levels import LEFT_OUT, levels, packed, unpacked
+from cablewright.apps.web.detail_levels import LEFT_OUT, levels, packed, unpacked
 from cablewright.apps.web.path_scene import PathScene, Quantity
-from cablewright.foundation import paging
+from cablewright.foundation import memory_mapped
 
 
 def distances(points, kept):
@@ -103,7 +103,7 @@ def test_a_long_path_in_pieces_has_the_levels_of_the_whole(monkeypatch, wander):
         return path.level
 
     monkeypatch.setattr(path_scene, "PIECE", 512)
-    monkeypatch.setattr(paging, "BLOCK", 100)
+    monkeypatch.setattr(memory_mapped, "BLOCK", 100)
     pieces = levels_of()
     monkeypatch.undo()
     np.testing.assert_array_equal(levels_of(), pieces)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cablewright.apps.web.levels import unpacked
+from cablewright.apps.web.detail_levels import unpacked
 from cablewright.apps.web.log_scene import log_scene
 from cablewright.apps.web.print_scene import print_scene
 from cablewright.apps.web.scene import SceneDescription
@@ -21,8 +21,8 @@ from cablewright.machine.log.log import Entry, LogWriter, read_log
 from cablewright.machine.log.scan_points import MOST
 from cablewright.models.rotation import placed
 from cablewright.models.statics import Model
+from cablewright.printing.arc_length_path import Track
 from cablewright.printing.path import Samples
-from cablewright.printing.track import Track
 from cablewright.robot import load
 from cablewright.solvers.inverse import solve_inverse
 

@@ -14,11 +14,11 @@ from cablewright.apps.report.document import script, view, with_terms
 from cablewright.apps.report.show import show_page
 from cablewright.apps.web.check_scene import check_scene, job_scene
 from cablewright.apps.web.colours import RAMPS
-from cablewright.apps.web.levels import unpacked
+from cablewright.apps.web.detail_levels import unpacked
 from cablewright.apps.web.path_scene import chosen
 from cablewright.apps.web.robot_scene import one_state, robot_scene
 from cablewright.apps.web.states import States
-from cablewright.live.logged_lines import hanging_lines
+from cablewright.live.logged_line_shapes import hanging_lines
 from cablewright.live.rest_pose import rest_pose
 from cablewright.models.rotation import placed
 from cablewright.models.statics import Model

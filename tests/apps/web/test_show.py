@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cablewright.apps.web.levels import unpacked
+from cablewright.apps.web.detail_levels import unpacked
 from cablewright.apps.web.log_scene import log_scene
 from cablewright.apps.web.png import _shaded
 from cablewright.foundation.signals import Estimate, SensorFrame

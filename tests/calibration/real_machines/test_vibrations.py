@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from cablewright.calibration.calibrate import calibrate
+from cablewright.calibration.measurement_rows.vibrations import with_vibrations
 from cablewright.calibration.measurements import read_measured, write_measured
 from cablewright.calibration.plan import CalibrationPlan, Sigmas
 from cablewright.calibration.poses.simulation import SensorNoise, simulate_calibration
-from cablewright.calibration.sensors.vibrations import with_vibrations
 from cablewright.foundation.errors import InputError
 from cablewright.robot import load
 

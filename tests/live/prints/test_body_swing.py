@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from cablewright.control.guide import TimedPath
+from cablewright.control.path_follower import TimedPath
 from cablewright.foundation.arrays import Array
 from cablewright.live.prints import limits
-from cablewright.live.prints.body_swing import calmed, smoothed, swings, told
+from cablewright.live.prints.body_corner_speeds import calmed, smoothed, swings, told
 from cablewright.live.prints.plan import PrintOptions, plan_print, twin_of
 from cablewright.live.prints.print_job import PrintedJob, print_job
 from cablewright.machine.simulated.settings import whole_machine

@@ -7,7 +7,7 @@ import pytest
 from tools.random_world import Followed, Shaken, plan
 
 from cablewright.control.supervisor import NOT_RESET
-from cablewright.foundation.saving import Snapshot
+from cablewright.foundation.saved_state import Snapshot
 from cablewright.foundation.signals import PrintState
 from cablewright.live.prints.loop import Printer
 from cablewright.live.prints.recorder import checkpoint_of

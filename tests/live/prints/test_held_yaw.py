@@ -14,7 +14,7 @@ from cablewright.live.prints.plan import MachineTwin, PrintOptions, plan_print, 
 from cablewright.live.prints.print_job import print_job
 from cablewright.live.prints.recorder import checkpoint_of
 from cablewright.live.prints.run import begin_print
-from cablewright.machine.carriers import YawDrive
+from cablewright.machine.carried_load import YawDrive
 from cablewright.machine.log.log import read_log
 from cablewright.machine.sensors.yaw_encoder import YawEncoder
 from cablewright.machine.simulated.settings import Link, TwinSettings

@@ -12,8 +12,8 @@ import shared_winch_robots
 from cablewright.control import guard
 from cablewright.control.guard import GuardSettings, GuardState
 from cablewright.foundation.errors import InputError
-from cablewright.foundation.saving import Snapshot, save
-from cablewright.foundation.saving import load as restore
+from cablewright.foundation.saved_state import Snapshot, save
+from cablewright.foundation.saved_state import load as restore
 from cablewright.foundation.signals import Command, Drives, DriveState, Encoders, SensorFrame
 from cablewright.live.estimator_settings import started_settings
 from cablewright.live.estimators import estimator

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cablewright.control.guide import Target
+from cablewright.control.path_follower import Target
 from cablewright.estimation.length_corrections import MOUNT
 from cablewright.foundation.errors import AnswerError, InputError
-from cablewright.foundation.saving import load as restore
-from cablewright.foundation.saving import save
+from cablewright.foundation.saved_state import load as restore
+from cablewright.foundation.saved_state import save
 from cablewright.foundation.signals import Encoders, SensorFrame
 from cablewright.live.estimators import DeadReckoning, estimator
 from cablewright.live.prints.loop import run as run_loop
@@ -23,8 +23,8 @@ from cablewright.live.prints.run import begin_print
 from cablewright.live.prints.simulated_operator import attendant_of
 from cablewright.machine.simulated.settings import load_twin
 from cablewright.machine.simulated.severities import with_severity
+from cablewright.printing.arc_length_path import Track
 from cablewright.printing.job import load_job
-from cablewright.printing.track import Track
 from cablewright.robot import load
 from cablewright.solvers.inverse import inverse
 from cablewright.studies.campaigns.true_errors import TrueErrors

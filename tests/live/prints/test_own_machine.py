@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from cablewright.foundation.errors import InputError
-from cablewright.foundation.saving import read_snapshots
+from cablewright.foundation.saved_state import read_snapshots
 from cablewright.foundation.signals import (
     Command,
     Condition,

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cablewright.estimation import dead_reckoning
+from cablewright.estimation import encoders_only
 from cablewright.foundation.errors import AnswerError, InputError
-from cablewright.foundation.saving import load as restore
-from cablewright.foundation.saving import save
+from cablewright.foundation.saved_state import load as restore
+from cablewright.foundation.saved_state import save
 from cablewright.foundation.signals import Command, Encoders, PrintState, SensorFrame, Tensions
 from cablewright.live.estimators import DeadReckoning, estimator, reckoning_of
 from cablewright.live.prints.loop import Printer, Step
@@ -38,15 +38,15 @@ def frame(time: float, counts: np.ndarray) -> SensorFrame:
     return SensorFrame(time, (Encoders(time, counts),))
 
 
-def reckoned() -> tuple[dead_reckoning.ReckoningSettings, dead_reckoning.ReckoningState, np.ndarray]:
+def reckoned() -> tuple[encoders_only.ReckoningSettings, encoders_only.ReckoningState, np.ndarray]:
     """Settings, and a state that has counted the way to another place; with the counts there."""
     settings = reckoning_of(ROBOT, OWNER)
-    state, counts = dead_reckoning.start(settings, PLACE), np.zeros(4, dtype=np.int64)
+    state, counts = encoders_only.start(settings, PLACE), np.zeros(4, dtype=np.int64)
     assert isinstance(OWNER, MachineSettings)
-    dead_reckoning.step(settings, state, frame(0.0, counts))
+    encoders_only.step(settings, state, frame(0.0, counts))
     for k in range(1, 20):
         counts = np.array([k * 4000, -k * 3000, k * 2000, -k * 5000])
-        dead_reckoning.step(settings, state, frame(float(k), counts))
+        encoders_only.step(settings, state, frame(float(k), counts))
     return settings, state, counts
 
 
@@ -54,13 +54,13 @@ def test_it_is_where_it_was_measured_and_counts_on_from_there() -> None:
     settings, state, counts = reckoned()
     before, lengths, untold = state.tracker.pose.copy(), state.lengths.copy(), deepcopy(state)
     told = before + np.array([0.03, -0.02, -0.05])
-    known = dead_reckoning.placed(settings, state, told)
-    there = dead_reckoning.step(settings, known, frame(20.0, counts))
+    known = encoders_only.placed(settings, state, told)
+    there = encoders_only.step(settings, known, frame(20.0, counts))
     assert there.valid
     np.testing.assert_allclose(there.position, told, atol=5e-6)  # a count is 3 um
     assert np.abs(known.lengths / lengths - 1.0).max() < 0.01
-    moved = dead_reckoning.step(settings, known, frame(21.0, counts + 1000))
-    plain = dead_reckoning.step(settings, untold, frame(21.0, counts + 1000))
+    moved = encoders_only.step(settings, known, frame(21.0, counts + 1000))
+    plain = encoders_only.step(settings, untold, frame(21.0, counts + 1000))
     np.testing.assert_allclose(moved.position - told, plain.position - before, atol=2e-4)
 
 
@@ -75,9 +75,9 @@ def test_tensions_determine_the_lengths_that_one_place_leaves_open(source: str) 
     away = inverse(ROBOT, PLACE - np.array([3.0, -2.0, -0.8])).checked().lengths
     errors = []
     for told in (frame(0.0, counts), SensorFrame(0.0, (Encoders(0.0, counts), Tensions(source, 0.0, shown)))):
-        state = dead_reckoning.start(settings, PLACE)
-        dead_reckoning.step(settings, state, told)
-        known = dead_reckoning.placed(settings, state, true.pose, by_tensions=True)
+        state = encoders_only.start(settings, PLACE)
+        encoders_only.step(settings, state, told)
+        known = encoders_only.placed(settings, state, true.pose, by_tensions=True)
         np.testing.assert_allclose(known.tracker.pose, true.pose, atol=1e-6)
         errors.append(np.abs(known.start_lengths - true.lengths).max())
         found = solve_forward(settings.model, known.start_lengths + away - inverse(ROBOT, PLACE).lengths)
@@ -90,24 +90,24 @@ def test_tensions_determine_the_lengths_that_one_place_leaves_open(source: str) 
 
 def test_a_place_that_fits_changes_nothing() -> None:
     settings, state, _ = reckoned()
-    known = dead_reckoning.placed(settings, state, state.tracker.pose.copy())
+    known = encoders_only.placed(settings, state, state.tracker.pose.copy())
     np.testing.assert_allclose(known.start_lengths, state.lengths, atol=1e-9)
 
 
 def test_before_the_first_counts_no_place_can_be_given() -> None:
     settings = reckoning_of(ROBOT, OWNER)
     with pytest.raises(AnswerError, match="has read no encoder yet"):
-        dead_reckoning.placed(settings, dead_reckoning.start(settings, PLACE), PLACE)
+        encoders_only.placed(settings, encoders_only.start(settings, PLACE), PLACE)
 
 
 def test_uniform_creep_is_gone_where_it_is_measured() -> None:
     """All lines longer by the same share hang lower; one measured place finds about that share of each."""
     settings = reckoning_of(ROBOT, OWNER)
-    state, share = dead_reckoning.start(settings, PLACE), 1e-3
-    dead_reckoning.step(settings, state, frame(0.0, np.zeros(4, dtype=np.int64)))
+    state, share = encoders_only.start(settings, PLACE), 1e-3
+    encoders_only.step(settings, state, frame(0.0, np.zeros(4, dtype=np.int64)))
     before = state.tracker.pose.copy()
     hangs = solve_forward(settings.model, state.lengths * (1.0 + share), guess=before).checked().pose
-    known = dead_reckoning.placed(settings, state, hangs)
+    known = encoders_only.placed(settings, state, hangs)
     np.testing.assert_allclose(known.start_lengths / state.lengths - 1.0, share, rtol=0.1)
     assert np.ptp(inverse(ROBOT, before).lengths) > 1.0
 
@@ -187,14 +187,14 @@ def test_creep_as_described_is_counted() -> None:
     robot, twin = crept(3e-7), load_twin("house-printer")
     machine = SimulatedMachine(robot, twin, PLACE, seed=1, plant="quasi-static")
     settings = reckoning_of(robot, twin.owner)
-    told = dead_reckoning.start(settings, PLACE)
+    told = encoders_only.start(settings, PLACE)
     ignorant = reckoning_of(ROBOT, twin.owner)
-    untold = dead_reckoning.start(ignorant, PLACE)
+    untold = encoders_only.start(ignorant, PLACE)
     known = np.zeros(3)
     while machine.time < 900.0:
         seen = machine.step(Command(machine.time, np.zeros(4)))
-        known = dead_reckoning.step(settings, told, seen).position
-        guessed = dead_reckoning.step(ignorant, untold, seen).position
+        known = encoders_only.step(settings, told, seen).position
+        guessed = encoders_only.step(ignorant, untold, seen).position
     true = machine.truth.position
     assert PLACE[2] - true[2] > 0.005
     off = np.linalg.norm(known - true)
@@ -204,15 +204,15 @@ def test_creep_as_described_is_counted() -> None:
 def test_a_measured_place_has_what_crept_by_then() -> None:
     robot = crept(3e-7)
     settings = reckoning_of(robot, OWNER)
-    state, counts = dead_reckoning.start(settings, PLACE), np.zeros(4, dtype=np.int64)
+    state, counts = encoders_only.start(settings, PLACE), np.zeros(4, dtype=np.int64)
     for k in range(60):
-        dead_reckoning.step(settings, state, frame(10.0 * k, counts))
+        encoders_only.step(settings, state, frame(10.0 * k, counts))
     there = state.tracker.pose.copy()
-    known = dead_reckoning.placed(settings, state, there)
-    again = dead_reckoning.step(settings, known, frame(600.0, counts))
+    known = encoders_only.placed(settings, state, there)
+    again = encoders_only.step(settings, known, frame(600.0, counts))
     np.testing.assert_allclose(again.position, there, atol=2e-4)
     for k in range(60):
-        again = dead_reckoning.step(settings, known, frame(610.0 + 10.0 * k, counts))
+        again = encoders_only.step(settings, known, frame(610.0 + 10.0 * k, counts))
     assert there[2] - again.position[2] > 5e-4  # it creeps on
 
 

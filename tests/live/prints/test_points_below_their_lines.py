@@ -9,7 +9,7 @@ import pytest
 
 from cablewright.apps import style
 from cablewright.apps.cli.main import run
-from cablewright.exchange.anchors import as_points
+from cablewright.exchange.firmware_robots import as_points
 from cablewright.exchange.robot_toml import plain_toml
 from cablewright.machine.simulated.machine_file import machine_file
 from cablewright.robot import Robot, load

@@ -12,7 +12,7 @@ from cablewright.foundation.signals import PrintState
 from cablewright.live.drives.actions import enable, home, jog_platform, jog_winch, scan, show
 from cablewright.live.drives.printing import print_on_drives
 from cablewright.live.prints.print_job import PrintedJob
-from cablewright.live.serve.station import DriveStation
+from cablewright.live.serve.operated_machines import DriveStation
 from cablewright.machine.drives.virtual.rig import VirtualPort, VirtualRig
 from cablewright.machine.log.log import read_log
 from cablewright.printing.job import Motion

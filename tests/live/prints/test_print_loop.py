@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cablewright.foundation.errors import AnswerError, InputError, UnknownName
-from cablewright.foundation.saving import Snapshot
+from cablewright.foundation.saved_state import Snapshot
 from cablewright.foundation.signals import Order, OrderKind, PrintState
 from cablewright.live.estimators import estimator
 from cablewright.live.prints.loop import Printer, Step
@@ -21,7 +21,7 @@ from cablewright.live.replay import replay as replayed
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import LogWriter
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
-from cablewright.machine.simulated.unmodelled.laws import WinchBrakes
+from cablewright.machine.simulated.unmodelled.effect_sizes import WinchBrakes
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.numeric_path import Helix
 from cablewright.robot import load

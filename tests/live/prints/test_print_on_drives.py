@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from cablewright.control.guide import TimedPath
+from cablewright.control.path_follower import TimedPath
 from cablewright.foundation.signals import PrintState
 from cablewright.live.estimators import estimator
 from cablewright.live.prints import loop

@@ -15,14 +15,14 @@ import pytest
 
 from cablewright.foundation.signals import Estimate, LineAngles, PrintState, Progress, SensorFrame, Truth, frozen
 from cablewright.live.prints.record import UNUSED, record
-from cablewright.live.prints.spooling import SpoolStatistics
+from cablewright.live.prints.spooling_regularity import SpoolStatistics
 from cablewright.live.prints.steps_table import row_type
 from cablewright.live.prints.structure import _floor_correction
 from cablewright.live.prints.vibration import WINDOW, VibrationWindows, peak_frequency
 from cablewright.machine.log.log import Entry, LogWriter, read_log
 from cablewright.models.path_offset import nearest
+from cablewright.printing.arc_length_path import Track
 from cablewright.printing.job import Bead
-from cablewright.printing.track import Track
 from print_logs import SPEED, printed, rounds, standard, without
 from twins import SETTINGS, head, perfect
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cablewright.control.guide import TimedPath
+from cablewright.control.path_follower import TimedPath
 from cablewright.foundation.errors import CablewrightError, EnvironmentFault, InputError
 from cablewright.foundation.signals import Command, Condition, Encoders, PrintState, SensorFrame, WinchMode
 from cablewright.live.estimators import estimator

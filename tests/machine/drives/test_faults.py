@@ -19,7 +19,7 @@ from cablewright.foundation.signals import (
     WinchMode,
 )
 from cablewright.machine.drives import objects as o
-from cablewright.machine.drives.bus import CanFrame
+from cablewright.machine.drives.can_bus import CanFrame
 from cablewright.machine.drives.cia402 import PowerState
 from cablewright.machine.interface import RESET
 from virtual_drives import SPEEDS, Bench, bench, moving

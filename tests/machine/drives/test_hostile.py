@@ -10,10 +10,10 @@ import pytest
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import Condition, WinchMode
 from cablewright.machine.drives import objects as o
-from cablewright.machine.drives.bus import CanFrame
+from cablewright.machine.drives.can_bus import CanFrame
 from cablewright.machine.drives.cia402 import PowerState
 from cablewright.machine.interface import RESET
-from cablewright.machine.simulated.unmodelled.laws import WinchBrakes
+from cablewright.machine.simulated.unmodelled.effect_sizes import WinchBrakes
 from virtual_drives import SPEEDS, Bench, bench, braked, moving
 
 

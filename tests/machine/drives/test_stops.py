@@ -10,7 +10,7 @@ import pytest
 from cablewright.foundation.errors import EnvironmentFault
 from cablewright.foundation.signals import Condition, WinchMode
 from cablewright.machine.drives import objects as o
-from cablewright.machine.drives.bus import BusError, CanFrame
+from cablewright.machine.drives.can_bus import BusError, CanFrame
 from cablewright.machine.drives.canopen_drives import CanopenDrives
 from cablewright.machine.drives.cia402 import PowerState
 from cablewright.machine.drives.drive_machine import DriveMachine

@@ -7,7 +7,7 @@ import pytest
 
 from cablewright.foundation.signals import Command, Inputs, WinchMode
 from cablewright.machine.drives import objects as o
-from cablewright.machine.drives.bus import CanFrame
+from cablewright.machine.drives.can_bus import CanFrame
 from cablewright.machine.drives.objects import Mode
 from virtual_drives import SPEEDS, Bench, bench, braked, moving
 

@@ -12,7 +12,7 @@ from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import Command, Condition
 from cablewright.foundation.validation import validated
 from cablewright.kernels.plant import dynamics
-from cablewright.machine.carriers import YawDrive
+from cablewright.machine.carried_load import YawDrive
 from cablewright.machine.files import machine_table
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.simulated.settings import TwinSettings

@@ -14,8 +14,8 @@ from cablewright.analyses.workspace.criterion import RetractionLaw
 from cablewright.analyses.workspace.workspace import count_nodes, workspace
 from cablewright.robot import load
 from cablewright.running.executors.executor import Serial
+from cablewright.running.executors.parallel_margins import SharedMargin
 from cablewright.running.executors.processes import Processes
-from cablewright.running.executors.shared_margin import SharedMargin
 from cablewright.running.executors.stored_results import KeptResults, kept_in
 
 JUNG = load("jung2020")

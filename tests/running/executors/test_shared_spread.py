@@ -12,7 +12,7 @@ import pytest
 from cablewright.analyses.accuracy.nozzle_error import Accuracy
 from cablewright.analyses.accuracy.spread import Method, MonteCarlo, Spread
 from cablewright.foundation.errors import InputError
-from cablewright.live.places import Places
+from cablewright.live.position_sets import Places
 from cablewright.robot import load
 from cablewright.running.executors.executor import Executor, Serial
 from cablewright.running.executors.processes import Processes

@@ -15,7 +15,7 @@ from cablewright.printing.job import Job
 from cablewright.robot import load
 from cablewright.robot.files import loads
 from cablewright.running.executors.processes import Processes
-from cablewright.solvers.limits import winch_torques
+from cablewright.solvers.hardware_limits import winch_torques
 from cablewright.studies.checks.check import check
 from cablewright.studies.design.measures import MEASURES, Prices, measured
 from cablewright.studies.design.optimisers import BAD, OPTIMISERS, Budget, scores

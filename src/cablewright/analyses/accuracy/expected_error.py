@@ -24,16 +24,16 @@ import numpy as np
 
 from cablewright.analyses.accuracy.spread import SpreadProblem, drawn, sampled
 from cablewright.foundation.arrays import Array, Indices
-from cablewright.foundation.paging import blocks
+from cablewright.foundation.memory_mapped import blocks
 from cablewright.foundation.results import Figure
 from cablewright.foundation.units import spell_length
 from cablewright.kernels.layout import LENGTH
-from cablewright.models.rows import Rows, joined
+from cablewright.models.batch_rows import Rows, joined
 from cablewright.models.statics import Equilibrium
 from cablewright.printing.path import Samples
 from cablewright.robot.uncertainty import Range
 from cablewright.solvers.linearise import Linearisation, tension_changes
-from cablewright.solvers.parameters import at_nozzle, departures, range_response, range_tension_response
+from cablewright.solvers.parameter_effects import at_nozzle, departures, range_response, range_tension_response
 
 CELLS: Final = 12
 DRAWS: Final = 4000

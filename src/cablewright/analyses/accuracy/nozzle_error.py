@@ -17,7 +17,7 @@ from cablewright.analyses.accuracy.corners import ALL_VERTICES
 from cablewright.analyses.accuracy.spread import FirstOrder, Method, MonteCarlo, Spread, SpreadProblem, Vertices
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import AnswerError, InputError, Status, UnknownName
-from cablewright.foundation.paging import Room, blocks, let_go, room_for, write_rows
+from cablewright.foundation.memory_mapped import Room, blocks, let_go, room_for, write_rows
 from cablewright.foundation.progress import Progress, silent
 from cablewright.foundation.results import Figure, Result
 from cablewright.models.rotation import angle_between

@@ -19,13 +19,13 @@ from cablewright.analyses.accuracy.corners import ALL_VERTICES, extreme_signs, s
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.progress import Progress, silent
+from cablewright.models.batch_rows import rows_of
 from cablewright.models.parameters import varied
 from cablewright.models.rotation import angle_between, turn_between
-from cablewright.models.rows import rows_of
 from cablewright.models.statics import Equilibrium
 from cablewright.robot.uncertainty import Range
 from cablewright.solvers.forward import solve_again
-from cablewright.solvers.parameters import at_nozzle, departures, range_response, zeroing
+from cablewright.solvers.parameter_effects import at_nozzle, departures, range_response, zeroing
 
 SOLVES = 32_768  # forward problems between two progress reports: bounds memory and the time until an interrupt acts
 LIKELY = 0.95  # share of samples within the likely error
@@ -52,7 +52,7 @@ class SpreadProblem:
         return SpreadProblem(self.nominal[index], self.commanded[index], self.wanted[index], self.ranges)
 
     def departures(self, values: Array) -> Array:
-        """Return how far values (..., k) are from nominal, in the variables of `solvers.parameters.departures`."""
+        """Return how far values (..., k) are from nominal, as `solvers.parameter_effects.departures` has them."""
         nominal = np.array([each.nominal for each in self.ranges])
         return departures([each.parameter for each in self.ranges], nominal, values)
 

@@ -15,7 +15,7 @@ from cablewright.foundation.arrays import Array
 from cablewright.models.statics import Equilibrium
 from cablewright.robot.parameters import parameters_of
 from cablewright.solvers.linearise import linearise, tension_changes
-from cablewright.solvers.parameters import tension_response
+from cablewright.solvers.parameter_effects import tension_response
 
 
 class TensionSpread(NamedTuple):

@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 from cablewright.foundation.arrays import Array
 from cablewright.models.fidelity import Fidelity, SheaveLaw
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.models.support import Capability, require
+from cablewright.models.support_table import Capability, require
 from cablewright.robot import Robot, UniversalJoint
 from cablewright.solvers.inverse import solve_inverse
 

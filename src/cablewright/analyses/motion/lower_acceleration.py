@@ -7,10 +7,10 @@ from typing import Final
 import numpy as np
 
 from cablewright.analyses.feasibility import LineQuantities
-from cablewright.analyses.inertia_forces import fed_forward
 from cablewright.analyses.motion.path_swing import PathSwing
+from cablewright.analyses.steady_acceleration import fed_forward
 from cablewright.foundation.arrays import Array
-from cablewright.foundation.paging import MEMORY, Room, blocks, let_go
+from cablewright.foundation.memory_mapped import MEMORY, Room, blocks, let_go
 from cablewright.models.inertia import compensates
 from cablewright.models.job_poses import poses_at
 from cablewright.models.statics import Model
@@ -21,7 +21,7 @@ from cablewright.printing.timing import times_on_way
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import BLOCK, solve_inverse
 from cablewright.solvers.linearise import linearise_solved
-from cablewright.solvers.shaping import JobMotion
+from cablewright.solvers.swing_free_motion import JobMotion
 
 LEAST: Final = 0.05
 """Share of a job's acceleration that is always left."""

@@ -22,7 +22,7 @@ from cablewright.models.inertia import moving_masses, with_inertia
 from cablewright.models.rotation import rotations, turn_between
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.solvers.linearise import Linearisation, tension_changes
-from cablewright.solvers.parameters import at_nozzle
+from cablewright.solvers.parameter_effects import at_nozzle
 
 DEEP: Final = 0.05
 """Share of a tension up to which its fall is that by stiffness alone: sag then keeps less than a tenth of it."""

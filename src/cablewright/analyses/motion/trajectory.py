@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cablewright.foundation.arrays import Array
+from cablewright.foundation.data_frames import COORDINATES
 from cablewright.foundation.errors import InputError, require_positive
-from cablewright.foundation.frames import COORDINATES
 from cablewright.foundation.results import Figure, Pictured
 from cablewright.models.job_poses import on_plane, poses_at, sampled
 from cablewright.models.rotation import rotations, turn_between

@@ -229,7 +229,7 @@ def workspace(
     ``nozzle`` (default) or ``origin``, the platform's. *orientations* (K, 3) are rotation vectors of at most pi, rad
     (default: unrotated): the criterion has to hold under each, the total-orientation workspace; without any, the
     workspace is empty. *retraction* is the platform's retraction length, m, or a `RetractionLaw`. *margins*: who
-    computes the criterion, such as `SharedMargin` of `running/executors/shared_margin.py`; by default this program.
+    computes the criterion, such as `SharedMargin` of `running/executors/parallel_margins.py`; by default this program.
 
     The surface is refined until the volume's error is at most *tolerance* of the volume (default: 0.002), or to *grid*
     nodes along the longest side. The result has not converged if that takes more than some 20 million evaluations.

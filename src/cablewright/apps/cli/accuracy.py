@@ -112,18 +112,18 @@ class PlaceOptions:
 
     def of(self, machine: cw.Robot) -> cw.Places:
         """Return the positions of a helix, a plane or the workspace of a robot. Raises `InputError`."""
-        from cablewright.live import places
+        from cablewright.live import position_sets
 
         if self.helix is not None:
             radius, pitch, low, high = numbers(self.helix, "--helix", 4) or []
-            step = places.HELIX_STEP if self.step is None else self.step
-            return places.Places.helix(machine, radius, pitch, low, high, step)
+            step = position_sets.HELIX_STEP if self.step is None else self.step
+            return position_sets.Places.helix(machine, radius, pitch, low, high, step)
         ends = zip(machine.scene.frame_min, machine.scene.frame_max, strict=True)
         step = max(high - low for low, high in ends) / STEPS if self.step is None else self.step
         if self.workspace:
-            return places.Places.workspace(step)
+            return position_sets.Places.workspace(step)
         assert self.plane is not None
-        return places.Places.plane(machine, self.plane, self.half_width, step)
+        return position_sets.Places.plane(machine, self.plane, self.half_width, step)
 
 
 @options("Uncertain parameters")
@@ -223,7 +223,7 @@ def accuracy_command(
     A shape writes a run folder with a report; one pose does so with --out. With --workers or --cluster, the same
     command resumes an interrupted run. The answer is no (exit 1) if the robot can hold none of the positions.
     """
-    from cablewright.running import store
+    from cablewright.running import run_folders
     from cablewright.studies import accuracy
 
     machine = robot.loaded(places.retraction)
@@ -239,7 +239,7 @@ def accuracy_command(
     }
     ranges = uncertain.ranges(machine)
     with (
-        nullcontext() if folder is None else store.run_folder(folder) as part,
+        nullcontext() if folder is None else run_folders.run_folder(folder) as part,
         _working(executor, None if is_pose else folder) as who,
     ):
         found = accuracy.accuracy(machine, where, ranges, **asked | who | {"room": part})
@@ -271,15 +271,15 @@ def _working(executor: ExecutorOptions, folder: Path | None) -> Iterator[ManyOpt
 def _write(found: cw.AccuracyAtPose | cw.AccuracyStudy, part: Path, robot: str, options: dict[str, Any]) -> None:
     """Write manifest, tables and report into the run folder."""
     from cablewright.apps.report import accuracy as report
-    from cablewright.running import store
+    from cablewright.running import run_folders
     from cablewright.studies.accuracy_tables import write_places
 
-    inputs = {"robot": store.robot_hash(robot)}
+    inputs = {"robot": run_folders.robot_hash(robot)}
     if options["uncertainty"] is not None:
-        inputs["uncertainty"] = store.file_hash(options["uncertainty"])
+        inputs["uncertainty"] = run_folders.file_hash(options["uncertainty"])
     if options["path"] is not None:
-        inputs |= store.job_hashes(options["path"], cw.load_job(options["path"]))
-    store.write_manifest(part, "accuracy", inputs, options)
+        inputs |= run_folders.job_hashes(options["path"], cw.load_job(options["path"]))
+    run_folders.write_manifest(part, "accuracy", inputs, options)
     if isinstance(found, cw.AccuracyAtPose):
         report.write_place(found, part, options)
     else:

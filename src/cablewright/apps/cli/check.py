@@ -88,7 +88,7 @@ def check_command(
     not covered. Each layer of a job with stages is checked with the exit points of its stage: docs/stages.md.
     """
     from cablewright.calibration.drift.record import load_record
-    from cablewright.running import store
+    from cablewright.running import run_folders
     from cablewright.studies.stages.staged_check import check_stages
 
     machine, path, tensions = robot.loaded(), cw.load_job(job), tension_range(tension_limits)
@@ -101,16 +101,16 @@ def check_command(
         raise InputError(f"--stage-record: is for jobs with stages; {job} has none")
     options: dict[str, Any] = {"tension_limits": tensions, "load": robot.load, "wrench": robot.wrench}
     options |= {"clearance": clearance, "skip": skipped, "seed": seed, "bead": bead}
-    with store.run_folder(folder) as part, progress(*kernels) as show:
+    with run_folders.run_folder(folder) as part, progress(*kernels) as show:
         given: dict[str, Any] = {"tension_limits": tensions, "uncertainty": uncertain, "clearance": clearance}
         given |= {"skip": skipped, "seed": seed, "bead": bead_size(bead), "progress": show, "room": part}
         if path.stages:
             staged = check_stages(machine, path, records, **given)
-            options |= {"stage_records": [store.file_hash(each) for each in stage_record or ()]}
+            options |= {"stage_records": [run_folders.file_hash(each) for each in stage_record or ()]}
             for each in staged.stages:
                 (inside := part / f"stage-{each.stage.number}").mkdir()
                 _write(each.check, inside, robot.robot, job, options, uncertainty)
-            shutil.copyfile(inside / store.MANIFEST, part / store.MANIFEST)
+            shutil.copyfile(inside / run_folders.MANIFEST, part / run_folders.MANIFEST)
         else:
             found = cw.check(machine, path, **given)
             show("writing report", 0, 1)

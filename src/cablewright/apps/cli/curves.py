@@ -13,7 +13,7 @@ from cablewright.apps.cli.output import answer, progress
 from cablewright.apps.cli.parsing import numbers
 
 
-@command("curves --count 8 --seed 2022", "printing.curve:Curves")
+@command("curves --count 8 --seed 2022", "printing.random_curve:Curves")
 def curves_command(
     *,
     length: Annotated[float, typer.Option("--length", metavar="L", help="Length of each curve, m.")] = 28.0,

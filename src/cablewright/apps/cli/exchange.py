@@ -25,7 +25,7 @@ from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.foundation.units import LENGTH
 
 if TYPE_CHECKING:
-    from cablewright.exchange.motion.klipper import Stepper
+    from cablewright.exchange.motion_export.klipper import Stepper
     from cablewright.exchange.result import Exported
     from cablewright.exchange.translation import ExportedFile
 
@@ -196,7 +196,7 @@ class MotionOptions:
         return Exported(target, robot.name, found.lost, found.assumed, points, error)
 
     def _stepper(self) -> Stepper | None:
-        from cablewright.exchange.motion.klipper import Stepper
+        from cablewright.exchange.motion_export.klipper import Stepper
 
         for option, value in (("--microsteps", self.microsteps), ("--full-steps", self.full_steps)):
             if value is not None and not 1 <= value <= 100_000:

@@ -15,7 +15,7 @@ from cablewright.apps.cli.parsing import quantity, tension_range
 from cablewright.foundation.units import LENGTH
 
 
-@command("fit house-printer examples/house.gcode", "studies.fit:Fit")
+@command("fit house-printer examples/house.gcode", "studies.part_fit:Fit")
 def fit_command(
     *,
     robot: RobotOptions,
@@ -43,7 +43,7 @@ def fit_command(
     The answer is no (exit 1) if the part fits nowhere at its own scale. `check` covers lines against the part, motion
     and winches.
     """
-    from cablewright.studies.fit import fit
+    from cablewright.studies.part_fit import fit
 
     machine, tensions = robot.loaded(), tension_range(tension_limits)
     if tensions is not None:

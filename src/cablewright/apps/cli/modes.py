@@ -22,7 +22,7 @@ OF_BOUNDARY = ("criterion", "box", "point", "orientations", "retraction_law")
 @command(
     "modes jung2020 --at 0.2,0.1,0.9",
     "analyses.modes:Modes",
-    "analyses.workspace.boundary_modes:Boundary",
+    "analyses.workspace.boundary_frequencies:Boundary",
     "studies.measured_modes:MeasuredModes",
 )
 def modes_command(
@@ -65,7 +65,7 @@ def modes_command(
     Give one pose with --at, or use --boundary for the outermost nodes of a grid over the workspace. --log compares the
     modes with frequencies and damping of a recorded swing.
     """
-    from cablewright.analyses.workspace.boundary_modes import GRID
+    from cablewright.analyses.workspace.boundary_frequencies import GRID
     from cablewright.studies.measured_modes import measured_modes
 
     if log is not None and boundary:

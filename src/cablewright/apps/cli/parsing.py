@@ -208,7 +208,7 @@ def _line_name(robot: cw.Robot, given: str) -> str:
 
 def run_path(out: Path | None, kind: str, *names: str, suffix: str = "") -> Path:
     """The file or folder of --out, or else one in runs/ that is called by the *kind* of run, *names* and *suffix*."""
-    from cablewright.running.store import folder_name
+    from cablewright.running.run_folders import folder_name
 
     return out or Path("runs") / f"{folder_name(kind, *names)}{suffix}"
 

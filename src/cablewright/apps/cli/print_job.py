@@ -265,7 +265,7 @@ def _print_on_drives(
     from cablewright.apps.cli.drives.terminal import typed_orders
     from cablewright.apps.report import print as report
     from cablewright.live.drives.printing import print_on_drives
-    from cablewright.running.store import job_hashes, robot_hash
+    from cablewright.running.run_folders import job_hashes, robot_hash
 
     described, path = cw.load(robot), cw.load_job(job)
     folder = run_path(run.out, "print", described.name, job.stem)

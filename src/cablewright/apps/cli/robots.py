@@ -226,8 +226,8 @@ class RobotSupport(Result):
 
     @classmethod
     def of(cls, robot: cw.Robot) -> RobotSupport:
-        """Return which capabilities support a robot, see `cablewright.models.support`."""
-        from cablewright.models.support import Capability, support
+        """Return which capabilities support a robot, see `cablewright.models.support_table`."""
+        from cablewright.models.support_table import Capability, support
 
         found = ((capability, support(robot, capability)) for capability in Capability)
         rows = ({"capability": str(of), **{key: str(each) for key, each in vars(cell).items()}} for of, cell in found)

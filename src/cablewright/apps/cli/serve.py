@@ -15,7 +15,7 @@ from cablewright.apps.cli.parsing import begin_of, run_path
 from cablewright.foundation.errors import EnvironmentFault, InputError
 
 if TYPE_CHECKING:
-    from cablewright.live.serve.station import Station
+    from cablewright.live.serve.operated_machines import Station
 
 
 @command("serve house-printer")
@@ -71,7 +71,7 @@ def serve_command(
     from tempfile import TemporaryDirectory
 
     from cablewright.apps.serve.launch import Address, require_libraries, serve
-    from cablewright.models.support import Capability, require
+    from cablewright.models.support_table import Capability, require
 
     address = Address(host, port, tuple(name or ()), certificate, key, camera, news, ros2)
     require_libraries()
@@ -124,7 +124,7 @@ def _station(
     """The machine that is operated, from the *given* place (3,), m, or pose on. Raises `InputError`."""
     import numpy as np
 
-    from cablewright.live.serve.station import DriveStation, SimulatedStation, resting_pose
+    from cablewright.live.serve.operated_machines import DriveStation, SimulatedStation, resting_pose
     from cablewright.machine.settings import require_robot
     from cablewright.machine.simulated.settings import whole_machine
 

@@ -77,7 +77,7 @@ def _scene_of(robot: cw.Robot, name: str, what: Path, report: Progress) -> Scene
     """The scene of a job, a run or a log; *name*: what the command line calls the robot. Raises `InputError`."""
     if what.is_dir() and (what / "samples.parquet").is_file():
         from cablewright.apps.web.check_scene import check_folder_scene
-        from cablewright.running.store import read_manifest, robot_hash
+        from cablewright.running.run_folders import read_manifest, robot_hash
 
         inputs = (read_manifest(what) or {}).get("inputs")
         if not isinstance(inputs, dict) or inputs.get("robot") != robot_hash(name):

@@ -104,7 +104,7 @@ def _working(executor: ExecutorOptions, name: str) -> Iterator[dict[str, Any]]:
         with progress() as show:
             yield {"progress": show}
         return
-    from cablewright.running.executors.shared_margin import SharedMargin
+    from cablewright.running.executors.parallel_margins import SharedMargin
     from cablewright.running.executors.stored_results import kept_in
 
     file = run_path(None, "workspace", name, suffix=".results.jsonl")
@@ -143,7 +143,7 @@ def _wrench_box(text: str | None, n: int) -> Any:
 
 @command(
     "retraction jung2020 --criterion closed-form --steps 3 --heights 10 --tolerance 0.05",
-    "analyses.workspace.retraction:RetractionStudy",
+    "analyses.workspace.best_retraction:RetractionStudy",
 )
 def retraction_command(
     *,

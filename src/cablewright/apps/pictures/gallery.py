@@ -10,7 +10,7 @@ from typing import Any, Final
 from matplotlib.figure import Figure
 
 from cablewright.apps import style as look
-from cablewright.apps.pictures.data import table_of
+from cablewright.apps.pictures.data_tables import table_of
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.file_output import write_whole
 from cablewright.foundation.results import Pictured
@@ -19,10 +19,10 @@ PICTURES: Final = {
     "Calibration": ("calibration", "residuals_picture"),
     "Campaign": ("variants", "campaign_picture"),
     "CreepResult": ("tensile", "creep_picture"),
-    "Curves": ("curves", "curves_picture"),
+    "Curves": ("random_curves", "curves_picture"),
     "Designed": ("variants", "design_picture"),
-    "InverseDynamics": ("dynamics", "dynamics_picture"),
-    "Fit": ("fit", "fit_picture"),
+    "InverseDynamics": ("trajectory", "dynamics_picture"),
+    "Fit": ("part_fit", "fit_picture"),
     "Interference": ("interference", "interference_picture"),
     "JobInterference": ("interference", "interference_picture"),
     "LoopComparison": ("simulation", "loops_picture"),
@@ -35,7 +35,7 @@ PICTURES: Final = {
     "RetractionStudy": ("workspace", "retraction_picture"),
     "Simulation": ("simulation", "simulation_picture"),
     "TensionComparison": ("wrench", "tensions_picture"),
-    "Trajectory": ("dynamics", "trajectory_picture"),
+    "Trajectory": ("trajectory", "trajectory_picture"),
     "WrenchPolytope": ("wrench", "polytope_picture"),
     "Trade": ("variants", "trade_picture"),
     "Workspace": ("workspace", "volume_picture"),

@@ -14,8 +14,8 @@ from cablewright.apps.quantities import quantity
 from cablewright.apps.space_axes import add_faces, add_lines, add_point, machine
 from cablewright.foundation.arrays import Array
 from cablewright.kernels.collision.clearance import BEADS
+from cablewright.models.obstacles import Obstacle
 from cablewright.models.rotation import placed
-from cablewright.models.solids import Obstacle
 from cablewright.studies.interference import JobInterference
 
 _MAX_PIECES: Final = 6000

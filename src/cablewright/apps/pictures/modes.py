@@ -10,9 +10,9 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 
-from cablewright.analyses.identification import ORDERS
 from cablewright.analyses.modes import FREEDOMS, Modes
-from cablewright.analyses.workspace.boundary_modes import Boundary
+from cablewright.analyses.swing_identification import ORDERS
+from cablewright.analyses.workspace.boundary_frequencies import Boundary
 from cablewright.apps import style
 from cablewright.apps.space_axes import add_lines, bounds, machine, space
 from cablewright.foundation.arrays import Array

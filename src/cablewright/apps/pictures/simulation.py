@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 
 from cablewright.apps import style
 from cablewright.foundation.arrays import Array
+from cablewright.live.compare_loops import LoopComparison
 from cablewright.live.error_statistics import SLACK
-from cablewright.live.loops import LoopComparison
 from cablewright.live.replay import Replay, Replays
 from cablewright.live.simulate import Simulation
 

@@ -13,9 +13,9 @@ from matplotlib.path import Path
 from scipy.spatial import cKDTree
 
 from cablewright.analyses.workspace.area import WorkspaceArea
+from cablewright.analyses.workspace.best_retraction import RetractionStudy
 from cablewright.analyses.workspace.boundary_limits import BoundaryLimits
 from cablewright.analyses.workspace.criterion import Criterion, RetractionLaw
-from cablewright.analyses.workspace.retraction import RetractionStudy
 from cablewright.analyses.workspace.workspace import Workspace
 from cablewright.apps import style
 from cablewright.apps.quantities import quantity

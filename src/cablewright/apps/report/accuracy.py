@@ -14,7 +14,7 @@ from cablewright.analyses.accuracy.nozzle_error import Accuracy
 from cablewright.apps import style
 from cablewright.apps.figures import summary
 from cablewright.apps.pictures.accuracy import along, contributions, displaced_by, plane
-from cablewright.apps.pictures.region import region as region_picture
+from cablewright.apps.pictures.error_region import region as region_picture
 from cablewright.apps.pictures.workspace import workspace_errors
 from cablewright.apps.quantities import count, quantity
 from cablewright.apps.report.document import verdict, view, write_report

@@ -11,9 +11,9 @@ import numpy as np
 from cablewright.analyses.accuracy.expected_error import ExpectedError
 from cablewright.apps import style
 from cablewright.apps.figures import summary
-from cablewright.apps.pictures.lines import MAX_LINES, limits, tensions
-from cablewright.apps.pictures.motion import motion
-from cablewright.apps.pictures.path import MAX_NAMES, error_by_height, plan, side_view
+from cablewright.apps.pictures.line_tensions import MAX_LINES, limits, tensions
+from cablewright.apps.pictures.motion_errors import motion
+from cablewright.apps.pictures.path_errors import MAX_NAMES, error_by_height, plan, side_view
 from cablewright.apps.quantities import count, quantity
 from cablewright.apps.report.check_summary import Digest
 from cablewright.apps.report.document import verdict, view, write_report
@@ -23,7 +23,7 @@ from cablewright.apps.report.result import along_table, key_figures, part_table
 from cablewright.apps.report.worst_limits import findings_table
 from cablewright.apps.web.check_scene import check_scene
 from cablewright.foundation.errors import Status
-from cablewright.foundation.paging import let_go
+from cablewright.foundation.memory_mapped import let_go
 from cablewright.printing.layers import LayerTable
 from cablewright.robot.uncertainty import ASSUMED
 from cablewright.studies.checks.result import Check

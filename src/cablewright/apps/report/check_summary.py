@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.foundation.arrays import Array, Indices
-from cablewright.foundation.paging import let_go, taken
+from cablewright.foundation.memory_mapped import let_go, taken
 from cablewright.models.rotation import placed
 from cablewright.printing.layers import LayerTable
 from cablewright.studies.checks.path_statics import largest_at, median

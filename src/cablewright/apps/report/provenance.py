@@ -1,4 +1,4 @@
-"""Inputsto a report, and what the model takes for granted, as the robot file says it."""
+"""Inputs to a report, and what the model takes for granted, as the robot file says it."""
 
 from __future__ import annotations
 

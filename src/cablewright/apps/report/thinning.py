@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.foundation.arrays import Array, Indices
-from cablewright.foundation.paging import BLOCK, blocks, let_go
+from cablewright.foundation.memory_mapped import BLOCK, blocks, let_go
 from cablewright.printing.path import Samples
 
 _Rows = NDArray[np.integer[Any]]

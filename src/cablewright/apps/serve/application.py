@@ -40,7 +40,7 @@ from cablewright.foundation.errors import EnvironmentFault, InputError
 from cablewright.foundation.units import LARGEST
 from cablewright.live.serve.jobs import GCODE
 from cablewright.live.serve.messages import LoadMessage
-from cablewright.printing.first_part import first_part
+from cablewright.printing.trial_part import first_part
 
 _ENTER: Final = 1024  # bytes of the message with a token
 _SMALL: Final = 4096  # bytes of any other

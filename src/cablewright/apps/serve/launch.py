@@ -31,7 +31,7 @@ from cablewright.foundation.errors import EnvironmentFault, InputError
 from cablewright.live.prints.run import alone_in, make_folder
 from cablewright.live.serve.control import Control
 from cablewright.live.serve.link import ControlLink
-from cablewright.live.serve.station import Station
+from cablewright.live.serve.operated_machines import Station
 from cablewright.machine.settings import MachineSettings
 from cablewright.running.locks import locked
 

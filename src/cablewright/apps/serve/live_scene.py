@@ -7,22 +7,22 @@ from typing import Any, Final
 import numpy as np
 
 from cablewright.analyses.line_shapes import polylines
-from cablewright.analyses.safe_travel import driven_job
+from cablewright.analyses.travel_moves import driven_job
 from cablewright.apps.web.check_scene import extent
-from cablewright.apps.web.levels import packed
+from cablewright.apps.web.detail_levels import packed
 from cablewright.apps.web.motion_scene import drum_of, walls_of
 from cablewright.apps.web.path_scene import PathScene, Quantity
 from cablewright.apps.web.robot_scene import one_state
 from cablewright.apps.web.scene import STEPS, SceneDescription
 from cablewright.foundation.arrays import Array
-from cablewright.live.logged_lines import hanging_lines
+from cablewright.live.logged_line_shapes import hanging_lines
 from cablewright.live.rest_pose import rest_pose
 from cablewright.machine.log.head import LogHead
 from cablewright.models.job_poses import on_plane
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
-from cablewright.solvers.shaping import JobMotion
+from cablewright.solvers.swing_free_motion import JobMotion
 
 POINTS: Final = 14
 """Points of a line."""

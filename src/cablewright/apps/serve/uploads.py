@@ -21,7 +21,7 @@ from cablewright.foundation.toml_input import read_bytes
 from cablewright.live.prints.run import CHECKPOINT
 from cablewright.live.serve.control import JOBS, RUN, RUNS
 from cablewright.live.serve.jobs import ABOUT, GCODE, JOB, MAX_BYTES, REPORT, folder_of, read_check
-from cablewright.running.store import read_manifest
+from cablewright.running.run_folders import read_manifest
 
 MAX_JOBS: Final = 60
 """Jobs that are kept at a time."""

@@ -111,7 +111,7 @@ def check_job(folder: Path, number: str) -> JobCheck:
 
 def report_run(folder: Path, name: str) -> None:
     """Write the report of a run. Raises `CablewrightError`."""
-    from cablewright.analyses.safe_travel import driven_job
+    from cablewright.analyses.travel_moves import driven_job
     from cablewright.apps.report import print as report
     from cablewright.live.prints.limits import path_of
     from cablewright.live.prints.record import finish

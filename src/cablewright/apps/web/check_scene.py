@@ -10,20 +10,20 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet
 
-from cablewright.analyses.safe_travel import driven_job
+from cablewright.analyses.travel_moves import driven_job
 from cablewright.apps.quantities import quantity
 from cablewright.apps.web.path_scene import PathScene, Quantity, states_along
 from cablewright.apps.web.scene import Mark, SceneDescription
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
-from cablewright.foundation.paging import RowExtremes, let_go
+from cablewright.foundation.memory_mapped import RowExtremes, let_go
 from cablewright.foundation.progress import Progress, silent
 from cablewright.models.job_poses import along, on_plane, sampled
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.printing.path import MAX_SAMPLES
 from cablewright.robot import Robot
-from cablewright.solvers.shaping import JobMotion
+from cablewright.solvers.swing_free_motion import JobMotion
 from cablewright.studies.checks.path_statics import largest_at
 from cablewright.studies.checks.result import Check
 

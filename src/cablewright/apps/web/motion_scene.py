@@ -15,7 +15,7 @@ from cablewright.apps.web.path_scene import PathScene, Quantity
 from cablewright.apps.web.scene import SceneBody, SceneDescription
 from cablewright.apps.web.states import States
 from cablewright.foundation.arrays import Array, Mask
-from cablewright.live.logged_lines import hanging_lines
+from cablewright.live.logged_line_shapes import hanging_lines
 from cablewright.machine.log.head import LogHead
 from cablewright.models.statics import Model
 from cablewright.solvers.inverse import solve_inverse

@@ -10,11 +10,11 @@ from typing import Any, Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.apps.web.levels import LEFT_OUT, PIECE, levels, packed
+from cablewright.apps.web.detail_levels import LEFT_OUT, PIECE, levels, packed
 from cablewright.apps.web.states import States
 from cablewright.foundation.arrays import Array, Indices, Mask
 from cablewright.foundation.errors import Status
-from cablewright.foundation.paging import RowExtremes, blocks, let_go, taken
+from cablewright.foundation.memory_mapped import RowExtremes, blocks, let_go, taken
 from cablewright.models.statics import Model
 from cablewright.solvers.inverse import solve_inverse
 

@@ -35,7 +35,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cablewright.apps.web.colours import RAMPS
-from cablewright.apps.web.levels import Packed, packed
+from cablewright.apps.web.detail_levels import Packed, packed
 from cablewright.apps.web.path_scene import PathScene
 from cablewright.apps.web.states import States
 from cablewright.foundation.arrays import Array

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from cablewright.analyses.line_shapes import polylines
 from cablewright.apps.quantities import allowed_range
-from cablewright.apps.web.levels import Packed, packed
+from cablewright.apps.web.detail_levels import Packed, packed
 from cablewright.foundation.arrays import Array, Indices
 from cablewright.kernels.layout import PULLEY
 from cablewright.kernels.layout import Packed as PackedRobot

@@ -16,9 +16,7 @@ from typing import ClassVar, Final
 import numpy as np
 
 from cablewright.calibration.drift.record import CalibrationRecord, load_record
-from cablewright.calibration.judgement.model_doubt import believed_of_sensors, stretch_of
-from cablewright.calibration.judgement.sigmas import kind_of
-from cablewright.calibration.judgement.suspects import (
+from cablewright.calibration.judgement.likely_changes import (
     CHANGE_PARTS,
     READING,
     SCALE,
@@ -27,17 +25,19 @@ from cablewright.calibration.judgement.suspects import (
     Suspect,
     beside,
 )
+from cablewright.calibration.judgement.model_doubt import believed_of_sensors, stretch_of
+from cablewright.calibration.judgement.sigmas import kind_of
+from cablewright.calibration.measurement_rows.load_cells import require_tensions
+from cablewright.calibration.measurement_rows.pictures import with_pictures
+from cablewright.calibration.measurement_rows.vibrations import AT_START, with_vibrations
 from cablewright.calibration.measurements import Measured, read_measured
 from cablewright.calibration.plan import STRETCH
 from cablewright.calibration.poses.derivatives import Derivatives
 from cablewright.calibration.poses.elastic import ElasticProblem, problem_of
 from cablewright.calibration.poses.fit import fit, fitted_poses
 from cablewright.calibration.poses.problem import CalibrationProblem, StraightProblem
-from cablewright.calibration.poses.starts import best_fit, equilibria_at, straight_plan, unmirrored
+from cablewright.calibration.poses.start_values import best_fit, equilibria_at, straight_plan, unmirrored
 from cablewright.calibration.poses.sufficient_data import check_lengths, surplus_per_pose
-from cablewright.calibration.sensors.load_cells import require_tensions
-from cablewright.calibration.sensors.pictures import with_pictures
-from cablewright.calibration.sensors.vibrations import AT_START, with_vibrations
 from cablewright.calibration.sightings.sighted import CAMERA, SightedUnknown
 from cablewright.calibration.unknowns import NAMES
 from cablewright.foundation.arrays import Array, Indices, Mask

@@ -17,11 +17,11 @@ import numpy as np
 import tomlkit
 from pydantic import Field, Strict, model_validator
 
+from cablewright.calibration.judgement.likely_changes import Evidence, Explanation, Suspect, beside
 from cablewright.calibration.judgement.result import Calibration
-from cablewright.calibration.judgement.suspects import Evidence, Explanation, Suspect, beside
+from cablewright.calibration.measurement_rows.measurement_kinds import SIGMA_OF
 from cablewright.calibration.plan import SIGMAS, CalibrationPlan, Group, Known, Sigmas
 from cablewright.calibration.poses.observability import azimuth_offsets, motions, open_freedoms
-from cablewright.calibration.sensors.measurement_kinds import SIGMA_OF
 from cablewright.calibration.sightings.sighted import SightedUnknown
 from cablewright.calibration.unknowns import Unknown, is_in_file, unknowns_of
 from cablewright.foundation.arrays import Array

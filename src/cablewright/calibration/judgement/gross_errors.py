@@ -19,10 +19,10 @@ from scipy import special
 
 from cablewright.calibration.judgement.robust_fit import robust_fit, spread_of, unexplained
 from cablewright.calibration.judgement.sigmas import evened
+from cablewright.calibration.measurement_rows.measurement_kinds import KINDS
 from cablewright.calibration.poses.fit import PoseFit, fitted_poses, refit
 from cablewright.calibration.poses.observability import information, projected
 from cablewright.calibration.poses.problem import CalibrationProblem
-from cablewright.calibration.sensors.measurement_kinds import KINDS
 from cablewright.calibration.sightings.detection import EDGES
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.progress import Progress, silent

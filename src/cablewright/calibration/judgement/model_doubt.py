@@ -21,13 +21,13 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from cablewright.calibration.measurement_rows.given_numbers import known_deviation, uncertain
 from cablewright.calibration.measurements import SENSORS, Measured
 from cablewright.calibration.plan import STRETCH, Sigmas
 from cablewright.calibration.poses.derivatives import Derivatives
 from cablewright.calibration.poses.fit import PoseFit
 from cablewright.calibration.poses.observability import Information, projected
 from cablewright.calibration.poses.problem import CalibrationProblem
-from cablewright.calibration.sensors.known_numbers import known_deviation, uncertain
 from cablewright.calibration.unknowns import Unknown
 from cablewright.foundation.arrays import Array
 from cablewright.models.creep import hour_compliance

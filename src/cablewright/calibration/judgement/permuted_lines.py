@@ -14,7 +14,7 @@ from cablewright.calibration.measurements import Measured
 from cablewright.calibration.poses.fit import PoseFit
 from cablewright.calibration.poses.problem import CalibrationProblem, StraightProblem
 from cablewright.calibration.poses.simulation import aligned
-from cablewright.calibration.poses.starts import quick_fit
+from cablewright.calibration.poses.start_values import quick_fit
 from cablewright.foundation.arrays import Array
 
 _ALL: Final = 4  # lines up to which every order is tried; with more: two exchanged, all shifted, all reversed

@@ -9,10 +9,10 @@ from typing import Any, ClassVar, Final
 
 import numpy as np
 
-from cablewright.calibration.judgement.effects import Effect, alternatives
 from cablewright.calibration.judgement.gross_errors import Rejected
+from cablewright.calibration.judgement.likely_changes import CHANGE_PARTS, Explanation
 from cablewright.calibration.judgement.model_doubt import ModelDoubt, model_doubt
-from cablewright.calibration.judgement.suspects import CHANGE_PARTS, Explanation
+from cablewright.calibration.judgement.unmodelled_effects import Effect, alternatives
 from cablewright.calibration.poses.fit import PoseFit
 from cablewright.calibration.poses.observability import (
     Direction,

@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from cablewright.calibration.measurement_rows.measurement_kinds import KINDS, SIGMA_OF
 from cablewright.calibration.poses.fit import PoseFit, refit
 from cablewright.calibration.poses.observability import information
 from cablewright.calibration.poses.problem import SURVEY, CalibrationProblem
-from cablewright.calibration.sensors.measurement_kinds import KINDS, SIGMA_OF
 from cablewright.foundation.arrays import Array, Mask
 
 _CARRIES: Final = 1e-3  # min leverage of a measured coordinate: below, others know it 30 times better

@@ -17,13 +17,13 @@ from cablewright.calibration.judgement.consistency import others_of, predicted_h
 from cablewright.calibration.judgement.permuted_lines import better_arrangement, motion, stray
 from cablewright.calibration.judgement.result import Calibration
 from cablewright.calibration.judgement.sigmas import estimates_encoders, kind_fits, leverages
+from cablewright.calibration.measurement_rows.measurement_kinds import KINDS, SIGMA_OF
+from cablewright.calibration.measurement_rows.without_pose import across_rows
 from cablewright.calibration.measurements import SENSORS
-from cablewright.calibration.poses.bounds import at_bound
 from cablewright.calibration.poses.fit import PoseFit, yaw_between
 from cablewright.calibration.poses.observability import Information, beyond_frames, combination, remedy
 from cablewright.calibration.poses.problem import CalibrationProblem
-from cablewright.calibration.sensors.exit_points import across_rows
-from cablewright.calibration.sensors.measurement_kinds import KINDS, SIGMA_OF
+from cablewright.calibration.poses.ranges_of_unknowns import at_bound
 from cablewright.calibration.unknowns import exit_rows
 from cablewright.foundation.arrays import Array
 from cablewright.kernels.fitting.calibration_residuals import COORDINATE

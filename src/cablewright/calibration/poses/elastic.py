@@ -20,7 +20,7 @@ from cablewright.calibration.poses.derivatives import Derivatives
 from cablewright.calibration.poses.problem import CalibrationProblem, StraightProblem
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import AnswerError
-from cablewright.kernels.fitting import straight_line
+from cablewright.kernels.fitting import line_over_sheave
 from cablewright.kernels.fitting.pose_schur import FLOOR, MAX_DAMPING, NO_BETTER, StopRule
 from cablewright.kernels.layout import Code
 from cablewright.models.fidelity import CableLaw
@@ -31,7 +31,7 @@ from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
 from cablewright.solvers.forward import solve_from
 from cablewright.solvers.linearise import Linearisation, linearise, tension_changes
-from cablewright.solvers.parameters import response, tension_response
+from cablewright.solvers.parameter_effects import response, tension_response
 
 _STEP: Final = 1e-10  # m: accuracy of an equilibrium
 _MAX_STEPS: Final = 200
@@ -118,12 +118,12 @@ class ElasticProblem(CalibrationProblem):
         by_all[:, range(m), range(m)] += weight[:, :m]
         if self.measured.tensions is not None:
             loads = slice(m, 2 * m)
-            scale = self.line_numbers(theta)[:, straight_line.TENSION_SCALE]
+            scale = self.line_numbers(theta)[:, line_over_sheave.TENSION_SCALE]
             read = np.where(ok[:, None], held.tensions, 0.0) / scale  # what load cells without an offset would read
             residual[:, loads] += weight[:, loads] * read
             by_all[:, loads] += weight[:, loads, None] * change / scale[:, None]
-            for i in np.flatnonzero(self.rows.target[:, straight_line.TENSION_SCALE] >= 0):
-                at = m + self.rows.target[i, straight_line.TENSION_SCALE]
+            for i in np.flatnonzero(self.rows.target[:, line_over_sheave.TENSION_SCALE] >= 0):
+                at = m + self.rows.target[i, line_over_sheave.TENSION_SCALE]
                 by_all[:, m + i, at] -= weight[:, m + i] * read[:, i] / scale[i]
         residual[~ok] = np.where(weight[~ok] > 0.0, np.nan, 0.0)
         by_unknown = found.by_unknown + by_all[..., m:]

@@ -13,9 +13,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.calibration.measurement_rows.without_pose import tilt_rows
 from cablewright.calibration.poses.derivatives import Derivatives
 from cablewright.calibration.poses.problem import CalibrationProblem
-from cablewright.calibration.sensors.exit_points import tilt_rows
 from cablewright.calibration.sightings.sighted import motions_of
 from cablewright.calibration.unknowns import Unknown, coordinates_of, exit_rows
 from cablewright.foundation.arrays import Array, Mask

@@ -15,14 +15,19 @@ from typing import Any, ClassVar, Final, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.calibration.measurement_rows.all_rows import ENCODER_SIGMA, sensor_rows
+from cablewright.calibration.measurement_rows.given_numbers import put_known
+from cablewright.calibration.measurement_rows.load_cells import filled_tensions, load_on, wrench_of_load
+from cablewright.calibration.measurement_rows.without_pose import (
+    distance_rows,
+    held_by_datum,
+    linear_rows,
+    mounts_tell_yaw,
+)
 from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import CalibrationPlan
-from cablewright.calibration.poses.bounds import ranges
 from cablewright.calibration.poses.derivatives import Derivatives, of_free, with_unknowns
-from cablewright.calibration.sensors.exit_points import distance_rows, held_by_datum, linear_rows, mounts_tell_yaw
-from cablewright.calibration.sensors.known_numbers import put_known
-from cablewright.calibration.sensors.load_cells import filled_tensions, load_on, wrench_of_load
-from cablewright.calibration.sensors.sensor_rows import ENCODER_SIGMA, sensor_rows
+from cablewright.calibration.poses.ranges_of_unknowns import ranges
 from cablewright.calibration.sightings.sighted import bodies_of
 from cablewright.calibration.unknowns import (
     Unknown,
@@ -36,7 +41,7 @@ from cablewright.calibration.unknowns import (
 )
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import InputError
-from cablewright.kernels.fitting import calibration_lengths, calibration_residuals, pose_schur, straight_line
+from cablewright.kernels.fitting import calibration_lengths, calibration_residuals, line_over_sheave, pose_schur
 from cablewright.kernels.fitting.calibration_residuals import MeasurementRows
 from cablewright.kernels.fitting.pose_schur import StopRule
 from cablewright.models.fidelity import CableLaw
@@ -103,7 +108,7 @@ class CalibrationProblem(ABC):
         start[target[target >= 0]] = lines[target >= 0]
         unknowns, start = (*unknowns, *seen.unknowns), np.append(start, [each.start for each in seen.unknowns])
         if cls.elastic:  # equilibria include compliance
-            lines[:, straight_line.GIVING], target[:, straight_line.GIVING] = 0.0, -1
+            lines[:, line_over_sheave.GIVING], target[:, line_over_sheave.GIVING] = 0.0, -1
         held = held_by_datum(robot, unknowns, plan) if hold else np.zeros(len(unknowns), dtype=bool)
         if held.all():
             raise InputError("datum: holds every unknown; nothing is left to calibrate")
@@ -293,12 +298,12 @@ class CalibrationProblem(ABC):
         *given* (N, m): how much less cable lies beyond the winches as mounts of exit points and springs give, m.
         """
         lines = self.line_numbers(theta)
-        offset, wound = lines[:, straight_line.OFFSET], lines[:, straight_line.WOUND]
-        out, twice = self.lengths(theta, states) - offset - given, 2.0 * lines[:, straight_line.BUILD_UP]
+        offset, wound = lines[:, line_over_sheave.OFFSET], lines[:, line_over_sheave.WOUND]
+        out, twice = self.lengths(theta, states) - offset - given, 2.0 * lines[:, line_over_sheave.BUILD_UP]
         first = 1.0 - twice * np.where(wound == 0.0, 0.0, offset - wound)  # square of the radius, as a share
         left = first - twice * out
-        first = 2.0 * out / (np.sqrt(np.maximum(first, straight_line.LEAST_SQUARE)) + np.sqrt(np.maximum(left, 0.0)))
-        return np.asarray(first / lines[:, straight_line.SCALE])
+        first = 2.0 * out / (np.sqrt(np.maximum(first, line_over_sheave.LEAST_SQUARE)) + np.sqrt(np.maximum(left, 0.0)))
+        return np.asarray(first / lines[:, line_over_sheave.SCALE])
 
     def bodies(self, theta: Array) -> Array:
         """Return the numbers of camera and tags (b, BODY_COLUMNS), with free unknowns *theta*."""
@@ -327,7 +332,7 @@ class CalibrationProblem(ABC):
     @property
     def is_soft(self) -> bool:
         """Whether mounts of exit points or springs are compliant beyond the equilibrium's own compliance."""
-        unknown, known = (each[:, straight_line.GIVING] for each in (self.rows.target >= 0, self.rows.lines))
+        unknown, known = (each[:, line_over_sheave.GIVING] for each in (self.rows.target >= 0, self.rows.lines))
         return bool(unknown.any() or known.any())
 
     def given(self, theta: Array, states: Array, tensions: Array | None = None) -> Array:
@@ -345,7 +350,7 @@ class CalibrationProblem(ABC):
     def tensions(self, theta: Array) -> Array:
         """Return the tensions (N, m) that load cells measured, N, with their offsets and scales in *theta*."""
         lines = self.line_numbers(theta)
-        scale, offset = lines[:, straight_line.TENSION_SCALE], lines[:, straight_line.TENSION_OFFSET]
+        scale, offset = lines[:, line_over_sheave.TENSION_SCALE], lines[:, line_over_sheave.TENSION_OFFSET]
         return np.asarray(scale * self.rows.tensions + offset)
 
     def points(self, theta: Array, kind: str = "exit_point") -> Array:
@@ -411,7 +416,7 @@ class StraightProblem(CalibrationProblem):
         m, cables = self.robot.m, np.array([line.cables for line in self.robot.lines])
         found = self.derivatives(theta, states, np.ones(len(self.values)))
         u = np.swapaxes(found.by_pose[:, :m], 1, 2) * cables  # (N, p, m): lengths change as forces and moments do
-        true, scale = self.tensions(theta), self.line_numbers(theta)[:, straight_line.TENSION_SCALE]
+        true, scale = self.tensions(theta), self.line_numbers(theta)[:, line_over_sheave.TENSION_SCALE]
         left = wrench_of_load(self.rows.load, states) @ self._directions - np.einsum("nam,nm->na", u, true)
         readings = self.rows.tensions + np.einsum("nma,na->nm", np.linalg.pinv(u), left) / scale
         return replace(self, rows=self.rows._replace(tensions=np.ascontiguousarray(readings)))

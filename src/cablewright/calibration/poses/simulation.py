@@ -7,19 +7,19 @@ from typing import Any, ClassVar, Final
 
 import numpy as np
 
+from cablewright.calibration.measurement_rows.vibrations import free_spans
 from cablewright.calibration.measurements import MAX_POSES, Measured
 from cablewright.calibration.poses.elastic import ElasticProblem, given_by_lines, problem_of
 from cablewright.calibration.poses.fit import yaw_between
-from cablewright.calibration.sensors.vibrations import free_spans
 from cablewright.calibration.unknowns import require_covered
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.results import Figure, Result
 from cablewright.models.fidelity import CableLaw
+from cablewright.models.line_vibration import string_frequency
 from cablewright.models.plane import within
 from cablewright.models.rotation import matrices, rotation_onto
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.models.vibration import string_frequency
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_rows
 from cablewright.solvers.inverse import solve_inverse

@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 
+from cablewright.calibration.measurement_rows.load_cells import require_tensions
+from cablewright.calibration.measurement_rows.positions import check_plane
 from cablewright.calibration.measurements import SENSORS, Measured
 from cablewright.calibration.plan import STRETCH
-from cablewright.calibration.poses.bounds import OF_NOTHING, SHARES
 from cablewright.calibration.poses.problem import CalibrationProblem
-from cablewright.calibration.sensors.load_cells import require_tensions
-from cablewright.calibration.sensors.positions import check_plane
+from cablewright.calibration.poses.ranges_of_unknowns import OF_NOTHING, SHARES
 from cablewright.calibration.unknowns import unknowns_of
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError

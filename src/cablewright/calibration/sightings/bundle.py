@@ -17,7 +17,7 @@ from cablewright.calibration.sightings.detection import EDGES
 from cablewright.calibration.sightings.sighted import Bodies, Sightings
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
-from cablewright.kernels.fitting import calibration_residuals, pose_schur, straight_line
+from cablewright.kernels.fitting import calibration_residuals, line_over_sheave, pose_schur
 from cablewright.kernels.fitting.calibration_residuals import MeasurementRows
 from cablewright.kernels.fitting.pose_schur import StopRule
 
@@ -54,8 +54,8 @@ class Bundle:
             line=np.zeros(count, dtype=np.int64),
             other=np.tile(np.repeat(np.arange(1, len(blocks) + 1), EDGES), len(poses)),
             extra=np.ascontiguousarray(extra.reshape(-1, 6)),
-            lines=np.zeros((0, straight_line.COLUMNS)),
-            target=np.zeros((0, straight_line.COLUMNS), dtype=np.int64),
+            lines=np.zeros((0, line_over_sheave.COLUMNS)),
+            target=np.zeros((0, line_over_sheave.COLUMNS), dtype=np.int64),
             tensions=np.zeros((len(poses), 0)),
             load=np.zeros(10),
             linear=bodies.linear,

@@ -15,7 +15,7 @@ from cablewright.foundation.errors import InputError
 from cablewright.foundation.results import Figure, Pictured, figures_dict
 from cablewright.foundation.units import Vec3
 from cablewright.foundation.validation import validated
-from cablewright.models.support import Capability, require
+from cablewright.models.support_table import Capability, require
 from cablewright.robot.line import Line
 from cablewright.robot.robot import Robot
 from cablewright.robot.sheave import Eyelet

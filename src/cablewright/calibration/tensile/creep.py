@@ -231,7 +231,7 @@ def creep(
 
     Raises `InputError` for a test without times, too short or too coarse for an element (it says which), without a
     change of force, or whose columns are indistinguishable. Source: `cablewright.models.creep`
-    and `cablewright.models.creep_pace`.
+    and `cablewright.models.climate_and_creep`.
 
     Examples
     --------

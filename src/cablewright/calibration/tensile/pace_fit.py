@@ -17,7 +17,7 @@ from scipy.optimize import least_squares
 from cablewright.calibration.tensile.recording import TensileTest
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.progress import Progress, silent
-from cablewright.models.creep_pace import COLDEST, HOTTEST, ZERO_CELSIUS, by_temperature
+from cablewright.models.climate_and_creep import COLDEST, HOTTEST, ZERO_CELSIUS, by_temperature
 
 _WARMER: Final = 2.0  # K, by which the temperature changes under load, at least
 _DAMPER: Final = 0.05  # likewise, of relative humidity

@@ -11,9 +11,9 @@ from typing import Final
 import numpy as np
 
 from cablewright.estimation.body import diagnosis, measurement
+from cablewright.estimation.body.estimated_constants import load, wind
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.state import BodyState, corrected, follow, set_load
-from cablewright.estimation.body.unknowns import load, wind
 from cablewright.estimation.body.updates.update import Slopes
 from cablewright.foundation.arrays import Array
 

@@ -12,9 +12,9 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.estimation.body.estimated_constants import BodyLayout, length_gradients
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.state import Belief, BodyState
-from cablewright.estimation.body.unknowns import BodyLayout, length_gradients
 from cablewright.estimation.body.updates.cells import Cells
 from cablewright.estimation.body.updates.update import HeldBody, Slopes, UpdatePart
 from cablewright.foundation.arrays import Array

@@ -6,11 +6,11 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from cablewright.estimation.body.updates.update import Update
-from cablewright.estimation.drum_clock import ClockLeadSettings
+from cablewright.estimation.clock_offset import ClockLeadSettings
 from cablewright.foundation.errors import InputError, require_positive
 from cablewright.models.coil import Coil, LineCoils
 from cablewright.models.statics import Model
-from cablewright.models.support import Capability, require
+from cablewright.models.support_table import Capability, require
 from cablewright.models.winch_lines import WinchLines
 
 

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.estimation.body.creep import BodyCreep, LoadPath, creep_of
+from cablewright.estimation.body.estimated_constants import BodyLayout, prior
 from cablewright.estimation.body.settings import BodySettings
-from cablewright.estimation.body.unknowns import BodyLayout, prior
 from cablewright.estimation.body.updates.update import DrumPulls, Update
-from cablewright.estimation.drum_clock import ClockLead
+from cablewright.estimation.clock_offset import ClockLead
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import Status

@@ -26,10 +26,10 @@ from cablewright.estimation.kalman.state import (
     judge,
 )
 from cablewright.foundation.arrays import Array
-from cablewright.kernels.filtering import hanging
 from cablewright.kernels.filtering import predict as predicting
+from cablewright.kernels.filtering import sagging_lines
 from cablewright.kernels.filtering.estimate import excess_of
-from cablewright.kernels.filtering.hanging import LAWS
+from cablewright.kernels.filtering.sagging_lines import LAWS
 from cablewright.solvers.taut import taut_at
 
 _JACOBIAN_INTERVAL: Final = 0.05  # s between computations of the Jacobian
@@ -64,7 +64,7 @@ def update_jacobian(settings: FilterSettings, state: FilterState, *, at_once: bo
         state.monitor.report("encoders", "lost", "a line has no tangent at the estimated position")
         return
     laws, jacobian, by_compliance = np.empty((LAWS, model.m)), np.empty((3, model.m)), np.empty((3, model.m))
-    rising = hanging.hang(
+    rising = sagging_lines.hang(
         model.packed.lines, x, at, settings.hanging, settings.machine.slackness.from_platform, there,
         taut.angles, taut.free, taut.lengths, taut.toward, laws, jacobian, by_compliance,
     )  # fmt: skip
@@ -144,7 +144,7 @@ def update(settings: FilterSettings, state: FilterState) -> None:
     H[:m, lay.position] = -state.taut.toward
     H[:m, lay.lengths] = np.eye(m)
     H[m + np.arange(len(lines)), lay.zeros.start + lines] = 1.0
-    H[:m, lay.compliances] = np.diag(sag.laws[hanging.STRETCHING] * alone)
+    H[:m, lay.compliances] = np.diag(sag.laws[sagging_lines.STRETCHING] * alone)
     known = H @ state.P @ H.T
     zeros = state.lines.zeros[lines]
     angles = state.slackness.differences[lines] - zeros
@@ -199,7 +199,7 @@ class _Mixture(NamedTuple):
 def _mixture(
     settings: FilterSettings, sag: Sag, may_be: Balanced, known: Array, now: Array, measured: Array
 ) -> _Mixture:
-    """Return the mixture for an excess *now* (m,), m, and *measured* angles (j, 4), see `hanging.weigh_forces`.
+    """Return the mixture for an excess *now* (m,), m, and *measured* angles (j, 4), see `sagging_lines.weigh_forces`.
 
     *known*: their covariance by the state.
     """
@@ -209,7 +209,7 @@ def _mixture(
         settings.stretch_sigma, settings.excess_sigma, settings.line_angle_sigma, settings.zero_sigma,
         math.sqrt(_STRETCH_TIME / _ANGLE_INTERVAL),
     ])  # fmt: skip
-    nis = hanging.weigh_forces(
+    nis = sagging_lines.weigh_forces(
         sag.laws, may_be.forces, may_be.unsure, known, now, measured, sigmas,
         found.innovation, found.noise, found.spread, found.forces,
     )  # fmt: skip

@@ -14,7 +14,7 @@ import numpy as np
 
 from cablewright.estimation.slackness import SlacknessSettings
 from cablewright.foundation.arrays import Array
-from cablewright.kernels.filtering import hanging as kernel
+from cablewright.kernels.filtering import sagging_lines as kernel
 from cablewright.solvers.taut import Taut
 
 _MIN_FORCE: Final = 0.5  # N, of a line that hangs as a parabola
@@ -24,7 +24,7 @@ _FREEDOMS: Final = 3
 class Sag(NamedTuple):
     """The laws of all lines at one position of B."""
 
-    laws: Array  # (LAWS, m), see `kernels.filtering.hanging`
+    laws: Array  # (LAWS, m), see `kernels.filtering.sagging_lines`
 
     @classmethod
     def at(cls, sensors: SlacknessSettings, taut: Taut, compliances: Array) -> Sag:

@@ -15,7 +15,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from cablewright.estimation.lidar.scan_dump import BEGINS, read_dumps
+from cablewright.estimation.lidar.ros_scan_text import BEGINS, read_dumps
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.csv_input import Column, cells_of, find_column, separator_of, shown, text_lines
 from cablewright.foundation.errors import InputError

@@ -15,7 +15,7 @@ from typing import Any, Final
 import numpy as np
 
 from cablewright.estimation import slackness, tilt
-from cablewright.estimation.drum_clock import ClockLead
+from cablewright.estimation.clock_offset import ClockLead
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.estimation.height import HeightSettings, estimate_height
 from cablewright.estimation.known_creep import KnownCreep, known_creep

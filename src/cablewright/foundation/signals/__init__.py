@@ -22,10 +22,10 @@ from cablewright.foundation.signals.drives import Drives, DriveState
 from cablewright.foundation.signals.encoders import Encoders
 from cablewright.foundation.signals.frame import SensorFrame, frozen
 from cablewright.foundation.signals.inertial import Inertial
-from cablewright.foundation.signals.inputs import Inputs
 from cablewright.foundation.signals.line_angles import LineAngles
 from cablewright.foundation.signals.notices import Condition, Notice
 from cablewright.foundation.signals.reading import OR_NAN, PerLine, Reading, Source, miscounted, per_line
+from cablewright.foundation.signals.safety_inputs import Inputs
 from cablewright.foundation.signals.scan import Scan
 from cablewright.foundation.signals.states import Estimate, Fault, PrintState, Progress, Truth
 from cablewright.foundation.signals.swivels import Swivels

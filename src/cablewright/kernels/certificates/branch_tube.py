@@ -21,6 +21,7 @@ from cablewright.kernels.certificates.interval import ROUNDING, inflate, point
 from cablewright.kernels.certificates.krawczyk import image, invert, newton_bound, split
 from cablewright.kernels.certificates.length_polytope import upper_bound
 from cablewright.kernels.certificates.system_enclosure import jacobian_of_all, place_line, residual_of_all
+from cablewright.kernels.dense_systems import copy
 from cablewright.kernels.layout import (
     BETA,
     LEVER,
@@ -33,7 +34,6 @@ from cablewright.kernels.layout import (
     STATE,
     UNKNOWNS,
 )
-from cablewright.kernels.newton import copy
 from cablewright.kernels.statics.line.hessian_bounds import (
     ACROSS,
     ALONG,

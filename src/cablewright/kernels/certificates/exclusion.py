@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.interval import add, cos, div, exp, intersect, mul, point, sin, sub
-from cablewright.kernels.newton import copy
+from cablewright.kernels.dense_systems import copy
 from cablewright.kernels.statics.line.line_cell import (
     BEND,
     BY_PHI,

@@ -12,8 +12,8 @@ and the platform. The rounding of floating-point sums with Y is bounded by GAMMA
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.interval import GAMMA, ROUNDING
 from cablewright.kernels.certificates.system_enclosure import jacobian_of_all, residual_of_all
+from cablewright.kernels.dense_systems import solve
 from cablewright.kernels.layout import BETA
-from cablewright.kernels.newton import solve
 from cablewright.kernels.statics.line.enclosure import ENCLOSABLE, enclosable
 
 UNDERFLOW = 1e-290  # bound of the underflow in sums of products with Y

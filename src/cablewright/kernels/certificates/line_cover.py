@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.interval import cos, exp, sin
+from cablewright.kernels.dense_systems import copy
 from cablewright.kernels.layout import UNKNOWNS
-from cablewright.kernels.newton import copy
 from cablewright.kernels.statics.line.line_branches import (
     DROPPED,
     INNER,

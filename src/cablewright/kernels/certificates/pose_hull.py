@@ -32,8 +32,8 @@ from cablewright.kernels.certificates.system_enclosure import (
     certificate_pool,
     unfold,
 )
+from cablewright.kernels.dense_systems import copy, solve
 from cablewright.kernels.layout import OK, STATE, TAU, UNKNOWNS
-from cablewright.kernels.newton import copy, solve
 from cablewright.kernels.rotation import left_jacobian
 from cablewright.kernels.statics.equilibrium import Work, refine, workspace
 from cablewright.kernels.statics.platform_enclosure import rotation_between, width_that_counts

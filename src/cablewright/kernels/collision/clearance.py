@@ -17,8 +17,8 @@ from cablewright.kernels.collision.distance import (
     vector,
 )
 from cablewright.kernels.collision.line_polyline import MAX_POINTS, polyline
+from cablewright.kernels.dense_systems import copy_rows
 from cablewright.kernels.layout import END_RADIUS, EXIT_X, FREE, PHI, STATE, TAU, WEIGHT
-from cablewright.kernels.newton import copy_rows
 from cablewright.kernels.rotation import rotate_back
 from cablewright.kernels.statics.line.guides import GUIDE_SIZE, wheel_on_platform
 from cablewright.kernels.statics.line.solved_line import shape_line

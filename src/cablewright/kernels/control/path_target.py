@@ -19,7 +19,7 @@ TARGET = 23
 
 
 class TrackArrays(NamedTuple):
-    """k - 1 straight pieces between k points, see `cablewright.printing.track.Track`. Read-only arrays."""
+    """k - 1 straight pieces between k points, see `cablewright.printing.arc_length_path.Track`. Read-only arrays."""
 
     positions: NDArray[np.float64]  # (k, 3) m
     distance: NDArray[np.float64]  # (k,) m

@@ -5,7 +5,7 @@ from math import exp, inf
 import numpy as np
 
 from cablewright.kernels import jit
-from cablewright.kernels.newton import solve
+from cablewright.kernels.dense_systems import solve
 
 # Parts of the state, in the order of their first indices, `at`; the last is the size of the state.
 POSITION, VELOCITY, ATTITUDE, LENGTHS, RADII, GYRO, ACCELEROMETER, RANGES, GROUND = 0, 1, 2, 3, 4, 5, 6, 7, 8

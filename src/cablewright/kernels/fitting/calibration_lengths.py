@@ -2,7 +2,7 @@
 
 from cablewright.kernels import jit
 from cablewright.kernels.fitting.calibration_residuals import place_unknowns, platform_arm, reading
-from cablewright.kernels.fitting.straight_line import SPANS, over_sheave, per_tension
+from cablewright.kernels.fitting.line_over_sheave import SPANS, over_sheave, per_tension
 from cablewright.kernels.statics.platform import place_platform
 
 

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels import jit
-from cablewright.kernels.fitting.sighting import BODY_COLUMNS, NUMBERS, edge, place_bodies
-from cablewright.kernels.fitting.straight_line import (
+from cablewright.kernels.dense_systems import along_columns
+from cablewright.kernels.fitting.line_over_sheave import (
     BUILD_UP,
     COLUMNS,
     COMPLIANCE,
@@ -35,7 +35,7 @@ from cablewright.kernels.fitting.straight_line import (
     swivel_frame,
     turning,
 )  # fmt: skip
-from cablewright.kernels.newton import along_columns
+from cablewright.kernels.fitting.sighting import BODY_COLUMNS, NUMBERS, edge, place_bodies
 from cablewright.kernels.rotation import compose, cross, rotate
 from cablewright.kernels.statics.platform import place_platform
 

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels import jit
+from cablewright.kernels.dense_systems import along_columns, cholesky, copy
 from cablewright.kernels.fitting.calibration_residuals import RowReading, place_unknowns, read_row, reading
 from cablewright.kernels.layout import NOT_CONVERGED, NOT_FINITE, OK
-from cablewright.kernels.newton import along_columns, cholesky, copy
 from cablewright.kernels.statics.platform import move_freely, place_platform
 
 MIN_DAMPING, MAX_DAMPING = 1e-12, 1e12

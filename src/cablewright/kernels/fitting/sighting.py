@@ -9,7 +9,7 @@ the picture is measured at both ends: the sum and the difference of the two have
 from math import nan
 
 from cablewright.kernels import jit
-from cablewright.kernels.newton import copy
+from cablewright.kernels.dense_systems import copy
 from cablewright.kernels.rotation import cross, left_jacobian, matrix, rotate, rotate_back
 
 # Columns of a body, a camera or a tag: its place and a turn after its first rotation, in the world or on the platform;

@@ -3,7 +3,7 @@
 from math import sqrt
 
 from cablewright.kernels import jit
-from cablewright.kernels.newton import cholesky
+from cablewright.kernels.dense_systems import cholesky
 
 SWEEPS = 30
 SMALL = 1e-12  # of the largest diagonal entry: an entry beside the diagonal that counts as none

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels import jit
+from cablewright.kernels.dense_systems import copy
 from cablewright.kernels.layout import OK, SINGULAR
 from cablewright.kernels.motion.modal import follow_modes
-from cablewright.kernels.newton import copy
 
 POINTS = 20  # of a period at which a vibration is looked at: its peaks are found to 1.3 %
 STEPS = 1024  # looked at in one stretch at most: later peaks are bounded by the sum of all amplitudes

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels import jit
+from cablewright.kernels.dense_systems import copy, solve
 from cablewright.kernels.layout import (
     MASS_X,
     NORMAL,
@@ -23,7 +24,6 @@ from cablewright.kernels.layout import (
     PLATFORM_WEIGHT,
     SINGULAR,
 )
-from cablewright.kernels.newton import copy, solve
 from cablewright.kernels.plant.counterweights import COUNTERWEIGHT, HELD
 from cablewright.kernels.rotation import compose, matrix, rotate
 from cablewright.kernels.statics.equilibrium import evaluate, workspace

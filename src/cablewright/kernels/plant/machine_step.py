@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from cablewright.kernels import jit
 from cablewright.kernels.layout import FREE, NOT_CONVERGED, OK, TAU, WEIGHT
-from cablewright.kernels.plant.beam import LENGTH, pull_along, set_part, set_points, turn_drive
 from cablewright.kernels.plant.counterweights import hang, rise
 from cablewright.kernels.plant.dynamics import PLACE, RATE, TURN, VELOCITY, midpoint_step
+from cablewright.kernels.plant.retracting_platform import LENGTH, pull_along, set_part, set_points, turn_drive
 from cablewright.kernels.plant.winding import radius_at, turn_winches
 from cablewright.kernels.rotation import cross, matrix, rotate
 from cablewright.kernels.statics.line.interface import draw_line, guess_line

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels import jit
+from cablewright.kernels.dense_systems import copy
 from cablewright.kernels.layout import OK, STATE, robot_of
-from cablewright.kernels.newton import copy
 from cablewright.kernels.statics.inverse import begin
-from cablewright.kernels.statics.inverse_work import inverse_workspace
+from cablewright.kernels.statics.inverse_scratch import inverse_workspace
 from cablewright.kernels.statics.line.interface import length_changes
 from cablewright.kernels.statics.line.upright import length_of
 from cablewright.kernels.statics.underactuated import evaluate_at_pulls

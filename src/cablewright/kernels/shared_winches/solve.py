@@ -7,6 +7,7 @@ Coordinates of the pose may be free: as many at least as there are fewer winches
 from math import isnan, nan
 
 from cablewright.kernels import jit
+from cablewright.kernels.dense_systems import copy
 from cablewright.kernels.layout import (
     BAD_WRAP,
     INFEASIBLE,
@@ -18,9 +19,8 @@ from cablewright.kernels.layout import (
     TENSION_MAX,
     UNSTABLE,
 )
-from cablewright.kernels.newton import copy
 from cablewright.kernels.shared_winches.lengths import measure
-from cablewright.kernels.shared_winches.program import (
+from cablewright.kernels.shared_winches.quadratic_program import (
     AGREE,
     LONGEST_STEP,
     begin_program,

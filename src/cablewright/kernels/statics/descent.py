@@ -9,8 +9,8 @@ from math import sqrt
 
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.exclusion import SETTLED
+from cablewright.kernels.dense_systems import copy, largest, largest_of_column, solve
 from cablewright.kernels.layout import COUNTERWEIGHT, END_SPRING, EXIT_X, FREE_COMPLIANCE, SPANS
-from cablewright.kernels.newton import copy, largest, largest_of_column, solve
 from cablewright.kernels.statics.line.interface import condense_line, reach_of_line, settle_line, spring_line
 from cablewright.kernels.statics.line.upright import FAILED
 from cablewright.kernels.statics.line.vertical_plane import AXIS_DISTANCE, add_line, place

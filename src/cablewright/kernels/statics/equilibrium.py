@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels import jit
+from cablewright.kernels.dense_systems import copy, largest, min_pivot, solve
 from cablewright.kernels.layout import (
     MASS_X,
     MASS_Y,
@@ -20,11 +21,10 @@ from cablewright.kernels.layout import (
     UNSTABLE,
     WRENCH,
 )
-from cablewright.kernels.newton import copy, largest, min_pivot, solve
 from cablewright.kernels.statics.line.interface import advance_line, condense_line, evaluate_line, judge_line, may_tip
 from cablewright.kernels.statics.line.spatial import SpatialWork, spatial_work
 from cablewright.kernels.statics.line.upright import is_slack
-from cablewright.kernels.statics.line.upright_parameters import OWN
+from cablewright.kernels.statics.line.upright_parameter_derivatives import OWN
 from cablewright.kernels.statics.line.vertical_plane import place
 from cablewright.kernels.statics.platform import (
     hold,

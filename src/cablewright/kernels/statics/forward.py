@@ -1,8 +1,8 @@
 """Forward problem: unstrained lengths to the pose, from a neighbouring solution or without any guess."""
 
 from cablewright.kernels import jit
+from cablewright.kernels.dense_systems import copy, copy_rows
 from cablewright.kernels.layout import LEVER_UNSTABLE, MASSLESS, NOT_CONVERGED, OK, OVERSTRETCHED
-from cablewright.kernels.newton import copy, copy_rows
 from cablewright.kernels.statics.descent import EXACT, FORCE_TOLERANCE, descend, spring_guess
 from cablewright.kernels.statics.equilibrium import (
     BALANCED,

@@ -10,6 +10,7 @@ from math import exp, hypot, log
 import numpy as np
 
 from cablewright.kernels import jit
+from cablewright.kernels.dense_systems import copy, largest
 from cablewright.kernels.layout import (
     BAD_WRAP,
     COUNTERWEIGHT,
@@ -33,7 +34,6 @@ from cablewright.kernels.layout import (
     WINCH_Z,
     Packed,
 )
-from cablewright.kernels.newton import copy, largest
 from cablewright.kernels.statics.equilibrium import evaluate, judge, judge_stability, unbalanced
 from cablewright.kernels.statics.line.counterweight import beyond_hung_limits, beyond_limits
 from cablewright.kernels.statics.line.interface import (

@@ -1,8 +1,8 @@
 """Linearisation at an equilibrium: motion of the platform per change of a line's length or parameters."""
 
 from cablewright.kernels import jit
+from cablewright.kernels.dense_systems import copy, solve
 from cablewright.kernels.layout import OK, PARAMETERS, SINGULAR
-from cablewright.kernels.newton import copy, solve
 from cablewright.kernels.statics.equilibrium import condense, evaluate
 from cablewright.kernels.statics.line.interface import change_line, change_tension
 from cablewright.kernels.statics.line.upright import is_slack

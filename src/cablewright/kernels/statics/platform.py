@@ -8,6 +8,7 @@ P w = 0 has the stiffness P K P. Without a plane the functions of a plane leave 
 from math import inf, pi, sqrt
 
 from cablewright.kernels import jit
+from cablewright.kernels.dense_systems import copy, largest
 from cablewright.kernels.layout import (
     HELD,
     MASS_X,
@@ -20,7 +21,6 @@ from cablewright.kernels.layout import (
     TENSION_MIN,
     WRENCH,
 )
-from cablewright.kernels.newton import copy, largest
 from cablewright.kernels.rotation import compose, left_jacobian, matrix, rotate
 
 POSE_STEP, TURN_STEP = 1.0, 0.3  # m, rad: the longest single move of the platform

@@ -1,8 +1,8 @@
 """Tangent stiffness of the platform, and each line's stiffness along its own chord."""
 
 from cablewright.kernels import jit
+from cablewright.kernels.dense_systems import copy
 from cablewright.kernels.layout import OK, SINGULAR, robot_of
-from cablewright.kernels.newton import copy
 from cablewright.kernels.statics.equilibrium import condense, evaluate, workspace
 from cablewright.kernels.statics.line.interface import stiffen_line
 from cablewright.kernels.statics.line.upright import is_slack, lengths_of

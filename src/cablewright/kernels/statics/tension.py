@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels import jit
-from cablewright.kernels.newton import largest, largest_of_column, solve
+from cablewright.kernels.dense_systems import largest, largest_of_column, solve
 
 STEPS = 100
 MIN_DAMPING = 1e-13  # of the Hessian's trace

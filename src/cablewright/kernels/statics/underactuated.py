@@ -8,8 +8,8 @@ In a plane the coordinates that it holds are given too, and what it carries are 
 from math import exp, isnan, nan, pi, sqrt
 
 from cablewright.kernels import jit
+from cablewright.kernels.dense_systems import copy, copy_rows, largest, largest_of_column, solve
 from cablewright.kernels.layout import FREE, FREE_COMPLIANCE, INFEASIBLE, NOT_CONVERGED, OK, TENSION_MIN, WEIGHT
-from cablewright.kernels.newton import copy, copy_rows, largest, largest_of_column, solve
 from cablewright.kernels.statics.descent import SPRING, SPRING_TOLERANCE, descend, place_below
 from cablewright.kernels.statics.equilibrium import judge
 from cablewright.kernels.statics.forward import UPRIGHT

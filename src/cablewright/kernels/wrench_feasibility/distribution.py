@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels import jit
+from cablewright.kernels.dense_systems import cholesky
 from cablewright.kernels.layout import INFEASIBLE, NOT_CONVERGED, OK, SINGULAR, TENSION_MAX, TENSION_MIN, Packed
-from cablewright.kernels.newton import cholesky
 from cablewright.kernels.statics.platform import free_rows, keep_free, keep_free_columns
 from cablewright.kernels.statics.tension import SOFT, Program, distribute
 from cablewright.kernels.wrench_feasibility.structure_matrix import (

@@ -21,7 +21,7 @@ from cablewright.live.drives.answers import BusScan, DriveLine, DriveSession, Dr
 from cablewright.live.drives.session import RealMachine, SessionOperator, Watching, session_path, taking_up
 from cablewright.live.prints import loop
 from cablewright.live.prints.loop import Printer
-from cablewright.machine.drives.bus import Port
+from cablewright.machine.drives.can_bus import Port
 from cablewright.machine.drives.choice import drives_of
 from cablewright.machine.settings import MachineSettings
 from cablewright.robot import Robot

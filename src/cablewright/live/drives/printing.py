@@ -10,19 +10,19 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
-from cablewright.analyses.safe_travel import driven_job
+from cablewright.analyses.travel_moves import driven_job
 from cablewright.control.procedure import Procedure
 from cablewright.foundation.choices import LawName
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.file_output import write_whole
 from cablewright.foundation.progress import Progress
-from cablewright.foundation.saving import Snapshot, write_snapshots
+from cablewright.foundation.saved_state import Snapshot, write_snapshots
 from cablewright.foundation.signals import Command, Drives, Encoders, Estimate, Order, OrderKind, PrintState, Tensions
 from cablewright.live.drives.session import RealMachine, taking_up
 from cablewright.live.prints import loop
-from cablewright.live.prints.laid_material import check_clear
 from cablewright.live.prints.limits import path_of
 from cablewright.live.prints.loop import Operator, Printer
+from cablewright.live.prints.part_contact import check_clear
 from cablewright.live.prints.print_job import PrintedJob
 from cablewright.live.prints.record import finish
 from cablewright.live.prints.recorder import (
@@ -41,7 +41,7 @@ from cablewright.live.prints.run import (
     require_folder,
 )
 from cablewright.live.prints.snapshot_writer import SnapshotWriter
-from cablewright.machine.drives.bus import Port
+from cablewright.machine.drives.can_bus import Port
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import read_log
 from cablewright.machine.log.segments import next_segment
@@ -50,8 +50,8 @@ from cablewright.models.job_poses import on_plane
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
-from cablewright.running.store import MANIFEST, manifest_of
-from cablewright.running.user_key import signature
+from cablewright.running.run_folders import MANIFEST, manifest_of
+from cablewright.running.signing_key import signature
 
 _UNREAD: Final = (Command, Drives, Encoders, Estimate, Tensions)
 _GAP: Final = 1.0  # s at least between the steps of two runs

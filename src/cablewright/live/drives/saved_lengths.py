@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, ValidationError
 
-from cablewright.control.force_balance import CarriedWatch
+from cablewright.control.balance_check import CarriedWatch
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.foundation.file_output import write_whole
 from cablewright.foundation.reading_times import ReadingTimes
-from cablewright.foundation.saving import Saved
+from cablewright.foundation.saved_state import Saved
 from cablewright.foundation.signals import Drives, DriveState, Encoders, Estimate, SensorFrame, Tensions, frozen
 from cablewright.foundation.toml_input import read_bytes
 from cablewright.live.body_estimator import BodyEstimator

@@ -13,16 +13,16 @@ from typing import Final
 import numpy as np
 
 from cablewright.control import manual
-from cablewright.control.guide import TimedPath
 from cablewright.control.homing import Homing, HomingSettings
 from cablewright.control.manual import ManualSettings
+from cablewright.control.path_follower import TimedPath
 from cablewright.control.procedure import Procedure
 from cablewright.control.take_up import PULLS, TakeUp, TakeUpSettings
 from cablewright.control.winch_jog import WinchJog, WinchJogSettings
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.choices import LawName
 from cablewright.foundation.errors import InputError
-from cablewright.foundation.saving import Snapshot
+from cablewright.foundation.saved_state import Snapshot
 from cablewright.foundation.signals import Order, OrderKind, PrintState
 from cablewright.live.drives.saved_lengths import KeptEstimator, LengthKeeper, warm
 from cablewright.live.prints.body_limits import chosen_places, poses_at
@@ -30,15 +30,15 @@ from cablewright.live.prints.limits import planned
 from cablewright.live.prints.loop import Printer, PrintPlan, Step
 from cablewright.live.stationary_path import still_path
 from cablewright.machine.drives.axes import require_drives
-from cablewright.machine.drives.bus import Port
+from cablewright.machine.drives.can_bus import Port
 from cablewright.machine.drives.choice import drives_of
 from cablewright.machine.drives.drive_machine import DriveMachine
 from cablewright.machine.drives.limits import require_limits
-from cablewright.machine.drives.protocol import WinchDrives
 from cablewright.machine.drives.settings import ACKNOWLEDGED, LOOPBACK
+from cablewright.machine.drives.winch_drives import WinchDrives
 from cablewright.machine.settings import MachineSettings, require_robot
 from cablewright.machine.winch_counts import CountFile, Remembering
-from cablewright.models.support import Capability, require
+from cablewright.models.support_table import Capability, require
 from cablewright.printing.job import Motion
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse

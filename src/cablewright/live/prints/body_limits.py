@@ -11,14 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.analyses.accuracy.tension_spread import tension_spread
-from cablewright.analyses.inertia_forces import tensions_by_acceleration
-from cablewright.control.guide import TimedPath
-from cablewright.control.retractor import BeamSettings
+from cablewright.analyses.steady_acceleration import tensions_by_acceleration
+from cablewright.control.path_follower import TimedPath
+from cablewright.control.retraction import BeamSettings
 from cablewright.estimation.body.creep import ASSUMED
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.choices import LawName
 from cablewright.foundation.errors import AnswerError, InputError
-from cablewright.machine.accuracy import MachineAccuracy
+from cablewright.machine.description_sigmas import MachineAccuracy
 from cablewright.machine.settings import MachineSettings
 from cablewright.models.job_poses import require_retractions
 from cablewright.models.rotation import matrices

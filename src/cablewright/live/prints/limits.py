@@ -9,24 +9,24 @@ from typing import Final
 import numpy as np
 
 from cablewright.control import manual
-from cablewright.control.drum_yaw import YawSettings
 from cablewright.control.guard import UNCOUNTED, GuardSettings
-from cablewright.control.guide import TimedPath
 from cablewright.control.height import HeightControl
 from cablewright.control.manual import ManualSettings
+from cablewright.control.path_follower import TimedPath
 from cablewright.control.stop import StopSettings
 from cablewright.control.stretch_damping import DampingLoop, StretchDamping, swings_at
 from cablewright.control.supervisor import SupervisorSettings
 from cablewright.control.swing_damping import SwingDamping
 from cablewright.control.velocity import VelocitySettings
+from cablewright.control.yaw import YawSettings
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.choices import HeightRule, LawName
 from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.live.estimator_settings import with_drum_mass
 from cablewright.live.prints import body_limits
-from cablewright.live.prints.body_swing import calmed, told
+from cablewright.live.prints.body_corner_speeds import calmed, told
 from cablewright.live.prints.loop import PrintPlan
-from cablewright.machine.carriers import Drum
+from cablewright.machine.carried_load import Drum
 from cablewright.machine.powder_load import PowderLoad
 from cablewright.machine.sensors.barrier import BARRIER
 from cablewright.machine.sensors.inertial import INERTIAL
@@ -36,14 +36,14 @@ from cablewright.machine.sensors.yaw_encoder import YAW_ENCODER
 from cablewright.machine.settings import MachineSettings
 from cablewright.models.inertia import compensates
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.models.support import Capability, require
+from cablewright.models.support_table import Capability, require
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
 from cablewright.robot import Robot
 from cablewright.robot.plausibility import overstretched
 from cablewright.solvers.hanging_path import hung
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.solvers.shaping import SLOWEST, SlowestMode
+from cablewright.solvers.swing_free_motion import SLOWEST, SlowestMode
 
 _SPEED_FACTOR: Final = 3.0  # speed limit as a multiple of the job's fastest motion ...
 _SWING_SPEED: Final = 0.05  # ... plus this, m/s, for a swinging platform

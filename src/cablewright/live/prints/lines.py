@@ -8,7 +8,7 @@ from cablewright.estimation.slackness import SlacknessSettings
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.live.error_statistics import spread
 from cablewright.live.prints.result import LineUse
-from cablewright.live.prints.spooling import SpoolRadii, SpoolStatistics
+from cablewright.live.prints.spooling_regularity import SpoolRadii, SpoolStatistics
 from cablewright.live.prints.steps_table import Rows
 from cablewright.live.prints.vibration import VibrationRecord
 from cablewright.machine.log.head import LogHead

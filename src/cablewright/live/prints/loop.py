@@ -14,22 +14,22 @@ from typing import ClassVar, Final, Protocol, runtime_checkable
 
 import numpy as np
 
-from cablewright.control import drum_yaw, guard, guide, height, manual, retractor, stretch_damping, supervisor, velocity
+from cablewright.control import guard, height, manual, path_follower, retraction, stretch_damping, supervisor, velocity
 from cablewright.control.clock import FrameClock
-from cablewright.control.drum_yaw import YawSettings, YawState
 from cablewright.control.guard import GuardSettings, GuardState, StopCause
-from cablewright.control.guide import GuideMode, GuideState, Target, TimedPath
 from cablewright.control.height import HeightControl
 from cablewright.control.manual import ManualSettings, ManualState
 from cablewright.control.orders import BY_HAND, OrderState, examine
+from cablewright.control.path_follower import GuideMode, GuideState, Target, TimedPath
 from cablewright.control.procedure import Procedure
-from cablewright.control.retractor import BeamMotion, BeamSettings, BeamState
+from cablewright.control.retraction import BeamMotion, BeamSettings, BeamState
 from cablewright.control.stop import StopKind, StopState, advance
 from cablewright.control.supervisor import SupervisorSettings, SupervisorState, Verdict
 from cablewright.control.velocity import VelocitySettings
+from cablewright.control.yaw import YawSettings, YawState, yaw_rate
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
-from cablewright.foundation.saving import Saved, Snapshot, load
+from cablewright.foundation.saved_state import Saved, Snapshot, load
 from cablewright.foundation.signals import (
     RETRACTION,
     YAW,
@@ -202,7 +202,7 @@ class Printer:
         estimate = self.estimator.step(frame)
         velocity.note_counts(self.velocity, frame)
         if self._beam is not None and self.plan.beam is not None:
-            retractor.read(self.plan.beam, self._beam, frame)
+            retraction.read(self.plan.beam, self._beam, frame)
         state = self.supervisor.state
         stopped = self._stop is None or self._stop.at_rest(self.plan.guard.stop)
         verdict = supervisor.step(
@@ -235,7 +235,7 @@ class Printer:
         if self.plan.height is not None and verdict.state is PrintState.PRINTING:
             self.guide.height_offset = height.step(self.plan.height, self.guide.height_offset, estimate.clearance, dt)
         if self._approach_pending and estimate.valid:
-            guide.leave_path(self.plan.path, self.guide, estimate.position, estimate.rotation)
+            path_follower.leave_path(self.plan.path, self.guide, estimate.position, estimate.rotation)
             self._approach_pending = False
         target = self._next_target(verdict, estimate, dt)
         self.target = None if self._approach_pending else target
@@ -302,7 +302,7 @@ class Printer:
 
     def _next_target(self, verdict: Verdict, estimate: Estimate, dt: float) -> Target:
         if verdict.state is not PrintState.MANUAL:
-            target = guide.step(self.plan.path, self.guide, dt, verdict.guide_mode, self.speed_share)
+            target = path_follower.step(self.plan.path, self.guide, dt, verdict.guide_mode, self.speed_share)
             waits = verdict.state is PrintState.READY and not self._is_tensioned()
             return target._replace(arrived=False) if waits else target
         motion = manual.step(self.plan.manual, self._manual, self.time, dt, self._off_target(estimate))
@@ -352,7 +352,7 @@ class Printer:
         speeds = velocity.step(own, self.velocity, estimate, target, dt, tensions, moved, calms=calms)
         outputs = {} if moved is None else {RETRACTION: moved.speed}
         if self.plan.yaw is not None:
-            outputs[YAW] = drum_yaw.step(self.plan.yaw, self.yaw, frame, estimate.yaw, dt)
+            outputs[YAW] = yaw_rate(self.plan.yaw, self.yaw, frame, estimate.yaw, dt)
         opening = target.flow / self.plan.path.print_speed if verdict.valve_allowed else 0.0
         return Command(now, frozen(speeds), min(max(opening, 0.0), 1.0), outputs=outputs)
 
@@ -360,7 +360,7 @@ class Printer:
         """The motion of the beam in the next step; None of a platform that does not retract."""
         if self.plan.beam is None or self._beam is None:
             return None
-        return retractor.step(self.plan.beam, self._beam, target.retraction, target.retraction_rate, dt)
+        return retraction.step(self.plan.beam, self._beam, target.retraction, target.retraction_rate, dt)
 
     def _standing(self, now: float, speeds: Array, mode: WinchMode) -> Command:
         """A command of a stop, in its mode where the machine has it."""

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from cablewright.control.guide import Target
-from cablewright.printing.track import Track
+from cablewright.control.path_follower import Target
+from cablewright.printing.arc_length_path import Track
 
 
 @dataclass

@@ -10,7 +10,7 @@ from cablewright.foundation.arrays import Array
 from cablewright.live.prints.result import ErrorLocation, LayerErrors, PathFollowing
 from cablewright.live.prints.steps_table import Rows
 from cablewright.models.path_offset import nearest_of_each
-from cablewright.printing.track import Track
+from cablewright.printing.arc_length_path import Track
 from cablewright.running.running_statistics import Histogram, Moments
 
 _SEARCH: Final = 0.3  # m along the path, before and after the current distance

@@ -11,31 +11,31 @@ from typing import Final, get_args
 import numpy as np
 
 from cablewright.analyses.motion.lower_acceleration import slower_note
-from cablewright.analyses.safe_travel import driven_job
-from cablewright.control.guide import TimedPath
+from cablewright.analyses.travel_moves import driven_job
+from cablewright.control.path_follower import TimedPath
 from cablewright.control.velocity import LAWS
 from cablewright.estimation.lidar.room import Laser
 from cablewright.foundation.choices import HeightRule, LawName, PlantName, SeverityName
 from cablewright.foundation.errors import InputError, UnknownName
 from cablewright.live.estimators import ESTIMATORS, best_estimator
-from cablewright.live.prints.laid_material import check_clear
 from cablewright.live.prints.limits import path_of, planned
 from cablewright.live.prints.loop import PrintPlan
+from cablewright.live.prints.part_contact import check_clear
 from cablewright.live.prints.structure import CELLS_PER_BEAD
 from cablewright.machine.files import machine_names
 from cablewright.machine.log.head import MAX_EVERY
 from cablewright.machine.sensors.barrier import BARRIER
 from cablewright.machine.settings import MachineSettings, extruding, require_robot
+from cablewright.machine.simulated.floor import Ground
 from cablewright.machine.simulated.machine_file import built_machine
 from cablewright.machine.simulated.sensors import barrier
 from cablewright.machine.simulated.settings import TwinSettings, whole_machine
 from cablewright.machine.simulated.severities import with_severity
 from cablewright.machine.simulated.severity_tables import SEVERITIES
 from cablewright.machine.simulated.simulated_machine import PLANTS
-from cablewright.machine.simulated.surroundings import Ground
 from cablewright.models.job_poses import on_plane
 from cablewright.models.statics import Model
-from cablewright.models.support import Capability, require
+from cablewright.models.support_table import Capability, require
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
 from cablewright.robot import Robot

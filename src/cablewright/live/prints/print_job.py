@@ -22,7 +22,7 @@ from cablewright.machine.simulated.settings import TwinSettings
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.printing.job import Job, load_job
 from cablewright.robot import Robot, load
-from cablewright.running import store
+from cablewright.running import run_folders
 
 SCHEMA: Final = 3
 """Version of metrics.json."""
@@ -167,8 +167,8 @@ def print_job(
     loaded = job if isinstance(job, Job) else load_job(job)
     chosen = options or PrintOptions()
     twin = replace(twin_of(described, loaded, machine, chosen), upon=upon)
-    inputs = {} if isinstance(robot, Robot) else {"robot": store.robot_hash(str(robot))}
-    inputs |= {} if isinstance(job, Job) else store.job_hashes(Path(job), loaded)
+    inputs = {} if isinstance(robot, Robot) else {"robot": run_folders.robot_hash(str(robot))}
+    inputs |= {} if isinstance(job, Job) else run_folders.job_hashes(Path(job), loaded)
     inputs |= {} if upon is None else upon.inputs
     settings = asdict(chosen) | {"machine": twin.settings.model_dump(mode="json")}
     del settings["lasers"]

@@ -30,8 +30,8 @@ from cablewright.live.prints.vibration import VibrationWindows
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.join import join_log
 from cablewright.machine.log.log import Entry, read_log
+from cablewright.printing.arc_length_path import Track
 from cablewright.printing.heightfield import HeightField
-from cablewright.printing.track import Track
 from cablewright.running.running_statistics import Moments, ThinnedRows
 
 UNUSED: Final = (Inertial, Distance, "/scan/north", "/scan/south")

@@ -12,12 +12,12 @@ import numpy as np
 
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.progress import Progress
-from cablewright.foundation.saving import LAYOUT, Snapshot, read_snapshots, save
+from cablewright.foundation.saved_state import LAYOUT, Snapshot, read_snapshots, save
 from cablewright.live.prints.loop import Printer, Step
 from cablewright.live.prints.snapshot_writer import SnapshotWriter
 from cablewright.machine.log.log import LogWriter
-from cablewright.running.store import MANIFEST
-from cablewright.running.user_key import is_signed
+from cablewright.running.run_folders import MANIFEST
+from cablewright.running.signing_key import is_signed
 
 CHECKPOINT_INTERVAL: Final = 0.5
 """Between two checkpoints, s by the wall clock."""

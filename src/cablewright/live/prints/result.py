@@ -13,13 +13,13 @@ from cablewright.foundation.arrays import Array
 from cablewright.foundation.results import Figure, Result
 from cablewright.foundation.signals import PrintState
 from cablewright.live.fault_count import FaultCount, fault_figures
-from cablewright.live.prints.spooling import SpoolRadii
+from cablewright.live.prints.spooling_regularity import SpoolRadii
 from cablewright.live.prints.steps_table import Rows
 from cablewright.live.prints.structure import PrintedStructure
 from cablewright.live.prints.tracking_errors import WholeErrors
 from cablewright.live.prints.vibration import VibrationRecord
 from cablewright.machine.log.head import LogHead
-from cablewright.printing.track import Track
+from cablewright.printing.arc_length_path import Track
 from cablewright.running.running_statistics import Histogram, Summary
 
 

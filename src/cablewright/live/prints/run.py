@@ -18,12 +18,12 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
-from cablewright.control.guide import TimedPath
+from cablewright.control.path_follower import TimedPath
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.file_output import cannot_write, is_unfinished, write_whole
 from cablewright.foundation.progress import Progress
-from cablewright.foundation.saving import write_snapshots
+from cablewright.foundation.saved_state import write_snapshots
 from cablewright.foundation.signals import Estimate, PrintState, Scan, Truth
 from cablewright.live.estimators import Estimator, estimator
 from cablewright.live.prints import loop
@@ -46,8 +46,8 @@ from cablewright.machine.real_time_machine import Paced
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.robot import Robot
 from cablewright.running.locks import locked
-from cablewright.running.store import MANIFEST, manifest_of, read_manifest
-from cablewright.running.user_key import signature
+from cablewright.running.run_folders import MANIFEST, manifest_of, read_manifest
+from cablewright.running.signing_key import signature
 
 CHECKPOINT: Final = "checkpoint.bin"
 LOCK: Final = "lock"

@@ -8,7 +8,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from cablewright.foundation.saving import Sign, Snapshot, write_snapshots
+from cablewright.foundation.saved_state import Sign, Snapshot, write_snapshots
 
 
 class SnapshotWriter:

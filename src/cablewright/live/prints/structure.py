@@ -21,9 +21,9 @@ from cablewright.foundation.units import spell_length
 from cablewright.live.error_statistics import spread
 from cablewright.machine.sensors.lidars import LidarSettings
 from cablewright.models.rotation import matrices
+from cablewright.printing.arc_length_path import Track
 from cablewright.printing.beads import Bead
 from cablewright.printing.heightfield import HeightField, rebuilt
-from cablewright.printing.track import Track
 
 CELL: Final = 0.02
 """Cell size of the reconstruction, m."""

@@ -27,13 +27,13 @@ from cablewright.live.serve.events import Events
 from cablewright.live.serve.jobs import digest_of, folder_of, load_served, read_check, subject_of
 from cablewright.live.serve.link import ControlLink
 from cablewright.live.serve.messages import LoadMessage
-from cablewright.live.serve.operator import PageOperator
-from cablewright.live.serve.station import Sitting, Station
+from cablewright.live.serve.operated_machines import Sitting, Station
+from cablewright.live.serve.page_orders import PageOperator
 from cablewright.live.serve.status import Telling, told_sitting, waiting_state
 from cablewright.machine.log.segments import next_segment
 from cablewright.printing.job import Job
-from cablewright.running.store import MANIFEST, manifest_of, read_manifest
-from cablewright.running.user_key import signature
+from cablewright.running.run_folders import MANIFEST, manifest_of, read_manifest
+from cablewright.running.signing_key import signature
 
 JOBS: Final = "jobs"
 RUNS: Final = "runs"

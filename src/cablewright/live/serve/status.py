@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pydantic_core import to_json
 
 from cablewright.control import supervisor
-from cablewright.control.guide import TimedPath
+from cablewright.control.path_follower import TimedPath
 from cablewright.control.transitions import TRANSITIONS
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import EnvironmentFault
@@ -32,8 +32,8 @@ from cablewright.foundation.signals import (
 from cablewright.live.prints.loop import Printer, Step, StepRecorder
 from cablewright.live.serve.events import Events
 from cablewright.live.serve.link import ControlLink
-from cablewright.live.serve.operator import PageOperator
-from cablewright.live.serve.station import Sitting
+from cablewright.live.serve.operated_machines import Sitting
+from cablewright.live.serve.page_orders import PageOperator
 from cablewright.machine.log.head import written_head
 from cablewright.machine.log.messages import encode, encode_frame
 from cablewright.machine.log.segments import CLOSING_TOPIC

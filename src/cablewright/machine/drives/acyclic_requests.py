@@ -9,8 +9,8 @@ from cablewright.foundation.errors import EnvironmentFault, InputError
 from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.axis import Axis
 from cablewright.machine.drives.cia402 import DISABLE_OPERATION, ENERGISED, PowerState, state_of
+from cablewright.machine.drives.object_transfers import Transfer
 from cablewright.machine.drives.parameters import RAMP_AND_OFF, ObjectParameter, speed_limit
-from cablewright.machine.drives.transfers import Transfer
 
 _POLL: Final = 0.01  # s
 

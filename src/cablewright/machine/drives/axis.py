@@ -18,10 +18,10 @@ from cablewright.machine.drives.cia402 import (
     state_of,
 )
 from cablewright.machine.drives.faults import fault_line
+from cablewright.machine.drives.object_transfers import Transfer, Transfers
 from cablewright.machine.drives.objects import Mode
 from cablewright.machine.drives.parameters import ObjectParameter
 from cablewright.machine.drives.scale import Scale
-from cablewright.machine.drives.transfers import Transfer, Transfers
 
 STANDS: Final = 0.02
 """Speed of a drum that stands, rad/s."""

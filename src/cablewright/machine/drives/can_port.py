@@ -7,7 +7,7 @@ from contextlib import suppress
 from typing import Any
 
 from cablewright.foundation.errors import EnvironmentFault
-from cablewright.machine.drives.bus import BusError, CanFrame
+from cablewright.machine.drives.can_bus import BusError, CanFrame
 
 
 class CanPort:

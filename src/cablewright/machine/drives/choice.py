@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from cablewright.machine.drives.bus import Port
+from cablewright.machine.drives.can_bus import Port
 from cablewright.machine.drives.canopen_drives import CanopenDrives
 from cablewright.machine.drives.ethercat.ethercat_drives import EthercatDrives
-from cablewright.machine.drives.protocol import WinchDrives
+from cablewright.machine.drives.winch_drives import WinchDrives
 from cablewright.machine.settings import MachineSettings
 from cablewright.robot import Robot
 

@@ -31,11 +31,11 @@ from cablewright.foundation.signals import (
 )
 from cablewright.machine.drives.axis import STANDS, Axis, Setpoint
 from cablewright.machine.drives.cia402 import IN_FAULT, PowerState, Wish, shown
+from cablewright.machine.drives.disabled_check import OffWatch
 from cablewright.machine.drives.objects import Mode
-from cablewright.machine.drives.power_off_check import OffWatch
-from cablewright.machine.drives.protocol import WinchDrives
 from cablewright.machine.drives.settings import WinchDriveSettings
 from cablewright.machine.drives.unexpected_motion import StrayWatch, slipping
+from cablewright.machine.drives.winch_drives import WinchDrives
 from cablewright.machine.interface import RESET, Abilities, check_command
 from cablewright.machine.sensors.barrier import BARRIER
 from cablewright.machine.sensors.encoders import ENCODERS

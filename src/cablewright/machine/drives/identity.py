@@ -6,8 +6,8 @@ from typing import Final, NamedTuple
 
 from cablewright.foundation.errors import InputError
 from cablewright.machine.drives import objects as o
+from cablewright.machine.drives.object_transfers import Transfer, Transfers
 from cablewright.machine.drives.objects import Mode, supports
-from cablewright.machine.drives.transfers import Transfer, Transfers
 
 _RATED: Final = 0.01  # share by which a motor's rated torque may be off the file's
 _ASKED: Final = (

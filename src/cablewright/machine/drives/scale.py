@@ -10,7 +10,7 @@ import numpy as np
 from cablewright.foundation.errors import InputError
 from cablewright.machine.coils import coil_of
 from cablewright.machine.settings import MachineSettings
-from cablewright.models.support import Capability, require
+from cablewright.models.support_table import Capability, require
 from cablewright.models.winch_lines import WinchLines
 from cablewright.robot import Robot
 

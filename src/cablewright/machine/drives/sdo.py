@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from cablewright.machine.drives.bus import CanFrame
+from cablewright.machine.drives.can_bus import CanFrame
+from cablewright.machine.drives.object_transfers import TIMEOUT, Transfer, Transfers, text_of
 from cablewright.machine.drives.objects import SDO_REQUEST
-from cablewright.machine.drives.transfers import TIMEOUT, Transfer, Transfers, text_of
 
 _MAX_TEXT: Final = 256  # bytes
 

@@ -7,12 +7,12 @@ from typing import Any, Final
 
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.validation import Description
-from cablewright.machine import carriers, settings
+from cablewright.machine import carried_load, settings
 from cablewright.machine.sensors import SENSORS
 from cablewright.machine.sensors.lidars import LidarSettings
 
 _TABLES: Final[Mapping[str, type[Description]]] = {
-    "drum": carriers.Drum,
+    "drum": carried_load.Drum,
     "winch": settings.WinchSettings,
     "room": settings.RoomSettings,
     **{each.table: each.sheet for each in SENSORS if each.sheet.MOVED},

@@ -13,10 +13,10 @@ from cablewright.foundation.signals import SOURCES, Scan
 from cablewright.kernels.plant.lidar_rays import turn_lidar
 from cablewright.machine.sensors.lidars import LidarSettings
 from cablewright.machine.simulated.as_built_room import FoundRoom, detours
-from cablewright.machine.simulated.rig import RigState
+from cablewright.machine.simulated.floor import Ground
 from cablewright.machine.simulated.sensors.timed_sensor import steps_per_interval
 from cablewright.machine.simulated.settings import LidarFlaws
-from cablewright.machine.simulated.surroundings import Ground
+from cablewright.machine.simulated.true_state import RigState
 
 _FIRST: Final = -math.pi  # rad, of a turn's first ray
 

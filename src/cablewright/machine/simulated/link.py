@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field, TypeAdapter, ValidationError
 
 from cablewright.foundation.errors import InputError
-from cablewright.foundation.saving import Coded
+from cablewright.foundation.saved_state import Coded
 from cablewright.foundation.signals import Reading
 from cablewright.machine.log.messages import decode, encode
 from cablewright.machine.simulated.as_built_parts import GAPS

@@ -9,7 +9,7 @@ from typing import Final
 from cablewright.foundation.toml_input import parse_table
 from cablewright.foundation.units import FORCE, LENGTH, TORQUE, three_digits
 from cablewright.machine.simulated.settings import TwinSettings, twin_of_table
-from cablewright.models.support import Capability, require
+from cablewright.models.support_table import Capability, require
 from cablewright.models.winch_lines import WinchLines
 from cablewright.robot import PointPlatform, RigidPlatform, Robot
 
@@ -24,7 +24,7 @@ def machine_file(robot: Robot) -> str:
     """Return the text of a machine file for *robot*, each number with where it is from.
 
     Sensors are encoders and a light barrier: with them `print` uses dead reckoning. A body has load cells and an
-    inertial unit besides. Raises `InputError` for a robot that cannot be simulated: see `models.support`.
+    inertial unit besides. Raises `InputError` for a robot that cannot be simulated: see `models.support_table`.
     """
     require(robot, Capability.MACHINE_FILE)
     radius, speed, torque = _winch(robot)

@@ -12,14 +12,14 @@ from cablewright.foundation.signals import Condition, Notice
 from cablewright.kernels import continuation
 from cablewright.kernels.certificates.system_enclosure import certificate_pool
 from cablewright.kernels.layout import COUNTERWEIGHT, HELD, Code, Packed
-from cablewright.kernels.plant import beam, counterweights, dynamics, machine_step, winding
+from cablewright.kernels.plant import counterweights, dynamics, machine_step, retracting_platform, winding
 from cablewright.kernels.rotation import matrix
 from cablewright.kernels.statics import forward
 from cablewright.kernels.statics.equilibrium import evaluate, workspace
 from cablewright.kernels.statics.line.counterweight import read_lengths
 from cablewright.kernels.statics.platform import between
-from cablewright.machine.simulated.motion.settling import settle
-from cablewright.machine.simulated.rig import Rig
+from cablewright.machine.simulated.plant_parts.coming_to_rest import settle
+from cablewright.machine.simulated.true_state import Rig
 from cablewright.models.packed_views import LineStates
 from cablewright.solvers.continuation import TrackerSettings
 
@@ -222,7 +222,7 @@ class QuasiStaticPlant:
             drive, rotation = rig.retraction.drive, np.empty((3, 3))
             matrix(rig.motion[6:9], rotation)
             given = (rig.packed, rig.body, drive.beam, drive.moved, rig.states, rig.work.planes, rotation)
-            rig.retraction.move(rig.packed.lines, beam.pull_along(*given), self.period)
+            rig.retraction.move(rig.packed.lines, retracting_platform.pull_along(*given), self.period)
 
     def _move(self, pose: Array) -> None:
         """Move the platform to *pose* (n,); a drum turns to the yaw where its lines are untwisted."""

@@ -28,7 +28,7 @@ from cablewright.machine.settings import MAX_WALLS, MachineSettings
 from cablewright.machine.simulated.sensors import SIMULATED
 from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated
 from cablewright.machine.simulated.severity_tables import filled
-from cablewright.machine.simulated.unmodelled.laws import (
+from cablewright.machine.simulated.unmodelled.effect_sizes import (
     CableStretch,
     ExitMounts,
     HangingHose,

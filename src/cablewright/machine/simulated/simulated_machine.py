@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.choices import PlantName
 from cablewright.foundation.errors import InputError, UnknownName
-from cablewright.foundation.saving import Coded, Snapshot, load, save
+from cablewright.foundation.saved_state import Coded, Snapshot, load, save
 from cablewright.foundation.signals import (
     RETRACTION,
     SOURCES,
@@ -36,11 +36,9 @@ from cablewright.machine.settings import MachineSettings
 from cablewright.machine.simulated.as_built import as_built
 from cablewright.machine.simulated.as_built_parts import as_built_machine, mass_factors, places_along
 from cablewright.machine.simulated.as_built_room import FoundRoom
-from cablewright.machine.simulated.drum_clock import DrumClock
 from cablewright.machine.simulated.lidar import SimulatedLidar
 from cablewright.machine.simulated.link import Channel, Gaps, decode_readings, encode_readings
 from cablewright.machine.simulated.plant import DynamicPlant, Plant, QuasiStaticPlant
-from cablewright.machine.simulated.rig import Rig, RigState, start_pose
 from cablewright.machine.simulated.sensor_context import Mounted
 from cablewright.machine.simulated.sensors import SIMULATED
 from cablewright.machine.simulated.settings import (
@@ -50,6 +48,8 @@ from cablewright.machine.simulated.settings import (
     TwinSettings,
     check_faults,
 )
+from cablewright.machine.simulated.true_state import Rig, RigState, start_pose
+from cablewright.machine.simulated.wireless_clock import DrumClock
 from cablewright.robot import Robot
 
 PLANTS: Final = get_args(PlantName)

@@ -19,7 +19,7 @@ from cablewright.running.executors.executor import Executor, Serial
 from cablewright.running.executors.stored_results import kept_in
 from cablewright.running.executors.study import evaluate, require_all
 from cablewright.running.executors.task import Task
-from cablewright.running.store import file_hash
+from cablewright.running.run_folders import file_hash
 from cablewright.studies.campaigns.one_print import CampaignPrint, printed
 from cablewright.studies.campaigns.result import Campaign, MachinePrint, Sensitivity, machine_print, succeeds
 

@@ -14,7 +14,7 @@ from cablewright.live.prints.simulated_operator import attendant_of
 from cablewright.machine.simulated.settings import Tolerances, TwinSettings
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
-from cablewright.running.store import file_hash
+from cablewright.running.run_folders import file_hash
 from cablewright.studies.campaigns.true_errors import TrueErrors
 
 REMEDIES: Final[Mapping[str, str]] = {

@@ -14,14 +14,14 @@ from cablewright.analyses.feasibility import CLEARANCE, EXPECTED_ERROR, TENSION_
 from cablewright.analyses.interference import too_near
 from cablewright.analyses.job_distances import Clearances
 from cablewright.analyses.motion.lower_acceleration import slowed, slower_note, with_reserve
-from cablewright.analyses.safe_travel import LedTravel, led
+from cablewright.analyses.travel_moves import LedTravel, led
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError, UnknownName
-from cablewright.foundation.paging import Room, in_room
+from cablewright.foundation.memory_mapped import Room, in_room
 from cablewright.foundation.progress import Progress, silent
 from cablewright.models.job_poses import along, on_plane, path_box, sampled
 from cablewright.models.statics import Model
-from cablewright.models.support import Capability, require
+from cablewright.models.support_table import Capability, require
 from cablewright.printing.beads import Bead
 from cablewright.printing.job import Job, load_job
 from cablewright.printing.toolpath import Toolpath
@@ -29,10 +29,10 @@ from cablewright.robot import Robot
 from cablewright.robot.plausibility import LENGTHS
 from cablewright.robot.uncertainty import ASSUMED, Uncertainty, assumed_uncertainty
 from cablewright.running.memory import require_for_samples
-from cablewright.solvers.feeds import fed
 from cablewright.solvers.hanging_path import hung, nozzle_on_path
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.solvers.shaping import JobMotion
+from cablewright.solvers.path_speeds import fed
+from cablewright.solvers.swing_free_motion import JobMotion
 from cablewright.studies.checks.fastest import Fastest
 from cablewright.studies.checks.figure_limits import error_finding
 from cablewright.studies.checks.job_samples import JobPath, Walked, WalkSettings

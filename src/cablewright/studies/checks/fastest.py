@@ -8,13 +8,13 @@ from typing import Self
 import numpy as np
 
 from cablewright.foundation.arrays import Array
-from cablewright.foundation.paging import Room, blocks, let_go
+from cablewright.foundation.memory_mapped import Room, blocks, let_go
 from cablewright.printing.beads import Beads
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
 from cablewright.printing.toolpath import Toolpath
 from cablewright.robot import Robot
-from cablewright.solvers.feeds import winch_speeds
+from cablewright.solvers.path_speeds import winch_speeds
 
 
 @dataclass(frozen=True)

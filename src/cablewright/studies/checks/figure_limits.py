@@ -10,7 +10,7 @@ import numpy as np
 
 from cablewright.analyses.feasibility import MOVED_ERROR, PACE, SLACK, Finding, at_most, merged
 from cablewright.foundation.arrays import Array
-from cablewright.foundation.paging import blocks, let_go
+from cablewright.foundation.memory_mapped import blocks, let_go
 from cablewright.printing.path import Samples
 from cablewright.printing.timing import TimeLaw
 from cablewright.robot import Robot

@@ -9,12 +9,12 @@ import numpy as np
 
 from cablewright.analyses.accuracy.expected_error import ExpectedErrorSearch
 from cablewright.analyses.feasibility import Finding, judge
-from cablewright.analyses.inertia_forces import fed_forward
 from cablewright.analyses.job_distances import Clearances, JobDistances
 from cablewright.analyses.motion.path_swing import PathSwing, SwingExtremes
+from cablewright.analyses.steady_acceleration import fed_forward
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import AnswerError
-from cablewright.foundation.paging import Room, blocks, let_go, room_for, write_rows
+from cablewright.foundation.memory_mapped import Room, blocks, let_go, room_for, write_rows
 from cablewright.foundation.progress import Progress
 from cablewright.foundation.units import Vec3
 from cablewright.models.free_coordinates import free_coordinates
@@ -26,12 +26,12 @@ from cablewright.printing.path import Samples
 from cablewright.printing.timing import TimeLaw, times_on_way
 from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Range
+from cablewright.solvers.hardware_limits import drum_arms
 from cablewright.solvers.held_tensions import chosen_rows, with_margin
 from cablewright.solvers.inverse import BLOCK, solve_inverse
-from cablewright.solvers.limits import drum_arms
 from cablewright.solvers.linearise import linearise_solved
-from cablewright.studies.checks.between_samples import BetweenSamples
 from cablewright.studies.checks.figure_limits import line_findings, paces
+from cablewright.studies.checks.interpolation_error import BetweenSamples
 from cablewright.studies.checks.path_statics import PathStatics
 
 WalkSettings = tuple[Sequence[Range], Vec3 | None, Collection[str], int, Progress]

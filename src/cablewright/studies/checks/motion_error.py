@@ -8,7 +8,7 @@ from typing import Final, Self
 import numpy as np
 
 from cablewright.foundation.arrays import Array
-from cablewright.foundation.paging import blocks, let_go
+from cablewright.foundation.memory_mapped import blocks, let_go
 from cablewright.printing.path import Samples
 from cablewright.studies.checks.path_statics import PathStatics, largest_at
 

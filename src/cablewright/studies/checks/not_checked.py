@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from cablewright.models.inertia import with_inertia
-from cablewright.models.support import Capability, cells
+from cablewright.models.support_table import Capability, cells
 from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Uncertainty
 from cablewright.studies.checks.job_samples import JobPath

@@ -12,11 +12,11 @@ from cablewright.analyses.accuracy.compensation import COMPENSATIONS, Reached
 from cablewright.analyses.feasibility import LineQuantities, plane_forces
 from cablewright.analyses.motion.path_swing import SwingExtremes
 from cablewright.foundation.arrays import Array, Mask
-from cablewright.foundation.paging import blocks, let_go
+from cablewright.foundation.memory_mapped import blocks, let_go
 from cablewright.models.statics import Equilibrium
 from cablewright.models.stiffness import as_elastic
 from cablewright.robot import Robot
-from cablewright.solvers.limits import rise_on_drums
+from cablewright.solvers.hardware_limits import rise_on_drums
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,9 +17,9 @@ from cablewright.analyses.accuracy.expected_error import ErrorCause, ExpectedErr
 from cablewright.analyses.feasibility import EXPECTED_ERROR, INTERPOLATION, Finding
 from cablewright.analyses.interference import Contact
 from cablewright.analyses.job_distances import Clearances
-from cablewright.analyses.safe_travel import LedTravel
+from cablewright.analyses.travel_moves import LedTravel
 from cablewright.foundation.arrays import Array, Mask
-from cablewright.foundation.paging import blocks, let_go
+from cablewright.foundation.memory_mapped import blocks, let_go
 from cablewright.foundation.results import Figure, Result
 from cablewright.foundation.units import spell_length
 from cablewright.models.free_coordinates import free_coordinates
@@ -34,7 +34,7 @@ from cablewright.robot import Robot
 from cablewright.robot.plausibility import overstretched, units_inside
 from cablewright.robot.uncertainty import ASSUMED
 from cablewright.solvers.preferred_tensions import preferred_note, preferred_tensions
-from cablewright.solvers.shaping import JobMotion
+from cablewright.solvers.swing_free_motion import JobMotion
 from cablewright.studies.checks.fastest import Fastest
 from cablewright.studies.checks.motion_error import MotionError
 from cablewright.studies.checks.path_statics import PathStatics, extreme, extremes, median

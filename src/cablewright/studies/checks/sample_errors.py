@@ -8,7 +8,7 @@ from typing import Self
 import numpy as np
 
 from cablewright.foundation.arrays import Array
-from cablewright.foundation.paging import MEMORY, Room, blocks, let_go
+from cablewright.foundation.memory_mapped import MEMORY, Room, blocks, let_go
 from cablewright.models.rotation import angle_between
 from cablewright.models.statics import Model
 from cablewright.printing.path import Samples

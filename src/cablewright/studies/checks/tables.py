@@ -13,10 +13,10 @@ import pyarrow.parquet
 from numpy.typing import NDArray
 
 from cablewright.foundation.arrays import Array
-from cablewright.foundation.paging import blocks, let_go
+from cablewright.foundation.memory_mapped import blocks, let_go
 from cablewright.models.coil import TURN
 from cablewright.models.drum import drum_of
-from cablewright.running.store import GROUP, by_axis, file_hash, job_hashes, robot_hash, write_manifest
+from cablewright.running.run_folders import GROUP, by_axis, file_hash, job_hashes, robot_hash, write_manifest
 from cablewright.studies.checks.result import Check
 
 

@@ -23,7 +23,7 @@ from cablewright.robot import Robot
 from cablewright.robot.uncertainty import assumed_uncertainty
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.linearise import linearise_where_regular
-from cablewright.solvers.parameters import at_nozzle, departures, range_response
+from cablewright.solvers.parameter_effects import at_nozzle, departures, range_response
 from cablewright.studies.trade import Combination, TradeSettings, found_for
 
 MACHINES: Final = 500

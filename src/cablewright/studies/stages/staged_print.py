@@ -29,7 +29,7 @@ from cablewright.printing.job import load_job
 from cablewright.robot import load
 from cablewright.robot.files import file_text
 from cablewright.robot.uncertainty import assumed_uncertainty
-from cablewright.running import store
+from cablewright.running import run_folders
 from cablewright.studies.stages.recalibration import Recalibration, as_set
 from cablewright.studies.stages.seam import Seam, seam_of
 
@@ -110,10 +110,10 @@ def print_stages(
     if resume and not (folder / "stage-1").is_dir():
         raise InputError(f"--resume: {folder} holds no print")
     whole = load_job(job)
-    inputs = {"robot": store.robot_hash(str(robot)), **store.job_hashes(Path(job), whole)}
+    inputs = {"robot": run_folders.robot_hash(str(robot)), **run_folders.job_hashes(Path(job), whole)}
     beside = record_path(robot)
     record = load_record(beside) if Path(robot).suffix == ".toml" and beside.is_file() else None
-    first = inputs if record is None else inputs | {"record": store.file_hash(beside)}
+    first = inputs if record is None else inputs | {"record": run_folders.file_hash(beside)}
     found = StagedPrint(folder, (), ())
     for stage in stages_of(described, whole):
         inside, upon = folder / f"stage-{stage.number}", Upon(stage.robot, None, first)
@@ -132,11 +132,11 @@ def print_stages(
                 return replace(found, status="recalibrate", reason=why or work.steps)
             stage, record = replace(stage, robot=known[0]), known[1]
             files = {"calibrated": work.result, "record": record_path(work.result)}
-            upon = replace(upon, inputs=inputs | {key: store.file_hash(file) for key, file in files.items()})
+            upon = replace(upon, inputs=inputs | {key: run_folders.file_hash(file) for key, file in files.items()})
             found, doubt = _with_seam(found, before, stage, record)
             if doubt and not accept_doubtful:
                 return replace(found, status="recalibrate", reason=f"{doubt}; --accept-doubtful goes on as it is")
-        begun = (inside / store.MANIFEST).exists()
+        begun = (inside / run_folders.MANIFEST).exists()
         printed = print_job(
             stage.robot,
             stage.job,

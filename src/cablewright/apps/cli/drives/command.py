@@ -190,7 +190,7 @@ def _start(robot: cw.Robot, at: str | None) -> Any:
 def _be_virtual(file: Path, robot: str | None, at: str | None, seed: int) -> int:
     """Simulate the drives, and a person beside them, until interrupted. Raises `InputError`, `EnvironmentFault`."""
     from cablewright.apps.cli.drives.terminal import REFILL, person_beside
-    from cablewright.machine.drives.loopback import Hub
+    from cablewright.machine.drives.local_can_bus import Hub
     from cablewright.machine.drives.virtual.ethercat_ring import VirtualRing, run_ring
     from cablewright.machine.drives.virtual.rig import VirtualRig, run_rig
 

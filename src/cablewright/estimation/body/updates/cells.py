@@ -21,9 +21,9 @@ from cablewright.foundation.signals import Reading, Tensions
 from cablewright.models.rotation import matrix_of
 
 if TYPE_CHECKING:
+    from cablewright.estimation.body.estimated_constants import BodyLayout
     from cablewright.estimation.body.settings import BodySettings
     from cablewright.estimation.body.state import BodyState
-    from cablewright.estimation.body.unknowns import BodyLayout
 
 _LEAST_GAIN: Final = 1e-3  # share: no load cell's scale is known better ...
 _LEAST_ZERO: Final = 0.1  # N: ... nor its zero ...

@@ -14,9 +14,9 @@ from cablewright.models.packed_views import LineNumbers
 from cablewright.models.rotation import matrix_of
 
 if TYPE_CHECKING:
+    from cablewright.estimation.body.estimated_constants import BodyLayout
     from cablewright.estimation.body.settings import BodySettings
     from cablewright.estimation.body.state import BodyState
-    from cablewright.estimation.body.unknowns import BodyLayout
 
 _LEAST: Final = 1e-5  # rad: no encoder is known better
 

@@ -14,9 +14,9 @@ from cablewright.foundation.signals import Inertial, Reading
 from cablewright.models.rotation import matrix_of
 
 if TYPE_CHECKING:
+    from cablewright.estimation.body.estimated_constants import BodyLayout
     from cablewright.estimation.body.settings import BodySettings
     from cablewright.estimation.body.state import BodyState
-    from cablewright.estimation.body.unknowns import BodyLayout
 
 _LEAST: Final = 1e-4  # m/s^2 and rad: no unit is known better
 _SHAKING_TIME: Final = 1.0  # s over which the platform's swing is watched

@@ -13,9 +13,9 @@ from cablewright.foundation.errors import require_positive
 from cablewright.foundation.signals import Reading
 
 if TYPE_CHECKING:
+    from cablewright.estimation.body.estimated_constants import BodyLayout
     from cablewright.estimation.body.settings import BodySettings
     from cablewright.estimation.body.state import BodyState
-    from cablewright.estimation.body.unknowns import BodyLayout
 
 OF_MEDIAN: Final = 1.6
 """Variance of a median over that of a mean, of normal numbers."""

@@ -9,6 +9,7 @@ lines alone (`docs/decisions/0014-plain-robots-apart.md`). Wrenches are (n,), N 
 from math import cos, inf, sqrt
 
 from cablewright.kernels import jit
+from cablewright.kernels.dense_systems import copy
 from cablewright.kernels.layout import (
     COUNTERWEIGHT,
     DEAD_LENGTH,
@@ -24,7 +25,6 @@ from cablewright.kernels.layout import (
     UNDER_EXIT,
     UNKNOWNS,
 )
-from cablewright.kernels.newton import copy
 from cablewright.kernels.statics.line.spatial import GIVEN, advance_spatial
 from cablewright.kernels.statics.line.spatial_lines import (
     aim_placed,
@@ -39,7 +39,7 @@ from cablewright.kernels.statics.line.spatial_lines import (
     step_placed,
     stiffen_placed,
 )
-from cablewright.kernels.statics.line.spatial_parameters import write_placed, write_tension_placed
+from cablewright.kernels.statics.line.spatial_parameter_derivatives import write_placed, write_tension_placed
 from cablewright.kernels.statics.line.spatial_pull import (
     add_placed,
     begin_placed,
@@ -64,7 +64,7 @@ from cablewright.kernels.statics.line.upright_lines import (
     step_upright,
     stiffen_upright,
 )
-from cablewright.kernels.statics.line.upright_parameters import write_tension_upright, write_upright
+from cablewright.kernels.statics.line.upright_parameter_derivatives import write_tension_upright, write_upright
 from cablewright.kernels.statics.line.upright_pull import (
     add_upright,
     begin_upright,

@@ -29,6 +29,7 @@ from cablewright.kernels.certificates.interval import (
     sub,
     up,
 )
+from cablewright.kernels.dense_systems import copy, solve
 from cablewright.kernels.layout import (
     BETA,
     DEAD,
@@ -48,7 +49,6 @@ from cablewright.kernels.layout import (
     WINCH_X,
     WINCH_Z,
 )
-from cablewright.kernels.newton import copy, solve
 from cablewright.kernels.statics.line.enclosure import (
     arc_length,
     contact,

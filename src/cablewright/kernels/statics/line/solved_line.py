@@ -7,8 +7,8 @@ compiles upright lines alone. *guide* (GUIDE_SIZE,) is scratch.
 from math import cos, sin
 
 from cablewright.kernels import jit
+from cablewright.kernels.dense_systems import copy
 from cablewright.kernels.layout import AZIMUTH, EXIT_X, GUIDE
-from cablewright.kernels.newton import copy
 from cablewright.kernels.statics.line.sheave import contact_angle
 from cablewright.kernels.statics.line.spatial import ARM
 from cablewright.kernels.statics.line.spatial_lines import carry_placed, leave_placed, shape_placed, turn_placed

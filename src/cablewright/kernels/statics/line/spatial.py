@@ -17,6 +17,7 @@ from numba.extending import overload
 from numpy.typing import NDArray
 
 from cablewright.kernels import jit
+from cablewright.kernels.dense_systems import largest_of_column, solve
 from cablewright.kernels.layout import (
     ARC_COMPLIANCE,
     AZIMUTH,
@@ -40,7 +41,6 @@ from cablewright.kernels.layout import (
     UNDER_EXIT,
     WEIGHT,
 )
-from cablewright.kernels.newton import largest_of_column, solve
 from cablewright.kernels.statics.line.catenary import span
 from cablewright.kernels.statics.line.counterweight import hang_counterweight, shape_hung
 from cablewright.kernels.statics.line.guides import (

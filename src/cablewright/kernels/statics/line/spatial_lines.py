@@ -7,6 +7,7 @@ from math import acos, cos, exp, hypot, log, nan, sin
 
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.exclusion import SETTLED
+from cablewright.kernels.dense_systems import solve
 from cablewright.kernels.layout import (
     ARC_COMPLIANCE,
     ARRIVAL_X,
@@ -34,7 +35,6 @@ from cablewright.kernels.layout import (
     UNKNOWNS,
     WEIGHT,
 )
-from cablewright.kernels.newton import solve
 from cablewright.kernels.statics.line.guides import ARC, CONTACT_POINT, TOWARDS, give_way, leave_frame, towards_winch
 from cablewright.kernels.statics.line.sheave import unstrain
 from cablewright.kernels.statics.line.spatial import (

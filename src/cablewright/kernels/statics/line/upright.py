@@ -8,6 +8,7 @@ exit (z, x); moment about the joint. Signs and kinds: Paty 2021, Eqs. 2 to 6, 11
 from math import atan2, atanh, cos, cosh, exp, log, sin, sinh, sqrt
 
 from cablewright.kernels import jit
+from cablewright.kernels.dense_systems import largest_of_column, solve
 from cablewright.kernels.layout import (
     ARC_COMPLIANCE,
     BETA,
@@ -35,7 +36,6 @@ from cablewright.kernels.layout import (
     WINCH_X,
     WINCH_Z,
 )
-from cablewright.kernels.newton import largest_of_column, solve
 from cablewright.kernels.statics.line.catenary import span
 from cablewright.kernels.statics.line.sheave import constant_length, straight, unstrain, wrap
 

@@ -4,6 +4,7 @@ from math import cos, exp, hypot, isnan, nan, pi, sin
 
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.exclusion import SETTLED
+from cablewright.kernels.dense_systems import solve
 from cablewright.kernels.layout import (
     ARC_COMPLIANCE,
     BAD_WRAP,
@@ -36,7 +37,6 @@ from cablewright.kernels.layout import (
     WINCH_X,
     WINCH_Z,
 )
-from cablewright.kernels.newton import solve
 from cablewright.kernels.statics.line.sheave import straight, unstrain, whole_length, wrap
 from cablewright.kernels.statics.line.upright import (
     FAILED,

@@ -6,6 +6,7 @@ What is placed is at index *i* of a robot's scratch, see `equilibrium.Work`.
 from math import cos, exp, log, sin, sqrt
 
 from cablewright.kernels import jit
+from cablewright.kernels.dense_systems import largest_of_column, solve
 from cablewright.kernels.layout import (
     BETA,
     DEAD,
@@ -28,7 +29,6 @@ from cablewright.kernels.layout import (
     UNKNOWNS,
     WEIGHT,
 )
-from cablewright.kernels.newton import largest_of_column, solve
 from cablewright.kernels.statics.line.sheave import straight, unstrain
 from cablewright.kernels.statics.line.upright import (
     LENGTH_TOLERANCE,

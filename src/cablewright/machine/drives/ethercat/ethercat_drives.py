@@ -16,11 +16,11 @@ from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.acyclic_requests import begin_speed_limits, bring_off, read_back, require_agreed
 from cablewright.machine.drives.axes import axes_of, require_drives
 from cablewright.machine.drives.axis import Axis, Setpoint
+from cablewright.machine.drives.canopen_network import LISTEN
 from cablewright.machine.drives.ethercat.mailbox import Mailbox
 from cablewright.machine.drives.ethercat.registers import armed, process_data, watchdog
 from cablewright.machine.drives.ethercat.ring import ERROR, OP, PREOP, SAFEOP, STATES, Ring
 from cablewright.machine.drives.identity import Asked, Identity
-from cablewright.machine.drives.network import LISTEN
 from cablewright.machine.drives.parameters import ObjectParameter, guards, shut
 from cablewright.machine.drives.statistics import BusStatistics
 from cablewright.machine.settings import MachineSettings

@@ -11,8 +11,8 @@ from typing import Any, Final
 
 from cablewright.foundation.errors import EnvironmentFault
 from cablewright.machine.drives.ethercat.registers import FIRST_OBJECT, INPUT_START
+from cablewright.machine.drives.object_transfers import TIMEOUT, Transfer, Transfers, text_of
 from cablewright.machine.drives.objects import Object
-from cablewright.machine.drives.transfers import TIMEOUT, Transfer, Transfers, text_of
 
 INIT, PREOP, SAFEOP, OP = 1, 2, 4, 8
 STATES: Final = {INIT: "init", PREOP: "pre-operational", SAFEOP: "safe-operational", OP: "operational"}

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from cablewright.machine.drives import objects as o
-from cablewright.machine.drives.bus import CanFrame
+from cablewright.machine.drives.can_bus import CanFrame
 from cablewright.machine.drives.objects import SDO_ANSWER, Object
 
 _READ_ONLY, _ABSENT, _LENGTH, _STATE = 0x06010002, 0x06020000, 0x06070010, 0x08000022

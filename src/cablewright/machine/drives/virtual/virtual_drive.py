@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from cablewright.machine.drives import objects as o
-from cablewright.machine.drives.bus import CanFrame
+from cablewright.machine.drives.can_bus import CanFrame
 from cablewright.machine.drives.cia402 import ENERGISED, IN_FAULT, PowerState
 from cablewright.machine.drives.objects import Mode
 from cablewright.machine.drives.virtual.dictionary import Dictionary, entries_of

@@ -13,7 +13,7 @@ from cablewright.machine.sensors.barrier import BARRIER, BarrierSensor
 from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated, TimedSensor
 
 if TYPE_CHECKING:
-    from cablewright.machine.simulated.rig import RigState
+    from cablewright.machine.simulated.true_state import RigState
 
 
 class BarrierFlaws(SensorFlaws):

@@ -13,8 +13,8 @@ from cablewright.machine.sensors.encoders import ENCODERS, Encoder
 from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated, TimedSensor
 
 if TYPE_CHECKING:
-    from cablewright.machine.simulated.rig import RigState
     from cablewright.machine.simulated.sensor_context import Mounted
+    from cablewright.machine.simulated.true_state import RigState
 
 
 _BITS: Final = 24  # of a counter

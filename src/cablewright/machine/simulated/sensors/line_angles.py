@@ -12,8 +12,8 @@ from cablewright.machine.sensors.line_angles import LINE_ANGLES, LineSensor
 from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated, TimedSensor
 
 if TYPE_CHECKING:
-    from cablewright.machine.simulated.rig import RigState
     from cablewright.machine.simulated.sensor_context import Mounted
+    from cablewright.machine.simulated.true_state import RigState
 
 
 class LineAccelerometers(TimedSensor[LineSensor, SensorFlaws]):

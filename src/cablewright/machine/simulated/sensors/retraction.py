@@ -9,7 +9,7 @@ from cablewright.machine.sensors.retraction import RETRACTION, RetractionDrive
 from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated, TimedSensor
 
 if TYPE_CHECKING:
-    from cablewright.machine.simulated.rig import RigState
+    from cablewright.machine.simulated.true_state import RigState
 
 
 class BeamReader(TimedSensor[RetractionDrive, SensorFlaws]):

@@ -12,8 +12,8 @@ from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simu
 from cablewright.robot import Swivel
 
 if TYPE_CHECKING:
-    from cablewright.machine.simulated.rig import RigState
     from cablewright.machine.simulated.sensor_context import Mounted
+    from cablewright.machine.simulated.true_state import RigState
 
 
 class SwivelReader(TimedSensor[SwivelSensor, SensorFlaws]):

@@ -15,8 +15,8 @@ from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simu
 from cablewright.models.winch_lines import WinchLines
 
 if TYPE_CHECKING:
-    from cablewright.machine.simulated.rig import RigState
     from cablewright.machine.simulated.sensor_context import Mounted
+    from cablewright.machine.simulated.true_state import RigState
 
 
 _HOUR: Final = 3600.0  # s

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, ClassVar, Generic, TypeVar
 
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
-from cablewright.foundation.saving import Saved
+from cablewright.foundation.saved_state import Saved
 from cablewright.foundation.signals import Reading
 from cablewright.foundation.validation import Description
 from cablewright.machine.quantities import Share
 from cablewright.machine.sensors.sensor import Sensor, SensorSheet
 
 if TYPE_CHECKING:
-    from cablewright.machine.simulated.rig import RigState
     from cablewright.machine.simulated.sensor_context import Mounted
+    from cablewright.machine.simulated.true_state import RigState
 
 _SheetT = TypeVar("_SheetT", bound=SensorSheet)
 _FlawsT = TypeVar("_FlawsT", bound="SensorFlaws")

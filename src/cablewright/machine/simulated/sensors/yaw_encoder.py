@@ -10,7 +10,7 @@ from cablewright.machine.sensors.yaw_encoder import YAW_ENCODER, YawEncoder
 from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated, TimedSensor
 
 if TYPE_CHECKING:
-    from cablewright.machine.simulated.rig import RigState
+    from cablewright.machine.simulated.true_state import RigState
 
 
 class YawReader(TimedSensor[YawEncoder, SensorFlaws]):

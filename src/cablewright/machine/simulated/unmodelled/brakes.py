@@ -17,7 +17,7 @@ from cablewright.foundation.signals import Condition, Notice
 from cablewright.kernels.plant import winding
 from cablewright.machine.drives.unexpected_motion import astray, slipping
 from cablewright.machine.simulated.as_built_parts import BRAKES, drawn
-from cablewright.machine.simulated.unmodelled.laws import WinchBrakes, of_lines
+from cablewright.machine.simulated.unmodelled.effect_sizes import WinchBrakes, of_lines
 from cablewright.machine.simulated.winches import Winches
 
 _GROWS: Final = 4.0  # in a step, of how much softer a line is taken for

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from cablewright.machine.simulated.unmodelled.laws import StickingMaterial
+from cablewright.machine.simulated.unmodelled.effect_sizes import StickingMaterial
 
 
 class StuckMaterial:

@@ -19,8 +19,8 @@ from cablewright.machine.simulated.unmodelled.load_strain import LoadStrain
 from cablewright.machine.simulated.unmodelled.pushes import Pushes
 from cablewright.machine.simulated.unmodelled.sheave_slip import SheaveSlip
 from cablewright.machine.simulated.winches import Winches
+from cablewright.models.climate_and_creep import Air
 from cablewright.models.creep import memory_of
-from cablewright.models.creep_pace import Air
 from cablewright.models.packed_views import LineNumbers, LineStates, PlatformNumbers
 from cablewright.robot import Robot
 

@@ -15,9 +15,9 @@ from cablewright.foundation.signals import Reading
 from cablewright.models.rotation import matrix_of
 
 if TYPE_CHECKING:
+    from cablewright.estimation.body.estimated_constants import BodyLayout
     from cablewright.estimation.body.settings import BodySettings
     from cablewright.estimation.body.state import BodyState
-    from cablewright.estimation.body.unknowns import BodyLayout
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ from cablewright.foundation.signals.frame import frozen
 from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated, TimedSensor
 
 if TYPE_CHECKING:
-    from cablewright.machine.simulated.rig import RigState
     from cablewright.machine.simulated.sensor_context import Mounted
+    from cablewright.machine.simulated.true_state import RigState
 
 
 class TiltReader(TimedSensor[TiltSheet, SensorFlaws]):

@@ -1,0 +1,348 @@
+"""The true state of the simulated machine: lines, winches, drum or body, falling powder, what is laid, and climate."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import Condition, Notice, Truth, WinchMode
+from cablewright.kernels.layout import PLATFORM_WEIGHT
+from cablewright.kernels.plant import dynamics, machine_step, retracting_platform, winding
+from cablewright.kernels.rotation import matrix
+from cablewright.kernels.statics.equilibrium import evaluate
+from cablewright.kernels.statics.line.interface import place_lines
+from cablewright.machine.drives.settings import FOLLOWING_ERROR
+from cablewright.machine.sensors.line_angles import LINE_ANGLES
+from cablewright.machine.simulated.as_built_parts import home_errors
+from cablewright.machine.simulated.floor import Ground
+from cablewright.machine.simulated.plant_parts.line_faults import LineFaults
+from cablewright.machine.simulated.plant_parts.load_mass import Masses
+from cablewright.machine.simulated.plant_parts.retraction_drive import RetractionAxis
+from cablewright.machine.simulated.plant_parts.yaw_axis import YawAxis
+from cablewright.machine.simulated.settings import ClimateLaw, TwinSettings
+from cablewright.machine.simulated.unmodelled.brakes import Brakes
+from cablewright.machine.simulated.unmodelled.stuck_material import StuckMaterial
+from cablewright.machine.simulated.unmodelled.unmodelled import Unmodelled, softness
+from cablewright.machine.simulated.winches import Winches
+from cablewright.models.climate_and_creep import Air
+from cablewright.models.free_coordinates import with_free
+from cablewright.models.packed_views import LineStates, PlatformNumbers, blank_states
+from cablewright.models.statics import Model
+from cablewright.models.support_table import Capability, require
+from cablewright.robot import RigidPlatform, Robot
+from cablewright.solvers.forward import solve_forward
+from cablewright.solvers.inverse import solve_inverse
+
+_DAY = 86400.0  # s
+_MAX_FALLING = 0.03  # kg, deposited in one step
+_FLAG_CONDITIONS = (
+    (winding.LIMITED, Condition.LIMITED),
+    (winding.STALLED, Condition.STALLED),
+    (winding.DRUM_END, Condition.DRUM_END),
+)
+
+
+class RigState(NamedTuple):
+    """Quantities of a rig that sensors measure, at one time."""
+
+    truth: Truth
+    acceleration: Array  # (6,) m/s^2 of B and rad/s^2 of the drum or body, world
+    rotation: Array  # (3, 3) drum or body to world
+    apparent_angles: Array  # (m,) rad, of the lines' tangents, by gravity plus their acceleration
+    counts: NDArray[np.int64]  # (w,)
+    temperature: float  # degrees Celsius
+    humidity: float
+    ground: Ground
+    swivels: Array  # (m,) rad, of upright swivels in plan view; NaN of other lines
+    winch_tensions: Array  # (m,) N, of one cable before the sheaves and guides
+    yaw: float  # rad, of the drive that turns a drum
+
+
+class Rig:
+    """The true robot, winches, drum or body, and surroundings. Plants change its arrays in place."""
+
+    SAVED: tuple[str, ...] = (
+        "powder",
+        "falling_mass",
+        "lengths",
+        "states",
+        "tensions",
+        "motion",
+        "acceleration",
+        "vibrations",
+        "winch_flags",
+        "body",
+        "packed.lines",
+        "packed.platform",
+        "retraction",
+        "yaw",
+        "line_faults",
+        "unmodelled",
+        "_last_position",
+        "_fall_start",
+        "work.planes",
+        "swing.ends",
+        "_random",
+        "winches",
+        "brakes",
+        "stuck",
+        "ground",
+    )
+
+    def __init__(self, robot: Robot, settings: TwinSettings, start: ArrayLike, seed: int, along: Array) -> None:
+        """Hang the drum of the true *robot* at rest at *start* (3,), m, with a random yaw; or its body at a pose (6,).
+
+        *settings* are those of the machine as built. *along* (m,): m, by which each accelerometer on a line is farther
+        from B than they say.
+
+        Raises `InputError` for lines without weight, or a machine of another kind of platform, `AnswerError` if there
+        is no equilibrium at *start*.
+        """
+        owner, simulation = settings.owner, settings.simulation
+        self.settings, self.seed, self.powder = settings, seed, owner.carrier.powder
+        require(robot, Capability.SIMULATION)
+        self.masses, self.retraction = Masses(robot, settings), RetractionAxis(robot, owner.retraction)
+        self.yaw = YawAxis(None if owner.drum is None else owner.drum.yaw_drive)
+        law = simulation.sticking
+        self.stuck = StuckMaterial(law) if law.share else None
+        self.body = self.masses.numbers(self.powder, 0.0, self.retraction.length)
+        self.robot = self._filled(robot)
+        model, place = Model(self.robot), start_pose(robot, start)
+        held = solve_inverse(model, place).checked()
+        self.lengths = held.lengths + home_errors(simulation.tolerances, seed, robot.m)
+        hung = solve_forward(model, self.lengths, guess=held.pose).checked()
+        self.winches = Winches(self.robot, owner.winch, simulation.winch, self.lengths, seed)
+        shared = model.packed
+        self.packed = shared._replace(lines=shared.lines.copy(), platform=shared.platform.copy())
+        self.states, pose = hung.states.copy(), hung.pose.copy()
+        self.work, self.swing = dynamics.moving_workspace(self.packed)
+        evaluate(self.packed, self.lengths, pose, self.states, self.work)  # for the lines' planes
+        self.unmodelled = Unmodelled(robot, simulation, self.packed, self.states, pose[:3], self.winches, seed)
+        self.brakes = _brakes_of(robot, settings, seed)
+        self._let_exits_give(pose)
+        self.swing.place[:] = pose
+        self.tensions = hung.tensions.copy() if self.unmodelled.exits is None else LineStates(self.states).tension
+        self.motion = np.zeros(dynamics.MOTION)
+        self.motion[:3] = pose[:3]
+        self.motion[6 : 3 + robot.n] = pose[3:]
+        self.acceleration = np.zeros(6)
+        self.vibrations = np.zeros((robot.m, 2))
+        line = simulation.line
+        self.vibration = np.array([line.vibration_damping, line.vibration, robot.scene.gravity])
+        self.winch_flags = np.zeros(robot.m, dtype=np.int64)
+        self.line_faults = LineFaults(robot, simulation.faults)
+        self.ground = Ground(robot, settings)
+        self.falling_mass = 0.0  # kg, since `_fall_start`; not deposited yet
+        self._fall_start = (0.0, 0.0)
+        self._random = np.random.default_rng([seed, 2])
+        self._last_position = self.motion[:3].copy()
+        self._twist = simulation.drum if robot.platform.plane is None else None  # no point turns in its plane
+        if self._twist is not None:
+            yaw = self._twist.yaw_wander * self._random.standard_normal()
+            self.body[dynamics.YAW_REST] = self.motion[8] = yaw
+        self._expansion = np.array([line.cable.thermal_expansion or 0.0 for line in robot.lines])
+        self._scratch = blank_states()
+        if robot.hung:
+            self.SAVED = (*Rig.SAVED, "swing.weights")
+        self._shown = np.zeros((robot.m, machine_step.SHOWS))
+        sensor = owner.sensor(LINE_ANGLES)
+        self._sensors_at = np.maximum(0.0, along + (0.0 if sensor is None else sensor.from_platform))  # m before B
+        self._upright = np.array([line.has_upright_swivel for line in robot.lines])
+
+    def after_load(self) -> None:
+        """Place the lines where the platform is; their planes are those of the last step."""
+        planes = self.work.planes.copy()
+        self.swing.place[:] = self.pose
+        place_lines(self.packed, self.swing.place, self.work)
+        self.work.planes[:] = planes
+
+    def _let_exits_give(self, pose: Array) -> None:
+        """Displace exit points at the start, updating *pose* (n,).
+
+        Raises `InputError` for a platform that nothing holds.
+        """
+        exits, ratio, whole = self.unmodelled.exits, self.unmodelled.ratio, np.arange(self.robot.m)
+        if exits is None:
+            return
+        if exits.close(self.packed, whole, self.lengths, pose, self.states, ratio, self.work) != 0:
+            raise InputError(f"exits.compliance: robot {self.robot.name!r} has no equilibrium with compliant mounts")
+
+    def _filled(self, robot: Robot) -> Robot:
+        """*robot* with the mass of the machine's drum or body, and of a body its centre of mass."""
+        update: dict[str, object] = {"mass": float(self.body[dynamics.MASS]), "loads": ()}
+        if isinstance(robot.platform, RigidPlatform):
+            update["centre_of_mass"] = tuple(self.body[dynamics.CENTRE : dynamics.CENTRE + 3].tolist())
+        return robot.with_platform(**update)
+
+    @property
+    def pose(self) -> Array:
+        """The platform's pose (n,), m and rad."""
+        return self.motion[[0, 1, 2, 6, 7, 8][: self.robot.n]]
+
+    def advance_slowly(self, time: float, period: float, valve: float) -> list[Notice]:
+        """Advance the slow processes by a *period* from *time*, s: material, twist of the lines, thermal expansion.
+
+        Faults of lines that are due begin.
+        """
+        self.line_faults.begin(time, self.packed.lines, self.states)
+        notices = self._pour(period, valve)
+        self._wander(period)
+        if self.retraction.has_drive and self.retraction.drive.beam[retracting_platform.MOVING_MASS]:
+            self._weigh()
+        law = self.settings.simulation.climate
+        warmer = air_at(law, time)[0] - law.temperature
+        self.winches.set_strain(self._expansion * warmer + self.unmodelled.strain)
+        return notices
+
+    def _wander(self, period: float) -> None:
+        """Change the yaw at which the twist of a drum's lines rests, by its path and by its drive."""
+        drum = self._twist
+        if drum is None:
+            return
+        moved = math.dist(self.motion[:3].tolist(), self._last_position.tolist())
+        keep = math.exp(-moved / drum.yaw_wander_length)
+        self._last_position = self.motion[:3].copy()
+        push = drum.yaw_wander * math.sqrt(1.0 - keep * keep)
+        rest = keep * (self.body[dynamics.YAW_REST] - self.yaw.angle) + push * self._random.standard_normal()
+        if self.yaw.has_drive:
+            x, y = self._turned()[:2, 0].tolist()
+            self.yaw.turn(period, rest - math.atan2(y, x), drum.yaw_stiffness)
+        self.body[dynamics.YAW_REST] = rest + self.yaw.angle
+
+    def advance_unmodelled(self, time: float, period: float) -> None:
+        """Advance the unmodelled effects by the *period*, s, that has passed from *time*, s, on, for the next one."""
+        place, air = self.motion[:3], Air(*air_at(self.settings.simulation.climate, time))
+        self.unmodelled.advance(self.packed, self.states, self.work.planes, self.winches, place, period, air)
+
+    def brake(self, modes: Sequence[WinchMode], reset: bool) -> None:
+        """Close the brakes of winches whose *modes* are `OFF`, and open others; *reset*: reported slip is cleared."""
+        if self.brakes is None:
+            return
+        if reset:
+            self.brakes.forget(self.winches)
+        closed = np.array([mode is WinchMode.OFF for mode in modes] or [False] * self.robot.winches)
+        self.brakes.close(self.winches.by_line(closed), self.winches, softness(self.packed, self.states))
+
+    def take_notices(self) -> list[Notice]:
+        """Return the notices of winches, brakes, retraction, yaw and plane since the last call."""
+        notices = [*self.retraction.take_notices(), *self.yaw.take_notices()]
+        if self.brakes is not None:
+            notices += self.brakes.notices(self.winches)
+        if self.robot.platform.may_lift and self.swing.on_plane[1] > 0.0:
+            notices.append(Notice(Condition.OFF_PLANE))
+        self.swing.on_plane[1] = -math.inf
+        if not any(self.winch_flags.tolist()):
+            return notices
+        notices += [
+            Notice(condition, line.name)
+            for flags, line in zip(self.winch_flags, self.robot.lines, strict=True)
+            for bit, condition in _FLAG_CONDITIONS
+            if flags & bit
+        ]
+        self.winch_flags[:] = 0
+        return notices
+
+    def observe(self, time: float) -> RigState:
+        """Return the present state, at *time*, s."""
+        told, rotation = np.empty(machine_step.LINES + machine_step.OF_EACH * self.robot.m), np.empty((3, 3))
+        machine_step.observe(
+            self.packed, self.states, self.swing.place, self.work, self.swing.ends, self.vibrations, self.vibration,
+            self._sensors_at, self._scratch, self._shown, self.motion, self.lengths, self.winches.state,
+            self.winches.radii, self.unmodelled.ratio, self._upright, told, rotation,
+        )  # fmt: skip
+        told.flags.writeable = False
+        place, velocity, turned, rate = told[: machine_step.LINES].reshape(4, 3)
+        of_lines = told[machine_step.LINES :].reshape(machine_step.OF_EACH, -1)
+        lengths, tensions, excess, radii, shown, swivels, pulled = of_lines
+        truth = Truth(
+            time, place, velocity, turned, rate, lengths, tensions, excess, radii, self.powder, self.retraction.length
+        )
+        air = air_at(self.settings.simulation.climate, time)
+        acceleration, counts, yaw = self.acceleration.copy(), self.winches.counts, self.yaw.angle
+        return RigState(truth, acceleration, rotation, shown, counts, *air, self.ground, swivels, pulled, yaw)
+
+    def _pour(self, period: float, valve: float) -> list[Notice]:
+        """Release powder through the valve; deposit it once the drum has moved by half a cell, or enough has fallen."""
+        carrier = self.settings.owner.carrier
+        released = carrier.flow * valve * period
+        if carrier.capacity:
+            released = min(self.powder, released)
+        here = self._over_ground()
+        moved = math.dist(here, self._fall_start)
+        if self.falling_mass and (
+            released <= 0.0 or moved > 0.5 * self.ground.field.cell or self.falling_mass > _MAX_FALLING
+        ):
+            self.ground.deposit(self._fall_start, here, self.falling_mass)
+            self.falling_mass = 0.0
+        if released <= 0.0:
+            return [Notice(Condition.POWDER_OUT)] if valve > 0.0 and carrier.flow > 0.0 else []
+        if not self.falling_mass:
+            self._fall_start = here
+        self.falling_mass += released if self.stuck is None else self.stuck.passed(released)
+        if carrier.capacity:
+            self.fill(self.powder - released)
+        elif self.stuck is not None:
+            self._weigh()
+        return []
+
+    def _over_ground(self) -> tuple[float, float]:
+        """Where in plan view the nozzle is, m, world."""
+        x, y = machine_step.over_ground(self.motion, self.masses.nozzle, np.empty((3, 3)))
+        return x, y
+
+    def _turned(self) -> Array:
+        """Rotation (3, 3) of drum or body to the world."""
+        rotation = np.empty((3, 3))
+        matrix(self.motion[6:9], rotation)
+        return rotation
+
+    def fill(self, powder: float) -> None:
+        """Set the *powder*, kg, in the drum or hopper."""
+        self.powder = powder
+        self._weigh()
+
+    def _weigh(self) -> None:
+        """Set mass, centre and inertia by the content and the length of the platform."""
+        kept, stuck = self.body[dynamics.YAW_REST], 0.0 if self.stuck is None else self.stuck.mass
+        self.body = self.masses.numbers(self.powder, stuck, self.retraction.length)
+        self.body[dynamics.YAW_REST] = kept
+        self.packed.platform[PLATFORM_WEIGHT] = self.masses.total(self.powder, stuck) * self.robot.scene.gravity
+        if self.robot.n == 6:
+            PlatformNumbers(self.packed.platform).centre_of_mass = self.body[dynamics.CENTRE : dynamics.CENTRE + 3]
+
+
+def start_pose(robot: Robot, start: ArrayLike) -> Array:
+    """Return the pose (n,) at which a machine of *robot* starts; of a body (3,) is a place without rotation.
+
+    With fewer winches than degrees of freedom, what equilibrium decides is NaN.
+    Raises `InputError` for any other size.
+    """
+    given = np.array(start, dtype=np.float64)
+    if robot.n == 6 and given.shape in {(3,), (6,)}:
+        pose = np.zeros(6)
+        pose[: len(given)] = given
+        return with_free(robot, pose)
+    if given.shape != (robot.n,):
+        asked = f"{robot.platform.pose_sizes} numbers are expected, a pose of robot {robot.name!r}"
+        raise InputError(f"start = {given.tolist()}: {asked}")
+    return given
+
+
+def air_at(law: ClimateLaw, time: float) -> tuple[float, float]:
+    """Return temperature (degrees Celsius) and relative humidity at *time*, s; both begin at their means."""
+    wave = math.sin(2.0 * math.pi * time / _DAY)
+    humidity = min(1.0, max(0.0, law.humidity - law.humidity_swing * wave))
+    return law.temperature + law.swing * wave, humidity
+
+
+def _brakes_of(robot: Robot, settings: TwinSettings, seed: int) -> Brakes | None:
+    """The brakes of a machine; None where they hold whatever pulls."""
+    law, drives = settings.simulation.brakes, settings.owner.drives
+    limit = FOLLOWING_ERROR if drives is None else drives.following_error
+    return Brakes(law, tuple(line.name for line in robot.lines), seed, limit) if law.give else None
