@@ -128,7 +128,7 @@ def hanging_rows(packed, poses, states, lengths, codes, violations, first, last)
 
 @jit(allocates=True)
 def shared_rows(packed, shares, poses, states, lengths, codes, violations, chain, first, last):
-    """Solve rows as `inverse_rows`, with lines that share drums by a table (s, 4), see `shared_winches.quadratic_program`.
+    """Solve rows as `inverse_rows`, with lines that share drums: `shared_winches.quadratic_program`.
 
     Free entries of a pose are NaN on entry and are written.
     """

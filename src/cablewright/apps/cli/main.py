@@ -48,7 +48,10 @@ COMMANDS = {
             "Compute exit points from markers of a total station.",
         ),
         "tags": ("calibration_commands.tags_and_camera.tags_command", "Write printable pages of tags for a camera."),
-        "camera": ("calibration_commands.tags_and_camera.camera_command", "Find the lens of a camera from pictures of tags."),
+        "camera": (
+            "calibration_commands.tags_and_camera.camera_command",
+            "Find the lens of a camera from pictures of tags.",
+        ),
         "poses": ("calibration_commands.poses.poses_command", "Choose the poses to measure for a calibration."),
         "calibrate": (
             "calibration_commands.calibrate.calibrate_command",
@@ -58,9 +61,15 @@ COMMANDS = {
             "calibration_commands.calibrate.simulate_calibration_command",
             "Simulate the measurements of a calibration.",
         ),
-        "modulus": ("calibration_commands.tensile_tests.modulus_command", "Compute Young's modulus of a cable from a tensile test."),
+        "modulus": (
+            "calibration_commands.tensile_tests.modulus_command",
+            "Compute Young's modulus of a cable from a tensile test.",
+        ),
         "vibration": ("vibration.vibration_command", "Compute the tension of a line from its natural frequency."),
-        "creep": ("calibration_commands.tensile_tests.creep_command", "Compute creep of a cable from a test under load."),
+        "creep": (
+            "calibration_commands.tensile_tests.creep_command",
+            "Compute creep of a cable from a test under load.",
+        ),
         "walls": (
             "calibration_commands.survey_and_walls.walls_command",
             "Find walls in a lidar scan, and the lidar's position.",
