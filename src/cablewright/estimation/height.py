@@ -111,7 +111,7 @@ def estimate_height(
 
 
 def height_over_structure(settings: HeightSettings, scan: Scan, tilt: ArrayLike) -> float:
-    """Return `HeightEstimate.over_structure` alone, m; NaN where nothing is in sight."""
+    """Return the height of B above the structure, m, from a vertical scan; NaN where nothing is visible."""
     cone = _cone(settings, scan, tilt)
     return math.nan if isinstance(cone, HeightEstimate) else settings.floor + float(cone[0].mean())
 

@@ -193,7 +193,7 @@ class LearntLengths:
         return np.asarray((used[:, SHARE] + used[:, CREEP] * self.remembered) * counted)
 
     def given(self, held: Equilibrium) -> Array:
-        """Return the length (m,), m, that mounts add to lines beyond the file's, in the equilibrium *held* of a row."""
+        """Return the length (m,), m, that mounts yield beyond the file's, in the equilibrium *held* of a row."""
         return np.asarray(self.used[:, MOUNT] * mount_lengths(held)[0])
 
     def packed(self, model: Model) -> Packed:

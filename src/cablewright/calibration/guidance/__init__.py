@@ -1,1 +1,1 @@
-"""Guided calibration: which poses to measure next, what is known so far, and when to stop."""
+"""Guided calibration: which poses to measure next, present knowledge, and when to stop."""

@@ -1,4 +1,4 @@
-"""Guided calibration: the poses to measure next, what is known so far, and when to stop.
+"""Guided calibration: the poses to measure next, present knowledge, and when to stop.
 
 Poses are chosen one by one: each reduces the largest standard deviation of an exit point's coordinate most. They are
 feasible within the tension limits for the robot by present knowledge, and for several robots drawn from its
