@@ -123,7 +123,7 @@ class LoopComparison(Pictured):
 
     @property
     def status(self) -> str:
-        """"ok", or "stopped" if a run ended early."""
+        """Status of the comparison: "ok", or "stopped" if a run ended early."""
         return "stopped" if self.refusal else "ok"
 
     @property

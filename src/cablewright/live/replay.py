@@ -252,7 +252,7 @@ class Replays(Pictured):
 
     @property
     def status(self) -> str:
-        """"ok" or "lost", see `Replay.status`."""
+        """Status of the replays: "ok" or "lost", see `Replay.status`."""
         return "lost" if self.refusal else "ok"
 
     @property

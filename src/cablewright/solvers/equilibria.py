@@ -119,7 +119,7 @@ class Equilibria(Result):
 
     @property
     def status(self) -> str:
-        """"ok", "unfinished" or "overstretched"."""
+        """Status of the search: "ok", "unfinished" or "overstretched"."""
         return "unfinished" if not self.finished else "overstretched" if self._is_overstretched else "ok"
 
     @property

@@ -192,7 +192,7 @@ class BracketStress(Pictured):
 
     @property
     def status(self) -> str:
-        """"ok", or "yields"."""
+        """Status: "ok", or "yields"."""
         return "yields" if self.designs.universal_joint.safety < 1.0 else "ok"
 
     @property

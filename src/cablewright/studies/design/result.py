@@ -98,7 +98,7 @@ class Designed(Pictured):
 
     @property
     def status(self) -> str:
-        """"ok", or "infeasible"."""
+        """Status of the search: "ok", or "infeasible"."""
         return "ok" if self.holding else "infeasible"
 
     @property
