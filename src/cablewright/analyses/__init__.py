@@ -1,1 +1,1 @@
-"""Rank 3. Analyses of a robot and its job: accuracy, workspace, brackets, limits, interference and vibration."""
+"""Analyses of a robot and its job (rank 3): accuracy, workspace, brackets, limits, interference, vibration."""

@@ -22,7 +22,10 @@ Bounds = tuple[float, float] | None
 
 @dataclass(frozen=True)
 class Finding:
-    """One limit evaluated over a path. `margin` is signed, in the limit's unit: negative is a violation."""
+    """One limit evaluated over a path, with its worst sample.
+
+    `margin` is signed, in the limit's unit: negative is a violation.
+    """
 
     limit: str  # name of one of `LIMITS`, "frame, x" (or y, z), or a status sentence
     unit: str  # "N", "m", "rad", "m/s", "N m"
@@ -66,7 +69,7 @@ class Finding:
 
 @dataclass(frozen=True, eq=False)
 class LineQuantities:
-    """The quantities of lines that hardware limits bound, (k, m) each, SI; NaN where a quantity is not defined."""
+    """Quantities of lines that have hardware limits, (k, m) each, SI; NaN where one is not defined."""
 
     lowest_tension: Array  # along the line
     highest_tension: Array  # along the line
@@ -88,7 +91,7 @@ class LineQuantities:
 
 @dataclass(frozen=True)
 class Limit:
-    """A limit of the hardware on the quantity of `LineQuantities` with the same name."""
+    """A hardware limit of the quantity of `LineQuantities` with the same name."""
 
     name: str
     unit: str
@@ -165,9 +168,9 @@ def judge(
     lines: LineQuantities,
     plane_force: Array,
 ) -> tuple[Finding, ...]:
-    """Return findings, worst first, of *positions* (k, 3), m, and *codes* and *violations* (k,), N, of the inverse.
+    """Return the findings, worst first, of a path's *positions* (k, 3), m, *codes* and *violations* (k,), N.
 
-    *plane_force* (k,), N, along the normal; NaN where there is no plane.
+    The last two are of the inverse problem. *plane_force* (k,), N, along the normal; NaN where there is no plane.
     """
     findings = [_frame(robot, positions)]
     if robot.platform.may_lift:
@@ -186,7 +189,7 @@ def ranked(findings: Iterable[Finding]) -> tuple[Finding, ...]:
 
 
 def judge_pose(equilibrium: Equilibrium) -> tuple[Finding, ...]:
-    """Return findings of one solved pose, worst first: every limit but those of motion."""
+    """Return findings of one solved pose, worst first: every limit except those of motion."""
     row = equilibrium[None]
     own = row.code, row.violation, LineQuantities.of(row), plane_forces(row)
     return judge(_judged_robot(row.model), row.pose[:, :3], *own)
@@ -201,7 +204,7 @@ def plane_forces(rows: Equilibrium) -> Array:
 def at_most(
     limit: str, unit: str, values: Array, allowed: Array | float, lines: Sequence[str] | None = None
 ) -> list[Finding]:
-    """Return the finding of *values* (k,), or (k, m) of named *lines*, *allowed* at most; none if no value is known."""
+    """Return the finding that *values* (k,), or (k, m) of *lines*, are at most *allowed*; none if none is known."""
     margins = np.asarray(allowed - values)
     if not margins.size or np.isnan(margins).all():
         return []
@@ -216,7 +219,7 @@ def at_most(
 
 
 def merged(findings: Sequence[Finding]) -> list[Finding]:
-    """Return the finding of a limit over blocks of samples from the *findings* in each of them; none of none."""
+    """Return the finding of one limit over all blocks of samples from the *findings* in each of them; none of none."""
     if not findings:
         return []
     worst = min(findings, key=lambda found: found.margin)

@@ -31,7 +31,7 @@ MAX_NODES = 2_000_000
 
 @dataclass(frozen=True)
 class InterferenceSettings:
-    """Which distances count, and their accuracy.
+    """Settings of the distances: ends of lines that are not tested, and accuracy.
 
     ``ends`` (m): length of cable at the exit point that is not tested against the frame, and at the platform point not
     against the platform nor, for a point platform, against the part; lines that share an exit or platform point are not
@@ -117,7 +117,7 @@ class Distances(Pictured):
 
     @property
     def status(self) -> str:
-        """In a word: touching, near (under the clearance), free, or the status of a pose that cannot be held."""
+        """Status in a word: touching, near (under the clearance), free, or that of a pose that cannot be held."""
         worst = self.worst
         if worst is not None and worst.margin <= 0.0:
             return "touching"
@@ -313,7 +313,7 @@ def distances(
 
 @dataclass(frozen=True, eq=False)
 class Free:
-    """A grid of nozzle positions, and which of them are free. The platform is not rotated."""
+    """A grid of nozzle positions, with a mask of those where lines touch nothing. The platform is not rotated."""
 
     axes: tuple[Array, Array, Array]  # (nx,) (ny,) (nz,) m
     margins: Array  # (nx, ny, nz) m, NaN where the position cannot be held
@@ -347,7 +347,7 @@ class Free:
 
 
 def too_near(margins: Array, clearance: float) -> Mask:
-    """Whether distances are below the clearance or touch: a thin line through a face has exactly 0."""
+    """Return whether distances are below the clearance or touch: a thin line through a face has exactly 0."""
     return np.asarray((margins < clearance) | (margins <= 0.0))
 
 

@@ -1,4 +1,4 @@
-"""Jacobian and structure matrix of straight cables at poses: what lengths, speeds and forces have to do with a pose.
+"""Jacobian and structure matrix of straight cables at poses: how lengths, speeds and forces depend on the pose.
 
 With v the velocity of the platform's origin and its angular velocity, world: the lengths change by J v, and tensions t
 act on the platform with the wrench A t. Virtual work relates both: A = -J^T diag(c), with c the cables of each line.
@@ -20,7 +20,7 @@ from cablewright.solvers.tension import structures
 
 
 class StraightOptions(TypedDict, total=False):
-    """Keyword arguments of functions of straight cables: *retraction* in m, laws by name or member."""
+    """Options of functions of straight cables: *retraction* in m, laws by name or member."""
 
     retraction: ArrayLike | None
     cable: CableLaw | str | None

@@ -1,4 +1,4 @@
-"""Distances of lines along a job whose part grows, taken block by block."""
+"""Distances of lines along a job whose part grows, computed block by block."""
 
 from __future__ import annotations
 
@@ -65,9 +65,9 @@ class JobDistances:
         settings: InterferenceSettings = DEFAULT,
         room: Room = MEMORY,
     ) -> Self:
-        """Return the distances before the first block; the part is the *mesh*, or else the *beads* that *robot* lays.
+        """Return the empty distances before the first block of samples.
 
-        *room*: folder for all arrays.
+        The part is the *mesh*, or else the *beads* that *robot* lays. *room*: folder for all arrays.
         """
         if mesh is None:
             laid = deposit(samples, beads, room, robot.platform.lays_along)
@@ -94,12 +94,12 @@ class JobDistances:
 
     @property
     def nearest(self) -> Contact | None:
-        """The nearest contact of all; its row is the sample. None if there is none."""
+        """Return the nearest contact of all; its row is the sample. None if there is none."""
         return min((each for each in self.contacts if each is not None), key=lambda each: each.margin, default=None)
 
     @property
     def clearances(self) -> Clearances:
-        """The smallest distances without the description of the part, which takes more memory."""
+        """Return the smallest distances without the description of the part, which takes more memory."""
         return Clearances(of_rows(np.minimum, self.margins), self.nearest)
 
 

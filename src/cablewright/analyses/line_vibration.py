@@ -1,4 +1,4 @@
-"""Tension, mass and, where it sags enough, EA of a line by the natural frequency of its lateral vibration."""
+"""Tension, density and, where it sags enough, EA of a line from the natural frequency of its lateral vibration."""
 
 from __future__ import annotations
 
@@ -117,15 +117,13 @@ def line_vibration(
     in_plane: float | None = None,
     tension: float | None = None,
 ) -> LineVibration:
-    """Return a *line* by its first natural *frequency*, Hz, at a *pose* (n,), m and rad.
+    """Compute tension and density of a *line* from its first natural *frequency*, Hz, at a *pose* (n,), m and rad.
 
     *frequency*: across the plane of the sag, or a CSV of a vibration: ``t`` and readings of an accelerometer or a load
     cell. *sigma*: its standard deviation, Hz; by default that of the record, or 0.5 %. *in_plane*: first frequency in
     the plane of the sag, Hz, for EA where sag matters. *tension*: tension that a load cell measured, N; None: it
-    follows from statics.
-
-    Raises `InputError` for an unknown line, a cable without weight, numbers out of range and records without a
-    vibration near the expected one; `AnswerError` where no tensions hold the pose.
+    follows from statics. Raises `InputError` for an unknown line, a cable without weight, numbers out of range and
+    records without a vibration near the expected one; `AnswerError` where no tensions hold the pose.
     """
     model = Model.of(robot)
     names = [each.name for each in model.robot.lines]

@@ -158,7 +158,7 @@ class Modes(Pictured):
 
     @property
     def mostly(self) -> Any:
-        """The names of `dominant`: a list (n), or a list for each row of a batch."""
+        """Names of the degrees of freedom with most energy: a list (n), or a list for each row of a batch."""
         return np.array(FREEDOMS)[self.dominant].tolist()
 
     @property
@@ -173,7 +173,7 @@ class Modes(Pictured):
 
     @property
     def dominant(self) -> NDArray[np.int64]:
-        """(n,) index into `FREEDOMS` of the freedom with the most energy in each mode."""
+        """Index (n,) into `FREEDOMS` of the degree of freedom with the most energy in each mode."""
         return np.asarray(np.nan_to_num(self.participation).argmax(axis=-2))
 
     @property

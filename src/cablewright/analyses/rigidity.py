@@ -1,4 +1,4 @@
-"""Stiffness and natural frequencies by name, and the dexterity: how evenly lines hold all directions."""
+"""Stiffness, natural frequencies and dexterity of the platform: how evenly lines hold all directions."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ CONDITION = 1e12
 
 
 class HoldOptions(TypedDict, total=False):
-    """Keyword arguments of functions that hold the platform at poses: as those of `inverse`."""
+    """Options of functions that hold the platform at poses: as those of `inverse`."""
 
     retraction: ArrayLike | None
     preferred: ArrayLike | None
@@ -118,19 +118,19 @@ class Dexterity(Result, Rows):
 
     @property
     def dexterity(self) -> Array:
-        """() smallest over largest singular value, from 0 to 1: the inverse of the condition number."""
+        """Smallest over largest singular value, from 0 to 1: the inverse of the condition number. Shape ()."""
         share = self.values[..., -1] / np.where(self.values[..., 0] > 0.0, self.values[..., 0], 1.0)
         return np.where(share * CONDITION < 1.0, 0.0, share)
 
     @property
     def condition_number(self) -> Array:
-        """() largest over smallest singular value; inf where the matrix is singular."""
+        """Largest over smallest singular value; inf where the matrix is singular. Shape ()."""
         with np.errstate(divide="ignore"):
             return np.asarray(1.0 / self.dexterity)
 
     @property
     def manipulability(self) -> Array:
-        """() product of the singular values (Yoshikawa 1985)."""
+        """Product of the singular values (Yoshikawa 1985). Shape ()."""
         return np.asarray(self.values.prod(axis=-1))
 
 

@@ -1,4 +1,4 @@
-"""The ratio of the sheaves' radii to those of their cables."""
+"""Ratio of each sheave's radius to that of its cable, compared with the recommended minimum."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ SHEAVE_RATIO = 20.0  # smallest ratio of the radii of a sheave and its cable: Pa
 
 @dataclass(frozen=True)
 class SheaveRule:
-    """Whether the sheave of a line is large enough to spare its cable."""
+    """Check of a line: whether its sheave is large enough to spare the cable."""
 
     line: str
     value: float  # radius of the sheave over radius of the cable

@@ -1,4 +1,4 @@
-"""How far a steady acceleration changes tensions, while lengths hold the platform at rest, or on its path.
+"""Change of tensions by a steady acceleration, while lengths hold the platform at rest, or on its path.
 
 Cables, sheaves and winches are massless here, and nothing swings: for that see `motion/path_swing.py`.
 """
@@ -29,7 +29,7 @@ def tensions_by_acceleration(held: Equilibrium, linear: Linearisation) -> Array:
 
 
 class FedForward(NamedTuple):
-    """Samples whose lengths hold the platform under its acceleration, and how their tensions differ from at rest."""
+    """Samples whose lengths hold the accelerating platform, and how their tensions differ from those at rest."""
 
     rows: NDArray[np.int64]  # of all samples, those that are held at rest and accelerated
     moving: Equilibrium | None  # of these rows; None: there are none

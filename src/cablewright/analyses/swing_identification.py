@@ -1,8 +1,8 @@
-"""Frequencies and damping of a free swing from recorded sensor data: eigensystem realisation over model orders.
+"""Identification of frequencies and damping from a recorded free swing: eigensystem realisation over model orders.
 
 The samples of all channels form a block Hankel matrix. Its left singular vectors, cut to an order, are an observability
 matrix; the least-squares map between its shifted parts has the poles of the swing (Juang and Pappa 1985). A pole counts
-as a mode if it is found again over model orders. Its frequency and damping are medians over these; their sigmas join
+as a mode if it is found again over model orders. Its frequency and damping are medians over these; their sigmas combine
 the spread over orders and the bound of Cramer and Rao for a decaying oscillation in the noise around its frequency.
 """
 

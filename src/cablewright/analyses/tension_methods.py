@@ -1,4 +1,4 @@
-"""Tension distributions side by side: the tensions that several methods choose at the same poses."""
+"""Comparison of tension distributions: the tensions that several methods choose at the same poses."""
 
 from __future__ import annotations
 

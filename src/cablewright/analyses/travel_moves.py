@@ -1,4 +1,4 @@
-"""Travel moves without collisions of lines: lifted over, or led round, the frame and the part printed so far.
+"""Travel moves without collisions of lines: lifted over, or led round, frame and printed part.
 
 Only lines are compared, as in `interference`; the platform and the nozzle are not.
 """
@@ -174,7 +174,7 @@ class _Search:
     clearance: float  # m
 
     def safe(self, places: Array, now: Array | float) -> Mask:
-        """Return (k,): whether lines hold the platform at *places* (k, 3), m, with the clearance to all obstacles.
+        """Return whether lines hold the platform at *places* (k, 3), m, with the clearance to all obstacles, (k,).
 
         *now*: the sample, one or (k,), up to which the part has been printed.
         """
@@ -200,7 +200,7 @@ class _Search:
         return [(int(begins[run]), int(ends[run])) for run in runs]
 
     def shortest(self, asis: Array, now: float) -> _Way | None:
-        """Return the shortest safe way from the first to the last of *asis* (k, 3), m; None: no tried way is safe."""
+        """Return the shortest safe way tried from the first to the last of *asis* (k, 3), m; None: none is safe."""
         return next((way for way in _ways(self.model, asis) if self._is_safe(way.places, now)), None)
 
     def _is_safe(self, places: Array, now: float) -> bool:

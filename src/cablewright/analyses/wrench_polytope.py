@@ -75,7 +75,7 @@ class WrenchPolytope(Pictured, Rows):
 
     @property
     def facets(self) -> Array:
-        """() the number of facets."""
+        """The number of facets."""
         return np.asarray(np.isfinite(self.offsets).sum(axis=-1))
 
     def distances(self, wrench: ArrayLike) -> Array:
@@ -89,14 +89,14 @@ class WrenchPolytope(Pictured, Rows):
 
     @property
     def margin(self) -> Array:
-        """() distance of the required wrench from the nearest facet, N: that of `capacity`; NaN of a flat set."""
+        """Distance of the required wrench from the nearest facet, N: that of `capacity`; NaN of a flat set."""
         distances = self.offsets - np.einsum("...kn,...n->...k", self.normals, self.required)
         least = np.nan_to_num(distances, nan=np.inf).min(axis=-1)
         return np.where(self.facets > 0, least, np.nan)
 
     @property
     def volume(self) -> Array:
-        """() volume of the set with moments divided by the arm: the sum over all choices of f lines of |det|."""
+        """Volume of the set with moments divided by the arm: the sum over all choices of f lines of |det|."""
         columns = _scaled(self.structure, self.basis, self.length) * np.diff(self.limits, axis=-1)[..., None, :, 0]
         chosen = np.array(list(combinations(range(columns.shape[-1]), columns.shape[-2])), dtype=np.int64)
         if not len(chosen):

@@ -1,1 +1,1 @@
-"""What people meet: commands, reports, views. Everything below returns values; here they are shown."""
+"""User interfaces: commands, reports, pictures, views (rank 5). Lower ranks return values; here they are shown."""

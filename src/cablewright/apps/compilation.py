@@ -1,7 +1,7 @@
-"""Kernels that a command needs, compiled before its work begins: by several processes, with words for who waits.
+"""Compilation of the kernels that a command needs, before its work begins, by several processes.
 
 A process of its own compiles kernels for the others, which find them in the folder of compiled kernels: it reads names
-of `TASKS` from its input, one a line, and repeats each when it is done.
+of `TASKS` from its input, one a line, and repeats each when it is done. Progress is reported to people who wait.
 """
 
 from __future__ import annotations
@@ -132,7 +132,7 @@ class _Work:
         self.tell()
 
     def tell(self) -> None:
-        """Say how many tasks are done, and how long the others may take, by the pace so far."""
+        """Report how many tasks are done, and how long the others may take, by the pace so far."""
         running = [name for name in self.names if name not in self.waiting and name not in self.done]
         done, half, known = (sum(TASKS[name][1] for name in names) for names in (self.done, running, self.names))
         worked = done + 0.5 * half  # those that run may be anywhere between begin and end
@@ -141,7 +141,7 @@ class _Work:
 
 
 def prepare(names: tuple[str, ...], say: Say) -> None:
-    """Compile the kernels of the tasks called *names*, here and in other processes."""
+    """Compile the kernels of the tasks with these *names*, in this process and others."""
     processes = min(len(names), thread_count(), MAX_PROCESSES) if _is_shared() else 1
     work = _Work(names, deque(names), say, processes)
     work.tell()
@@ -211,7 +211,7 @@ def _fed(worker: subprocess.Popen[str], work: _Work) -> None:
 
 
 def main() -> None:
-    """Do the tasks that are read, and end with the input even in the middle of one."""
+    """Compile the tasks that are read from the standard input; end with that input, even in the middle of a task."""
     asked: SimpleQueue[str] = SimpleQueue()
     threading.Thread(target=_listen, args=(asked,), daemon=True).start()
     while True:

@@ -1,4 +1,4 @@
-"""Figures of results as people read them: values with their units, and tables; the same for terminal and reports."""
+"""Figures of results as text: values with units, and tables; the same for terminal and reports."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ FAR_BELOW = 1e-3  # of the largest of a column: what is smaller may be shown as 
 
 
 class Sheet(NamedTuple):
-    """A table of figures: heads, rows of texts, which columns are numbers, and whether the first rows are the best."""
+    """A table of figures: heads, rows of texts, which columns are numbers, whether the first rows are the best."""
 
     title: str
     head: tuple[str, ...]
@@ -27,13 +27,13 @@ class Sheet(NamedTuple):
 
 
 def summary(result: Result, *without: str) -> list[tuple[str, str]]:
-    """Labels and values of the figures that are no table and no detail, in their order, *without* those keys."""
+    """Return labels and values of the figures that are no table and no detail, in their order, *without* those keys."""
     shown = (each for each in result.figures if _is_plain(each) and each.key not in without)
     return [(each.label, text(each, each.of(result))) for each in shown]
 
 
 def pairs(figures: Iterable[Figure], *of: object) -> list[tuple[str, ...]]:
-    """The label of each figure, and its value for each of *of*."""
+    """Return the label of each figure, with its value for each of *of*."""
     return [(each.label, *(text(each, each.of(one)) for one in of)) for each in figures]
 
 
@@ -53,7 +53,7 @@ def _sheets(figures: Sequence[Figure], of: object) -> Iterator[Sheet]:
 
 
 def along_sheet(result: Result, along: str) -> Sheet:
-    """The table of the figures that run along the same things."""
+    """Return the table of figures that have a value along the same lines or other dimension."""
     return _along_sheet(result.figures, result, along)
 
 
@@ -70,7 +70,7 @@ def _along_sheet(figures: Iterable[Figure], of: object, along: str) -> Sheet:
 
 
 def columns(title: str, given: Iterable[tuple[Figure, Any]]) -> Sheet:
-    """A table of figures that have a sequence of values each; those without any value are left out."""
+    """Return a table of figures with a sequence of values each; figures without any value are left out."""
     listed = [(figure, values.values() if isinstance(values, Mapping) else values) for figure, values in given]
     kept = [(figure, list(values)) for figure, values in listed if values is not None]
     kept = [(figure, values) for figure, values in kept if any(not _is_missing(value) for value in values)]
@@ -85,7 +85,7 @@ def columns(title: str, given: Iterable[tuple[Figure, Any]]) -> Sheet:
 
 
 def table(title: str, figures: Iterable[Figure], rows: Iterable[object]) -> Sheet:
-    """A table with one row for each of *rows*, whose columns are *figures*."""
+    """Return a table with one row for each of *rows*, whose columns are *figures*."""
     every = list(rows)
     return columns(title, [pair for each in figures if not each.detail for pair in _columns_of(each, every)])
 
@@ -101,7 +101,7 @@ def _columns_of(figure: Figure, rows: Sequence[object]) -> list[tuple[Figure, li
 
 
 def text(figure: Figure, value: Any) -> str:
-    """A value of a figure as people read it, with its unit; of parts each with its label."""
+    """Return the value of a figure as text with its unit; of parts each with its label."""
     if figure.parts and value is not None and not isinstance(value, tuple | list):
         return ", ".join(" ".join(pair) for pair in pairs(figure.parts, value))
     value = plain(value)
@@ -117,7 +117,7 @@ def text(figure: Figure, value: Any) -> str:
 
 
 def scale(figure: Figure, values: Sequence[Any]) -> tuple[float, str]:
-    """The factor from SI to the unit in which *values* of a figure are read, and that unit."""
+    """Return the factor from SI to the unit in which *values* of a figure are shown, and that unit."""
     unit = figure.shown or _by_size(figure.unit, _numbers(values))
     if unit in ("", "1", "SI"):
         return 1.0, ""
@@ -125,7 +125,7 @@ def scale(figure: Figure, values: Sequence[Any]) -> tuple[float, str]:
 
 
 def part_sheet(figure: Figure, value: Any) -> Sheet:
-    """The table of a figure with parts: of rows, of columns by key, of rows by name, or of one thing without a head."""
+    """Return the table of a figure with parts: of rows, of columns by key, of rows by name, or of one object."""
     shown = [part for part in figure.parts if not part.detail]
     if isinstance(value, tuple | list):
         return table(figure.label, shown, value)._replace(ranked=figure.ranked)

@@ -1,4 +1,4 @@
-"""What a notebook shows of a value: tables of a result, and a robot to turn."""
+"""Display of values in notebooks: tables of a result, and a robot in 3-D."""
 
 from __future__ import annotations
 
@@ -50,19 +50,22 @@ def _lines(value: str) -> Html:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class View:
-    """A robot to turn: in a notebook a frame, elsewhere a page that needs no other file."""
+    """A robot in 3-D: in a notebook a frame, elsewhere a self-contained page."""
 
     scene: SceneDescription
     height: int  # pixels of the frame
 
     def page(self) -> str:
-        """Return the page as HTML. It makes no request; the same scene gives the same text."""
+        """Return the page of the view as HTML. It makes no request; the same scene gives the same text."""
         from cablewright.apps.report.show import show_page
 
         return show_page(self.scene)
 
     def save(self, file: str | Path) -> None:
-        """Write the page. Raises `InputError` for an ending other than .html, `EnvironmentFault` for a failed write."""
+        """Write the page of the view.
+
+        Raises `InputError` for an ending other than .html, `EnvironmentFault` for a failed write.
+        """
         if Path(file).suffix.lower() != ".html":
             raise InputError(f"view = {str(file)!r}: expected a name that ends in .html")
         write_whole(Path(file), self.page().encode("utf-8"))

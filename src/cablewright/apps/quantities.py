@@ -1,4 +1,4 @@
-"""Numbers for people: SI in, a text with the unit a builder reads out."""
+"""Numbers as text for people: from SI to a unit of suitable size."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _FINEST_LENGTH = 1e-6  # m: below a thousandth of a millimetre a number means no
 
 
 def quantity(value: float, unit: str) -> str:
-    """Write ``value`` (SI) with its unit: metres as mm, m or km, newtons as N or kN, radians as degrees."""
+    """Return ``value`` (SI) as text with a unit: metres as mm, m or km, newtons as N or kN, radians as degrees."""
     if math.isnan(value):
         return NOT_KNOWN
     if math.isinf(value):
@@ -22,7 +22,7 @@ def quantity(value: float, unit: str) -> str:
 
 
 def allowed_range(low: float, high: float, unit: str) -> str:
-    """Write the allowed range: from the lowest to the highest value, or the one bound."""
+    """Return the allowed range as text: from the lowest to the highest value, or the one bound."""
     if not math.isfinite(low) and not math.isfinite(high):
         return "no limit"
     if not math.isfinite(high):
@@ -33,7 +33,7 @@ def allowed_range(low: float, high: float, unit: str) -> str:
 
 
 def duration(seconds: float) -> str:
-    """Write a time in hours and minutes, in minutes, or in seconds where it is less than two minutes."""
+    """Return a time as text in hours and minutes, in minutes, or in seconds where it is less than two minutes."""
     if not math.isfinite(seconds):
         return NOT_KNOWN
     if seconds < 120:
@@ -43,7 +43,7 @@ def duration(seconds: float) -> str:
 
 
 def count(number: int) -> str:
-    """Write a whole number in groups of three digits."""
+    """Return a whole number as text in groups of three digits."""
     return f"{number:,}".replace(",", _GAP)
 
 

@@ -1,4 +1,4 @@
-"""JSON Schemas of all files that are read, by their kind."""
+"""JSON Schemas of all input files, by kind."""
 
 from __future__ import annotations
 

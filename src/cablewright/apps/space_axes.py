@@ -1,4 +1,4 @@
-"""Pictures in space: axes of one scale without perspective, the machine's frame, and what stands in it."""
+"""Axes for 3-D pictures: one scale, no perspective, the machine's frame, and objects in it."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ _PANE: Final = (0.975, 0.98, 0.985, 1.0)
 def space(
     drawn: Figure, where: SubplotSpec, low: Array, high: Array, unit: str, zoom: float = _ZOOM
 ) -> tuple[Any, bool]:
-    """Return axes from *low* to *high* (3,), seen from a corner, and whether they all have one scale.
+    """Return 3-D axes from *low* to *high* (3,), seen from a corner, and whether they all have one scale.
 
-    What has the higher zorder is drawn over the rest, wherever it is.
+    Objects with a higher zorder are drawn over the rest, wherever they are.
     """
     extent = np.maximum(high - low, 1e-12)
     shown = np.maximum(extent, _FLATTEST * extent.max())
@@ -39,7 +39,10 @@ def space(
 
 
 def heights(drawn: Figure, where: SubplotSpec, low: ArrayLike, high: ArrayLike) -> Any:
-    """Return axes for an error in mm over a plane in m, from *low* to *high* (3,); heights have their own scale."""
+    """Return 3-D axes for an error in mm over a plane in m, from *low* to *high* (3,).
+
+    Heights have their own scale.
+    """
     lower, upper = np.asarray(low), np.asarray(high)
     sides = upper[:2] - lower[:2]
     shown = np.append(sides, 0.7 * sides.max())
@@ -47,7 +50,7 @@ def heights(drawn: Figure, where: SubplotSpec, low: ArrayLike, high: ArrayLike) 
 
 
 def machine(drawn: Figure, where: SubplotSpec, robot: Robot, *points: ArrayLike) -> Any:
-    """Return axes around frame, exit points and *points*, (3,) or (k, 3), m, with the frame and exit points drawn."""
+    """Return 3-D axes around frame, exit points and *points*, (3,) or (k, 3), m; frame and exit points are drawn."""
     low, high = bounds(*frame_points(robot), *points)
     axes, _ = space(drawn, where, low, high, "m")
     draw_frame(axes, robot)
@@ -146,7 +149,7 @@ def add_point(axes: Any, at: Array, name: str, *, above: bool, label: str) -> No
 
 
 def towards_eye() -> Array:
-    """Return the direction (3,) in which the eye is."""
+    """Return the direction (3,) from the scene to the eye."""
     elevation, azimuth = np.radians([_ELEVATION, _AZIMUTH])
     level = np.cos(elevation)
     return np.array([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)])

@@ -1,4 +1,4 @@
-"""The look of every picture, what several of them draw, and how a picture becomes a PNG, an SVG or a PDF.
+"""Style of all pictures, elements that several draw, and export as PNG, SVG or PDF.
 
 Colour-blind readers can distinguish the colours. Matplotlib's object interface with Agg is used: no window, and no
 figure that outlives its function.
@@ -108,7 +108,7 @@ class ShownFigure(Figure):
 
 @contextmanager
 def drawing(width: float | str | None = None, style: str | Path | Mapping[str, Any] | None = None) -> Iterator[None]:
-    """Context with this style of matplotlib instead of the user's settings, which return afterwards.
+    """Return a context with this style of matplotlib instead of the user's settings, which return afterwards.
 
     The settings are the process's: draw in one thread at a time. *width*: a name in `WIDTHS`, or a length in m; None:
     each picture has its own. *style*: a style sheet, or settings by name, over those of `STYLE_SHEET`; with a width its
@@ -178,12 +178,12 @@ def is_narrow() -> bool:
 
 
 def beside(most: int) -> int:
-    """Return how many of *most* panels fit into a row: half in a narrow column."""
+    """Return how many of *most* panels fit into a row: half as many in a narrow column."""
     return (most + 1) // 2 if is_narrow() else most
 
 
 def finish(drawn: Figure) -> None:
-    """Shrink texts and markers of a figure to their size on the page that is set, if one is."""
+    """Scale texts and markers of a figure down to their size on the page that is set, if one is."""
     if _Page.width is None:
         return
     by = _Page.shrink
@@ -277,7 +277,7 @@ def signed_colours() -> Colormap:
 
 
 class ErrorScale(NamedTuple):
-    """The ends of a colour scale, in the unit of its values, and beyond which of them there are values."""
+    """Ends of a colour scale, in the unit of its values, and whether values lie beyond them."""
 
     low: float
     high: float
@@ -315,7 +315,7 @@ def error_bar(
 
 
 def cells(axes: Axes, across: Array, up: Array, values: Array, colours: ScalarMappable, **options: Any) -> Any:
-    """Draw a map of *values* (U, A) around the nodes *across* (A,) and *up* (U,); cells without a value stay white."""
+    """Draw a map of *values* (U, A) around the nodes *across* (A,) and *up* (U,); unknown cells stay white."""
     norm = Normalize(*colours.get_clim())
     shown = np.ma.masked_invalid(values)
     return axes.pcolormesh(across, up, shown, shading="nearest", cmap=colours.get_cmap(), norm=norm, **options)
@@ -399,7 +399,7 @@ def ellipse(axes: Axes, place: ArrayLike, covariance: Array, times: float, colou
 
 
 def curve(number: int) -> dict[str, Any]:
-    """Return colour and dashes of the curve of that number, so that many curves differ in one of the two."""
+    """Return colour and dashes of a curve by its number, so that many curves differ in one of the two."""
     colours = mpl.rcParams["axes.prop_cycle"].by_key().get("color", COLOURS)
     return {"color": colours[number % len(colours)], "linestyle": _DASHES[number % len(_DASHES)]}
 
@@ -423,7 +423,7 @@ def log_ticks(axis: Axis, low: float, high: float) -> None:
 
 
 def power(value: float) -> str:
-    """Write a tick of a logarithmic axis: plainly from a thousandth to a million, as a power of ten beyond."""
+    """Return a tick label of a logarithmic axis: plain from a thousandth to a million, as a power of ten beyond."""
     if 0.999e-3 <= value < 1e6:
         return f"{value:g}"
     exponent = math.floor(math.log10(value) + 1e-9)
@@ -442,7 +442,10 @@ def minus(text: str) -> str:
 
 
 def label(text: str, longest: int = _LONGEST_LABEL) -> str:
-    """Return a text from a file as a picture can show it: at most *longest* characters, one line, no missing glyphs."""
+    """Return a text from a file in a form that a picture can show.
+
+    At most *longest* characters, one line, no missing glyphs.
+    """
     known = _glyphs()
     shown = "".join(c if ord(c) in known else _MISSING for c in " ".join(text.split()))
     return shown if len(shown) <= longest else shown[: longest - 1] + "\N{HORIZONTAL ELLIPSIS}"

@@ -1,4 +1,4 @@
-"""Printable pages of tags, to scale, as SVG or PDF: the print of each tag, its number, size and place, and a ruler.
+"""Printable pages of tags, to scale, as SVG or PDF: each tag with number, size and position, and a ruler.
 
 A page is a list of black rectangles and texts, lengths in mm from its top left; both formats are written from it.
 """
@@ -31,7 +31,7 @@ _POINT: Final = 72.0 / 25.4  # points of a mm
 
 @dataclass
 class TagPage:
-    """A page: black rectangles x, y, width, height, and texts x, y, size, words; mm from its top left."""
+    """A page of tags: black rectangles x, y, width, height, and texts x, y, size, words; mm from its top left."""
 
     size: tuple[float, float]
     boxes: list[tuple[float, float, float, float]]
@@ -39,7 +39,7 @@ class TagPage:
 
 
 def modules_of(number: int) -> Mask:
-    """Return the modules (8, 8) of a tag, True for black. Raises `EnvironmentFault` without OpenCV."""
+    """Return the pattern (8, 8) of a tag, True for black. Raises `EnvironmentFault` without OpenCV."""
     require_camera_extra()
     import cv2
 

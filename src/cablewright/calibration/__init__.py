@@ -1,1 +1,1 @@
-"""Numbers of a robot's description from measurements."""
+"""Calibration: values of a robot's geometry, cables and sensors, estimated from measurements."""

@@ -1,4 +1,4 @@
-"""Calibration: numbers of a robot from measurements at poses, their standard deviations, and what stays open.
+"""Calibration of a robot from measurements at poses: values, standard deviations, and undetermined combinations.
 
 Self-calibration from encoders alone: Wang, Caro 2021. Plain least squares first, then gross errors are rejected.
 """

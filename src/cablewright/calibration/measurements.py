@@ -1,4 +1,4 @@
-"""What was measured at the poses of a calibration, and its CSV files: limits on size, one-line errors, writing."""
+"""Calibration measurements at poses and their CSV files: size limits, one-line errors, writing."""
 
 from __future__ import annotations
 
@@ -75,11 +75,11 @@ class Measured:
     sightings: Sightings | None = None  # of tags in pictures, one at a pose
 
     def has(self, sensor: str) -> bool:
-        """Whether there are measurements by one of `SENSORS`."""
+        """Return whether there are measurements by one of `SENSORS`."""
         return getattr(self, SENSORS[sensor][0]) is not None
 
     def without_open_zeros(self, unknowns: Sequence[str]) -> Measured:
-        """Return the data without sensors whose zero is among the *unknowns*: they are useless until it is found."""
+        """Return the data without sensors whose zero is among the *unknowns*: they are useless until it is known."""
         silent: dict[str, Any] = {name: None for sensor, (name, _) in SENSORS.items() if f"{sensor}_offset" in unknowns}
         return replace(self, **silent)
 

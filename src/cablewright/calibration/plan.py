@@ -85,14 +85,14 @@ class Prior(Description):
         return self
 
     def is_of(self, unknown: Unknown) -> bool:
-        """Whether the prior is of this unknown."""
+        """Return whether the prior is of this unknown."""
         return self.name in (unknown.name, unknown.kind) and (
             self.lines is None or any(unknown.of_line(line) for line in self.lines)
         )
 
 
 class Known(Description):
-    """A number that is not among the unknowns: its ``value``, and the standard deviation of that, in its SI unit.
+    """A number that is not estimated: its ``value``, and the standard deviation of that, in its SI unit.
 
     Without ``value`` it is that of the robot file, 0 or 1; without ``deviation`` it is assumed as for other robots.
     ``stretch``: stretch of lines that count as stiff, relative to that by the file's stiffness.
@@ -117,7 +117,7 @@ class Known(Description):
         return self
 
     def is_of(self, name: str, line: str | None) -> bool:
-        """Whether the entry is of the number *name* of a *line*, or of all for None."""
+        """Return whether the entry is of the number *name* of a *line*, or of all lines for None."""
         return self.name == name and (self.lines is None or line is None or line in self.lines)
 
 
@@ -273,7 +273,10 @@ class CalibrationPlan(FileDescription):
 
 
 def load_plan(path: str | Path) -> CalibrationPlan:
-    """Read a TOML file. Raises `InputError`, one line naming file, key, value and the allowed range."""
+    """Read a calibration plan from a TOML file.
+
+    Raises `InputError`, one line naming file, key, value and the allowed range.
+    """
     return load_model(CalibrationPlan, path)
 
 

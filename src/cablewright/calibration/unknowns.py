@@ -1,4 +1,4 @@
-"""The unknowns of a calibration: numbers of a robot, and the column of each among the numbers of a line."""
+"""The unknowns of a calibration: which numbers of a robot are estimated, and where each is stored."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ _DIGITS: Final = 12  # decimal places, m, of numbers in a robot file
 
 @dataclass(frozen=True)
 class Unknown(Parameter):
-    """One parameter to be found.
+    """One parameter to be estimated.
 
     ``size``: the scale of the number that is solved for: a drum's nominal radius, 1 m/kN, otherwise 1. ``others``: the
     lines that share it with ``line``, in a group.
@@ -71,7 +71,7 @@ class Unknown(Parameter):
     others: tuple[str, ...] = ()
 
     def of_line(self, name: str) -> bool:
-        """Whether the unknown is a number of the line *name*."""
+        """Return whether the unknown is a number of the line *name*."""
         return self.line in (None, name) or name in self.others
 
     @property
@@ -91,17 +91,17 @@ class Unknown(Parameter):
 
     @property
     def in_file(self) -> bool:
-        """Whether a robot file has the number, at least by its default of 1 or 0: not home lengths and sensors."""
+        """Whether a robot file contains the number, at least as a default of 1 or 0: not home lengths and sensors."""
         return self.name != "length_offset" and self.entry.role != "sensor"
 
     @property
     def of_equilibrium(self) -> bool:
-        """Whether equilibria depend on the unknown: it is a number of the line or its mount, not of the winch."""
+        """Whether equilibria depend on the unknown: it belongs to the line or its mount, not to the winch."""
         return self.entry.role == "hardware" or self.name == "exit_compliance"
 
     @property
     def column(self) -> int:
-        """Column of the unknown among the numbers of a line, or -1."""
+        """Column of the unknown in the table of a line's numbers, or -1."""
         first = _COLUMNS.get(self.name, -1)
         return first if first < 0 else first + (self.axis or 0)
 
@@ -113,10 +113,10 @@ def unknowns_of(
     elastic: bool = False,
     groups: Sequence[tuple[str, Sequence[str]]] = (),
 ) -> tuple[Unknown, ...]:
-    """Return the unknowns with these ``names``, line by line; one for all lines for those in ``shared``.
+    """Return the unknowns with these ``names``, line by line; those in ``shared`` are one number for all lines.
 
-    *groups*: names of an unknown, and of the lines that have one number in common.
-    Raises `InputError` for an unknown name, one given twice, and a number that this robot does not have.
+    *groups*: names of an unknown, and of the lines that have one number in common. Raises `InputError` for an unknown
+    name, one given twice, and a number that this robot does not have.
     """
     for name, _ in groups:
         if name not in names or name in shared:
@@ -201,7 +201,7 @@ def line_index(robot: Robot, name: str, where: str) -> int:
 
 
 def require_covered(robot: Robot, elastic: bool) -> None:
-    """Raise `InputError` for a robot that is not covered, with *elastic* lines or straight ones.
+    """Raise `InputError` for a robot that calibration does not support, with *elastic* lines or straight ones.
 
     Straight lines cover all whose length changes beyond the exit point only.
     """
@@ -209,22 +209,22 @@ def require_covered(robot: Robot, elastic: bool) -> None:
 
 
 def with_mounts(robot: Robot) -> Robot:
-    """Return the robot with a compliance of each mount: that of the file, else 0."""
+    """Return the robot with a compliance for the mount of each exit point: that of the file, else 0."""
     rigid = (line.model_copy(update={"exit_compliance": line.exit_compliance or 0.0}) for line in robot.lines)
     return robot.model_copy(update={"lines": tuple(rigid)})
 
 
 def column_of(name: str) -> int:
-    """Return the column of a number without axes among those of a line."""
+    """Return the column of a number without axes in the table of a line's numbers."""
     return _COLUMNS[name]
 
 
 def numbers_of_lines(robot: Robot, by_drum: Sequence[bool] = (), elastic: bool = False) -> Array:
     """Return the numbers (m, COLUMNS) of a robot's lines for `kernels.fitting.line_over_sheave`.
 
-    Offsets are 0, scales 1. A sheave on a universal joint counts as swivelling: a rigid line has no lever balance. What
-    the cable passes before its exit point keeps its length. *by_drum*: lines whose counts are of a drum with the
-    file's build-up; *elastic*: home lengths are those of the file, not from the exit point on.
+    Offsets are 0, scales 1. A sheave on a universal joint counts as swivelling: a rigid line has no lever balance.
+    Cable before the exit point keeps its length. *by_drum*: lines whose counts are of a drum with the file's build-up;
+    *elastic*: home lengths are those of the file, not from the exit point on.
     """
     lines = np.zeros((robot.m, line_over_sheave.COLUMNS))
     for at in np.flatnonzero(by_drum):
@@ -290,7 +290,7 @@ def by_exits(robot: Robot, unknowns: Sequence[Unknown], by: ArrayLike) -> Array:
 
 
 def exit_rows(robot: Robot, unknowns: Sequence[Unknown]) -> tuple[Array, Indices]:
-    """Return rows (a, k), coordinates of exit points by the unknowns among them, and the line (a,) of each.
+    """Return rows (a, k) that select exit point coordinates from the unknowns, and the line (a,) of each.
 
     Of a platform in a plane they are those along its axes: what is across hardly matters there.
     """
@@ -306,7 +306,7 @@ def free_directions(robot: Robot) -> Array:
 
 
 def is_in_file(robot: Robot, unknown: Unknown) -> bool:
-    """Whether the robot's file holds an unknown, or can hold it: a build-up only where all its lines have one."""
+    """Return whether the robot's file holds an unknown, or can: a build-up only where all its lines have one."""
     has_build_up = all(robot.lines[at].winch.build_up is not None for at in lines_of(robot, unknown))
     return unknown.entry.described and (unknown.name != "build_up" or has_build_up)
 

@@ -1,1 +1,1 @@
-"""Rank 3: commands of the next step, from the estimated state of the machine. Each part has settings, state, step."""
+"""Control (rank 3): commands of the next step from the estimated state. Each part has settings, state and step."""

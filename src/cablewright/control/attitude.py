@@ -14,7 +14,7 @@ from cablewright.printing.schedule import Schedule, ScheduleStep
 
 
 class Carried(NamedTuple):
-    """Motion of a platform that carries its nozzle: that of its origin, and its rotation."""
+    """Motion of a platform whose nozzle follows a path: that of its origin, and its rotation."""
 
     position: Array  # (3,) m, world, of the origin
     velocity: Array  # (3,) m/s
@@ -24,14 +24,17 @@ class Carried(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Attitude:
-    """Settings of rotation and retraction. ``schedule`` by the nozzle's height; ``nozzle`` (3,): m, platform frame."""
+    """Settings of a platform's rotation and retraction along a path.
+
+    ``schedule`` by the nozzle's height; ``nozzle`` (3,): m, platform frame.
+    """
 
     schedule: Schedule
     nozzle: Array
 
     @classmethod
     def of(cls, steps: tuple[ScheduleStep, ...], nozzle: tuple[float, float, float]) -> Attitude:
-        """Return the attitude by the *steps* of a job of a platform with its *nozzle* there, m."""
+        """Return the attitude from the schedule *steps* of a job, for a platform with its *nozzle* there, m."""
         return cls(Schedule(steps), np.array(nozzle))
 
     def rotations(self, heights: Array) -> Array:
@@ -39,7 +42,7 @@ class Attitude:
         return self.schedule.rotations(heights) if self.schedule.turns else np.zeros((len(heights), 3))
 
     def nozzles_at(self, positions: Array, rotations: Array) -> Array:
-        """Return the places (k, 3), m, of the nozzle, with the origin at *positions* (k, 3)."""
+        """Return the positions (k, 3), m, of the nozzle, with the origin at *positions* (k, 3)."""
         return np.asarray(positions + matrices(rotations) @ self.nozzle)
 
     def rotation(self, height: float) -> Array:
@@ -52,15 +55,15 @@ class Attitude:
         return math.nan if found is None else float(found[0])
 
     def origin(self, nozzle: Array, rotation: Array) -> Array:
-        """Return the place (3,), m, of the platform's origin with its *nozzle* (3,), m, there."""
+        """Return the position (3,), m, of the platform's origin with its *nozzle* (3,), m, there."""
         return np.asarray(nozzle - matrix_of(rotation) @ self.nozzle)
 
     def nozzle_at(self, position: Array, rotation: Array) -> Array:
-        """Return the place (3,), m, of the nozzle, with the origin at *position*."""
+        """Return the position (3,), m, of the nozzle, with the origin at *position*."""
         return np.asarray(position + matrix_of(rotation) @ self.nozzle)
 
     def carried(self, here: Array, there: Array, turned: Array, then: Array, dt: float) -> Carried:
-        """Return the platform's mean motion over *dt*, s, of its nozzle from *here* to *there*, m.
+        """Return the platform's mean motion over *dt*, s, as its nozzle moves from *here* to *there*, m.
 
         *turned*, *then*: rotations (3,), rad, at both ends.
         """

@@ -52,11 +52,11 @@ class ForceBalance:
 
     @property
     def holds(self) -> bool:
-        """Whether nothing speaks against the pose."""
+        """Whether measured tensions and weight balance, so that nothing contradicts the pose."""
         return self.size <= self.limit
 
     def sentence(self) -> str:
-        """The error in words, with numbers."""
+        """Sentence on the error of the balance, with numbers."""
         x, y, z = self.pose[:3].tolist()
         ways = ", ".join(f"{force:+.0f}" for force in self.off[:3].tolist())
         turns = ", ".join(f"{moment:+.0f}" for moment in self.off[3:].tolist())
@@ -121,7 +121,7 @@ def excess(model: Model, pose: Array, tensions: Array, laid: float = 0.0) -> Arr
 
 @dataclass(eq=False)
 class CarriedWatch:
-    """Whether the lines go on carrying the platform where it is reckoned to be, over a while. Changed in place."""
+    """Watch over whether the lines go on carrying the platform at its assumed position. Changed in place."""
 
     model: Model
     share: float  # of the weight, allowed
@@ -138,7 +138,7 @@ class CarriedWatch:
         return time - self._time >= _EVERY
 
     def judge(self, pose: Array, tensions: Array, time: float, laid: float = 0.0) -> str:
-        """Return why the platform, without *laid* kg, cannot be at *pose* (n,), at *time*, s; or an empty text."""
+        """Return why the platform, without *laid* kg, cannot be at *pose* (n,) at *time*, s; empty: it can."""
         off = excess(self.model, pose, tensions, laid)
         if self._mean is None:
             self._mean, self._since = off, time

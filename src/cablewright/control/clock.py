@@ -1,4 +1,4 @@
-"""The clock of a control loop: a machine's, made to go on whatever that does."""
+"""Clock of a control loop: monotonic, even if the machine's clock jumps or stops."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _MOST: Final = 3.0  # periods for which the control goes on after a gap
 
 
 class FrameClock:
-    """Times of frames and readings, each later than the last."""
+    """Times of frames and readings, corrected so that each is later than the last."""
 
     def __init__(self, period: float, begin: float) -> None:
         """*period*: s, of a step as planned; *begin*: s, the time before the first frame."""
@@ -33,12 +33,12 @@ class FrameClock:
         return self._begin if self._now is None else self._now
 
     def tell(self, frame: SensorFrame) -> tuple[SensorFrame, float]:
-        """Return the frame by this clock, and the time that has elapsed since the last one, s, at most a few periods.
+        """Return the frame with times by this clock, and the time since the last one, s, at most a few periods.
 
-        A late frame has a notice. Where the machine's clock jumps, or is not a number, the frame has another; the
-        times of all frames and readings from then on are shifted, so that this clock goes on by one period. Readings
-        without a time are left out, and those of before a jump: their clock is unknown. So are those that
-        repeat a stamp of before it: a frozen sensor's, which the clock has reached again.
+        A late frame has a notice. Where the machine's clock jumps, or is not a number, the frame has another; the times
+        of all frames and readings from then on are shifted, so that this clock goes on by one period. Readings without
+        a time are left out, and those of before a jump: their clock is unknown. So are those that repeat a stamp of
+        before it: a frozen sensor's, which the clock has reached again.
         """
         period, notices, known = self._period, frame.notices, math.isfinite(frame.time)
         if self._now is None:

@@ -1,7 +1,7 @@
-"""Which line is wrong where there is one more than degrees of freedom: by its offset, which is the same at every pose.
+"""Search for the line of wrong length, with one line more than degrees of freedom: its offset is equal at all poses.
 
-At one pose each line could be the wrong one, by an offset of its own. The platform goes slowly to two further places;
-the offset of the line that is wrong stays, those of the others change.
+At one pose each line could be the wrong one, by an offset of its own. The platform moves slowly to two further
+positions; the offset of the line that is wrong stays, those of the others change.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ _SURE: Final = 2e-3  # m, spread that the others must have at least
 
 
 def places(model: Model, low: Array, high: Array, here: Array) -> list[Array]:
-    """Two poses (n,), moved from *here* (n,), that can be reached and held; empty: there are none.
+    """Return two poses (n,) near *here* (n,) that can be reached and held, for the search; empty: there are none.
 
-    One is along x and one along y, or along the two directions of the platform's plane.
-    *low*, *high*: (3,) m, between which the platform has to stay.
+    One is along x and one along y, or along the two directions of the platform's plane. *low*, *high*: (3,) m, between
+    which the platform has to stay.
     """
     found = []
     for along in directions(model.robot.platform.plane, 3)[:, :2].T:
@@ -49,7 +49,10 @@ def places(model: Model, low: Array, high: Array, here: Array) -> list[Array]:
 
 @dataclass(eq=False)
 class SlowWay:
-    """A straight way from one pose to another of nearly the same rotation, in lengths. Changed in place by `speeds`."""
+    """A slow straight motion between two poses of nearly the same rotation, by lengths.
+
+    Changed in place by `speeds`.
+    """
 
     begin: Array  # (n,) m and rad
     end: Array  # (n,) m and rad
@@ -60,7 +63,7 @@ class SlowWay:
     arrived: bool = False
 
     def speeds(self, model: Model, lengths: Array, dt: float) -> Array:
-        """Speeds (w,), rad/s, of the winches for the next *dt*, s, at measured *lengths* (m,), m."""
+        """Return the speeds (w,), rad/s, of the winches for the next *dt*, s, at measured *lengths* (m,), m."""
         way = self.end - self.begin
         whole = float(np.linalg.norm(way[:3]))
         left = whole - self.gone

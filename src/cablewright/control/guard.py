@@ -1,7 +1,7 @@
-"""The guard of a machine: what it measures against its limits, in every state, before all else.
+"""The guard of a machine: measured values against limits, in every state, before anything else.
 
 It needs no estimate: tensions are measured, by load cells or torques, and those that follow from lengths are judged
-beside them. What it finds stops all winches together (`stop`). It is software on a host: the emergency-stop chain, safe
+beside them. A violation stops all winches together (`stop`). It is software on a host: the emergency-stop chain, safe
 torque off and the drives' own limits are the builder's.
 """
 
@@ -91,7 +91,7 @@ class GuardSettings:
     hosts: tuple[int, ...] | None = None
 
     def winch(self, i: int) -> str:
-        """Return the words for winch *i*: the name of its line."""
+        """Return words for winch *i* in messages: the name of its line."""
         return f"line {(i if self.hosts is None else self.hosts[i]) + 1}"
 
     def __post_init__(self) -> None:
@@ -140,7 +140,7 @@ class GuardState:
 
 
 def take_note(state: GuardState, now: float, command: Command) -> None:
-    """Record the commands to brakes and winches at *now*, s; *state* changes in place."""
+    """Record the commanded brakes and winch speeds at *now*, s; *state* changes in place."""
     state.ordered = now, command
     if WinchMode.OFF in command.modes:
         state.closing_since = now if math.isnan(state.closing_since) else state.closing_since
@@ -159,7 +159,7 @@ def judge(
     lowest: bool = False,
     best: Array | None = None,
 ) -> StopCause | None:
-    """Return the cause to stop now, the most urgent one; None: nothing is wrong. *state* changes in place.
+    """Compare readings with limits; return the most urgent cause to stop now, or None. *state* changes in place.
 
     *inferred* (m,): tensions by the lengths, N; None, or NaN: not known. *lowest*: whether tensions are to be over
     their minimum now, by the *best* (m,), N, that is known of them; None: by the lengths.

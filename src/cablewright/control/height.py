@@ -26,7 +26,7 @@ class HeightControl:
 
 
 def step(settings: HeightControl, lift: float, clearance: float, dt: float) -> float:
-    """Return the new *lift* (m) of the target over its path, by the measured *clearance* (m); NaN keeps the lift."""
+    """Return the new *lift* (m) of the target over its path, from the measured *clearance* (m); NaN keeps the lift."""
     if not math.isfinite(clearance):
         return lift
     rate = min(settings.gain, 0.5 / dt) * (settings.clearance - clearance)

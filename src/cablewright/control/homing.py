@@ -1,8 +1,8 @@
-"""Homing: lines are taken up, and saved lengths compared with where taut lines can meet; or lengths are found again.
+"""Homing: slack is taken up, then saved lengths are tested by where taut lines can meet, or lengths are found again.
 
-New lengths come from a place that a person has measured; they replace saved ones, whose contradiction is reported. Of a
-rigid platform that is a pose, and the measured tensions say how far its lines are stretched there. A plane holds the
-platform, and with fewer winches than degrees of freedom its weight decides the rest of the pose. Either way the
+New lengths come from a position that a person has measured; they replace saved ones, whose contradiction is reported.
+Of a rigid platform that is a pose, and the measured tensions say how far its lines are stretched there. A plane holds
+the platform, and with fewer winches than degrees of freedom its weight decides the rest of the pose. Either way the
 tensions have to carry the platform there. Only a machine whose lengths have passed is ready to move. Quantities that no
 test can check are reported too.
 """

@@ -1,7 +1,7 @@
-"""Whether lengths and tensions of taut lines fit together: a test of lengths that were saved.
+"""Test of saved lengths: whether lengths and tensions of taut lines fit together at one pose.
 
-The pose where the lengths meet best leaves residuals, of which only the part across all motions of the platform says
-something: with m lines and p degrees of freedom m - p numbers. With two or more, a wrong line shows by the residual
+The pose where the lengths meet best leaves residuals, of which only the part across all motions of the platform is
+informative: with m lines and p degrees of freedom m - p numbers. With two or more, a wrong line shows by the residual
 without it; with one, each line could be the wrong one, by another offset; with none, nothing can be tested. Lines on
 one drum are wrong together; the length of a line with a counterweight is not counted, and says nothing.
 """
@@ -50,7 +50,7 @@ class LengthCheck:
         return self.misfit <= LIMIT
 
     def sentence(self, names: Sequence[str]) -> str:
-        """The error in words, with numbers."""
+        """Sentence on the error of the lengths, with numbers."""
         offsets = [f"{names[i]} by {1e3 * offset:+.0f} mm" for i, offset in self.suspects.items()]
         what = f"the lengths do not fit together: {1e3 * self.misfit:.0f} mm; at most {1e3 * LIMIT:g} are allowed"
         if len(offsets) == 1:
@@ -94,7 +94,7 @@ def check_lengths(model: Model, lengths: Array, tensions: Array, guess: Array) -
 
 
 def lengths_at(model: Model, pose: Array, tensions: Array) -> Array:
-    """Unstrained lengths (m,), m, of lines to the platform at *pose* (n,), m and rad, by their *tensions* (m,), N.
+    """Return unstrained lengths (m,), m, of lines to the platform at *pose* (n,), m and rad, with *tensions* (m,), N.
 
     With their stretch, a flat sag, springs, and compliant mounts, to first order.
     """

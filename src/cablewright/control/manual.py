@@ -1,4 +1,4 @@
-"""Motion of the platform by hand: a jog, held to run, or a straight line to a place."""
+"""Motion of the platform by hand: a jog while a key is held, or a straight line to a position."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def require_run_out(speed: float, deceleration: float, delay: float, most: float
 
 @dataclass(eq=False)
 class ManualState:
-    """State of motion by hand, changed in place."""
+    """State of a motion by hand, changed in place."""
 
     position: Array = field(default_factory=lambda: np.zeros(3))  # m, of the target
     velocity: Array = field(default_factory=lambda: np.zeros(3))  # m/s
@@ -83,7 +83,7 @@ class ManualState:
 
 
 class TargetMotion(NamedTuple):
-    """Place and velocity of the target over the next step, and whether it has come to rest where it should.
+    """Position and velocity of the target over the next step, and whether it has come to rest as ordered.
 
     ``failure``: why it, or the platform, has come to rest elsewhere.
     """
@@ -96,7 +96,7 @@ class TargetMotion(NamedTuple):
 
 
 def refusal(settings: ManualSettings, order: Order, now: float) -> str:
-    """Return why a motion by hand is not begun at *now*, s; an empty text: it may be."""
+    """Return why a motion by hand may not begin at *now*, s; empty: it may."""
     try:
         if order.kind is OrderKind.JOG:
             speed = float(np.linalg.norm(_vector(order, "velocity")))
@@ -126,9 +126,10 @@ def refusal(settings: ManualSettings, order: Order, now: float) -> str:
 def begin(
     settings: ManualSettings, state: ManualState, order: Order, now: float, at: tuple[Array, Array] | None
 ) -> None:
-    """Begin the motion of an accepted order.
+    """Begin the motion of an accepted order by hand.
 
-    *at*: where the platform is, or a rigid one's nozzle, (3,) m, and its rotation (3,), rad; None: it moves already.
+    *at*: position of the platform, or of a rigid one's nozzle, (3,) m, and its rotation (3,), rad; None: it moves
+    already.
     """
     if at is not None:
         state.position, state.velocity, state.rotation = at[0].copy(), np.zeros(3), at[1].copy()
@@ -144,7 +145,7 @@ def begin(
 
 
 def step(settings: ManualSettings, state: ManualState, now: float, dt: float, off: float = 0.0) -> TargetMotion:
-    """Return the motion over the next *dt* (s), with bounded acceleration; *state* changes in place.
+    """Return the target's motion over the next *dt* (s), with bounded acceleration; *state* changes in place.
 
     *off*: m, distance of the platform from the target; at an ordered position it settles first.
     """

@@ -1,4 +1,4 @@
-"""Orders as they come, from anybody: which can be obeyed whatever the state, and who counts more."""
+"""Examination of orders from all sources: which can be obeyed in any state, and which take precedence."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _MAX_ARGUMENTS: Final = 20  # of an order
 
 @dataclass(eq=False)
 class OrderState:
-    """State of the examination of orders, changed in place by `examine`."""
+    """Memory of the examination of orders, changed in place by `examine`."""
 
     times: ReadingTimes = field(default_factory=ReadingTimes)  # of orders to jog
     jog_time: float = -math.inf  # s, of the last order to jog
@@ -46,12 +46,12 @@ def examine(
     procedures: Collection[PrintState],
     step: float = 0.0,
 ) -> list[Order]:
-    """Return the orders at *now*, s, each with why it cannot be obeyed; an empty text leaves it to the state.
+    """Return the orders at *now*, s, each with the reason of a rejection; empty: the state decides.
 
     *known*: whether the position is known. *procedures*: procedures that the plan has. *step*: planned duration of the
     last step, s; an order given before it is no older for that. A stop overrides motion orders of the same step, and a
-    jog that was stopped begins again only after a pause of all jog requests. Whatever is no stop is rejected
-    `ORDER_LIFE` after it was ordered.
+    jog that was stopped begins again only after a pause of all jog requests. Every order except a stop is rejected
+    `ORDER_LIFE` after it was given.
     """
     found: list[Order] = []
     if not orders:

@@ -40,7 +40,7 @@ _STEADY.flags.writeable = False
 
 
 class GuideMode(Enum):
-    """Mode of the guide."""
+    """Mode of the guide: on the path, back to it, or at rest."""
 
     HOLD = "slow down and stay"
     PAUSE = "slow down without a swing, and stay"
@@ -150,12 +150,12 @@ class TimedPath:
 
     @property
     def travel_speed(self) -> float:
-        """Speed off the path, m/s."""
+        """Speed of travel moves, m/s."""
         return self.motion.travel_speed
 
     @property
     def print_speed(self) -> float:
-        """Speed at full flow, m/s."""
+        """Print speed at full flow, m/s."""
         return self.motion.print_speed
 
     @property
@@ -174,12 +174,12 @@ class TimedPath:
         return math.nan if self.attitude is None else self.attitude.retraction(begin)
 
     def printing_point(self, position: Array, rotation: Array) -> Array:
-        """Return the point (3,), m, that is to be on the track, with the platform at *position* and *rotation*."""
+        """Return the point (3,), m, that must be on the track, with the platform at *position* and *rotation*."""
         return position if self.attitude is None else self.attitude.nozzle_at(position, rotation)
 
     @property
     def duration(self) -> float:
-        """Duration at a speed factor of 1, s."""
+        """Duration of the path at a speed factor of 1, s."""
         return float(self.arrival[-1])
 
     @cached_property
@@ -224,7 +224,7 @@ class GuideState:
         self.speed_mean.rest()
 
     def is_touring(self, path: TimedPath) -> bool:
-        """Whether there are places to go through before the path begins."""
+        """Whether there are positions to visit before the path begins."""
         return self.path_time == 0.0 and self.toured < len(path.tour)
 
 

@@ -1,4 +1,4 @@
-"""Procedures that a machine runs by itself before a print, such as taking up its lines."""
+"""Interface of procedures that a machine runs by itself before a print, such as taking up slack."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class ProcedureStep(NamedTuple):
 
 
 class Procedure(Protocol):
-    """A procedure. The guard judges it like all else."""
+    """Interface of a procedure. The guard judges it like all else."""
 
     def begin(self, now: float) -> None:
         """Begin at *now*, s."""

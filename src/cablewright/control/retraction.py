@@ -1,4 +1,4 @@
-"""The drive that retracts a platform: its speed by the schedule of the job, and its effect on the lines."""
+"""Control of the drive that retracts a platform, by the schedule of the job, and its effect on the lines."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class BeamState:
 
 
 def read(settings: BeamSettings, state: BeamState, frame: SensorFrame) -> None:
-    """Process the measured length of a frame; *state* changes in place."""
+    """Store the measured retraction length of a frame; *state* changes in place."""
     for reading in frame.of(BeamLength):
         if math.isfinite(reading.length) and state.times.is_new(reading.source, reading.time, frame.time):
             state.length = min(max(reading.length, settings.least), settings.most)

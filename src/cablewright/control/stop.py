@@ -1,7 +1,7 @@
-"""How all winches stop together: by a ramp, held, then with brakes closed. A stop never goes back.
+"""Stop of all winches together: a ramp, a hold, then closed brakes.
 
-Category 1 of IEC 60204-1, or its last stages alone where a ramp would make things worse. It advances by one period with
-each command: a step that comes late, or a clock that jumps, skips nothing.
+A stop never goes back. Category 1 of IEC 60204-1, or its last stages alone where a ramp would make things worse. It
+advances by one period with each command: a step that comes late, or a clock that jumps, skips nothing.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from cablewright.foundation.signals import WinchMode
 
 
 class StopKind(IntEnum):
-    """Type of a stop: how it begins, and ends; the most urgent one counts."""
+    """Kind of a stop: how it begins, and ends; the most urgent one counts."""
 
     RAMP = 0  # then hold, then brake
     HOLD = 1  # immediately, then brake
@@ -53,7 +53,7 @@ class StopState:
 
     @classmethod
     def closed(cls, m: int) -> StopState:
-        """The end of a stop of *m* winches: brakes are closed."""
+        """Return the end of a stop of *m* winches: brakes are closed."""
         return cls(np.zeros(m), braked=True)
 
     def worsen(self, kind: StopKind) -> None:

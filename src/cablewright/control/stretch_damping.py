@@ -146,7 +146,7 @@ def _span(hertz: Array) -> str:
 
 
 class Swings(NamedTuple):
-    """Modes of a platform at a pose, f of them."""
+    """Vibration modes of a platform at a pose, f of them, for the damping."""
 
     rates: Array  # (f,) rad/s; 0 where lengths hardly move the mode, or it is unstable
     shapes: Array  # (n, f) of unit modal mass
@@ -190,7 +190,7 @@ class StretchState:
 
 
 def listen(settings: StretchDamping, state: StretchState, frame: SensorFrame) -> None:
-    """Process the tensions of a *frame*; repeated readings, or those without all lines, are ignored."""
+    """Store the measured tensions of a *frame*; repeated readings, or those without all lines, are ignored."""
     for reading in frame.of(Tensions):
         if (
             reading.source == settings.source

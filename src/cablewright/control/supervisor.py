@@ -1,8 +1,8 @@
-"""Supervision of a machine and its print: states, limits by the estimate, and orders.
+"""Supervision of a machine and its print: states, limits of the estimate, and orders.
 
-The transitions are in `transitions`; stops by measured limits are in `guard`. A controlled stop slows
-down along the path and then holds the winches, so that no line loses its tension. An emergency stop, the guard and
-every hard limit end in `PrintState.FAULT`, from which only a reset leads, once its cause is gone.
+The transitions are in `transitions`; stops by measured limits are in `guard`. A controlled stop slows down along the
+path and then holds the winches, so that no line loses its tension. An emergency stop, the guard and every hard limit
+end in `PrintState.FAULT`, from which only a reset leads, once its cause is gone.
 """
 
 from __future__ import annotations
@@ -109,7 +109,7 @@ class SupervisorState:
 
 
 class Verdict(NamedTuple):
-    """Permissions of the supervisor for the next step."""
+    """Permissions of the supervisor for the next step: to move, to print, to stop."""
 
     state: PrintState
     reason: str
@@ -402,7 +402,7 @@ def _advance(settings: SupervisorSettings, state: SupervisorState, inputs: _Inpu
 
 
 def fail(state: SupervisorState, now: float, reason: str) -> None:
-    """Take note of a danger that the control itself has found."""
+    """Record a danger that the control itself has found: the state becomes a fault."""
     _happen(state, Happening.DANGER, now, reason)
 
 
@@ -413,7 +413,7 @@ def explain(state: SupervisorState, was: str, reason: str) -> None:
 
 
 def end_procedure(state: SupervisorState, now: float, failure: str = "") -> None:
-    """Take note that a procedure, or a motion by hand, is done, or why it failed."""
+    """Record that a procedure, or a motion by hand, is done, or why it failed."""
     _happen(state, Happening.FAILED if failure else Happening.DONE, now, failure)
 
 

@@ -1,4 +1,4 @@
-"""Damping of a drum that swings below a point platform: the platform follows the drum.
+"""Damping of a container that swings below a point platform: the point follows the container.
 
 With the angle f of the swing, its rate w and the length L = g / w^2 of the pendulum, f'' + w^2 f = -x'' / L where the
 platform is at x. If it moves at x' = 2 z w L f, then f'' + 2 z w f' + w^2 f = 0: it adds the share z of critical
@@ -35,22 +35,25 @@ class SwingDamping:
 
     @classmethod
     def of(cls, gravity: float, centre: float, gyration: float) -> Self:
-        """Return the pendulum of a mass whose *centre* is so far below the platform, m; *gyration*: its radius, m."""
+        """Return the pendulum of a container whose mass *centre* is so far below the platform point, m.
+
+        *gyration*: its radius of gyration, m.
+        """
         length = (centre * centre + gyration * gyration) / centre
         return cls(math.sqrt(gravity / length), length)
 
 
 @dataclass(eq=False)
 class SwingState:
-    """State of the damping of swings, changed in place by `follow`.
+    """State of the swing damping, changed in place by `follow`.
 
-    ``mean``: (2,) horizontal part of the drum's axis, over the last while.
+    ``mean``: (2,) horizontal part of the container's axis, over the last while.
     """
 
     mean: Array = field(default_factory=lambda: np.full(2, np.nan))
 
 
 def follow(settings: SwingDamping, state: SwingState, rotation: Array, dt: float) -> Array:
-    """Return the velocity (3,), m/s, at which the platform is to follow a drum of *rotation* (3,), rad, for *dt*, s."""
+    """Return the velocity (3,), m/s, of the point that follows a container of *rotation* (3,), rad, for *dt*, s."""
     share, faster = min(dt * settings.rate / (_PERIODS * math.tau), 1.0), 2.0 * settings.added * settings.rate
     return np.array([*calm(rotation.copy(), state.mean, share, faster * settings.length, MOST_SPEED), 0.0])

@@ -1,4 +1,4 @@
-"""A speed that changes without exciting a swing: the running mean of the wanted speeds.
+"""Speed changes that excite no swing: the running mean of the wanted speeds.
 
 The two running means are those of `printing/shaping.py`, of the past alone: the speed comes late by half their length.
 The response of a mode to the mean is that to the wanted speed, times the spectrum of the means.
@@ -43,7 +43,7 @@ class RampMean:
         return len(self._weights) > 0
 
     def rest(self) -> None:
-        """Forget the wanted speeds: the speed is no mean any more."""
+        """Forget the wanted speeds: the next speed is no mean."""
         self._past = self._weights = _NONE
         self.rates = STEADY
 

@@ -1,7 +1,7 @@
-"""Taking up slack: winch by winch to a low tension, in torque mode, no farther and no faster than allowed.
+"""Taking up slack: winch by winch to a low tension, in torque mode, within limits of length and speed.
 
-A line that pulls already is held: in torque mode at a low tension it would let its load down. So is a
-drum that winds one line up as it pays another out: no torque makes both taut.
+A line that pulls already is held: in torque mode at a low tension it would let its load down. So is a drum that winds
+one line up as it pays another out: no torque makes both taut.
 """
 
 from __future__ import annotations
@@ -56,7 +56,10 @@ class TakeUpSettings:
 
 
 class TakeUp:
-    """A `Procedure`. `tensions` (w,), N, `torques` (w,), N m, and `counts` (w,) are the last ones read."""
+    """The `Procedure` that takes up slack.
+
+    `tensions` (w,), N, `torques` (w,), N m, and `counts` (w,) are the last ones read.
+    """
 
     def __init__(self, settings: TakeUpSettings) -> None:
         """Not yet begun."""
@@ -124,7 +127,7 @@ class TakeUp:
         return min(self._times.last(source, self._begin) for source in (_TENSIONS, _COUNTS))
 
     def hold(self, failure: str = "") -> ProcedureStep:
-        """Hold all winches; with a *failure* that is the end."""
+        """Hold all winches; with a *failure* the procedure ends."""
         return ProcedureStep(self._still(), self._held(), failure=failure)
 
     def _judge(self, now: float, tension: float, counts: int) -> str:

@@ -21,7 +21,7 @@ from cablewright.solvers.inverse import solve_inverse, solve_rows
 
 
 class Held(NamedTuple):
-    """Poses (k, 6), tensions and lengths (k, m) there, and the equilibria of which they are."""
+    """Equilibria that hold a rigid platform at poses (k, 6), with tensions and lengths (k, m)."""
 
     poses: Array  # m and rad
     tensions: Array  # N, at the sheaves
@@ -36,11 +36,11 @@ def held_at(
     accelerations: Array | None = None,
     packed: Packed | None = None,
 ) -> Held | None:
-    """Return how *model* holds *poses* (k, 6), at *retraction* lengths (k,), m; None where no tensions do.
+    """Return the equilibria in which *model* holds *poses* (k, 6), at *retraction* lengths (k,), m; None if it cannot.
 
     With fewer winches than degrees of freedom the platform hangs as it does at rest, with its nozzle at these poses.
-    *accelerations* (k, 3): m/s^2, of the platform, under whose forces it is held; None: at rest. *packed*: the model
-    in k rows where its winches hold all coordinates, to save time.
+    *accelerations* (k, 3): m/s^2, of the platform, under whose forces it is held; None: at rest. *packed*: the model in
+    k rows where its winches hold all coordinates, to save time.
     """
     wrenches = None if accelerations is None else inertia_wrenches(model.robot, poses, accelerations)
     if packed is not None and retraction is None:

@@ -123,7 +123,7 @@ class VelocitySettings:
 
     @cached_property
     def leads(self) -> bool:
-        """Whether lengths lead the platform where it accelerates."""
+        """Whether the lengths compensate the forces of an accelerating platform."""
         return compensates(self.model.robot)
 
     @cached_property
@@ -251,12 +251,15 @@ def _rates_of_point(
 
 
 def note_counts(state: VelocityState, frame: SensorFrame) -> None:
-    """Note the time of the counts in a *frame*, by which positions are estimated. Each frame is to be noted."""
+    """Record the time of the encoder counts in a *frame*, by which positions are estimated.
+
+    Call it for each frame.
+    """
     state.counted = max([state.counted, *(min(each.time, frame.time) for each in frame.of(Encoders))])
 
 
 def due(settings: VelocitySettings, state: VelocityState, target: Target, now: float) -> tuple[Array, Array]:
-    """Return where the control wants the platform at the time *now*, s: position (3,), m, and rotation (3,), rad."""
+    """Return the commanded pose of the platform at the time *now*, s: position (3,), m, and rotation (3,), rad."""
     if state.time != now:
         return target.position, target.rotation
     pose = moved(np.concatenate([target.position, target.rotation]), -settings.lag * state.velocity)

@@ -1,4 +1,4 @@
-"""One winch by hand, held to run, with a cap on its line's tension."""
+"""Jog of one winch while a button is held, with a limit of its line's tension."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class WinchJogSettings:
 
 
 class WinchJog:
-    """A `Procedure`; whoever holds the button calls `lease` again and again."""
+    """The `Procedure` of a winch jog; the holder of the button calls `lease` again and again."""
 
     def __init__(self, settings: WinchJogSettings) -> None:
         """Not yet begun."""
@@ -68,7 +68,7 @@ class WinchJog:
         self._now = now
 
     def lease(self) -> None:
-        """Extend the jog by `LEASE` from the next step on."""
+        """Extend the jog by the time `LEASE` from the next step on."""
         self._asked = True
 
     def let_go(self) -> None:

@@ -1,4 +1,4 @@
-"""Control of the drum's yaw by a drive about the drum's axis, which Merlet and Papegay 2023, IV, propose.
+"""Control of the container's yaw by a drive about its axis, which Merlet and Papegay 2023, IV, propose.
 
 The drive turns the drum against the suspension, whose twisted lines resist. With the drive's angle a, the drum's
 inertia J, its damping c, and stiffness k and rest r of the twist, the yaw y obeys J y'' + c y' + k (y - a - r) = 0. The
@@ -32,9 +32,9 @@ _APPROACH: Final = 0.2  # s, in which the drive approaches its angle
 
 @dataclass(frozen=True)
 class YawSettings:
-    """The ``held`` yaw, rad; ``max_speed``, rad/s, and ``travel``, rad to either side, of the drive.
+    """Settings of the yaw control: ``held`` yaw, rad; ``max_speed``, rad/s, and ``travel``, rad, of the drive.
 
-    ``turn``: s, of a lidar.
+    ``travel`` is to either side. ``turn``: s, of a lidar.
     """
 
     held: float
@@ -61,7 +61,7 @@ class YawState:
 
 
 def yaw_rate(settings: YawSettings, state: YawState, frame: SensorFrame, yaw: float, dt: float) -> float:
-    """Return the drive's speed, rad/s, for the next *dt*, s, with the estimated *yaw*, rad; NaN: it stands."""
+    """Return the yaw drive's speed, rad/s, for the next *dt*, s, with the estimated *yaw*, rad; NaN: it stands."""
     now, error = frame.time, wrap_angle(yaw - settings.held)
     for reading in frame.of(Inertial):
         if math.isfinite(reading.rate[2]):

@@ -1,1 +1,1 @@
-"""Estimation of a machine's state from its sensors' readings."""
+"""Estimation of the machine's state (pose, lengths, tensions) from its sensors' readings."""

@@ -1,4 +1,4 @@
-"""The climate that cables creep in, by the readings of one sensor."""
+"""Climate (temperature and humidity) in which cables creep, from the readings of one sensor."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ _ENOUGH: Final = 3  # of them, before which a spike might be the median
 
 
 class FeltAir:
-    """Medians of the last readings of temperature and humidity."""
+    """Medians of the last readings of air temperature and humidity."""
 
     def __init__(self) -> None:
         self._heat: deque[float] = deque(maxlen=_LAST)
         self._damp: deque[float] = deque(maxlen=_LAST)
 
     def read(self, reading: Climate, *memories: CreepMemory) -> Air:
-        """Return the climate after a *reading*; None for quantities with too few readings. *memories* creep in it.
+        """Return the climate after a *reading*; None for quantities with too few readings.
 
-        What no air is counts as not measured.
+        The creep of *memories* follows it. Implausible values count as not measured.
         """
         if COLDEST <= reading.temperature <= HOTTEST:  # NaN is not
             self._heat.append(reading.temperature)

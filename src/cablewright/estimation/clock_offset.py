@@ -1,9 +1,8 @@
-"""By how many seconds the clock on the drum is ahead of the machine's clock, by the stamps of wireless messages.
+"""Offset of the platform's clock from the machine's clock, estimated from the stamps of wireless messages.
 
-A reading cannot arrive earlier than its shortest way over the link takes, so the least lag of many bounds how far the
-drum's clock is ahead from one side; that the least one was read within a period, or another time that its owner knows,
-bounds it from the other. Between both bounds nothing is known; the filter estimates the rest by the motion that lidars
-see.
+A reading cannot arrive earlier than the link's shortest latency, so the smallest lag of many bounds the offset from one
+side. Since the newest reading is at most a period old, or another known time, the same lag bounds it from the other.
+Between both bounds nothing is known; the filter estimates the rest by the motion that lidars measure.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ _AGREE: Final = 3  # frames in a row, for a clock that was set forward
 
 @dataclass(frozen=True)
 class ClockLeadSettings:
-    """Known properties of the drum's clock.
+    """Known properties of the platform's clock.
 
     ``offset``: s, standard deviation at the start. ``drift``: standard deviation of its rate. ``latency``: s, shortest
     time of a reading over the link. ``age``: s, how old the youngest of a frame may be beyond that; None: as the
@@ -41,7 +40,7 @@ class ClockLeadSettings:
 
 @dataclass(eq=False)
 class ClockLead:
-    """Lead of the drum's clock over the machine's, s; changed in place by each frame."""
+    """Lead of the platform's clock over the machine's, s; changed in place by each frame."""
 
     settings: ClockLeadSettings
     ahead: float = 0.0
@@ -61,10 +60,9 @@ class ClockLead:
         return bounded if self.settings.drift else min(self.settings.offset, bounded)
 
     def hear(self, stamps: Iterable[float], now: float) -> float:
-        """Learn from the *stamps*, s, of messages that came over the link by *now*, s.
+        """Update the bounds of the clock's lead by the *stamps*, s, of messages that arrived by *now*, s.
 
-        Returns how far ahead of *now*, s, a stamp is wrong; infinity where none is. From all others ``ahead`` is to be
-        taken off.
+        Returns how far ahead of *now*, s, a stamp is wrong; infinity where none is. Subtract ``ahead`` from all others.
         """
         if not now > self._time:
             self.restart()
@@ -86,7 +84,7 @@ class ClockLead:
         self.ahead = min(max(self.ahead, earliest), latest)
 
     def restart(self) -> None:
-        """Forget the lags: the machine's clock was set."""
+        """Forget the observed lags: the machine's clock was set."""
         self._leads.clear()
         self._time, self.doubt = math.inf, 0.0
 

@@ -41,7 +41,7 @@ _UNEVEN: Final = 2e-3  # standard deviation of length errors by load cells, as a
 
 @dataclass(frozen=True, eq=False)
 class ReckoningSettings:
-    """The machine as described.
+    """Settings of dead reckoning: the machine as described.
 
     ``counts_per_radian``: encoder counts for a radian of a winch drum. ``coils``: each line's cable on its drum, wound
     regularly; None: it has no winch. ``total_length``: length of a winch's cable, wound and paid out, m.
@@ -102,7 +102,10 @@ class ReckoningState:
 
 
 def start(settings: ReckoningSettings, place: Array) -> ReckoningState:
-    """Return the state with the platform at *place* (3,), m, all lines taut. Raises `AnswerError` if it cannot be."""
+    """Return the state with the platform at *place* (3,), m, all lines taut.
+
+    Raises `AnswerError` if it cannot be there.
+    """
     held = solve_inverse(settings.model, place).checked()
     creep = memory_of([line.cable.creep for line in settings.model.robot.lines])
     state = _begin(settings, held.lengths, None, creep)
@@ -113,9 +116,9 @@ def start(settings: ReckoningSettings, place: Array) -> ReckoningState:
 
 
 def start_at(settings: ReckoningSettings, lengths: Array, counts: NDArray[np.int64]) -> ReckoningState:
-    """Return the state where *lengths* (m,), m, are out at *counts* (w,), both known. Raises `AnswerError`.
+    """Return the state with known *lengths* (m,), m, paid out at *counts* (w,). Raises `AnswerError`.
 
-    What cables have crept before is not known, so that none of their creep counts.
+    Earlier creep of the cables is not known, so that none of it counts.
     """
     return _begin(settings, lengths, counts.copy(), None)
 
@@ -133,12 +136,12 @@ def _begin(
 def placed(
     settings: ReckoningSettings, state: ReckoningState, place: Array, *, by_tensions: bool = False
 ) -> ReckoningState:
-    """Return the state with the platform known to be at *place* (3,), m, where it stands.
+    """Return the state corrected for a platform that is known to be at *place* (3,), m, where it stands.
 
-    Of all changes of the lengths that bring it there the smallest is taken, in proportion to each line's length: what
-    creeps and what an oversized drum pays out is a share of it. *by_tensions*: with more taut lines than degrees of
-    freedom, choose the changes that do not move the platform so that they fit the measured tensions best. Raises
-    `AnswerError` where there is no equilibrium in between.
+    Of all changes of the lengths that bring it there the smallest is taken, in proportion to each line's length: creep
+    and the error of an oversized drum are a share of it. *by_tensions*: with more taut lines than degrees of freedom,
+    choose the changes that do not move the platform so that they fit the measured tensions best. Raises `AnswerError`
+    where there is no equilibrium in between.
     """
     lengths = counted(state)
     share, pose = lengths**2, state.tracker.pose
@@ -159,9 +162,9 @@ def placed(
 
 
 def taught(settings: ReckoningSettings, state: ReckoningState, place: Array) -> None:
-    """Learn from the platform known to be at *place* (3,), m, where it stands; *state* changes in place.
+    """Learn length corrections from the platform's known position *place* (3,), m; *state* changes in place.
 
-    Raises `AnswerError` before the first counts, where nothing is to be learnt, and where there is no equilibrium.
+    Raises `AnswerError` before the first counts, where nothing can be learnt, and where there is no equilibrium.
     """
     if state.start_counts is None or state.lengths is None:
         raise AnswerError("dead reckoning has read no encoder yet")
@@ -182,7 +185,7 @@ def counted(state: ReckoningState) -> Array:
 
 
 def resumed(settings: ReckoningSettings, state: ReckoningState) -> None:
-    """Let a *state* that begins go on with the loaded data: creep, and corrections learnt with its lengths.
+    """Give a new *state* the creep and the learnt length corrections of a loaded one.
 
     Raises `AnswerError` where there is no equilibrium.
     """

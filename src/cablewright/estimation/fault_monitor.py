@@ -1,4 +1,4 @@
-"""Active faults of an estimate, and which sensors are silent."""
+"""Active faults of an estimate, and detection of silent sensors."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class FaultMonitor:
         return self._faults
 
     def is_new(self, source: str, time: float, now: float) -> bool:
-        """Whether a reading of a *source* and *time*, s, is not ahead of *now*, s, and newer than the last one."""
+        """Return whether a reading of a *source* at *time*, s, is newer than the last one and not ahead of *now*, s."""
         self._now = now
         found = self._times.judge(source, time, now)
         if found is Timeliness.AHEAD:
@@ -54,11 +54,11 @@ class FaultMonitor:
             self.clear(source, kind)
 
     def is_active(self, source: str, kind: str) -> bool:
-        """Whether a fault is active."""
+        """Return whether a fault is active."""
         return (source, kind) in self._active
 
     def concerns(self, source: str) -> bool:
-        """Whether any fault of a *source* is active."""
+        """Return whether any fault of a *source* is active."""
         return any(fault.source == source for fault in self._active.values())
 
     def restart(self, now: float, sentence: str) -> None:

@@ -1,4 +1,7 @@
-"""Height of B from the vertical lidar, over the floor and over the structure (Merlet and Papegay 2023, III.A)."""
+"""Height of the platform point B from the vertical lidar, above floor and structure.
+
+Merlet and Papegay 2023, III.A.
+"""
 
 from __future__ import annotations
 
@@ -33,14 +36,14 @@ _FLOOR_BAND: Final = 6.0  # sigmas above the line through the lowest points, of 
 class HeightSettings:
     """The vertical lidar and how its points are chosen.
 
-    ``mount``: (3,) m and ``axes``: x and y of its plane, in the drum's frame. ``cone``: rad, half angle about the
-    drum's axis in which the structure, and in the paper the floor, is measured. ``lowest_points``: how many points the
-    floor's line goes through. ``outlier_distance``: m; a point that differs by more from both neighbours is rejected.
-    ``sigma``: m, of one range: corrects the bias of taking the lowest of noisy points; 0, as the paper: no correction.
-    ``max_slope``: slope of the line through the lowest points, beyond which these are no floor. ``floor_cone``: rad,
-    half angle in which the floor is searched instead, as the lowest level with many points, because the cone may
-    contain only structure; None, as the paper: in the cone. ``floor``: m, world, height of the floor. ``place_sigma``,
-    m, and ``turn_sigma``, rad: of the lidar's mount along and about each axis of the drum.
+    ``mount``: (3,) m and ``axes``: x and y of its plane, in the platform's frame. ``cone``: rad, half angle about the
+    platform's axis in which the structure, and in the paper the floor, is measured. ``lowest_points``: how many points
+    the floor's line goes through. ``outlier_distance``: m; a point that differs by more from both neighbours is
+    rejected. ``sigma``: m, of one range: corrects the bias of taking the lowest of noisy points; 0, as the paper: no
+    correction. ``max_slope``: slope of the line through the lowest points, beyond which these are no floor.
+    ``floor_cone``: rad, half angle in which the floor is searched instead, as the lowest level with many points,
+    because the cone may contain only structure; None, as the paper: in the cone. ``floor``: m, world, height of the
+    floor. ``place_sigma``, m, and ``turn_sigma``, rad: of the lidar's mount along and about each axis of the drum.
     """
 
     mount: tuple[float, float, float]
@@ -62,7 +65,7 @@ class HeightSettings:
 
 
 class HeightEstimate(NamedTuple):
-    """Height of B by one vertical scan, m; NaN with the reason in `note` where unknown."""
+    """Height of the platform point B by one vertical scan, m; NaN with the reason in `note` where unknown."""
 
     over_floor: float = math.nan  # world: z of B
     over_structure: float = math.nan  # mean over the cone: the paper's fictive height
@@ -74,10 +77,11 @@ class HeightEstimate(NamedTuple):
 def estimate_height(
     settings: HeightSettings, scan: Scan, tilt: ArrayLike, expected: float = math.nan, reach: float = math.inf
 ) -> HeightEstimate:
-    """Return B's height by one *scan*. *tilt*: (2,) or (n, 2) rad, as in `estimation.tilt`, at each ray.
+    """Return the height of the platform point B from one *scan* of the vertical lidar.
 
-    *expected*: m, B's height. *reach*: m, by which a floor may be above the expected one; a quarter of that where less
-    than half of the points belong to it. It may be lower by any amount. Both are ignored if ``floor_cone`` is None.
+    *tilt*: (2,) or (n, 2) rad, as in `estimation.tilt`, at each ray. *expected*: m, B's height. *reach*: m, by which a
+    floor may be above the expected one; a quarter of that where less than half of the points belong to it. It may be
+    lower by any amount. Both are ignored if ``floor_cone`` is None.
     """
     cone = _cone(settings, scan, tilt)
     if isinstance(cone, HeightEstimate):
@@ -107,7 +111,7 @@ def estimate_height(
 
 
 def height_over_structure(settings: HeightSettings, scan: Scan, tilt: ArrayLike) -> float:
-    """Return `HeightEstimate.over_structure` alone, m; NaN where nothing is in sight."""
+    """Return the height of B above the structure, m, from a vertical scan; NaN where nothing is visible."""
     cone = _cone(settings, scan, tilt)
     return math.nan if isinstance(cone, HeightEstimate) else settings.floor + float(cone[0].mean())
 
@@ -143,7 +147,7 @@ def _within(settings: HeightSettings, scan: Scan, tilt: ArrayLike, half_angle: f
 def floor_points(
     settings: HeightSettings, points: Array, heights: Array, band: Array, share: float, ceiling: float
 ) -> Mask:
-    """Which *points* (k, 3), m from B, level, in the order of their rays, are floor, by their *heights* (k,), m.
+    """Return which *points* (k, 3), m from B, level, in the order of their rays, are floor, by their *heights* (k,), m.
 
     They are within *band* (k,), m, of the `lowest_level` below *ceiling*, m, and in runs that are level: the part of a
     flank that crosses that height is no floor.
@@ -159,7 +163,7 @@ def floor_points(
 
 
 def lowest_level(values: Array, band: float, share: float, ceiling: float = math.inf) -> float:
-    """Mean of the lowest cluster of *values* (k,) that begins below *ceiling*; NaN where there is none.
+    """Return the mean of the lowest cluster of *values* (k,) that begins below *ceiling*; NaN where there is none.
 
     A cluster: the values within *band* of its middle; at least 8, and at least *share* of the largest cluster's number.
     """
@@ -203,7 +207,7 @@ def _heading(settings: HeightSettings) -> Array:
 
 
 def tilted(points: Array, tilt: Array) -> Array:
-    """Points (n, 3) turned by small rotation vectors *tilt* (n, 2), rad, to second order."""
+    """Return points (n, 3) rotated by small rotation vectors *tilt* (n, 2), rad, to second order."""
     (x, y, z), (rx, ry) = points.T, tilt.T
     ux, uy, uz = ry * z, -rx * z, rx * y - ry * x  # turn x point
     return np.stack([x + ux + 0.5 * ry * uz, y + uy - 0.5 * rx * uz, z + uz + 0.5 * (rx * uy - ry * ux)], axis=1)

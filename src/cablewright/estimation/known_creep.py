@@ -23,7 +23,7 @@ _GAP: Final = 60.0  # s without loads, after which nothing is made good: lidars 
 
 
 class KnownCreep:
-    """Creep of the cables. ``rates`` (m,): 1/s, of the strain of each line, until the next time."""
+    """Creep of the cables by the robot file. ``rates`` (m,): 1/s, of the strain of each line, until the next time."""
 
     SAVED = ("_memory",)
 
@@ -35,7 +35,7 @@ class KnownCreep:
         self._air = FeltAir()
 
     def read(self, reading: Climate) -> None:
-        """Let cables creep at the pace of the climate of a *reading*."""
+        """Set the creep rate to the climate of a *reading* of temperature and humidity."""
         self._air.read(reading, self._memory)
 
     def follow(self, loads: Array, now: float) -> None:

@@ -1,4 +1,4 @@
-"""What the estimators of a point platform know of the machine, and the limits by which they accept readings."""
+"""Description of the machine for the estimators of a point platform, and the limits by which they accept readings."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from cablewright.models.statics import Model
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class KnownMachine:
-    """The machine as described, and limits.
+    """The machine as described, and limits of accepted readings.
 
-    ``model``: the robot with the drum's mass. ``lidars``: sources of ``walls.lidars``, in their order.
+    ``model``: the robot with the platform's mass. ``lidars``: sources of ``walls.lidars``, in their order.
     ``counts_per_radian``: encoder counts for a radian of a winch drum. ``max_drum_speed``: rad/s of a winch drum.
-    ``valve_depth``: m, from B down to the distance sensor. ``max_rejections``: turns in a row whose lidar's position is
-    not accepted, after which it is believed. ``position_timeout``: s without an accepted lidar position until the
-    estimate is invalid. ``timeouts``: time without a reading after which a source is at fault, s, by source. ``clock``:
-    clock of the drum; None: it is the machine's.
+    ``valve_depth``: m, from B down to the distance sensor. ``max_rejections``: scans in a row whose lidar position is
+    rejected, after which it is accepted. ``position_timeout``: s without an accepted lidar position until the estimate
+    is invalid. ``timeouts``: time without a reading after which a source is at fault, s, by source. ``clock``: clock of
+    the platform; None: it is the machine's.
     """
 
     model: Model

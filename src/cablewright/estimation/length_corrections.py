@@ -55,7 +55,7 @@ _ASSUMED: Final = Creep(logarithmic=1e-6)  # of cables without a creep law: its 
 class LengthPriors:
     """Standard deviations of length errors before any position is measured: assumed, not fitted to a machine.
 
-    ``place``: m, of a measured place in each coordinate. ``share``: error of a line's length, as a share of it.
+    ``place``: m, of a measured position in each coordinate. ``share``: error of a line's length, as a share of it.
     ``creep``: creep of the length after an hour under the mean tension of all lines at the start. ``mount``: compliance
     of the mount, m/N. ``drift``: random walk of the length in an hour. ``scatter``: error of the length that is new at
     each position, by hysteresis and friction. ``radius``, m, and ``turns``: of the winding, see
@@ -95,7 +95,10 @@ class MeasuredPlace:
 
 @dataclass(eq=False)
 class LearntValues:
-    """Unknowns of m lines, `SHARE`, `CREEP` and `MOUNT` of each, by places up to ``since``, s. Changed in place."""
+    """Estimated length errors, creep and mount compliance of m lines, by positions measured up to ``since``, s.
+
+    Changed in place.
+    """
 
     SAVED = ("values", "covariance", "since", "rotation")
 
@@ -110,13 +113,16 @@ class LearntValues:
         return np.asarray(np.sqrt(np.diag(self.covariance)).reshape(self.values.shape))
 
     def copy(self) -> LearntValues:
-        """Return a copy that can be changed."""
+        """Return a copy of the learnt values that can be changed."""
         return LearntValues(self.values.copy(), self.covariance.copy(), self.rotation.copy(), self.since)
 
 
 @dataclass(eq=False)
 class LearntLengths:
-    """The current corrections of m lines. Changed in place. Rotations count from 0 where state is loaded."""
+    """The current corrections of the lengths of m lines, learnt at measured positions.
+
+    Changed in place. Rotations count from 0 where state is loaded.
+    """
 
     SAVED = ("memory", "before", "known", SavedRows("place_rows", KEPT), "counted", "rotation")
 
@@ -132,7 +138,7 @@ class LearntLengths:
 
     @classmethod
     def of(cls, priors: LengthPriors, model: Model, tensions: Array) -> LearntLengths:
-        """Begin with nothing known but the *priors*; *tensions* (m,), N, at the start."""
+        """Return the corrections before any position is measured: *priors* alone; *tensions* (m,), N, at the start."""
         lines = model.robot.lines
         laws = [_law_of(line.cable.creep) for line in lines]
         memory, hour = memory_of(laws), np.array([hour_compliance(law) for law in laws])
@@ -166,7 +172,7 @@ class LearntLengths:
 
     @property
     def used(self) -> Array:
-        """Values (m, 3) for lengths and statics, with compliance and creep not below 0."""
+        """Learnt values (m, 3) that lengths and statics use, with compliance and creep not below 0."""
         found, covariance, least = self.known.values.ravel(), self.known.covariance, self.least.ravel()
         values, held = found, np.zeros(found.size, dtype=bool)
         while ((below := values < least) & ~held).any():
@@ -182,20 +188,20 @@ class LearntLengths:
         return self.memory.strain / self.hour
 
     def longer(self, counted: Array) -> Array:
-        """Return by how much longer than *counted* (m,), m, lines are, (m,), m."""
+        """Return by how much lines are longer (m,), m, than the *counted* lengths (m,), m."""
         used = self.used
         return np.asarray((used[:, SHARE] + used[:, CREEP] * self.remembered) * counted)
 
     def given(self, held: Equilibrium) -> Array:
-        """Return the length (m,), m, that mounts add to lines beyond the file's, in the equilibrium *held* of a row."""
+        """Return the length (m,), m, that mounts yield beyond the file's, in the equilibrium *held* of a row."""
         return np.asarray(self.used[:, MOUNT] * mount_lengths(held)[0])
 
     def packed(self, model: Model) -> Packed:
-        """Return the arrays of the *model* with the estimated compliance of mounts."""
+        """Return the kernel arrays of the *model* with the estimated compliance of mounts."""
         return _softened(model, self.used)
 
     def told(self, model: Model, measured: MeasuredPlace) -> Equilibrium:
-        """Update the corrections by a *measured* position; return the estimated equilibrium at this position.
+        """Learn from a *measured* position: update the corrections; return the estimated equilibrium there.
 
         Raises `AnswerError` if there is no equilibrium.
         """

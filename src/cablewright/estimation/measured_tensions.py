@@ -1,4 +1,4 @@
-"""Tensions as measured, smoothed, beside an estimate that encoders alone make."""
+"""Measured tensions, smoothed, that accompany an estimate made by encoders alone."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from cablewright.foundation.signals import Tensions
 
 
 def smoothed(before: Array | None, readings: Iterable[Tensions], source: str, share: float, lines: int) -> Array | None:
-    """Return tensions (m,), N, that follow the *readings* of a *source* by a *share* of each difference.
+    """Return tensions (m,), N, smoothed: they follow the *readings* of a *source* by a *share* of each difference.
 
     *before* (m,): the last ones; None: nothing was read yet. A line that is not read keeps its tension. A reading
     without a number for each of *lines* is not used.

@@ -50,7 +50,7 @@ _MAX_BOUNCE: Final = 1.0  # s in which no acceleration is about gravity, before 
 
 @dataclass(eq=False)
 class ReadingChecks:
-    """The last reading of each sensor, and how many of the IMU's in a row were bad.
+    """Memory of the checks: last reading of each sensor, and how many IMU readings in a row were bad.
 
     ``winches``: winches whose encoders are read; None: one for each line.
     """
@@ -97,7 +97,10 @@ class ReadingChecks:
 
 
 def by_machine_clock(clock: ClockLead, readings: tuple[Reading, ...], now: float) -> tuple[Reading, ...]:
-    """Return the *readings* of a frame of time *now*, s, those of the drum by the machine's clock, or not at all."""
+    """Convert times of a frame's *readings* from the platform's clock to the machine's, or drop readings.
+
+    *now*: time of the frame, s.
+    """
     wrong = clock.hear([each.time for each in readings if _is_of_drum(each)], now)
     if wrong < math.inf:
         readings = tuple(each for each in readings if not (_is_of_drum(each) and each.time - now > wrong))
@@ -117,7 +120,10 @@ def accepted(monitor: FaultMonitor, readings: Iterable[_Kind], now: float) -> It
 
 
 def accept_imu(checks: ReadingChecks, settings: TiltSettings, reading: Inertial) -> bool | None:
-    """Whether to use an IMU *reading*. None: this one alone is implausible; False: the sensor is faulty."""
+    """Return whether to use an IMU *reading*.
+
+    None: this one alone is implausible; False: the sensor is faulty.
+    """
     monitor = checks.monitor
     has_rate, has_gravity = settings.has_rate(reading), settings.has_gravity(reading)
     checks.imu_outliers = 0 if has_rate and has_gravity else checks.imu_outliers + 1
@@ -147,7 +153,7 @@ def _numbers(reading: Inertial) -> list[float]:
 def drum_rotation(
     checks: ReadingChecks, reading: Encoders, counts_per_radian: float, max_speed: float
 ) -> tuple[Array | None, float]:
-    """Rotation (m,), rad, of each line's drum since the last reading, and the time since then, s.
+    """Return the rotation (m,), rad, of each winch drum since the last reading, and the time since then, s.
 
     The rotation is None for the first reading and where counts jump by more than *max_speed* (rad/s) explains.
     """
@@ -197,7 +203,7 @@ def report_line_sensors(monitor: FaultMonitor, lines: tuple[Line, ...], state: S
 
 @dataclass(eq=False)
 class Turns:
-    """Lidar scans that wait, and the motion by which one that arrives late is used at its own time."""
+    """Queue of lidar scans that wait, and the platform's motion, so that a late scan is used at its own time."""
 
     motion: TimeBuffer  # at the encoders' times
     attitudes: TimeBuffer  # yaw by the gyro alone and tilt x and y, rad, at the IMU's times
@@ -205,7 +211,7 @@ class Turns:
     extracted: LidarTurn | None = None  # whose lines the next time step uses
 
     def clear(self) -> None:
-        """Drop all, as the clock was set."""
+        """Drop all waiting scans, as the clock was set."""
         self.motion.clear()
         self.attitudes.clear()
         self.pending.clear()
@@ -214,7 +220,7 @@ class Turns:
 
 @dataclass(eq=False, kw_only=True)
 class ClockedState:
-    """State that both estimators share. Changed in place."""
+    """State that the filter and the estimator of Merlet 2023 share. Changed in place."""
 
     checks: ReadingChecks
     slackness: SlacknessState
@@ -235,7 +241,7 @@ _State = TypeVar("_State", bound=ClockedState)
 
 
 def advance(state: _State, now: float, restart: Callable[[_State, float], None]) -> float:
-    """Advance the clock to *now*, s; return by how much, 0 where it was set.
+    """Advance the clock to *now*, s; return by how much, 0 where the clock was set.
 
     Earlier readings cannot be ordered with later ones then: they are dropped, and *restart* is called before.
     """
@@ -275,13 +281,13 @@ def read(
 
 
 def process_turns(settings: _Settings, state: _State, dt: float, process: Callable[[_Settings, _State], None]) -> None:
-    """Let *process* do the next part of the work on turns: as much as a step of *dt*, s, has time for."""
+    """Let *process* do the next part of the work on waiting scans: as much as a step of *dt*, s, has time for."""
     process(settings, state)
     while dt > _LONG_STEP and (state.turns.pending or state.turns.extracted is not None):
         process(settings, state)
 
 
 def follow_angles(machine: KnownMachine, state: ClockedState, readings: list[LineAngles], taut: Taut) -> None:
-    """Use all *readings* of a step: lines vibrate, so that leaving out some would not average the rest."""
+    """Use all line angle *readings* of a step: lines vibrate, so that leaving out some would not average the rest."""
     for reading in readings:
         state.slackness = slackness.step(machine.slackness, state.slackness, reading, taut)

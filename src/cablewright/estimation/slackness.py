@@ -59,7 +59,7 @@ class SlacknessSettings:
 
 
 class SlacknessState(NamedTuple):
-    """Smoothed angle and excess of each line."""
+    """Smoothed angle and excess length of each line."""
 
     rows: Array  # (KNOWN, m), see `kernels.filtering.line_angles`
     time: float
@@ -91,7 +91,7 @@ class SlacknessState(NamedTuple):
 
 
 def start(settings: SlacknessSettings) -> SlacknessState:
-    """Return the state before the first reading."""
+    """Return the slackness state before the first reading."""
     rows = np.zeros((kernel.KNOWN, settings.model.m))
     rows[[kernel.DIFFERENCE, kernel.EXCESS, kernel.LAST_ANGLE]] = np.nan
     rows[kernel.LAST_TIME], rows[kernel.SCATTER_TIMES] = -np.inf, _FIRST_TIMES
@@ -114,7 +114,7 @@ def unknown(state: SlacknessState) -> SlacknessState:
 
 
 def step(settings: SlacknessSettings, state: SlacknessState, reading: LineAngles, taut: Taut) -> SlacknessState:
-    """Return the state after one reading at a place where the straight lines are *taut*."""
+    """Update the slackness by one reading of all angles at a position where the straight lines are *taut*."""
     dt = reading.time - state.time
     if not dt > 0.0:
         return state
@@ -127,7 +127,7 @@ def step(settings: SlacknessSettings, state: SlacknessState, reading: LineAngles
 
 
 def parabolic_excess(settings: SlacknessSettings, taut: Taut, differences: Array) -> Array:
-    """Excess (m,), m, of lines that hang as parabolas, by their angles' *differences* (m,), rad, from *taut*."""
+    """Return the excess (m,), m, of lines that hang as parabolas, by their angles' *differences*, rad, from *taut*."""
     lines, found = settings.model.packed.lines, np.empty(len(differences))
     straight = taut.angles, taut.free, taut.lengths, taut.toward
     kernel.parabolic_excess(lines, *straight, settings.from_platform, differences, found)
@@ -135,10 +135,10 @@ def parabolic_excess(settings: SlacknessSettings, taut: Taut, differences: Array
 
 
 def catenary_excess(settings: SlacknessSettings, taut: Taut, line: int, difference: float) -> float:
-    """Excess, m, of one *line* that hangs as a catenary over its sheave with an angle *difference* (rad) from taut.
+    """Return the excess, m, of one *line* that hangs as a catenary with an angle *difference* (rad) from taut.
 
-    By the secant method from `parabolic_excess`, which is returned where the line is not slack or has no such shape, as
-    one that leaves its vertical plane.
+    It runs over its sheave. By the secant method from `parabolic_excess`, which is returned where the line is not slack
+    or has no such shape, as one that leaves its vertical plane.
     """
     row, plane, length = settings.model.packed.lines[line], taut.planes[line], float(taut.lengths[line])
     first = float(parabolic_excess(settings, taut, np.full(settings.model.m, difference))[line])

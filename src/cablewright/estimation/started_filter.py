@@ -1,6 +1,6 @@
-"""The filter of all sensors with the paper's chain before it, which finds its first position, and again a lost one.
+"""The filter of all sensors, started by the estimator of Merlet 2023, which finds its first position or a lost one.
 
-The estimator of Merlet 2023 is no part of the filter: it runs until it has a position, hands that over, and is gone.
+The estimator of Merlet 2023 is no part of the filter: it runs until it has a position, passes that on, and ends.
 """
 
 from __future__ import annotations
@@ -28,7 +28,10 @@ class StartedSettings:
 
 @dataclass(eq=False)
 class StartedState:
-    """Changed in place by `step`. Both share the checks of their readings, with the faults."""
+    """State of the filter and of the estimator that starts it. Changed in place by `step`.
+
+    Both share the checks of their readings, with the faults.
+    """
 
     filter: FilterState
     chain: ObserverState | None  # until the first position is found
@@ -40,7 +43,7 @@ class StartedState:
 
     @property
     def taut(self) -> Taut | None:
-        """The taut lines at the last position."""
+        """The straight lines at the last position."""
         return self.filter.taut
 
 
@@ -70,7 +73,7 @@ def step(settings: StartedSettings, state: StartedState, frame: SensorFrame) -> 
 
 
 def weigh(settings: StartedSettings, state: StartedState, mass: float) -> None:
-    """Set the mass of the drum to *mass*, kg; the estimator of Merlet 2023 keeps the initial one."""
+    """Set the platform's mass to *mass*, kg; the estimator of Merlet 2023 keeps the initial one."""
     drum_mass.weigh(settings.filter, state.filter, mass)
 
 

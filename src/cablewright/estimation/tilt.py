@@ -1,6 +1,6 @@
-"""Tilt of the drum by a complementary filter: the gyro for swings, gravity for slow changes.
+"""Tilt of the platform by a complementary filter: the gyro for swings, gravity for slow changes.
 
-Tilt is the rotation vector (x, y), rad, that tilts the level drum, in the drum's own level frame: yaw comes after it.
+Tilt is the rotation vector (x, y), rad, that tilts the level platform, in its own level frame: yaw comes after it.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ class TiltSettings:
 
     ``gravity_time``: s, time constant with which gravity corrects the gyro; longer than a swing's period, because a
     pendulum's accelerometer hardly measures its swing. ``bias_time``: s over which mean tilt and mean rate are taken
-    for the sensors' biases, because a drum that hangs from one point is upright and still on average. ``max_gap``: s
-    between readings beyond which the gyro is not integrated. ``max_rate``: rad/s, of a plausible rate, and
+    for the sensors' biases, because a platform that hangs from one point is upright and still on average. ``max_gap``:
+    s between readings beyond which the gyro is not integrated. ``max_rate``: rad/s, of a plausible rate, and
     ``max_acceleration``: m/s^2 off gravity, of an acceleration that may show it.
     """
 
@@ -39,11 +39,11 @@ class TiltSettings:
                 raise InputError(f"{name} = {value:g}: a finite number over 0 is expected")
 
     def has_rate(self, reading: Inertial) -> bool:
-        """Whether the rate of a *reading* is finite and possible for a drum that hangs on lines."""
+        """Return whether the rate of a *reading* is finite and possible for a platform that hangs on lines."""
         return all(abs(rate) <= self.max_rate for rate in reading.rate.tolist())  # NaN is not
 
     def has_gravity(self, reading: Inertial) -> bool:
-        """Whether the acceleration of a *reading* is finite and may be gravity: that of a drum that bounces is not."""
+        """Return whether a *reading*'s acceleration is finite and may be gravity, not that of a bouncing platform."""
         x, y, z = reading.acceleration.tolist()
         return math.hypot(x, y, z - self.gravity) <= self.max_acceleration
 
@@ -60,14 +60,14 @@ class TiltState(NamedTuple):
 
 
 def start() -> TiltState:
-    """Return the state before the first reading: upright."""
+    """Return the tilt state before the first reading: upright."""
     return TiltState(-math.inf, 0.0, 0.0, (0.0, 0.0), (0.0, 0.0), 0.0)
 
 
 def step(settings: TiltSettings, state: TiltState, reading: Inertial, yaw_rate: float) -> TiltState:
-    """Return the state after one reading; an old one, or one without a rate, changes nothing.
+    """Update the tilt by one IMU reading; an old one, or one without a rate, changes nothing.
 
-    *yaw_rate*: rad/s, of the drum. Without gravity the gyro alone is integrated.
+    *yaw_rate*: rad/s, of the platform. Without gravity the gyro alone is integrated.
     """
     fx, fy, _ = reading.acceleration.tolist()
     wx, wy, _ = reading.rate.tolist()
@@ -100,6 +100,6 @@ def _smoothed(old: tuple[float, float], new: tuple[float, float], gain: float) -
 
 
 def rotation_vector(yaw: float, x: float, y: float) -> tuple[float, float, float]:
-    """Rotation vector (rad) of a drum that is tilted by (x, y) and then turned by *yaw*."""
+    """Return the rotation vector (rad) of a platform that is tilted by (x, y) and then rotated by *yaw*."""
     i, j, k = yawed(float(yaw), float(x), float(y))
     return i, j, k

@@ -1,1 +1,1 @@
-"""Files of other programs, in and out: one file a format. Nothing here computes; each translates."""
+"""Import and export of other programs' files: one file a format. Nothing here computes; each translates."""

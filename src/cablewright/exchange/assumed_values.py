@@ -87,7 +87,7 @@ def require_right_handed(axes: Sequence[Sequence[float]], place: str) -> None:
 
 
 def as_point(lines: Iterable[dict[str, Any]]) -> bool:
-    """Whether all lines end at one platform point."""
+    """Return whether all lines end at one platform point."""
     return len({line["platform_point"] for line in lines}) == 1
 
 

@@ -1,4 +1,4 @@
-"""CASPR models, a file of bodies and one of cables: read. One body, cables of one span without stretch. All SI."""
+"""Import of CASPR models, a file of bodies and one of cables: one body, cables of one span without stretch. All SI."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ class _Reader:
     normal: int | None = None  # axis across the plane of the joint
 
     def robot(self) -> ImportedRobot:
-        """Return the robot of both files."""
+        """Return the robot of both CASPR files."""
         self.lost, self.assumed = Notes(), Notes()
         body = self._body()
         kind = self._joint(body)

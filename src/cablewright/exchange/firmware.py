@@ -1,4 +1,4 @@
-"""A robot and a job as the files of a firmware: configuration, and motion."""
+"""Export of a robot and a job to the files of a firmware: configuration, and motion."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ from cablewright.studies.checks.winch_path import TOLERANCE, WinchPath, winch_pa
 
 @dataclass(frozen=True, eq=False)
 class Firmware:
-    """Exported files by name, lists of lost and assumed values, and the path that they contain."""
+    """Exported files of a firmware by name, lists of lost and assumed values, and the path that they contain."""
 
     files: Mapping[str, str]
     lost: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""Robots of firmware: a point that prints, on straight lines from anchors. What their files leave out is assumed."""
+"""Robots from firmware settings: a printing point on straight lines from anchors; other values are assumed."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def anchored_robot(
     stiffness: float | None = None,
     below: float = 0.0,
 ) -> Robot:
-    """Return a point platform on *lines* by name, from exit points through eyelets.
+    """Return a point platform on *lines* by name, from the anchors of a firmware, through eyelets.
 
     *cable*: a name in the table of cables; *stiffness*: stiffness of the file's cable, N, where none of the table is
     chosen; *below*: distance, m, of the nozzle below the point where lines meet. Firmware has the anchors as that point
@@ -83,7 +83,7 @@ def _lifted(at: Point, by: float) -> Point:
 
 
 def as_points(robot: Robot) -> Robot:
-    """Return a robot as its nozzle sees it: each exit point is shifted by its platform point, from the nozzle.
+    """Return a robot reduced to its nozzle: each exit point is shifted by its platform point, from the nozzle.
 
     Of a platform that does not rotate each line is as long as to that point.
     """
@@ -114,7 +114,7 @@ def _require_one_unit(path: Path, away: Mapping[str, float]) -> None:
 
 
 def spool(radius: float, growth: float, length: float, cables: int = 1) -> dict[str, float]:
-    """Return the winch of a line that has this *length* (m, all of it) with the nozzle at the origin.
+    """Return the winch of a line of this total *length* (m) with the nozzle at the origin.
 
     *radius*: m, of its drum there; *growth*: m, by which its square grows per length of wound cable.
     """

@@ -1,4 +1,4 @@
-"""The formats by name: which can be read, which can be written, and how the format of a file is recognised."""
+"""Table of formats by name: which can be read or written, and how a file's format is recognised."""
 
 from __future__ import annotations
 

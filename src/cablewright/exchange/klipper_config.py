@@ -1,4 +1,4 @@
-"""Configuration of Klipper's cable winches (``kinematics: winch``): read, and written. Lengths are mm.
+"""Import and export of Klipper's configuration of cable winches (``kinematics: winch``). Lengths are mm.
 
 Klipper has anchors, a line each from there to the one point that prints, straight and rigid, and a drum without layers.
 """
@@ -124,13 +124,13 @@ class _Printer:
     count: int
 
     def number(self, key: str) -> float | None:
-        """Return a positive number; None without the key, and for 0, which the fork takes as not known."""
+        """Return a positive number of the file; None without the key, and for 0, which the fork takes as not known."""
         if key not in self.options:
             return None
         return finite(self.options[key], f"{self.places['printer', key]}: {key}", least=0.0) or None
 
     def values(self, key: str, read: Callable[[str, str], Any], default: Any) -> list[Any]:
-        """Return a value for each winch."""
+        """Return one value of the file for each winch."""
         if key not in self.options:
             return [default] * self.count
         parts, place = self.options[key].split(","), f"{self.places['printer', key]}: {key}"

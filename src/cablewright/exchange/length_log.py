@@ -1,4 +1,4 @@
-"""A machine's own log of cable lengths (CSV), or the ``lengths.csv`` of a check: read, and solved forward.
+"""Import of a log of cable lengths (CSV), or of a check's ``lengths.csv``, and its poses by forward solves.
 
 Columns ``length NAME`` or ``length_NAME`` for every line, with a unit, and one ``time``. Only the header of a check,
 which is SI, may leave the units out.
@@ -82,7 +82,7 @@ def _column(keys: tuple[str, ...], cells: list[str], place: str, quantity: Dimen
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LoggedPoses(Result):
-    """Poses of the platform by a log of lengths."""
+    """Poses of the platform computed from a log of lengths."""
 
     FIGURES: ClassVar = (
         Figure("rows", "1", "Number of rows of the log."),
@@ -100,7 +100,7 @@ class LoggedPoses(Result):
 
     @property
     def rows(self) -> int:
-        """Number of rows."""
+        """Number of rows of the log."""
         return len(self.log.time)
 
     @property
@@ -123,7 +123,7 @@ class LoggedPoses(Result):
 
 
 def forward_log(model: Model, log: LengthLog, guess: list[float] | None = None) -> LoggedPoses:
-    """Return the poses of a log, each found from the one before; *guess*: a pose near the first."""
+    """Return the poses of a log of lengths, each found from the one before; *guess*: a pose near the first."""
     first = solve_forward(model, log.lengths[0], guess=guess)
     start = np.where(np.isfinite(first.pose), first.pose, 0.0)
     guesses = np.tile(start, (len(log.time), 1))

@@ -1,4 +1,4 @@
-"""Which keys of a robot another format does not have: all that the robot gives but those that it carries."""
+"""Keys of a robot file that another format cannot carry."""
 
 from __future__ import annotations
 

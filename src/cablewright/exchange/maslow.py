@@ -1,4 +1,4 @@
-"""Anchors of a Maslow 4 from its ``maslow.yaml``: read. Lengths are mm, x to the right, y up the board, z out of it."""
+"""Import of a Maslow 4's anchors from its ``maslow.yaml``. Lengths are mm, x right, y up the board, z out of it."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ def _line(name: str, at: tuple[float, ...], cable: dict[str, Any], speed: float 
 
 
 def middle(anchors: Mapping[str, tuple[float, float, float]]) -> tuple[float, float]:
-    """Return where the diagonals of the frame meet, m; of anchors that a quadrilateral has."""
+    """Return the point where the diagonals of the frame meet, m; of anchors that a quadrilateral has."""
     (ax, ay, _), (bx, by, _), (cx, cy, _), (dx, dy, _) = (anchors[corner] for corner in ("bl", "tr", "br", "tl"))
     across = (bx - ax) * (dy - cy) - (by - ay) * (dx - cx)
     share = ((cx - ax) * (dy - cy) - (cy - ay) * (dx - cx)) / across
@@ -193,7 +193,7 @@ def is_maslow(entries: Mapping[str, YamlEntry]) -> bool:
 
 
 def described(entries: Mapping[str, YamlEntry]) -> str:
-    """Return a description of a YAML file without settings of a Maslow."""
+    """Return a description of a YAML file that has no settings of a Maslow."""
     for key, entry in entries.items():
         if key.startswith("kinematics.") and key.count(".") == 1:
             what = ", two belts on a wall" if entry.name.lower() == "wallplotter" else ""

@@ -1,4 +1,4 @@
-"""Lengths in mm, as firmware has them: to the last digit, there and back."""
+"""Lengths in mm, as firmware has them: exact conversion to m and back, to the last digit."""
 
 from __future__ import annotations
 

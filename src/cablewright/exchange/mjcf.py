@@ -1,7 +1,7 @@
-"""MuJoCo models (MJCF) of a robot at a pose: written. Cables are spatial tendons that neither stretch nor weigh.
+"""Export of MuJoCo models (MJCF) of a robot at a pose. Cables are spatial tendons without stretch and weight.
 
 Each cable runs from its winch over a sheave that swivels to the platform, and cannot get longer than it is at the pose:
-`forward` in another physics engine. A motor pulls at each for those who control tensions instead. A counterweight is a
+`forward` in another physics engine. A motor pulls at each for users who control tensions instead. A counterweight is a
 mass at the other end of its cable, which slides up and down.
 """
 

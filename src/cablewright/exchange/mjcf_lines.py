@@ -1,8 +1,8 @@
-"""Ends of a line in a MuJoCo model: what it runs over on the frame and on the platform, turned as at a pose.
+"""Ends of a line in a MuJoCo model: its guides on the frame and on the platform, rotated as at a pose.
 
-MuJoCo's wheels have no groove: a cable that runs aslant slides off to the shorter way, so that a wheel that is free to
-swivel turns away from its cable. Here a follower, two slides without weight from the wheel's axis to where the cable
-goes, keeps the wheel in the cable's plane. It takes no force there.
+MuJoCo's wheels have no groove: a cable that runs obliquely slides off to the shorter way, so that a wheel that is free
+to swivel turns away from its cable. Here a follower, two slides without weight from the wheel's axis to the cable's
+end, keeps the wheel in the cable's plane. It takes no force there.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _LIGHT: Final = '<inertial pos="0 0 0" mass="0.01" diaginertia="0.001 0.001 0.00
 
 @dataclass(frozen=True)
 class Mounting:
-    """Text of a body, of the part of the tendon there, and of the equality that keeps it in its plane.
+    """MJCF text of a guide: its body, its part of the tendon, and the equality that keeps it in its plane.
 
     ``added``: length of the tendon that the line does not have, m; ``hung``: the same, from its counterweight. Joints
     are 0 at the pose.
@@ -192,5 +192,5 @@ def _over(what: str, line: Line) -> str:
 
 
 def xml_name(what: str, line: Line) -> str:
-    """Return the name that *what* of a line has, in quotes."""
+    """Return the quoted name that the part *what* of a line has in the model."""
     return quoteattr(f"{what} {printable(line.name)}")

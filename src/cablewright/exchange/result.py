@@ -1,4 +1,4 @@
-"""What `import` and `export` answer: which file was made of which, and what was lost and assumed."""
+"""Results of `import` and `export`: files, and lists of lost and assumed values."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class _Told(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Sentences for stderr."""
+        """Notes on lost and assumed values for stderr."""
         return (*(f"lost: {each}" for each in self.lost), *(f"assumed: {each}" for each in self.assumed))
 
 

@@ -1,4 +1,4 @@
-"""The TOML text of a robot from elsewhere: what all lines share is there once, and what was lost as comments."""
+"""The TOML text of an imported robot: values that all lines share appear once, lost values as comments."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _NEW_SECTION = ("scene", "platform")
 
 
 def robot_toml(found: ImportedRobot, command: str) -> str:
-    """Return the text of a robot file that loads as the robot of *found*; *command* made it, for its first comment."""
+    """Return the TOML text of an imported robot *found*; *command* made it, for its first comment."""
     parts = [_comment(f"Made by `{command}` from {found.format}. Lengths without a unit are in m.")]
     parts += [_comment(f"lost: {each}") for each in found.lost]
     parts += [_comment(f"assumed: {each}") for each in found.assumed]

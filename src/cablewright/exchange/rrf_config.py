@@ -1,4 +1,4 @@
-"""Configuration of RepRapFirmware's Hangprinter kinematics (M669 K6, M666): read, and written. Lengths are mm.
+"""Import and export of RepRapFirmware's Hangprinter settings (M669 K6, M666). Lengths are mm.
 
 RepRapFirmware has up to five anchors, from 3.7 on eight, and a point that prints on straight lines from there. It knows
 advantage, cables side by side, one rate of build-up, and how a line stretches.
@@ -225,14 +225,17 @@ def _anchor(path: Path, words: _Words, name: str, last: bool) -> tuple[float, ..
 
 @dataclass(frozen=True)
 class RrfTarget:
-    """A RepRapFirmware that is written for. ``gear``: teeth of motor and spool; None: by the machine file, or none."""
+    """The version of RepRapFirmware to write for.
+
+    ``gear``: teeth of motor and spool; None: by the machine file, or none.
+    """
 
     version: RrfVersionName
     gear: tuple[int, int] | None = None
 
     @property
     def anchors(self) -> str:
-        """Letters of the anchors that it has."""
+        """Letters of the anchors that the firmware has."""
         return LETTERS if self.is_new else LETTERS[:FEW]
 
     @property
@@ -289,7 +292,7 @@ def rrf_config(
 def law_of(
     robot: Robot, drums: Sequence[WinchDrum], machine: MachineSettings | None, positions: Array, target: RrfTarget
 ) -> SpoolLaw:
-    """Return Q and R for a job's *positions* (k, 3), m. Raises `InputError`."""
+    """Return the spool parameters Q and R (M666) for a job's *positions* (k, 3), m. Raises `InputError`."""
     return spool_law(robot, drums, positions, _build_up(robot, drums, machine), may_be_zero=target.is_new)
 
 

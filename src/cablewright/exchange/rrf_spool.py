@@ -1,4 +1,4 @@
-"""Q and R of RepRapFirmware's spools (M666): the build-up law that the firmware computes in float32, for one job.
+"""Spool parameters Q and R of RepRapFirmware (M666) for one job: the build-up law, computed in float32.
 
 The firmware turns a motor by k0 (sqrt(R^2 + l k2) - R), with l the change of the distance to the anchor since the
 origin, k2 = -U O Q and k0 proportional to U / k2: versions 3.3 to 3.6 divide by Q. A small Q loses digits to rounding,

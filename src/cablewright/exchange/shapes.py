@@ -1,7 +1,7 @@
-"""Surfaces of the frame, the exit points and the platform, for STL and glTF files: for looking.
+"""Surfaces of frame, exit points and platform, for pictures in STL and glTF files.
 
-The frame is its bars, or where it has none thin bars along the edges of its box; an exit is a small octahedron; the
-platform its boxes, or the hull of its platform points. Lines are left out.
+The frame is its bars, or where it has none thin bars along the edges of its box; an exit point is a small octahedron;
+the platform its boxes, or the hull of its platform points. Lines are left out.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def shapes(robot: Robot, pose: Array) -> TriangleMesh:
 
 
 def solids(robot: Robot, pose: Array) -> Iterator[Triangles]:
-    """Yield the closed surfaces, seen counter-clockwise from outside."""
+    """Yield the closed surfaces of a robot, with triangles counter-clockwise from outside."""
     low, high = np.array(robot.scene.frame_min), np.array(robot.scene.frame_max)
     size = float((high - low).max())
     if robot.scene.beams:

@@ -1,4 +1,4 @@
-"""A translation between formats: its text, and lists of carried, lost and assumed values."""
+"""Result of a translation between formats: its text, and lists of carried, lost and assumed values."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class ExportedFile:
 
 
 class Notes:
-    """Sentences in the order of their first mention, each once."""
+    """Notes in the order of their first mention, each once."""
 
     def __init__(self) -> None:
         self._sentences: dict[str, None] = {}
@@ -60,12 +60,12 @@ class Notes:
             self.add(sentence)
 
     def drop(self, sentence: str) -> None:
-        """Take back a sentence that was noted."""
+        """Remove a note."""
         del self._sentences[sentence]
 
     @property
     def all(self) -> tuple[str, ...]:
-        """The sentences."""
+        """All notes."""
         return tuple(self._sentences)
 
 

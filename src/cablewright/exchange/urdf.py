@@ -1,4 +1,4 @@
-"""URDF of the frame and the platform: written. It has no cables; they are lost, by name.
+"""Export of a URDF of frame and platform. It has no cables; they are listed as lost.
 
 The platform floats, slides in a plane, or where it is a point keeps its rotation as URDF has no joint of three slides.
 """

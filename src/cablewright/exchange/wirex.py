@@ -1,4 +1,4 @@
-"""WireX files (``.wcrfx``), schema versions 0.31 and 0.32: read. All numbers are SI."""
+"""Import of WireX files (``.wcrfx``), schema versions 0.31 and 0.32. All numbers are SI."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class _Reader:
         self.given = models.one("robot")
 
     def robot(self) -> ImportedRobot:
-        """Return the robot of the file."""
+        """Return the robot of the WireX file."""
         is_point = self._is_point()
         chains = list(self.given.one("geometry").all("chain"))
         if not chains:

@@ -1,4 +1,4 @@
-"""WireX files (``.wcrfx``), schema versions 0.31 and 0.32: written. All numbers are SI, spelled to the last digit."""
+"""Export of WireX files (``.wcrfx``), schema versions 0.31 and 0.32. All numbers are SI, to the last digit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""XML that a stranger wrote: limited in size, depth and number of elements, and without entities.
+"""Reader of XML from any source: limits of size, depth and number of elements, and no entities.
 
 A document type is read over, as CASPR's files have one; where it is another file, that is not read. What could make a
 small file large is rejected: entities, and default values of attributes.
@@ -30,9 +30,10 @@ _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?", r
 
 @dataclass
 class Element:
-    """An element: its tag, attributes, own text and children. ``place``: file and line, for messages.
+    """An XML element: its tag, attributes, own text and children.
 
-    It remembers which of its attributes were read, and whether its text was, so that `unread` can list the unused ones.
+    ``place``: file and line, for messages. It remembers which of its attributes were read, and whether its text was, so
+    that `unread` can list the unused ones.
     """
 
     tag: str
@@ -43,7 +44,7 @@ class Element:
     read: set[str] = field(default_factory=set)
 
     def all(self, tag: str) -> Iterator[Element]:
-        """Yield the children of that tag."""
+        """Yield the child elements of that tag."""
         return (child for child in self.children if child.tag == tag)
 
     def one(self, tag: str) -> Element:
@@ -101,7 +102,7 @@ class Element:
 
 
 def finite(text: str, place: str, least: float = -math.inf) -> float:
-    """Return the finite number that a text is. Raises `InputError`: NaN, infinity and a unit are none."""
+    """Return the finite number in a text. Raises `InputError`, also for NaN, infinity and a number with a unit."""
     number = number_or_none(text)
     if number is None:
         raise InputError(f"{place} = {shown(text)}: must be a finite number without a unit")
@@ -111,14 +112,14 @@ def finite(text: str, place: str, least: float = -math.inf) -> float:
 
 
 def number_or_none(text: str) -> float | None:
-    """Return the finite number that a text is, or None."""
+    """Return the finite number in a text, or None."""
     word = text.strip()
     number = float(word) if _NUMBER.fullmatch(word) else math.nan
     return number if math.isfinite(number) else None
 
 
 def whole(text: str, place: str) -> int:
-    """Return the whole number, 1 or more, that a text is. Raises `InputError`."""
+    """Return the whole number, 1 or more, in a text. Raises `InputError`."""
     number = finite(text, place)
     if number != int(number) or number < 1:
         raise InputError(f"{place} = {text[:60]!r}: must be a whole number, 1 or more")

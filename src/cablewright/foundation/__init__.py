@@ -1,1 +1,1 @@
-"""Rank 0: what every room stands on: errors, units, arrays, results, files, signals."""
+"""Foundation (rank 0) of all other folders: errors, units, arrays, results, files, signals."""

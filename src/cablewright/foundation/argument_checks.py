@@ -1,4 +1,4 @@
-"""The border of the public interface: arguments of a wrong type are errors of one line, before any work."""
+"""Type checks of arguments of public functions: a wrong type is an error of one line, before any work."""
 
 from __future__ import annotations
 

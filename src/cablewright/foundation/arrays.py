@@ -1,4 +1,4 @@
-"""The arrays that pass between functions; shapes and units stand beside each name."""
+"""Types of the arrays that functions exchange; shapes and units stand beside each name."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,4 +1,4 @@
-"""Names that people choose by, on the command line, in files and as arguments."""
+"""Names to choose from, on the command line, in files and as arguments."""
 
 from typing import Literal
 

@@ -1,4 +1,4 @@
-"""Reading tables of text that a stranger wrote: limited line by line, and errors are one line with the place.
+"""Reader of text tables (CSV) from any source: limited line by line; errors are one line with the position.
 
 A column is found by its name; a unit may follow it: ``force (kN)``, ``elongation [mm]``, ``force_kN``; or all units
 are in a row below the names. A cell of dashes has no value.
@@ -55,7 +55,7 @@ def text_lines(
 
 
 def header_of(rows: Iterator[tuple[int, str]]) -> tuple[int, str, Iterator[tuple[int, str]]]:
-    """Return line number and text of the header (0 and nothing where there is none), and the rows below it.
+    """Return number and text of the header line (0 and nothing where there is none), and the rows below it.
 
     A row of units below the names, ``(s),(mm)``, becomes a part of the header: ``Time (s),Extension (mm)``.
     """
@@ -127,7 +127,7 @@ def no_column(names: Sequence[str], cells: Sequence[str], place: str, quantity: 
 
 
 def units_wanted(name: str, quantity: Dimension) -> str:
-    """Return a sentence about the unit after a column's name."""
+    """Return a sentence about the units that may follow a column's name."""
     units = list(quantity.units)
     return f"a unit may follow, as in '{name} ({units[:2][-1]})', one of {', '.join(units)}"
 
@@ -174,7 +174,7 @@ def number_rows(
 
 
 def shown(text: str) -> str:
-    """Return the ``repr`` of a text of the file, shortened where it is long."""
+    """Return a text of the file as in Python source, shortened where it is long."""
     return repr(text if len(text) <= _LONGEST_SHOWN else text[: _LONGEST_SHOWN - 3] + "...")
 
 
@@ -197,6 +197,6 @@ def _unit(cell: str, name: str, quantity: Dimension) -> str | None:
 
 
 def bare(cell: str) -> str:
-    """Return the text of a cell without spaces and quotes around it."""
+    """Return the text of a table cell without spaces and quotes around it."""
     cell = cell.strip()
     return cell[1:-1].strip() if len(cell) > 1 and cell[0] == cell[-1] == '"' else cell

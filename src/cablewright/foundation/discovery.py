@@ -1,4 +1,4 @@
-"""Find the declarations in the modules of a package, so that no list of these declarations is needed."""
+"""Search for declarations in the modules of a package, so that no list of them is needed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Statuses of solves, and the one family of exceptions: a line for people, an exit code for programs."""
+"""Statuses of solves, and the exceptions of cablewright: one line for people, an exit code for programs."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Status(Enum):
 
     @property
     def word(self) -> str:
-        """The name in the output of commands: ``not-converged``."""
+        """The status as commands print it: ``not-converged``."""
         return self.name.lower().replace("_", "-")
 
 
@@ -70,9 +70,9 @@ def printable(text: str) -> str:
 
 
 class AnswerError(CablewrightError):
-    """The work ran and its answer is no: infeasible, overstretched, not converged; `status`: that of the solve.
+    """The computation ran and its answer is no: infeasible, overstretched, not converged.
 
-    ``known``: what JSON has besides the reason.
+    `status`: that of the solve. ``known``: values that JSON has besides the reason.
     """
 
     def __init__(self, message: str, status: Status | None = None) -> None:
@@ -82,7 +82,7 @@ class AnswerError(CablewrightError):
 
 
 class InputError(CablewrightError):
-    """Invalid input: a file, a key, a value, an option."""
+    """Error: invalid input, such as a file, a key, a value, an option."""
 
     exit_code: ClassVar[int] = 2
 
@@ -94,7 +94,7 @@ class EnvironmentFault(CablewrightError):
 
 
 class UnknownName(InputError):
-    """A name outside a known set: ``UnknownName("robot", "paty", library_names())``."""
+    """Error: a name outside a known set, ``UnknownName("robot", "paty", library_names())``."""
 
     def __init__(self, kind: str, name: str, valid: Iterable[str]) -> None:
         self.kind = kind

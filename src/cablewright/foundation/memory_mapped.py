@@ -1,4 +1,4 @@
-"""Memory-mapped arrays: their values are in files, and memory holds only the rows in use."""
+"""Memory-mapped arrays: values are in files, and memory holds only the rows in use."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ _TAKEN: Final = 1 << 13  # rows that are taken at a time: those between them are
 
 @dataclass(frozen=True)
 class Room:
-    """Room for arrays: in memory, or in files without a name in a *folder*, which go with their arrays."""
+    """Storage for arrays: memory, or unnamed files in a *folder*, which are removed with their arrays."""
 
     folder: Path | None = None
 
     def empty(self, shape: tuple[int, ...], dtype: DTypeLike = np.float64) -> NDArray[Any]:
-        """Return an array with room. Raises `OSError` where the disk has none, and never later.
+        """Return an empty array in this storage. Raises `OSError` where the disk has no space, and never later.
 
-        In memory without a folder, for a small array, and where a system cannot promise room in a file.
+        In memory without a folder, for a small array, and where a system cannot promise space in a file.
         """
         size = int(np.prod(shape)) * np.dtype(dtype).itemsize
         if self.folder is None or size < SMALL or not hasattr(os, "posix_fallocate"):
@@ -48,7 +48,7 @@ MEMORY: Final = Room()
 
 
 def blocks(rows: int, size: int | None = None) -> Iterator[slice]:
-    """Slices of *rows* rows, in order, each of *size* rows at most, by default `BLOCK`."""
+    """Yield slices of *rows* rows, in order, each of *size* rows at most, by default `BLOCK`."""
     size = size or BLOCK
     for first in range(0, rows, size):
         yield slice(first, min(first + size, rows))
@@ -72,12 +72,12 @@ class RowExtremes:
 
     @property
     def shape(self) -> tuple[int]:
-        """Shape (k,) of the numbers."""
+        """Shape (k,) of the extremes."""
         return (len(self.values),)
 
     @property
     def dtype(self) -> np.dtype[np.float64]:
-        """Type of the numbers."""
+        """Type of the extremes."""
         return self.values.dtype
 
     def __len__(self) -> int:
@@ -91,7 +91,7 @@ class RowExtremes:
 
 
 def of_rows(choose: np.ufunc, values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the smallest or largest of each row (k,) of *values* (k, m), by ``np.minimum`` or ``np.maximum``."""
+    """Return the smallest or largest value in each row (k,) of *values* (k, m), by ``np.minimum`` or ``np.maximum``."""
     found = np.empty(len(values))
     for at in blocks(len(values)):
         found[at] = choose.reduce(values[at], axis=1)
@@ -116,7 +116,7 @@ def write_rows(block: Any, into: Any, first: int) -> None:
 
 
 def in_room(values: _Arrays, room: Room) -> _Arrays:
-    """Return a dataclass whose arrays are those of *values*, read-only, but in a *room*; itself if that is memory."""
+    """Return a dataclass with *values*' arrays copied, read-only, to the storage *room*; itself if that is memory."""
     if room.folder is None:
         return values
     return replace(values, **{each.name: _moved(getattr(values, each.name), room) for each in fields(values)})

@@ -9,4 +9,4 @@ Progress = Callable[[str, int, int], None]
 
 
 def silent(_stage: str, _done: int, _total: int) -> None:
-    """Report nothing."""
+    """Report no progress."""

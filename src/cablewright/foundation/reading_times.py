@@ -1,4 +1,4 @@
-"""The rule for times of readings and orders: which are new, which were repeated or overtaken, which are ahead.
+"""Rule for times of readings and orders: which are new, repeated, out of order, or ahead of the clock.
 
 Guard, supervisor, procedures, orders and estimators follow it. A time is that of the measurement, or of the order, and
 not that of the frame in which it arrives.

@@ -23,7 +23,7 @@ _MOST_IN_LINE = 8  # numbers of a list that a result shows in its line
 
 @dataclass(frozen=True)
 class Figure:
-    """One figure of a result, declared once for JSON, terminal, reports and the docs' tables.
+    """One figure (named value) of a result, declared once for JSON, terminal, reports and the docs' tables.
 
     ``key`` is its name in JSON, ``unit`` its SI unit ("1" for a share, factor or count, "" for what is no quantity) and
     ``meaning`` one sentence. ``value`` says how it is read off the result: attributes joined by dots, methods without
@@ -69,7 +69,7 @@ class Figure:
         return self.name or self.key.replace("_", " ")
 
     def of(self, result: object) -> Any:
-        """Return the value that *result* has of this; of a mapping that at ``key``."""
+        """Return the figure's value of a *result*; of a mapping the value at ``key``."""
         if isinstance(result, Mapping):
             return result.get(self.key)
         if not isinstance(self.value, str):
@@ -83,7 +83,7 @@ class Figure:
         return found
 
     def plain_of(self, result: object) -> Any:
-        """Return the value of the figure as in JSON."""
+        """Return the figure's value as in JSON."""
         value = self.of(result)
         if not self.parts or value is None or isinstance(value, Mapping | Result):
             return plain(value)
@@ -93,7 +93,7 @@ class Figure:
 
 
 class Result:
-    """A frozen value that declares its figures. A dataclass that is one is made with ``repr=False``.
+    """Base of results: a frozen value that declares its figures. A dataclass that is one is made with ``repr=False``.
 
     ``html``: writes the tables of any of them. What stands above all ranks sets it, as pages are of the highest.
     """
@@ -144,7 +144,7 @@ class Result:
 
 
 def figures_dict(figures: Iterable[Figure], of: object) -> dict[str, Any]:
-    """Return the values that *of* has of *figures*, by key, as JSON has them."""
+    """Return the values of *figures* of the object *of*, by key, as in JSON."""
     return {each.key: each.plain_of(of) for each in figures}
 
 
@@ -173,7 +173,7 @@ class Pictured(Result):
 
 
 def plain(value: Any) -> Any:
-    """Return *value* as JSON has it: arrays as lists, numbers that are not finite as None, results as their figures."""
+    """Convert *value* to JSON: arrays to lists, numbers that are not finite to None, results to their figures."""
     if isinstance(value, Result):
         return value.to_dict()
     if isinstance(value, Enum):

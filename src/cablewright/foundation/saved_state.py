@@ -1,12 +1,11 @@
-"""The state of objects as data: saved to a snapshot or a file, and loaded from it exactly, by one walk.
+"""Saving of objects' state to a snapshot or a file, and exact loading, by one walk over declared attributes.
 
 A class names the attributes that are its state in ``SAVED``, with dots for those of its parts. All else, settings,
 derived arrays and scratch, is made again by its constructor: state is loaded into a new object of the same settings,
 whose present values say which types and shapes are expected. A class whose derived values depend on its state computes
-them in a method ``after_load()``. The walk goes into named parts, tuples, lists and dictionaries.
-
-A file holds several snapshots, so that what belongs together is written together: eight bytes of magic, length of the
-head and checksum of all that follows, the head as JSON, then the arrays' bytes.
+them in a method ``after_load()``. The walk goes into named parts, tuples, lists and dictionaries. A file holds several
+snapshots, so that related states are written together: eight bytes of magic, length of the head and checksum of all
+that follows, the head as JSON, then the arrays' bytes.
 """
 
 from __future__ import annotations
@@ -62,7 +61,7 @@ class Coded:
     decode: Callable[[Any], Any]
 
     def walk(self, walk: _Walk, key: str, live: Any) -> Any:
-        """Save *live*, or return the saved value."""
+        """Save the attribute's *live* value, or return the saved one."""
         if walk.loading:
             try:
                 return self.decode(walk.value(key, None, lambda _: True, ""))
@@ -113,7 +112,7 @@ Saved = tuple[str | Coded | SavedRows | Sparse, ...]
 
 
 def save(state: Any) -> Snapshot:
-    """Return a copy of all that the ``SAVED`` of *state* and of its parts name."""
+    """Return a copy of the saved attributes of *state* and of its parts, see ``SAVED``."""
     snapshot = Snapshot({"layout": LAYOUT}, {})
     _Walk(snapshot, loading=False).parts("", state)
     return snapshot
@@ -216,7 +215,7 @@ class _Walk:
 
     @staticmethod
     def refused(key: str, why: str) -> InputError:
-        """Return the error of a *key*."""
+        """Return the error for a *key* of the saved state."""
         return InputError(f"snapshot: {key}: {why}")
 
 

@@ -1,4 +1,4 @@
-"""Reading files that a stranger wrote: their size is limited before they are parsed, and errors are one line."""
+"""Reader of TOML files from any source: size limits before they are parsed; errors are one line."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _File = TypeVar("_File", bound=FileDescription)
 
 
 def is_file(path: Path) -> bool:
-    """Whether there is a file at ``path``; not under a name that is too long or otherwise none for the system."""
+    """Return whether there is a file at ``path``; false for a name that is invalid for the system."""
     try:
         return path.is_file()
     except (OSError, ValueError):

@@ -185,7 +185,7 @@ _SIZES |= {"kJ/mol": 1e3, "% per K": 1e-2, "mm^2/s^2": 1e-6, "mm^3": 1e-9}
 
 
 def unit_size(unit: str) -> float:
-    """Return how large a *unit* is in the SI unit of its dimension; 0.01 for a per cent. Raises `KeyError`."""
+    """Return the size of a *unit* in the SI unit of its dimension; 0.01 for a per cent. Raises `KeyError`."""
     return _SIZES[unit]
 
 
@@ -195,7 +195,7 @@ def is_unit(text: str) -> bool:
 
 
 def respell(value: float, like: str) -> str:
-    """Return ``value`` (SI) as a text in the unit of the text ``like``, which `Dimension.read` accepts."""
+    """Return ``value`` (SI) as a text in the same unit as the text ``like``, which `Dimension.read` accepts."""
     match = _TEXT.fullmatch(like.strip())
     for dimension in _DIMENSIONS:
         if match is not None and match[2] in dimension.units:
@@ -209,5 +209,5 @@ def three_digits(value: float) -> float:
 
 
 def spell_length(value: float) -> str:
-    """Return a length (m) for a sentence: three digits, in mm below a metre."""
+    """Return a length (m) as text for a sentence: three digits, in mm below a metre."""
     return f"{value * 1e3:.3g} mm" if abs(value) < 1.0 else f"{value:.3g} m"

@@ -115,7 +115,7 @@ def validated(
 
 
 def look_up(data: Any, path: KeyPath, absent: Any = None) -> Any:
-    """Return the value at a key path, or ``absent``."""
+    """Return the value at a key path of nested tables, or ``absent``."""
     for part in path:
         try:
             data = data[part]
@@ -202,7 +202,7 @@ def _without_tags(location: KeyPath, data: Any) -> Iterator[str | int]:
 
 
 def shown(value: Any) -> str:
-    """Return the ``repr`` of a value of a file, shortened where it is long."""
+    """Return a value of a file as in Python source, shortened where it is long."""
     try:
         text = repr(value)
     except ValueError:  # Python does not print an integer of thousands of digits

@@ -1,6 +1,7 @@
-"""Compiled kernels: arrays in, arrays and a status code out. Nothing here knows a Robot.
+"""Compiled kernels: functions of arrays that return arrays and a status code, compiled by Numba.
 
-All compilation in the package goes through `jit`; `cache` keeps compiled kernels on disk for later processes.
+No kernel takes a Robot: its callers pack it into arrays. All compilation in the package goes through `jit`; `cache`
+keeps compiled kernels on disk for later processes.
 """
 
 from collections.abc import Callable
@@ -21,11 +22,11 @@ def jit(
     allocates: bool = False,
     inline: bool = False,
 ) -> Any:
-    """Compile *function* with the package's options, and cache it if it is one of the package's kernels.
+    """Compile *function* by Numba with the package's options; cache it on disk if it is one of the package's kernels.
 
     *allocates*: the kernel creates arrays. All others are compiled without reference counting, which would cost more
-    per view of a row than the arithmetic on it. *inline*: the kernel is always made part of its callers. It is for
-    short ones on views of arrays, of which a call copies each size and stride: LLVM sees that cost only in part.
+    per view of a row than the arithmetic on it. *inline*: the kernel is always inlined in its callers. Use it for short
+    kernels on views of arrays: a call copies each size and stride, a cost that LLVM underestimates.
     """
     if function is None:
         return lambda inner: jit(inner, allocates=allocates, inline=inline)
@@ -40,9 +41,9 @@ def jit(
 
 
 def is_compiled(function: Any, *arguments: Any) -> bool:
-    """Whether *function*, made by `jit`, was compiled for the types of *arguments*, by this process or an earlier one.
+    """Return whether *function*, made by `jit`, is compiled for the types of *arguments*, here or in the disk cache.
 
-    Kernels of earlier processes count if they are of the present sources.
+    Kernels of earlier processes count if their sources have not changed since.
     """
     if config.DISABLE_JIT:
         return True
@@ -58,7 +59,10 @@ def thread_count() -> int:
 
 
 def prepared_count() -> int:
-    """Return how many kernels this process has compiled, or read: a step that waited for one is late for that."""
+    """Return how many kernels this process has compiled, or loaded from disk.
+
+    A control step during which the number grows has waited for that.
+    """
     return KernelCompiler.count
 
 

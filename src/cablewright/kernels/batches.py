@@ -1,7 +1,8 @@
-"""Batches of forward, inverse, linearise and certify problems: rows *first* to *last* of one, a code per row.
+"""Batches of forward, inverse, linearisation and certificate problems: each function solves rows *first* to *last*.
 
-They hold no lock of Python's, so that several threads can share a batch. A row depends at most on those before it in
-its chunk, so that results depend neither on the number of threads nor on the rows that each of them computed.
+Each row gets a status code. The functions release Python's global lock, so that several threads can share a batch. A
+row depends at most on those before it in its chunk, so that results depend neither on the number of threads nor on
+their division of the rows.
 """
 
 from math import log
@@ -46,11 +47,11 @@ COLD, NEAR, WARM, CHAIN = 0, 1, 2, 3  # what a forward solve starts from; see `f
 
 @jit(allocates=True)
 def forward_rows(packed, lengths, poses, states, codes, iterations, residuals, start, first, last):
-    """Solve a batch of forward problems in place.
+    """Solve a batch of N forward problems, from cable lengths to poses, in place.
 
     *packed* has one row or N; lengths (N, m), m. poses (N, n) and states (N, m, 6) hold the guesses that *start*
     selects (COLD: none, NEAR: poses, WARM: poses and states, CHAIN: poses and the row before) and receive the
-    solutions; codes, iterations and residuals (N,), m, are written.
+    solutions. Written: codes, iterations and residuals (N,), m.
     """
     work = workspace(robot_of(packed, first))
     guess, shift = np.zeros(packed.freedoms), np.zeros(packed.freedoms)
@@ -93,9 +94,10 @@ def _follow(packed, lengths, pose, states, neighbour, shift, work):
 
 @jit(allocates=True)
 def inverse_rows(packed, poses, states, lengths, codes, violations, chain, first, last):
-    """Solve inverse problems: poses (N, n) to states (N, m, 6), lengths (N, m), codes and violations (N,).
+    """Solve a batch of N inverse problems, from poses (N, n) to states (N, m, 6) and lengths (N, m) of the lines.
 
-    *chain*: neighbouring rows are neighbours on a path, so that each row starts from the one before.
+    Writes also codes and the largest violations of a tension limit, N, (N,). *chain*: neighbouring rows are neighbours
+    on a path, so that each row starts from the solution of the one before.
     """
     work = inverse_workspace(robot_of(packed, first))
     for j in range(first, last):
@@ -111,14 +113,17 @@ def inverse_rows(packed, poses, states, lengths, codes, violations, chain, first
 
 @jit(allocates=True)
 def read_length_rows(packed, states, lengths):
-    """Write to lengths (N, m), m, those of lines with a counterweight, which follow from states (N, m, 6)."""
+    """Write the lengths (N, m), m, of lines with a counterweight in place of a winch, from states (N, m, 6)."""
     for j in range(lengths.shape[0]):
         read_lengths(robot_of(packed, j), states[j], lengths[j])
 
 
 @jit(allocates=True)
 def hanging_rows(packed, poses, states, lengths, codes, violations, first, last):
-    """Solve rows as `inverse_rows` with fewer lines than degrees of freedom: NaN entries of poses are written."""
+    """Solve inverse problems of robots with fewer lines than degrees of freedom, see `inverse_rows`.
+
+    Coordinates of a pose that are NaN on entry are free: the solved values are written there.
+    """
     work = inverse_workspace(robot_of(packed, first))
     for j in range(first, last):
         own = robot_of(packed, j)
@@ -128,9 +133,10 @@ def hanging_rows(packed, poses, states, lengths, codes, violations, first, last)
 
 @jit(allocates=True)
 def shared_rows(packed, shares, poses, states, lengths, codes, violations, chain, first, last):
-    """Solve rows as `inverse_rows`, with lines that share drums: `shared_winches.quadratic_program`.
+    """Solve inverse problems of robots with several lines on one winch drum, see `inverse_rows`.
 
-    Free entries of a pose are NaN on entry and are written.
+    The table (s, 4) says which lines share a drum, see `shared_winches.program`. Coordinates of a pose that are NaN on
+    entry are free: the solved values are written there.
     """
     work, own = inverse_workspace(robot_of(packed, first)), shared_workspace(robot_of(packed, first), shares)
     for j in range(first, last):
@@ -150,9 +156,9 @@ def shared_rows(packed, shares, poses, states, lengths, codes, violations, chain
 
 @jit(allocates=True)
 def straight_rows(packed, poses, tension, lengths):
-    """Write the lengths (N, m) of straight lines at *poses* (N, n); *tension* (N) only places levers.
+    """Write the lengths (N, m), m, of straight lines to a platform at *poses* (N, n).
 
-    NaN inside a sheave.
+    *tension* (N) only decides the angle of levers. NaN where a platform point is inside a sheave.
     """
     work, y = workspace(robot_of(packed, 0)), np.zeros(STATE)
     for j in range(poses.shape[0]):
@@ -166,7 +172,7 @@ def straight_rows(packed, poses, tension, lengths):
 
 @jit(allocates=True)
 def taut_rows(packed, poses, lengths):
-    """Write the lengths (N, m) of straight lines, levers without weight, at *poses* (N, n); NaN inside a sheave."""
+    """Write lengths (N, m), m, of straight lines with weightless levers at *poses* (N, n); NaN inside a sheave."""
     work, y = workspace(robot_of(packed, 0)), np.zeros(STATE)
     for j in range(poses.shape[0]):
         own = robot_of(packed, j)
@@ -178,9 +184,10 @@ def taut_rows(packed, poses, lengths):
 
 @jit(allocates=True)
 def shape_rows(packed, poses, lengths, states):
-    """Write states (N, m, 6) of lines of *lengths* (N, m), m, at *poses* (N, n), each without the others.
+    """Compute the shape of each line, taut or hanging, from its length alone, at given *poses* (N, n).
 
-    A line of unknown length, or one too short, is straight; NaN where a pose is not known, or inside a sheave.
+    Writes the states (N, m, 6) of lines of *lengths* (N, m), m; balance of the platform is not required. A line of
+    unknown length, or one too short, is straight; NaN where a pose is not known, or inside a sheave.
     """
     work = workspace(robot_of(packed, 0))
     for j in range(poses.shape[0]):
@@ -199,9 +206,10 @@ def shape_rows(packed, poses, lengths, states):
 
 @jit(allocates=True)
 def slack_rows(packed, poses, lengths, slack, states, wrenches, codes):
-    """Hang the *slack* lines (k,) of *lengths* (N, m), m, at *poses* (N, n): write their states (N, m, 6).
+    """Compute the hanging shapes of the *slack* lines (k,) of *lengths* (N, m), m, at *poses* (N, n).
 
-    Adds the wrench of each on the platform to *wrenches* (N, n); *codes* (N,): of the first line without a shape.
+    Writes their states (N, m, 6) and adds the wrench of each on the platform to *wrenches* (N, n). *codes* (N,): that
+    of the first line without a shape.
     """
     work = workspace(robot_of(packed, 0))
     for j in range(poses.shape[0]):
@@ -220,7 +228,10 @@ def slack_rows(packed, poses, lengths, slack, states, wrenches, codes):
 
 @jit(allocates=True)
 def linearise_rows(packed, lengths, poses, states, stiffness, motion, codes, first, last):
-    """Tangent stiffness (N, n, n) and motion (N, n, m, 10) at solved equilibria; see `linearise.linearise`."""
+    """Write tangent stiffnesses (N, n, n) and motions of the platform per line parameter (N, n, m, 10) at equilibria.
+
+    See `linearise.linearise`.
+    """
     work = workspace(robot_of(packed, first))
     for j in range(first, last):
         codes[j] = linearise(robot_of(packed, j), lengths[j], poses[j], states[j], work, stiffness[j], motion[j])
@@ -228,7 +239,10 @@ def linearise_rows(packed, lengths, poses, states, stiffness, motion, codes, fir
 
 @jit(allocates=True)
 def tension_rows(packed, lengths, poses, states, own, by_pose, codes):
-    """Derivatives (N, m, 10) and (N, m, n) of tensions at solved equilibria; see `linearise.tension_changes`."""
+    """Write derivatives of the tensions at equilibria, by line parameters (N, m, 10) and by pose (N, m, n).
+
+    See `linearise.tension_changes`.
+    """
     work = workspace(robot_of(packed, 0))
     for j in range(lengths.shape[0]):
         codes[j] = tension_changes(robot_of(packed, j), lengths[j], poses[j], states[j], work, own[j], by_pose[j])
@@ -236,7 +250,10 @@ def tension_rows(packed, lengths, poses, states, own, by_pose, codes):
 
 @jit(allocates=True)
 def start_rows(packed, lengths, poses, heads, pull, states, started):
-    """Guess line states (N, m, 6) at *poses* with the levers marked in *heads* (N, m) inverted; see `start_at`."""
+    """Guess line states (N, m, 6) at *poses* (N, n), with the levers marked in *heads* (N, m) upside down.
+
+    See `start_at`.
+    """
     work = workspace(robot_of(packed, 0))
     for j in range(lengths.shape[0]):
         started[j] = start_at(robot_of(packed, j), lengths[j], poses[j], heads[j], pull, states[j], work)
@@ -244,9 +261,10 @@ def start_rows(packed, lengths, poses, heads, pull, states, started):
 
 @jit(allocates=True)
 def certify_rows(packed, lengths, poses, states, tolerance, codes, bounds, boxes, signs, first, last):
-    """Certify solved rows: codes and lever signs (N,), bound and box of the pose (N, n), m and rad.
+    """Prove by interval arithmetic that one exact equilibrium is near each solved row.
 
-    *tolerance* (m, rad) is the largest bound of the pose that is certified. See `krawczyk.certify`.
+    Writes codes and lever signs (N,), bound and box of the pose (N, n), m and rad. *tolerance* (m, rad) is the largest
+    bound of the pose that is accepted. See `krawczyk.certify`.
     """
     own = robot_of(packed, first)
     work = unfold(own, certificate_pool(own))
@@ -263,7 +281,8 @@ def certify_rows(packed, lengths, poses, states, tolerance, codes, bounds, boxes
 def wrench_rows(packed, lengths, poses, states, wrenches):
     """Write the wrench (N, n), N and N m, of lines and loads on the platform in each row.
 
-    *packed* is to have no plane: otherwise the part that it carries is left out.
+    *packed* must have no plane that carries the platform: the part of the wrench that a plane carries would be left
+    out.
     """
     work = workspace(robot_of(packed, 0))
     for j in range(states.shape[0]):
@@ -273,7 +292,7 @@ def wrench_rows(packed, lengths, poses, states, wrenches):
 
 @jit(allocates=True)
 def examine(packed, lengths, poses, states, residuals, unbalanced, low, high):
-    """Write the residuals of each row's equations and the extremes of tension along its lines.
+    """Write how well each solved row meets its equations, and the extreme tensions along its lines.
 
     Written are the largest geometric residual (m) and unbalanced force (N) of each row (N,), and the smallest and
     largest tension along each line, N: low and high (N, m).

@@ -71,12 +71,12 @@ STAMP = stamp()  # before any kernel is imported
 
 
 def is_stamped(function: Any) -> bool:
-    """Whether an edit of *function* changes the stamp: it is defined in a hashed file and is no closure."""
+    """Return whether an edit of *function* changes the cache stamp: its file is hashed, and it is not a closure."""
     return Path(function.__code__.co_filename) in SOURCES and function.__closure__ is None
 
 
 class KernelCache(NullCache):  # type: ignore[misc]
-    """Cache of the compiled signatures of *function*, as Numba's dispatchers use it."""
+    """Disk cache of the compiled signatures of one *function*, with the methods that Numba's dispatchers call."""
 
     def __init__(self, function: Any) -> None:
         self._name = f"{function.__module__}.{function.__qualname__}"
@@ -116,7 +116,7 @@ class KernelCache(NullCache):  # type: ignore[misc]
             _warn_once(reason)
 
     def holds(self, signature: Any, codegen: Any) -> bool:
-        """Whether the function is saved as compiled for *signature*."""
+        """Return whether the function is in the cache, compiled for *signature*."""
         return any(file.exists() for file, _ in self._entries(signature, codegen.magic_tuple()))
 
     def _entries(self, signature: Any, host: tuple[Any, ...]) -> Iterator[tuple[Path, tuple[Any, ...]]]:
@@ -153,7 +153,10 @@ def _load_array_functions() -> None:
 
 
 def open_folder() -> Path | None:
-    """Return the folder of this stamp, created if missing; None, logged once, if it cannot be created or trusted."""
+    """Return the cache folder of this stamp, created if missing; None if it cannot be created or trusted.
+
+    The reason of None is logged once.
+    """
     try:
         home = Path(os.environ.get(DIRECTORY) or AppDirs("cablewright", False).user_cache_dir).expanduser()
         if not home.is_absolute():

@@ -1,8 +1,8 @@
-"""Compilation of kernels: an entry point is optimised and assembled together with all functions that it calls.
+"""Compilation of kernels by Numba: an entry point is optimised and assembled together with all functions it calls.
 
-Numba does both for every function, and again for each of its callers. Here a function that another kernel calls stays
-as it was lowered, a part, until the kernel that Python calls is complete. `docs/decisions/0019-kernels-at-once.md` has
-the measurements, and what of Numba this relies on.
+Numba by itself does both for every function, and again for each of its callers. Here a function that another kernel
+calls (a part) stays as LLVM code, not optimised, until the kernel that Python calls is complete.
+`docs/decisions/0019-kernels-at-once.md` has the measurements, and lists the properties of Numba that this relies on.
 """
 
 from __future__ import annotations
@@ -26,20 +26,20 @@ class Part:
 
 
 class KernelLibrary(JITCodeLibrary):  # type: ignore[misc]
-    """Code of one function as it was lowered, and the libraries of those that it calls."""
+    """LLVM code of one function before optimisation, and the libraries of the functions that it calls."""
 
     is_part = False
     _shared_module: Any
 
     def add_linking_library(self, library: Any) -> None:
-        """Take note of a library that is called; a part remains as it is."""
+        """Add a library that the function calls; a part stays without optimisation."""
         if _is_part(library):
             self._linking_libraries.append(library)
         else:
             super().add_linking_library(library)
 
     def finalize(self) -> None:
-        """Optimise and assemble the function with all that it calls."""
+        """Optimise and assemble the function with all functions that it calls."""
         self._linking_libraries = _callees(self)
         super().finalize()
         for variable in self._final_module.global_variables:
@@ -98,7 +98,7 @@ class _Lowering(NativeLowering):  # type: ignore[misc]
     _name = "kernel_lowering"
 
     def run_pass(self, state: Any) -> bool:
-        """Lower one function."""
+        """Lower one function to LLVM code."""
         library = KernelLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
         library.enable_object_caching()
         library.is_part = state.flags.no_compile = state.flags.no_cpython_wrapper = KernelCompiler.depth > 1
@@ -111,7 +111,10 @@ class _Lowering(NativeLowering):  # type: ignore[misc]
 
 
 class KernelCompiler(Compiler):  # type: ignore[misc]
-    """Numba's pipeline with a lowering of its own. It runs under Numba's lock, one thread at a time."""
+    """Numba's compiler pipeline with its own lowering pass.
+
+    It runs under Numba's lock, one thread at a time.
+    """
 
     depth = 0
     """Depth of the kernels in compilation, each called by the one before; 1: called by Python."""
@@ -120,7 +123,7 @@ class KernelCompiler(Compiler):  # type: ignore[misc]
     """Number of kernels that this process has loaded: compiled, or read from the disk."""
 
     def define_pipelines(self) -> Any:
-        """Return the only pipeline."""
+        """Return the compiler's only pipeline."""
         (manager,) = super().define_pipelines()
         manager.passes = [(_Lowering if each is NativeLowering else each, text) for each, text in manager.passes]
         manager._finalized = False
@@ -128,7 +131,7 @@ class KernelCompiler(Compiler):  # type: ignore[misc]
         return [manager]
 
     def compile_extra(self, function: Any) -> Any:
-        """Compile *function*."""
+        """Compile *function* for the given argument types."""
         KernelCompiler.depth += 1
         try:
             return super().compile_extra(function)
@@ -137,10 +140,13 @@ class KernelCompiler(Compiler):  # type: ignore[misc]
 
 
 class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
-    """A kernel. What was compiled as a part only is compiled again when Python calls it."""
+    """A kernel, callable from Python and from other kernels.
+
+    A function that was compiled only as a part of other kernels is compiled again when Python calls it.
+    """
 
     def add_overload(self, result: Any) -> None:
-        """Store a compiled signature; a part cannot be called from Python."""
+        """Store a compiled signature; Python cannot call a function that is compiled as a part."""
         if isinstance(result.entry_point, Part):
             self.overloads[tuple(result.signature.args)] = result
         else:
@@ -156,6 +162,6 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
             return super().compile(signature)
 
     def is_only_part(self, arguments: tuple[Any, ...]) -> bool:
-        """Whether the kernel was compiled for these types of arguments, but for other kernels alone."""
+        """Return whether the kernel is compiled for these argument types only as a part of other kernels."""
         known = self.overloads.get(arguments)
         return known is not None and isinstance(known.entry_point, Part)

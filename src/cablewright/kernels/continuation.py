@@ -1,4 +1,4 @@
-"""Continuation of one equilibrium as lengths change, as a control loop calls it every few milliseconds."""
+"""Continuation of one equilibrium as cable lengths change, as a control loop calls it every few milliseconds."""
 
 import numpy as np
 
@@ -16,7 +16,7 @@ SUBSTEPS = (1, 4, 16, 64)  # numbers of parts that the change of lengths is divi
 
 @jit(allocates=True)
 def follow(packed, before, lengths, pose, states, jump, fold, work):
-    """Follow the equilibrium in *pose* and *states* from lengths *before* to *lengths*; both are updated in place.
+    """Follow the equilibrium in *pose* and *states*, updated in place, as lengths change from *before* to *lengths*.
 
     Each part of the change is predicted by the linearisation and corrected by Newton. Where the result is farther than
     *jump* (m, rad) from the prediction, or a dead span begins or ceases to hang in a loop, the change is divided into
@@ -52,9 +52,9 @@ def follow(packed, before, lengths, pose, states, jump, fold, work):
 
 @jit(allocates=True)
 def is_certified(packed, lengths, pose, states, tolerance, pool):
-    """Whether the equilibrium in *pose* and *states* is certified to *tolerance*, m and rad.
+    """Return whether interval arithmetic certifies the equilibrium in *pose* and *states* to *tolerance*, m and rad.
 
-    Apart from `follow`, so that only who asks for certificates has them compiled.
+    It is separate from `follow`, so that certificates are compiled only for callers that need them.
     """
     return certify(packed, lengths, pose, states, tolerance, unfold(packed, pool)) == CERTIFIED
 

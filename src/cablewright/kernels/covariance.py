@@ -1,11 +1,11 @@
-"""Predictions of the covariance of a filter's state, in place."""
+"""Prediction of the covariance matrix of a filter's state, in place."""
 
 from cablewright.kernels import jit
 
 
 @jit
 def add_multiples(P, to, source, weights):
-    """Predict *P* (n, n) where states from index *to* on grow by *weights* (a, b) times those from *source* on.
+    """Predict the covariance *P* (n, n) after states x[to:] grow by *weights* (a, b) times states x[source:].
 
     One after another: where the a and the b overlap, later ones grow by the new values of earlier ones.
     """

@@ -25,7 +25,7 @@ def copy_rows(source, target):
 
 @jit
 def along_columns(basis, vector, scratch):
-    """Replace the first n entries of *vector* by the p along the columns of *basis* (n, p)."""
+    """Replace the first n entries of *vector* by its p components along the columns of *basis* (n, p)."""
     n, p = basis.shape
     for c in range(p):
         scratch[c] = 0.0
@@ -89,7 +89,7 @@ def cholesky(matrix, n):
 
 @jit
 def largest(vector, n):
-    """Largest absolute value of vector[:n]; a NaN counts as large."""
+    """Return the largest absolute value of vector[:n]; a NaN counts as infinite."""
     size = 0.0
     for k in range(n):
         entry = abs(vector[k])

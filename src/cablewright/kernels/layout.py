@@ -101,11 +101,11 @@ CHUNK = 64  # rows of a batch, from a multiple of it on, that may depend on each
 
 
 class Packed(NamedTuple):
-    """A robot under one fidelity, as arrays: the first argument of most kernels.
+    """A robot with its chosen physics as arrays: the first argument of most kernels.
 
-    In batches *lines* and *platform* have a leading axis: one row for all problems, or one for each. Kernels are
-    compiled apart where *general* is None: Numba leaves out the other branches, so that a plain robot
-    neither compiles nor carries it (docs/decisions/0014-plain-robots-apart.md).
+    In batches *lines* and *platform* have a leading axis: one row for all problems, or one for each. *general* is None
+    for a robot whose lines all hang in vertical planes and have no counterweights: Numba then compiles kernels without
+    the branches for other lines (docs/decisions/0014-plain-robots-apart.md).
     """
 
     freedoms: int  # n: 3 or 6
@@ -116,6 +116,6 @@ class Packed(NamedTuple):
 
 @jit(allocates=True)
 def robot_of(packed, j):
-    """The robot of problem *j* of a batch."""
+    """Return the packed robot of problem *j* of a batch."""
     row = j if packed.lines.shape[0] > 1 else 0
     return Packed(packed.freedoms, packed.lines[row], packed.platform[row], packed.general)

@@ -35,7 +35,7 @@ def _write(x, y, z, a, b, out):
 
 @jit
 def rotate(rotation, x, y, z):
-    """The vector (x, y, z) multiplied by the (3, 3) matrix *rotation*."""
+    """Return the vector (x, y, z) multiplied by the (3, 3) matrix *rotation*."""
     return (
         rotation[0, 0] * x + rotation[0, 1] * y + rotation[0, 2] * z,
         rotation[1, 0] * x + rotation[1, 1] * y + rotation[1, 2] * z,
@@ -98,7 +98,7 @@ def _quaternion(x, y, z):
 
 @jit
 def yawed(yaw, x, y):
-    """Return the rotation vector of a tilt by (x, y), rad, and then a turn by *yaw*, rad, by quaternions."""
+    """Return the rotation vector of a tilt by (x, y), rad, followed by a rotation by *yaw*, rad, by quaternions."""
     tilt = hypot(x, y)
     c, d = cos(0.5 * tilt), (0.5 if tilt < 1e-9 else sin(0.5 * tilt) / tilt)
     a, b = cos(0.5 * yaw), sin(0.5 * yaw)

@@ -1,7 +1,7 @@
-"""Compiled kernels that a wheel carries: for all processors of one level, looked for before those of the user.
+"""Compiled kernels that a wheel contains, searched before those in the user's cache.
 
-They are entries of the cache like others, in a folder of their stamp, compiled for `CPU` and `FEATURES` in place of the
-processor that builds the wheel. `docs/decisions/0020-wheels-with-kernels.md` says more.
+They are compiled for all processors of one level (`CPU` and `FEATURES`) in place of the processor that builds the
+wheel, and have the format and the stamp of the cache. See `docs/decisions/0020-wheels-with-kernels.md`.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ _has_told = False
 
 
 def carried(stamp: str, host: tuple[Any, ...]) -> tuple[Path, tuple[Any, ...]] | None:
-    """Return the folder of the packaged kernels for *stamp*, and their processor: (triple, name, features).
+    """Return the folder of the kernels in the wheel for *stamp*, and their processor: (triple, name, features).
 
-    None if there are none, if the *host* lacks something of that level, or if the user has named a processor.
+    None if there are none, if the *host* lacks a feature of that level, or if the user has named a processor.
     """
     if not _has_any(stamp) or missing(host):
         return None
@@ -40,13 +40,13 @@ def _has_any(stamp: str) -> bool:
 
 
 def missing(host: tuple[Any, ...]) -> list[str]:
-    """Return the processor features of the level that the *host* lacks."""
+    """Return the processor features that the wheel's kernels need and the *host* lacks."""
     level, own = ({each[1:] for each in listed.split(",") if each[:1] == "+"} for listed in (FEATURES, host[2]))
     return sorted(level - own)
 
 
 def tell_unused(stamp: str, host: tuple[Any, ...]) -> None:
-    """Say, once, that kernels are compiled in spite of those that are carried, where the *host* lacks something."""
+    """Log, once, that the wheel's kernels are not used and kernels are compiled, since the *host* lacks a feature."""
     global _has_told
     lacking = missing(host)
     if lacking and not _has_told and _has_any(stamp):

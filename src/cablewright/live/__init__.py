@@ -1,1 +1,1 @@
-"""Rank 4: a machine that runs: the loop, prints, sessions on drives, messages to the page."""
+"""A running machine (rank 4): control loop, prints, sessions on drives, messages to the operator's page."""

@@ -1,4 +1,4 @@
-"""The estimator of a rigid platform, from the owner's settings of a machine."""
+"""The estimator of a rigid platform, built from the owner's settings of a machine."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ _LEAST_UNEVEN: Final = 1e-4  # m
 
 
 def body_settings(robot: Robot, settings: MachineSettings, *, sensors: bool) -> BodySettings:
-    """Return the settings for a machine; *sensors*: whether load cells and inertial unit are used, if it has them.
+    """Return the estimator settings for a machine with a rigid platform. Raises `InputError` without encoders.
 
-    Raises `InputError` for a machine without encoders.
+    *sensors*: whether load cells and inertial unit are used, if it has them.
     """
     if settings.sensor(ENCODERS) is None:
         raise InputError(f"machine {settings.name!r}: has no encoders, which the estimation needs")
@@ -82,7 +82,7 @@ def cells_of(settings: MachineSettings) -> Cells | None:
 
 
 class BodyEstimator:
-    """The estimator of a print of a rigid platform that begins at a pose (6,), m and rad."""
+    """The estimator for prints with a rigid platform that begin at a pose (6,), m and rad."""
 
     SAVED: ClassVar[Saved] = ("_state",)
 
@@ -124,7 +124,7 @@ class BodyEstimator:
 
     @property
     def searches(self) -> bool:
-        """Whether the cause of that is still looked for."""
+        """Return whether the estimator still searches for the cause of the danger."""
         return self._state.judged.search is not None
 
     def after_load(self) -> None:

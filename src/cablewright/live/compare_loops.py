@@ -1,4 +1,4 @@
-"""Closed loops side by side: controllers, estimators and plants, ours or a user's own, with the same seeds."""
+"""Comparison of closed loops: controllers, estimators and plants, built-in or a user's own, with the same seeds."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ _LONGEST_START: Final = 20.0  # s that an estimator may take to find the platfor
 
 
 class LoopController(Protocol):
-    """Interface of a control law."""
+    """Interface of a control law in a comparison of loops."""
 
     def __call__(self, estimate: Estimate, target: Target, period: float) -> ArrayLike:
         """Return rates (m,), m/s, of the lengths of the lines in the next *period*, s; positive pays out."""
 
 
 class Observing(Protocol):
-    """Interface of an estimator."""
+    """Interface of an estimator in a comparison of loops."""
 
     def step(self, frame: SensorFrame) -> Estimate:
         """Return the estimate after one frame."""
@@ -60,7 +60,7 @@ MakePlant = Callable[[Robot, Array, int], Machine]
 
 @dataclass(frozen=True, eq=False)
 class LoopRun:
-    """One run. ``errors`` and ``estimate_errors`` (k,), m, of the position at ``times`` (k,), s of the trajectory."""
+    """A run. ``errors`` and ``estimate_errors`` (k,), m, of the position at ``times`` (k,), s of the trajectory."""
 
     controller: str
     estimator: str
@@ -106,7 +106,7 @@ _RUN: Final = (
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LoopComparison(Pictured):
-    """Closed loops along one trajectory."""
+    """Runs of closed loops along one trajectory, to compare."""
 
     FIGURES: ClassVar = (
         Figure("status", "", "ok, or stopped: a run ended early."),
@@ -123,7 +123,7 @@ class LoopComparison(Pictured):
 
     @property
     def status(self) -> str:
-        """Ok, or stopped."""
+        """Status of the comparison: "ok", or "stopped" if a run ended early."""
         return "stopped" if self.refusal else "ok"
 
     @property
@@ -145,7 +145,7 @@ def compare_loops(
 ) -> LoopComparison:
     """Run each controller with each estimator on each plant along a *trajectory*, all with the same *seeds*.
 
-    Those of a user's own are given as classes or functions, and named for them:
+    Give a user's own as classes or functions; the results have their names:
 
     * *controllers*: ``model`` or ``paper``, laws of `print_job`, or ``make(robot, settings)``, which returns a callable
       ``(estimate, target, period)``. It returns rates of the lines' lengths (m,), m/s; positive pays out.
@@ -249,7 +249,7 @@ class _Loop:
     law: str
 
     def run(self, way: Trajectory, name: tuple[str, str, str, int]) -> LoopRun:
-        """Follow the trajectory to its end, or to where the machine cannot."""
+        """Follow the trajectory to its end, or until the machine cannot."""
         rows: list[tuple[float, float, float, float]] = []
         tensions, reason = [self.truth().tensions], ""
         self.machine.open()

@@ -1,7 +1,7 @@
-"""Drives a simulated machine along a path by its true state, and summarises the drive.
+"""Motion of a simulated machine along a path, controlled by its true state, and a summary.
 
-The pilot replaces the controller: it controls each winch by its true length, which no real controller knows. So the
-log shows a machine that moves as intended, to test estimators on.
+The pilot replaces the controller: it controls each winch by its true length, which no real controller knows. So the log
+shows a machine that moves as intended, to test estimators on.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _LEAD: Final = 0.15  # share of the mean tension by which a line's must be the s
 
 @dataclass(frozen=True)
 class DriveSettings:
-    """Motion of a pilot. All values are assumed except the speed (Merlet and Papegay 2023)."""
+    """Speeds and gains of a pilot. All values are assumed except the speed (Merlet and Papegay 2023)."""
 
     speed: float = 0.03  # m/s along the path
     ramp: float = 2.0  # s from rest to that speed
@@ -62,7 +62,7 @@ class DriveSettings:
 
 
 class Pilot:
-    """Drives the winches of one machine repeatedly along a closed path, holds it in place, or follows a trajectory."""
+    """Controller that moves a simulated machine along a closed path repeatedly, holds it, or follows a trajectory."""
 
     def __init__(
         self, machine: SimulatedMachine, path: Array | Trajectory | None, settings: DriveSettings, seed: int
@@ -104,11 +104,11 @@ class Pilot:
         return settings.speed * (now - 0.5 * settings.ramp)
 
     def rounds(self, now: float) -> int:
-        """Completed rounds at *now* (s)."""
+        """Completed rounds of the path at *now* (s)."""
         return int(self.distance(now) / self._length) if self._length else 0
 
     def command(self) -> Command:
-        """Return the command for the next step."""
+        """Return the machine command for the next step."""
         now, period, truth, settings = self.machine.time, self.machine.period, self.machine.truth, self.settings
         here, there = self._lengths(now), self._lengths(now + period)
         keep = float(np.exp(-period / settings.memory))
@@ -147,7 +147,7 @@ class Pilot:
 
 @dataclass
 class PilotedDrive:
-    """Summary of a drive; `add` adds a step."""
+    """Summary of a piloted motion; `add` adds a step."""
 
     lines: tuple[str, ...]  # names
     steps: int = 0
@@ -225,10 +225,10 @@ def drive(
     log: LogWriter | None = None,
     progress: Progress | None = None,
 ) -> PilotedDrive:
-    """Drive *machine* for *duration* (s) along *path* (see `Pilot`) or hold it, and write each step to *log*.
+    """Move *machine* for *duration* (s) along *path* (see `Pilot`) or hold it, and write each step to *log*.
 
-    After each round the drum is refilled to its initial level. Raises `InputError` for a duration of less than a step,
-    `AnswerError` where the drum cannot be held.
+    After each round the container is refilled to its initial level. Raises `InputError` for a duration of less than a
+    step, `AnswerError` where the platform cannot be held.
     """
     steps = round(duration / machine.period) if 0.0 < duration < 1e9 else 0
     if steps < 1:

@@ -31,7 +31,7 @@ class ErrorStatistics:
 
 
 def statistics_figures(unit: str, shown: str) -> tuple[Figure, ...]:
-    """Return the declarations of count, rms, median, p95, p99 and max of errors in *unit*, for people in *shown*."""
+    """Return declarations of count, rms, median, p95, p99 and max of errors in *unit*, shown to people in *shown*."""
     return (
         Figure("count", "1", "Number of errors.", detail=True),
         Figure("rms", unit, "Root mean square of the errors; null without any.", digits=3, shown=shown),

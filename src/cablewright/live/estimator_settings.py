@@ -55,10 +55,10 @@ _READ: Final[tuple[type[Reading], ...]] = (Inertial, LineAngles, Distance, Encod
 
 
 def observer_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[Laser] = ()) -> ObserverSettings:
-    """Return settings for the machine that *robot* and *settings* describe.
+    """Return the Merlet 2023 estimator's settings for the machine that *robot* and *settings* describe.
 
-    *lasers*: an operator's distances at the start. Raises `InputError` for
-    a machine without the required sensors (a horizontal lidar, walls, line angles), and for a *laser* to no wall.
+    *lasers*: an operator's distances at the start. Raises `InputError` for a machine without the required sensors (a
+    horizontal lidar, walls, line angles), and for a *laser* to no wall.
     """
     require(robot, Capability.ROOM_ESTIMATION)
     model = Model(with_drum_mass(robot, settings))
@@ -147,7 +147,7 @@ def _wound(robot: Robot) -> list[Line]:
 class Observer:
     """Functions of one estimator: ``settings`` of a machine, the state at ``start``, and a ``step`` with a frame.
 
-    ``weigh``, where it uses that: it receives the drum's mass, kg, before each step.
+    ``weigh``, where it uses that: it receives the platform's mass, kg, before each step.
     """
 
     settings: Callable[[Robot, MachineSettings, Sequence[Laser]], Any]
@@ -164,7 +164,7 @@ OBSERVERS: Final[Mapping[str, Observer]] = MappingProxyType({
 
 
 def with_drum_mass(robot: Robot, settings: MachineSettings) -> Robot:
-    """Return *robot* with the initial mass of the drum and its powder."""
+    """Return *robot* with the initial mass of the container and its powder."""
     return robot.with_platform(mass=settings.carrier.full_mass, loads=())
 
 

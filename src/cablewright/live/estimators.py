@@ -52,23 +52,23 @@ class Estimator(Protocol):
 
 @runtime_checkable
 class Weighing(Protocol):
-    """An estimator that receives the mass of the drum."""
+    """An estimator that receives the mass of the platform."""
 
     def weigh(self, mass: float) -> None:
-        """Set the mass of the drum with its powder, kg, for the next step."""
+        """Set the mass of the platform with its powder, kg, for the next step."""
 
 
 @runtime_checkable
 class Measuring(Protocol):
-    """An estimator by encoders alone that reads tensions, by which the control holds those it chooses."""
+    """An estimator by encoders alone that also reads tensions, for a control that holds chosen tensions."""
 
     @property
     def measured(self) -> Array | None:
-        """Tensions (m,), N, as measured, smoothed; NaN: not known; None: nothing measures them."""
+        """Measured, smoothed tensions (m,), N; NaN: not known; None: nothing measures them."""
 
 
 def best_estimator(settings: MachineSettings) -> str:
-    """The best estimator for a machine's sensors: the filter, or encoders alone."""
+    """Return the name of the best estimator for a machine's sensors: the filter, or encoders alone."""
     if settings.body is not None:
         return "encoders" if settings.tension_sensor is None else "filter"
     if settings.sensor(LINE_ANGLES) is None or not {"north", "south"} & settings.lidars.keys():
@@ -124,7 +124,7 @@ def estimator(
 def homed(
     settings: ReckoningSettings | BodySettings, lengths: Array, counts: NDArray[np.int64], pose: Array
 ) -> DeadReckoning | BodyEstimator:
-    """Return the estimator of a machine whose *lengths* (m,), m, are out at *counts* (m,), near a *pose* (n,).
+    """Return the estimator of a machine with known *lengths* (m,), m, at *counts* (m,), near a *pose* (n,).
 
     Raises `AnswerError` where there is no equilibrium.
     """
@@ -179,7 +179,7 @@ def _observed(observer: Observer, settings: Any, state: Any) -> Estimator:
 
 
 class CreepingEstimator:
-    """An estimator by lidars. Only the modelled creep of its cables is saved with a print."""
+    """An estimator by lidars. Of its state only the modelled creep of the cables is saved with a print."""
 
     SAVED: ClassVar[Saved] = ("_creep",)
     danger, searches = "", False
@@ -198,7 +198,7 @@ class CreepingEstimator:
         return self._observed.tensions
 
     def weigh(self, mass: float) -> None:
-        """Set the mass of the drum with its powder, kg, for the next step; see `Weighing.weigh`.
+        """Set the mass of the platform with its powder, kg, for the next step; see `Weighing.weigh`.
 
         Only if the inner estimator accepts it.
         """
@@ -207,9 +207,9 @@ class CreepingEstimator:
 
 
 class DeadReckoning(_SteppedEstimator):
-    """Encoders alone, which accept measured positions of the platform.
+    """The estimator by encoders alone, which accepts measured positions of the platform.
 
-    What cables have crept, and what places have taught of lengths, is saved with a print.
+    The creep of cables, and the corrections learnt at measured positions, are saved with a print.
     """
 
     SAVED: ClassVar[Saved] = ("_state",)
@@ -227,12 +227,12 @@ class DeadReckoning(_SteppedEstimator):
 
     @property
     def measured(self) -> Array | None:
-        """As `Measuring`; of lines that are not read by the lengths."""
+        """Return measured tensions as `Measuring`; for lines without a sensor those by the lengths."""
         measured: Array | None = self._state.measured
         return None if measured is None else np.where(np.isnan(measured), self._state.tracker.tensions, measured)
 
     def place_measured(self, place: Array, by_tensions: bool = False) -> None:
-        """Use the measured position *place* (3,), m, of the standing platform: learn from it, or begin again.
+        """Use the measured position *place* (3,), m, of the standing platform: learn from it, or begin there again.
 
         *by_tensions*: see `encoders_only.placed`. Raises `AnswerError` where it cannot be there.
         """

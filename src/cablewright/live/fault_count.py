@@ -1,4 +1,4 @@
-"""Counts the faults that estimates report along a log."""
+"""Count of the faults that estimates report along a log."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _MAX_FAULTS: Final = 1000
 
 
 def count_faults(counted: FaultCount, faults: Iterable[Fault], now: float) -> None:
-    """Add the *faults* of the step at *now*, s; at most 1000 kinds are counted."""
+    """Add the *faults* of one step at *now*, s, to the counts; at most 1000 kinds are counted."""
     for fault in faults:
         key = fault.source, fault.sentence
         if key in counted:

@@ -1,7 +1,7 @@
-"""Shapes of the lines of a machine in motion, from logged poses and unstrained lengths, line by line.
+"""Shapes of a moving machine's lines, from logged poses and unstrained lengths, line by line.
 
-The platform need not be in equilibrium. A line that is shorter than the straight way, by errors of the description, is
-drawn straight.
+The platform need not be in equilibrium. A line that is shorter than the straight distance, by errors of the
+description, is drawn straight.
 """
 
 from __future__ import annotations

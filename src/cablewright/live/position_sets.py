@@ -1,4 +1,4 @@
-"""Positions of the nozzle to analyse: a plane, a helix, the whole workspace."""
+"""Nozzle positions to analyse: a plane, a helix, or the whole workspace."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Places:
 
     @classmethod
     def workspace(cls, step: float) -> Self:
-        """The nodes of a grid of *step*, m, in the static workspace of the robot that is analysed later."""
+        """Return the nodes of a grid of *step*, m, in the static workspace of the robot that is analysed later."""
         if not 0.0 < step < float("inf"):
             raise InputError(f"step {step:g} m: must be over 0")
         return cls("workspace", np.empty((0, 3)), step=step)
@@ -42,10 +42,10 @@ class Places:
     def helix(
         cls, robot: Robot, radius: float, pitch: float, low: float, high: float, step: float = HELIX_STEP
     ) -> Self:
-        """A helix about the vertical axis through the frame's middle, from height *low* to *high*, m.
+        """Return positions on a helix about the vertical axis through the frame's middle, from *low* to *high*, m.
 
-        *radius*, *pitch* (rise per turn) and *step* (distance between places) in m. Raises `InputError` for numbers
-        that make no helix, a helix that leaves the frame, or too many places.
+        *radius*, *pitch* (rise per turn) and *step* (distance between positions) in m. Raises `InputError` for numbers
+        that make no helix, a helix that leaves the frame, or too many positions.
         """
         if not (radius > 0.0 and pitch > 0.0 and step > 0.0 and low < high):
             given = f"{radius:g},{pitch:g},{low:g},{high:g}"
@@ -65,10 +65,10 @@ class Places:
 
     @classmethod
     def plane(cls, robot: Robot, height: float, half_width: float | None, step: float) -> Self:
-        """A square grid about the frame's middle at a *height*, up to *half_width* from it, at most *step* apart, m.
+        """Return a square grid of positions about the frame's middle at a *height*, at most *step* apart, m.
 
-        As wide as the frame if *half_width* is None. Raises `InputError` for a plane outside the frame, or too many
-        places.
+        Up to *half_width* from the middle; as wide as the frame if that is None. Raises `InputError` for a plane
+        outside the frame, or too many positions.
         """
         middle, widest = _middle(robot)
         half_width = widest if half_width is None else half_width

@@ -1,4 +1,4 @@
-"""Runs an estimator on a machine's log and compares it with the truth where the log has it."""
+"""Replay of a machine's log by an estimator, compared with the truth where the log has it."""
 
 from __future__ import annotations
 
@@ -146,7 +146,7 @@ class Replay(Pictured):
 
     @property
     def refusal(self) -> str:
-        """Reason for a no, in a sentence."""
+        """Sentence with the reason if no step has a valid estimate."""
         return "" if self.valid else NO_ESTIMATE
 
     @property
@@ -161,7 +161,7 @@ class Replay(Pictured):
 
     @property
     def slack_errors(self) -> dict[str, Any]:
-        """Steps with a line slack by over `SLACK`, share with exactly these identified, errors of the excess, m."""
+        """Statistics of steps with a line slack by over `SLACK`: share identified exactly, errors of the excess, m."""
         due = self.column("true_excess") > SLACK
         right = due & (self.column("named") > 0.5) & (self.column("clean") > 0.5)
         count = int(np.count_nonzero(due))
@@ -170,7 +170,7 @@ class Replay(Pictured):
 
     @property
     def radius_spread(self) -> dict[str, Any]:
-        """Share of radii within 1 %, (m,), and relative errors by line, after 10 s."""
+        """Share of drum radii within 1 %, (m,), and relative errors by line, after 10 s."""
         since = self.column("time") - self.begin > _RADIUS_TIME
         radii = self.radius_errors
         each = [
@@ -189,7 +189,7 @@ class Replay(Pictured):
         return {"mean": float(times.mean()), "p99": float(np.percentile(times, 99)), "max": float(times.max())}
 
     def errors_while(self, *, moving: bool) -> dict[str, ErrorStatistics | float]:
-        """Errors in space, from above and in height, m, of moving or static steps; shares within the paper's bounds."""
+        """Return errors in space, in plan and in height, m, of moving or static steps; shares in the paper's bounds."""
         x, y, height = self._offsets(moving).T
         space = self.position(moving=moving)
         shares = {f"within_{mm}mm": float(np.mean(space <= 1e-3 * mm)) if len(space) else math.nan for mm in (2, 20)}
@@ -247,12 +247,12 @@ class Replays(Pictured):
 
     @property
     def first(self) -> Replay:
-        """The first replay, for properties that all have in common."""
+        """The first replay, for properties that all replays share."""
         return self.each[0]
 
     @property
     def status(self) -> str:
-        """Ok or lost."""
+        """Status of the replays: "ok" or "lost", see `Replay.status`."""
         return "lost" if self.refusal else "ok"
 
     @property
@@ -262,7 +262,7 @@ class Replays(Pictured):
 
     @property
     def refusal(self) -> str:
-        """Reason for a no, in a sentence."""
+        """Sentence with the reason if a replay has no valid estimate."""
         lost = [each.estimator for each in self.each if not each.valid]
         return f"{NO_ESTIMATE}: {', '.join(lost)}" if lost else ""
 
@@ -374,7 +374,7 @@ class _Collector:
         self._traced = -math.inf
 
     def add(self, entry: Entry, estimate: Estimate, taut: Taut | None, seconds: float) -> None:
-        """Add one step."""
+        """Add one step of the replay."""
         now = entry.frame.time
         self.steps += 1
         self.duration, self.consistency = now, estimate.consistency

@@ -1,6 +1,6 @@
-"""A pose to show a robot at before any job: where it can rest within its limits, near the middle of its frame.
+"""A pose to show a robot at before any job: it rests within its limits, near the middle of its frame.
 
-And a lattice of poses about it, each solved at rest: what a person may look at before any job.
+And a lattice of poses about it, each solved at rest, for the viewer.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _ASIDE: Final = (0.0, 0.15, -0.15, 0.3, -0.3)  # shares of the frame's width fro
 
 @dataclass(frozen=True, eq=False)
 class Lattice:
-    """Poses about the middle of the frame, unrotated, each solved at rest.
+    """Poses on a grid about the middle of the frame, unrotated, each solved at rest.
 
     ``axes``: values of the nozzle's x, y and z, m; one alone where weight or a plane decides. ``found``: x is fastest.
     """

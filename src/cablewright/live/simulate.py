@@ -1,4 +1,4 @@
-"""`simulate`: a simulated machine driven along a path or held in place, and its log."""
+"""`simulate`: a simulated machine moved along a path or held in position, and its log."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def simulate(
     epoch: datetime | None = None,
     progress: Progress | None = None,
 ) -> Simulation:
-    """Drive a simulated machine, built by *seed* within its tolerances, along a random closed path, or hold it.
+    """Move a simulated machine, built by *seed* within its tolerances, along a random closed path, or hold it.
 
     *machine*: see `machine_of`. *loop*: length of the path, m, at *height*, m. *hold*: position (3,) of B, m, world, or
     pose (6,) of a body, to stay at instead. *trajectory*: trajectory to follow instead; ``drive.poses`` are then the

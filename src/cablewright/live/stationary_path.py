@@ -1,4 +1,4 @@
-"""A small circle as path of a machine that does not print: a control loop needs a path."""
+"""A small circle as the path of a machine that does not print, since a control loop needs a path."""
 
 from __future__ import annotations
 

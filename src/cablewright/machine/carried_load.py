@@ -1,4 +1,4 @@
-"""What a machine's lines carry, as its owner knows it: a drum below a point, or a body."""
+"""Load of a machine's lines, by its owner: a container that hangs from a point platform (drum), or a rigid body."""
 
 from __future__ import annotations
 
@@ -41,19 +41,19 @@ class _Carrier(Description):
 
     @property
     def full_mass(self) -> float:
-        """Mass, kg, with all of ``powder``, which is known by weighing."""
+        """Mass, kg, with all of ``powder``, by weighing."""
         return self.empty_mass + self.powder
 
     def fill_height(self, powder: float) -> float:
-        """Height, m, of the given mass of *powder*, kg."""
+        """Return the height, m, of the given mass of *powder*, kg, in the container."""
         return powder / (self.powder_density * math.pi * self.radius**2)
 
 
 class YawDrive(Description):
-    """A geared drive that turns the drum about its axis, against the suspension that the lines carry.
+    """A geared drive that turns the container about its axis, against the suspension that the lines carry.
 
-    ``max_speed``, rad/s, and ``max_torque`` are the drum's; ``travel``: how far it turns to either side. ``held``: yaw
-    of the drum that a print holds. It needs no encoder, as lidars measure the drum's yaw, and may have one.
+    ``max_speed``, rad/s, and ``max_torque`` are the container's; ``travel``: how far it turns to either side. ``held``:
+    yaw of the container that a print holds. It needs no encoder, as lidars measure the yaw, and may have one.
     """
 
     max_speed: Factor
@@ -66,9 +66,9 @@ class YawDrive(Description):
 
 
 class Drum(_Carrier):
-    """The drum that hangs from the platform point B. Depths are below B, along its axis.
+    """The container that hangs from the platform point B. Depths are below B, along its axis.
 
-    ``yaw_drive``: None where nothing turns the drum.
+    ``yaw_drive``: None where nothing turns it.
     """
 
     WORD: ClassVar[str] = "drum"
@@ -86,12 +86,12 @@ class Drum(_Carrier):
 
 
 class Body(_Carrier):
-    """A rigid platform. Its centre of mass, its inertia and its nozzle are those of the robot's description.
+    """A rigid platform with its material. Its centre of mass, inertia and nozzle are those of the robot's description.
 
     ``empty_mass``: without material; the described inertia goes with it in proportion. ``hopper``: (3,) m, platform
     frame: middle of the bottom on which the material stands, along the platform's z. ``gyration``: (3,) m, radii of
-    gyration about the centre of mass, of a robot that gives no inertia. ``tour``: (3,) m each: places that the nozzle
-    goes through before a print begins, by which its sensors find the lengths of the lines.
+    gyration about the centre of mass, of a robot that gives no inertia. ``tour``: (3,) m each: positions that the
+    nozzle goes through before a print begins, by which its sensors find the lengths of the lines.
     """
 
     WORD: ClassVar[str] = "platform"

@@ -1,4 +1,4 @@
-"""The drums of a robot's winches, with the layers of cable of a machine file."""
+"""The winch drums of a robot, with the cable layers of a machine file."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cablewright.robot import Robot
 def drums_of(robot: Robot, machine: MachineSettings | None = None) -> tuple[WinchDrum, ...]:
     """Return the drum of each winch: with coils by the *machine*'s capacity, width and pitch, else as in the file.
 
-    Raises `InputError` for a line that gives no drum radius, and with a machine no cable diameter.
+    Raises `InputError` for a line without a drum radius, or, with a machine, without a cable diameter.
     """
     found = []
     for line in robot.winch_lines:

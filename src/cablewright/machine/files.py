@@ -1,4 +1,4 @@
-"""Machine files: those of the library and one's own, and of each the part that its owner knows."""
+"""Machine files of the library or of the user, and the part of each that the machine's owner knows."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from cablewright.machine.settings import MachineSettings
 
 
 def load_machine(name_or_path: str | Path) -> MachineSettings:
-    """Return the machine of that library name or TOML file, without its part ``[simulation]``.
+    """Return the machine of that library name or TOML file, without its table ``[simulation]``.
 
-    Its table ``[simulation]`` is left out unread: `load_twin` is for simulations. Raises `InputError`, one line.
+    For simulations use `load_twin`. Raises `InputError`, one line.
     """
     table, origin = machine_table(name_or_path)
     table.pop("simulation", None)

@@ -18,7 +18,7 @@ RESET: Final = "reset"
 
 @dataclass(frozen=True)
 class Abilities:
-    """Equipment and abilities of a machine.
+    """Equipment and abilities of a machine: winches, sensors, modes, brakes.
 
     ``winches``: their number. ``sensors``: sources of its readings, see `signals.SOURCES`. ``modes``: of
     its winches. ``outputs``: names of further outputs. ``brakes``: whether its winches have brakes. ``real_time``:
@@ -38,7 +38,10 @@ class Abilities:
 
 
 class Machine(Protocol):
-    """A machine with m winches. Its clock starts at 0, or where it was left, and advances with each step."""
+    """Interface of a machine with m winches.
+
+    Its clock starts at 0, or where it was left, and advances with each step.
+    """
 
     @property
     def period(self) -> float:
@@ -49,7 +52,7 @@ class Machine(Protocol):
         """Equipment and abilities of the machine."""
 
     def open(self) -> None:
-        """Connect to it. Raises `EnvironmentFault` where it does not answer."""
+        """Connect to the machine. Raises `EnvironmentFault` where it does not answer."""
 
     def step(self, command: Command) -> SensorFrame:
         """Send *command*, wait until the step is due, and return the readings that arrived.
@@ -61,10 +64,10 @@ class Machine(Protocol):
         """
 
     def stop(self) -> None:
-        """Hold all winches now, by the shortest way there is; of an open machine this raises nothing."""
+        """Hold all winches now, in the fastest way; of an open machine this raises nothing."""
 
     def close(self) -> None:
-        """Disconnect; winches are held first."""
+        """Disconnect from the machine; winches are held first."""
 
 
 def require_abilities(

@@ -1,4 +1,4 @@
-"""Numbers of machine files: kinds with their ranges, and pairs that must rise."""
+"""Types of numbers in machine files with their ranges, and a check of pairs that must rise."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Times = Annotated[tuple[tuple[Duration, Duration], ...], Field(max_length=1000)]
 
 
 def require_pairs_rise(key: str, spans: tuple[tuple[float, float], ...], unit: str = "s") -> None:
-    """Raise `refusal` of ``key`` unless each of its pairs, numbers of that *unit*, rises."""
+    """Raise an error for ``key`` unless the second of each pair, in that *unit*, is larger than the first."""
     for begin, end in spans:
         if not begin < end:
             raise refusal(key, f"must each rise; {begin:g} to {end:g} {unit} does not")

@@ -1,4 +1,4 @@
-"""A simulated machine at the pace of a real one."""
+"""A simulated machine that runs in real time."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _SPIN_TIME: Final = 0.02  # s of busy waiting before a step is due: after sleepi
 
 
 class Paced:
-    """A machine whose steps take their time, the last part of it in a busy loop, which needs a core of its own.
+    """A simulated machine whose steps take real time; the last part is a busy loop, which needs a core of its own.
 
     It never runs faster than the clock: after a step that began late the pace starts again. As the drives of a real
     machine would, it reports a control that hung for longer than an order lives, unless it waited for kernels.
@@ -35,7 +35,7 @@ class Paced:
 
     @property
     def abilities(self) -> Abilities:
-        """Abilities of the machine, in real time."""
+        """Abilities of the machine, marked as real time."""
         return replace(self._machine.abilities, real_time=True)
 
     def open(self) -> None:

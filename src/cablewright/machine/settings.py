@@ -1,6 +1,7 @@
-"""What the owner of a machine knows of it: winches, drum, room and sensors. All that estimation and control may see.
+"""Settings of a machine that its owner knows: winches, platform, room and sensors.
 
-What only a simulation has, such as errors of the machine as built, is in `cablewright.machine.simulated.settings`.
+All that estimation and control may use. Properties of a simulation alone, such as errors of the machine as built, are
+in `cablewright.machine.simulated.settings`.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ class Extrusion(Description):
 
 
 class WinchSettings(Description):
-    """Each winch: motor, drum, and the cable on it. Speeds and torques are the drum's.
+    """Data of each winch: motor, drum, and the cable on it. Speeds and torques are the drum's.
 
     ``radius_deviation``: standard deviation, m, expected of the radius at which cable leaves from that of its layer (0:
     not known), and ``radius_turns``: turns over which it changes.
@@ -106,7 +107,7 @@ class RoomSettings(Description):
 
 
 class ClockSettings(Description):
-    """Owner's settings of the clock on the drum, which stamps readings over the wireless link.
+    """Owner's settings of the clock on the platform, which stamps readings over the wireless link.
 
     ``offset``: standard deviation, s, of its difference from the machine's at the start; ``drift``: standard deviation
     of the rate of that difference. ``latency``: s, the shortest time that a reading takes. ``age``: s, how old the
@@ -212,26 +213,26 @@ class MachineSettings(_WithSensors):
 
     @property
     def carrier(self) -> Drum | Body:
-        """Load on the lines: the drum or the body."""
+        """Load on the lines: the hanging container or the body."""
         carrier = self.body if self.drum is None else self.drum
         assert carrier is not None  # one of both is given
         return carrier
 
     @property
     def point_drum(self) -> Drum:
-        """The drum. Raises `InputError` for a machine with a body."""
+        """The container below a point platform. Raises `InputError` for a machine with a body."""
         if self.drum is None:
             raise InputError(f"machine {self.name!r}: it has a body, and a drum below a point platform is needed here")
         return self.drum
 
     def with_carrier(self, **changes: Any) -> Self:
-        """Return the settings with other values of some fields of the drum or the body, which are not checked."""
+        """Return the settings with other values of some fields of the container or body, which are not checked."""
         key = "drum" if self.body is None else "body"
         return self.model_copy(update={key: self.carrier.model_copy(update=changes)})
 
 
 def extruding(settings: MachineSettings, bead: Bead, speed: float) -> MachineSettings:
-    """Return the settings of a machine that extrudes *bead* at *speed* (m/s) with the valve open.
+    """Return the settings of a machine that extrudes strands of size *bead* at *speed* (m/s) with the valve open.
 
     Those of a machine that pours powder are returned unchanged.
     """

@@ -1,13 +1,11 @@
-"""Counts of winches over the wrap of their counters, and kept over a loss of power.
+"""Encoder counts of winches, continued over the wrap of their counters and kept over a loss of power.
 
 Counts on disk are valid only between a standstill, with all brakes closed for a while, and the next motion: the mark is
-taken away on disk before winches are switched on, and when one turns without a command. With them stand the bare
+removed on disk before winches are switched on, and when one turns without a command. The file also has the raw
 counters, and an epoch: a number that changes whenever counts begin again, so that lengths of another epoch are never
-reckoned with them.
-
-Whoever finds the mark compares the counters. Where they are the same, nothing has turned. Where all begin at zero, they
-have lost power: the counts go on, and only its lengths can show whether a drum was turned meanwhile. Anything else is
-an uncounted motion: a new epoch begins.
+used with them. A program that finds the mark compares the counters. Where they are the same, nothing has turned. Where
+all begin at zero, they have lost power: the counts go on, and only its lengths can show whether a drum was turned
+meanwhile. Anything else is an uncounted motion: a new epoch begins.
 """
 
 from __future__ import annotations
@@ -55,14 +53,14 @@ _MAX_FILE: Final = 1 << 20  # bytes
 
 
 class Unwrapped:
-    """Totals of counters that wrap: each is read before it turns by half its range."""
+    """Totals of counters that wrap around; each must be read before it turns by half its range."""
 
     def __init__(self, totals: NDArray[np.int64] | None = None, raw: NDArray[np.int64] | None = None) -> None:
         """Begin with the first reading as totals, or with known *totals* (m,) at the *raw* counts (m,) of then."""
         self._totals, self._raw = totals, raw
 
     def total(self, raw: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the totals (m,) at *raw* counts (m,), of `BITS` bits, signed or not."""
+        """Return the totals (m,) for *raw* counts (m,), of `BITS` bits, signed or not."""
         if self._totals is None or self._raw is None:
             self._totals = raw.copy()
         else:
@@ -104,14 +102,14 @@ class SavedCounts:
     valid: bool
 
     def turned(self, raw: NDArray[np.int64]) -> bool:
-        """Whether, by the counters *raw* (m,), a drum has turned without being counted."""
+        """Return whether, by the counters *raw* (m,), a drum has turned without being counted."""
         half = 1 << (BITS - 1)
         apart = (raw - self.raw + half) % (1 << BITS) - half
         return bool(np.abs(apart).max() > GRAIN) and bool(np.abs(raw).max() > _ZERO)
 
 
 class CountFile:
-    """The counts of a machine on disk."""
+    """The file of a machine's counts on disk."""
 
     def __init__(self, path: Path, robot: str, lines: Sequence[str]) -> None:
         """Use the file at *path*, which need not exist, for the winches of *robot* for *lines*."""

@@ -1,1 +1,1 @@
-"""Rank 1. Robots as arrays for the kernels, and the results that kernels compute."""
+"""Robots as arrays for the kernels, and the results of kernels as values (rank 1)."""

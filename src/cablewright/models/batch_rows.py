@@ -14,7 +14,7 @@ _Batch = TypeVar("_Batch", bound="Rows")
 
 
 class Rows:
-    """A frozen dataclass of arrays: of a single result, or with a leading axis of a batch.
+    """Base of results: a frozen dataclass of arrays, of a single result, or with a leading axis of a batch.
 
     A batch has a length and iterates over its rows. It is indexed like an array: an integer gives a single result; a
     slice, mask or list a smaller batch; ``single[None]`` is a batch of one.
@@ -52,12 +52,12 @@ class Rows:
 
 
 def scalar(values: NDArray[Any]) -> Any:
-    """Return *values*; a Python number of a single result."""
+    """Return *values*, as a Python number if they are of a single result."""
     return values.item() if values.ndim == 0 else values
 
 
 def by_row(meaning: Callable[[int], Any], codes: NDArray[np.int64]) -> Any:
-    """Return the *meaning* of a code, or of a batch the tuple (N) of meanings."""
+    """Return the *meaning* of a status code, or of a batch the tuple (N) of meanings."""
     return meaning(int(codes)) if codes.ndim == 0 else tuple(map(meaning, codes.tolist()))
 
 

@@ -30,16 +30,16 @@ class Air(NamedTuple):
 
 
 def by_temperature(temperature: ArrayLike, reference: ArrayLike) -> Array:
-    """Return the logarithm of the pace at a *temperature*, per activation energy, mol/J; at the *reference* it is 0.
+    """Return the logarithm of the creep pace at a *temperature*, per activation energy, mol/J.
 
-    Both in degrees Celsius.
+    At the *reference* it is 0. Both in degrees Celsius.
     """
     inverse, at_reference = (1.0 / np.add(each, ZERO_CELSIUS, dtype=np.float64) for each in (temperature, reference))
     return np.asarray((at_reference - inverse) / GAS)
 
 
 class CreepPace:
-    """Paces of m lines, by the climate."""
+    """Factors on the creep rate of m lines, by the climate."""
 
     def __init__(self, laws: Sequence[Creep | None]) -> None:
         """*laws*: creep laws of the lines' cables; laws that do not depend on the climate, and None, have pace 1."""
@@ -51,11 +51,11 @@ class CreepPace:
 
     @property
     def varies(self) -> bool:
-        """Whether any depends on the climate."""
+        """Whether the pace of any line depends on the climate."""
         return bool(self._energies.any() or self._exponents.any())
 
     def at(self, air: Air) -> Array:
-        """Return the pace (m,) in an *air*."""
+        """Return the factors (m,) on the creep rate in the climate *air*."""
         logarithms = np.zeros(len(self._energies))
         if air.temperature is not None:
             logarithms += self._energies * by_temperature(air.temperature, self._temperatures)

@@ -68,7 +68,10 @@ class LineCoils:
     held: float
 
     def angles(self, lengths: Array) -> Array:
-        """Return the angles (m,), rad, wound on the drums with *lengths* (m,), m, out. Raises `InputError`."""
+        """Return the wound angles (m,), rad, of the winch drums with *lengths* (m,), m, paid out.
+
+        Raises `InputError`.
+        """
         outs = zip(self.coils, lengths.tolist(), strict=True)
         return np.array([0.0 if coil is None else coil.angle(self.held - out) for coil, out in outs])
 
@@ -83,12 +86,12 @@ class LineCoils:
         return radii, wound, turns
 
     def paid(self, before: Array, now: Array) -> Array | None:
-        """Return the lengths (m,), m, paid out between two angles (m,), rad, wound; None: beyond a drum's turns."""
+        """Return the lengths (m,), m, paid out between two wound angles (m,), rad; None: beyond a drum's turns."""
         found = np.empty(len(self.coils))
         return found if winding.paid_out(*self._tables, before, now, found) else None
 
     def radii(self, angles: Array) -> Array:
-        """Return the radius, m, at which each line leaves its drum, (m,); *angles* (m,), rad, are wound up."""
+        """Return the radius (m,), m, at which each line leaves its drum with *angles* (m,), rad, wound up."""
         (radii, _, turns), found = self._tables, np.empty(len(self.coils))
         winding.radii_by(radii, turns, angles, found)
         return found

@@ -34,28 +34,28 @@ _SMALL: Final = 1e-4  # steps per retardation time, below which series are more 
 
 
 def voigt_response(times: Array, retardation: float) -> Array:
-    """Return the response of a Voigt element at *times* (k,), s, after a load began, over that after an hour."""
+    """Return a Voigt element's response at *times* (k,), s, after loading, relative to that after an hour."""
     return np.asarray(np.expm1(-times / retardation) / np.expm1(-HOUR / retardation))
 
 
 def log_response(times: Array) -> Array:
-    """Return the response of logarithmic creep at *times* (k,), s, after a load began, over that after an hour."""
+    """Return the response of logarithmic creep at *times* (k,), s, after loading, relative to that after an hour."""
     return np.asarray(np.log1p(times / LOG_BEGIN) / np.log1p(HOUR / LOG_BEGIN))
 
 
 def log_elements() -> tuple[Array, Array]:
-    """Return retardation times (k,), s, of logarithmic creep, and strains at the end of time over that of an hour."""
+    """Return retardation times (k,), s, of logarithmic creep, and final strains relative to those after an hour."""
     spread = np.exp(-np.exp(_GRID)) / np.log1p(HOUR / LOG_BEGIN) * (_GRID[1] - _GRID[0])
     return LOG_BEGIN * np.exp(-_GRID), spread
 
 
 def voigt_size(retardation: float) -> float:
-    """Return the strain of a Voigt element at the end of all time over that of an hour."""
+    """Return the final strain of a Voigt element relative to that after an hour."""
     return float(1.0 / -np.expm1(-HOUR / retardation))
 
 
 def usual_creep(compliance: float) -> Creep:
-    """Return the assumed law of a cable with a strain of any size per tension after an hour, 1/N."""
+    """Return the assumed creep law of a cable, scaled to a given strain per tension after an hour, 1/N."""
     return Creep.model_construct(
         retardations=RETARDATIONS,
         compliances=tuple(share * compliance for share in VOIGT_SHARES),
@@ -64,20 +64,20 @@ def usual_creep(compliance: float) -> Creep:
 
 
 def scaled_creep(law: Creep, factor: float) -> Creep:
-    """Return a *law* scaled by a factor, even beyond the range of a robot file."""
+    """Return a creep *law* scaled by a factor, even beyond the range of a robot file."""
     sizes = {"compliances": tuple(factor * each for each in law.compliances), "logarithmic": factor * law.logarithmic}
     return law.model_copy(update=sizes)
 
 
 def hour_compliance(law: Creep | None) -> float:
-    """Return the strain per tension, 1/N, after an hour under it; 0 without a *law*."""
+    """Return the creep strain per tension, 1/N, after an hour of load; 0 without a *law*."""
     return 0.0 if law is None else sum(law.compliances) + law.logarithmic
 
 
 def gains(steps: Array) -> tuple[Array, Array]:
-    """Return the gains of an element in *steps* (k,) retardation times: under a constant load of 1, and a rising one.
+    """Return the strain of an element after *steps* (k,) retardation times, under a constant and under a rising load.
 
-    1 - exp(-x), and 1 - (1 - exp(-x)) / x, by a load from 0 to 1.
+    1 - exp(-x) for a load of 1, and 1 - (1 - exp(-x)) / x, by a load from 0 to 1.
     """
     gone = -np.expm1(-steps)
     series = steps * (0.5 - steps * (1.0 / 6.0 - steps / 24.0))
@@ -85,7 +85,7 @@ def gains(steps: Array) -> tuple[Array, Array]:
 
 
 class CreepMemory:
-    """Strains of the elements of m lines, each by its own history of loads."""
+    """Strains of the creep elements of m lines, each with its own history of loads."""
 
     SAVED = ("stretched",)
 
@@ -106,13 +106,13 @@ class CreepMemory:
         return np.asarray(self.stretched.sum(axis=1))
 
     def feel(self, air: Air) -> None:
-        """Continue in another climate (*air*)."""
+        """Continue creep in another climate (*air*)."""
         if self._law is not None:
             self._pace = self._law.at(air)
             self._step = (0.0, np.zeros(0), np.zeros(0))
 
     def advance(self, before: Array, after: Array, period: float) -> None:
-        """Advance by a *period*, s, in which loads change linearly from *before* to *after* (m,), N."""
+        """Advance creep by a *period*, s, in which loads change linearly from *before* to *after* (m,), N."""
         if period != self._step[0]:
             self._step = (period, *gains(self._steps(period)))
         _, gone, late = self._step
@@ -120,7 +120,7 @@ class CreepMemory:
         self.stretched += self._sizes * load - gone * self.stretched
 
     def gain(self, loads: Array, period: float) -> Array:
-        """Return the strain (m,) that comes in a *period*, s, under *loads* (m,), N, which stay as they are."""
+        """Return the strain (m,) that creep adds in a *period*, s, under constant *loads* (m,), N."""
         gone = -np.expm1(-self._steps(period))
         return np.asarray((gone * (self._sizes * loads[:, None] - self.stretched)).sum(axis=1))
 
@@ -130,7 +130,7 @@ class CreepMemory:
 
 
 def memory_of(laws: Sequence[Creep | None]) -> CreepMemory | None:
-    """Return the memory of lines whose cables creep by these *laws*; None where none creeps."""
+    """Return the creep memory of lines whose cables follow these *laws*; None where none creeps."""
     if not any(law is not None for law in laws):
         return None
     taus = sorted({tau for law in laws if law is not None for tau in law.retardations})
@@ -146,7 +146,7 @@ def memory_of(laws: Sequence[Creep | None]) -> CreepMemory | None:
 
 
 def histories(times: Array, loads: Array, retardations: Sequence[float], paces: Array | None = None) -> Array:
-    """Return the strains (k, j + 1), per compliance, at *times* (k,), s, under *loads* (k,), N.
+    """Return creep strains (k, j + 1), per compliance, at *times* (k,), s, under varying *loads* (k,), N.
 
     A column for each of the j *retardations*, s, the last one for logarithmic creep. Loads change linearly between the
     times, which rise; before the first there is none, and it is full from the first on. *paces* (k,): at the times,

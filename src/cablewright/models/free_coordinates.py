@@ -30,7 +30,7 @@ def free_coordinates(robot: Robot) -> list[int]:
 
 
 def with_free(robot: Robot, poses: Array) -> Array:
-    """Return *poses* (..., n) with NaN where equilibrium decides; the same array where winches hold all."""
+    """Return *poses* (..., n) with NaN for coordinates that equilibrium decides; unchanged where winches hold all."""
     free = free_coordinates(robot)
     if not free:
         return poses
@@ -40,7 +40,7 @@ def with_free(robot: Robot, poses: Array) -> Array:
 
 
 def decided_by_weight(robot: Robot) -> list[int]:
-    """Return the columns of a pose (n,) that gravity decides at rest, rotations first; none where winches hold all."""
+    """Return indices of pose coordinates that gravity decides at rest, rotations first; none if winches hold all."""
     missing = robot.freedoms - robot.winches
     if robot.sharing and 0 < missing < 3 < robot.n:  # parallel lines hold a body's rotation together
         missing = 3

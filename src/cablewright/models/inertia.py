@@ -46,7 +46,7 @@ def mass_root(robot: Robot, poses: Array) -> Array:
 
 
 def compensates(robot: Robot) -> bool:
-    """Whether lengths can hold the platform of a *robot* on its path while it accelerates.
+    """Return whether lengths can hold the platform of a *robot* on its path while it accelerates.
 
     They cannot with fewer winches than degrees of freedom, whose platform moves as it swings; nor, to the model here,
     with counterweights, which accelerate too.
@@ -55,7 +55,7 @@ def compensates(robot: Robot) -> bool:
 
 
 def inertia_wrenches(robot: Robot, poses: Array, accelerations: Array, rates: Array | None = None) -> Array:
-    """Return the wrenches (k, 6) of the forces of inertia on the platform at *poses* (k, n): N and N m, world.
+    """Return the inertial wrenches (k, 6) on the platform at *poses* (k, n): N and N m, world.
 
     *accelerations* (k, 3): m/s^2, of the platform, which does not turn; or (k, 6), of its origin and angular, rad/s^2,
     with its angular velocities *rates* (k, 3), rad/s (Newton and Euler). Moments are about the platform's origin.
@@ -87,7 +87,7 @@ def _crossed(vectors: Array) -> Array:
 
 
 def counterweight_root(robot: Robot, parts: Stiffness) -> Array:
-    """Return R (..., c, n): c counterweights add R^T R to the mass matrix.
+    """Return R (..., c, n): c counterweights add R^T R to the mass matrix of the platform.
 
     *parts*: parts of the stiffness at those poses. Each rises by the length that its line gains between its ends, as if
     the cable did not stretch.

@@ -80,7 +80,7 @@ def rounding(places: Array) -> float:
 
 
 def path_box(job: Job, toolpath: Toolpath) -> tuple[Array, Array]:
-    """Return the lowest and the highest corner (3,) of the path, m, machine coordinates."""
+    """Return the lowest and the highest corner (3,) of a job's path, m, machine coordinates."""
     low = np.minimum(toolpath.start[0], toolpath.end.min(axis=0)) * job.scale + job.origin
     return low, np.maximum(toolpath.start[0], toolpath.end.max(axis=0)) * job.scale + job.origin
 
@@ -95,9 +95,9 @@ def _step(robot: Robot, job: Job, toolpath: Toolpath) -> float:
 
 
 def along(robot: Robot, job: Job, samples: Samples, room: Room = MEMORY) -> tuple[Array, Array | None]:
-    """Return poses (k, n), m and rad, that bring the nozzle to the k samples, and retraction lengths (k,), m, or None.
+    """Return poses (k, n), m and rad, that bring the nozzle to the k samples of a job.
 
-    *room*: folder for the array of poses. Raises as `poses_at`.
+    Also retraction lengths (k,), m, or None. *room*: folder for the array of poses. Raises as `poses_at`.
     """
     _, drawn = poses_at(robot, job, samples.positions[:1])
     if robot.n == 3 and drawn is None and not free_coordinates(robot):
@@ -112,7 +112,7 @@ def along(robot: Robot, job: Job, samples: Samples, room: Room = MEMORY) -> tupl
 
 
 def require_retractions(robot: Robot, job: Job) -> None:
-    """Raise `InputError` for a length of the job's schedule to which the robot cannot draw its end-effector."""
+    """Raise `InputError` for a retraction length of the job's schedule that is beyond the robot's range."""
     for step in job.schedule:
         if step.retraction is not None:
             try:

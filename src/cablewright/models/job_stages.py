@@ -1,4 +1,4 @@
-"""Stages of a job: the robot with the exit points of each, and the job of its layers."""
+"""Stages of a job: the robot with the exit points of each, and the job with its layers."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _GRAIN: Final = 1e-6  # m, of heights
 
 @dataclass(frozen=True)
 class JobStage:
-    """One stage: its number from 1, the robot with its exit points, and the job of its layers."""
+    """One stage of a job: its number from 1, the robot with its exit points, and the job with its layers."""
 
     number: int
     robot: Robot
@@ -36,13 +36,13 @@ class JobStage:
 
     @property
     def begin(self) -> float:
-        """Height of the nozzle from which on the stage prints, m; -inf: from the first layer on."""
+        """Nozzle height at which the stage begins, m; -inf: with the first layer."""
         low = (self.job.heights or (-MAX_COORDINATE, 0.0))[0]
         return -np.inf if low == -MAX_COORDINATE else low
 
     @property
     def exit_points(self) -> Array:
-        """Exit points (m, 3), m, world."""
+        """Exit points (m, 3), m, world, of the stage."""
         return np.array([line.exit_point for line in self.robot.lines])
 
     @property
@@ -57,17 +57,17 @@ def highest_exit(robot: Robot) -> float:
 
 
 def raised(robot: Robot, height: float) -> Robot:
-    """Return the *robot* with all exit points *height*, m, higher, and the top of its frame's box with them.
+    """Return the *robot* with all exit points raised by *height*, m, and the top of its frame's box with them.
 
-    A modelled winch exit stays. Raises `InputError` for a robot that cannot be so.
+    A modelled winch exit stays. Raises `InputError` for a robot where that is impossible.
     """
     return with_exit_points(robot, [(x, y, z + height) for x, y, z in (line.exit_point for line in robot.lines)])
 
 
 def with_exit_points(robot: Robot, points: Sequence[Vec3]) -> Robot:
-    """Return the *robot* with other exit points; the top of its frame's box moves as the highest exit point does.
+    """Return the *robot* with other exit points; the top of its frame's box moves with the highest one.
 
-    Raises `InputError` for a robot that cannot be so.
+    Raises `InputError` for a robot where that is impossible.
     """
     rise = max(point[2] for point in points) - highest_exit(robot)
     low, (x, y, top) = robot.scene.frame_min, robot.scene.frame_max
@@ -83,7 +83,7 @@ def with_exit_points(robot: Robot, points: Sequence[Vec3]) -> Robot:
 
 
 def robot_at(robot: Robot, stage: Stage) -> Robot:
-    """Return the *robot* with the exit points of a *stage*. Raises `InputError`, which begins with the key."""
+    """Return the *robot* with the exit points of a *stage*. Raises `InputError`, which begins with the stage's key."""
     if stage.exit_points is not None and len(stage.exit_points) != robot.m:
         raise InputError(
             f"exit_points: {len(stage.exit_points)} are given; {robot.name!r} has {robot.m} lines, one for each"

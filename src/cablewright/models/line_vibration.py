@@ -1,4 +1,4 @@
-"""Lateral vibration of a line: tension and density by its natural frequency, and EA by its sag.
+"""Lateral vibration of a line: tension and density from its natural frequency, and EA from its sag.
 
 Across the plane in which it sags a line vibrates as a taut string, however much it sags. In that plane its first
 symmetric mode is faster, by the parameter of Irvine and Caughey (1974), which is the only trace of EA in a frequency.
@@ -50,7 +50,7 @@ def sag_parameter(weight: float, level: float, tension: float, stiffness: float)
 
 
 def sag_stiffening(parameter: float) -> tuple[float, float]:
-    """Return the first in-plane frequency over that of a string, and its relative change by that of the *parameter*.
+    """Return the first in-plane frequency over that of a string, and its derivative by the sag *parameter*.
 
     The root of tan x = x - 4 x^3 / parameter above pi / 2 (Irvine, Caughey 1974, Eq. 2.20).
     """
@@ -63,7 +63,7 @@ def sag_stiffening(parameter: float) -> tuple[float, float]:
 
 
 def parameter_of(ratio: float) -> float | None:
-    """Return the parameter of sag by the *ratio* of `sag_stiffening`; None where another mode is the first."""
+    """Return the sag parameter from the frequency *ratio* of `sag_stiffening`; None where another mode is the first."""
     x = 0.5 * math.pi * ratio
     if not 1.0 < ratio <= 2.0:  # at 2 it crosses the next mode
         return None
@@ -71,9 +71,9 @@ def parameter_of(ratio: float) -> float | None:
 
 
 def observable_below(weight: float, level: float, stiffness: float, sigma: float) -> float:
-    """Return the tension, N, below which two frequencies known to *sigma*, as a share, determine EA to `KNOWN`; else 0.
+    """Return the tension, N, below which two measured frequencies determine EA to `KNOWN`; else 0.
 
-    They are the first in the plane of the sag and the first across it.
+    *sigma*: their relative standard deviation. They are the first in the plane of the sag and the first across it.
     """
     needed = math.sqrt(2.0) * sigma / KNOWN
     if weight * level <= 0.0 or sag_stiffening(_DEEPEST)[1] < needed:

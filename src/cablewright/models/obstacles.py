@@ -31,19 +31,22 @@ class Obstacle:
 
     @property
     def noun(self) -> str:
-        """The word for its pieces."""
+        """Word for the pieces of the obstacle, as "bead"."""
         return "bead" if self.solid.kind == BEADS else "triangle"
 
 
 def nothing() -> Obstacle:
-    """Return a part without pieces."""
+    """Return an obstacle without pieces."""
     return _obstacle(
         BEADS, lambda rows: np.empty((len(rows), PIECE)), np.empty(0), _Bounds.empty(0, MEMORY), 0.0, MEMORY
     )
 
 
 def of_beads(deposit: Deposit, room: Room = MEMORY) -> Obstacle:
-    """Return the strands of a deposit; the time is the number of the sample. *room*: folder for their arrays."""
+    """Return the strands of a deposit as an obstacle; the time is the number of the sample.
+
+    *room*: folder for their arrays.
+    """
 
     def pieces(rows: Indices) -> Array:
         taken = [column[rows] for column in (deposit.centre, deposit.along, deposit.across, deposit.half)]
@@ -61,7 +64,7 @@ def of_beads(deposit: Deposit, room: Room = MEMORY) -> Obstacle:
 
 
 def of_mesh(mesh: TriangleMesh) -> Obstacle:
-    """Return the triangles of a mesh; the time is the height (m) up to which the part exists."""
+    """Return the triangles of a mesh as an obstacle; the time is the height (m) up to which the part exists."""
     corners = mesh.corners
     bounds = _Bounds(corners.min(axis=1), corners.max(axis=1))
     pieces = np.zeros((len(corners), PIECE))

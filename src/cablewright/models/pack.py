@@ -1,4 +1,4 @@
-"""A robot under one fidelity as arrays for the kernels."""
+"""Conversion of a robot with its chosen physics to arrays for the kernels."""
 
 from __future__ import annotations
 

@@ -39,10 +39,10 @@ class _Columns:
 
 
 class LineNumbers(_View):
-    """Numbers of lines under one fidelity, (..., 51): `Packed.lines`, that of a batch, or a row of it.
+    """Named columns of `Packed.lines`: numbers of lines under one fidelity, (..., 51), of a batch or a row.
 
-    A point is (..., 3), all else (...). What the fidelity leaves out is 0: the weight of a cable, the radius of an
-    eyelet, the compliance of a rigid cable.
+    A point is (..., 3), all else (...). Properties that the fidelity omits are 0: the weight of a cable, the radius of
+    an eyelet, the compliance of a rigid cable.
     """
 
     exit_point = _Columns(slice(layout.EXIT_X, layout.EXIT_Z + 1), "Exit point A, world, m.")
@@ -108,7 +108,7 @@ class LineNumbers(_View):
 
 
 class LineStates(_View):
-    """The unknowns of lines, (..., 6), that a solver finds: `Equilibrium.states`, or a row of it.
+    """Named columns of the lines' unknowns, (..., 6), that a solver finds: `Equilibrium.states`, or a row of it.
 
     Each is (...), and 0 where the kind of sheave does not have it. Directions are in the line's vertical plane, from
     the horizontal towards the platform point. A line out of the plane has an azimuth and a contact length in place of
@@ -127,12 +127,12 @@ class LineStates(_View):
 
     @property
     def tension(self) -> Array:
-        """(...) tension at the sheave, N; tiny, not 0, where a massless line is slack."""
+        """Tension (...) at the sheave, N; tiny, not 0, where a massless line is slack."""
         return np.exp(self.log_tension)
 
 
 class PlatformNumbers(_View):
-    """Numbers of the platform, (..., 16): `Packed.platform`, or that of a batch."""
+    """Named entries of `Packed.platform`, (..., 16), or that of a batch."""
 
     centre_of_mass = _Columns(slice(layout.MASS_X, layout.MASS_Z + 1), "(..., 3) platform frame, m.")
     weight = _Columns(layout.PLATFORM_WEIGHT, "(...) N.")

@@ -1,4 +1,4 @@
-"""The registry's parameters in arrays: columns of `Packed`, lengths paid out, columns of the linearisation."""
+"""Parameters of the registry as columns of arrays: of `Packed`, of paid-out lengths, of the linearisation."""
 
 from __future__ import annotations
 
@@ -115,10 +115,10 @@ OF_PLATFORM: Final[Mapping[str, int]] = {
 def varied(
     robot: Robot, packed: Packed, parameters: Sequence[Parameter], values: Array, lengths: Array
 ) -> tuple[Packed, Array]:
-    """Return *packed* (S rows or 1, of *robot*) and *lengths* (S, m), m, with *values* (S, k) of *parameters*.
+    """Return *packed* (S rows or 1, of *robot*) and *lengths* (S, m), m, with *values* (S, k) of *parameters* applied.
 
     *lengths* are commanded; the returned ones are paid out, after length offsets, scales and temperature. A parameter
-    of a sheave or of a cable's weight has no effect where the fidelity leaves that out.
+    of a sheave or of a cable's weight has no effect where the fidelity omits that.
     """
     rows = len(values)
     lines = np.broadcast_to(packed.lines, (rows, *packed.lines.shape[1:])).copy()
@@ -140,5 +140,5 @@ def varied(
 
 
 def lines_of(robot: Robot, parameter: Parameter) -> list[int]:
-    """Return the indices of a parameter's lines."""
+    """Return the indices of the lines that a parameter belongs to."""
     return [i for i, line in enumerate(robot.lines) if parameter.of_line(line.name) and parameter.entry.is_of(line)]

@@ -1,7 +1,7 @@
-"""The offset of points from a path.
+"""Offset of points from a path in plan view.
 
 A path crosses itself and lies above itself, so that the nearest point of the whole path may be on the wrong branch: the
-search is limited to a range about the expected distance. Offsets are in plan view, positive to the left of the path.
+search is limited to a range about the expected distance. Offsets are positive to the left of the path.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class Nearest(NamedTuple):
 
 
 def arrays_of(track: Track) -> TrackArrays:
-    """Return a track as arrays for kernels."""
+    """Return a path (track) as arrays for kernels."""
     along = read_only(track.along_x), read_only(track.along_y)
     layer, laying = read_only(track.layer), read_only(track.laying)
     return TrackArrays(
@@ -40,19 +40,19 @@ def arrays_of(track: Track) -> TrackArrays:
 
 
 def read_only(values: NDArray[_Kind]) -> NDArray[_Kind]:
-    """Return a read-only view: kernels are compiled for one kind."""
+    """Return a read-only view of an array: kernels are compiled for one kind."""
     view = values.view()
     view.flags.writeable = False
     return view
 
 
 def nearest(track: Track, point: Sequence[float] | Array, around: float, within: float = WITHIN) -> Nearest:
-    """Return the path point nearest to *point* (2 or more), m, in plan view, see `path_target.nearest`."""
+    """Return the point of the path nearest to *point* (2 or more), m, in plan view, see `path_target.nearest`."""
     return nearest_in(arrays_of(track), point, around, within)
 
 
 def nearest_in(track: TrackArrays, point: Sequence[float] | Array, around: float, within: float = WITHIN) -> Nearest:
-    """Return `nearest` by the arrays of a track."""
+    """Return the nearest point as `nearest`, from the arrays of a track."""
     return Nearest(*kernel.nearest(track, float(point[0]), float(point[1]), float(around), within))
 
 

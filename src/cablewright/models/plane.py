@@ -1,4 +1,4 @@
-"""The directions that a plane leaves free."""
+"""Directions in which a platform can move that a plane carries."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from cablewright.robot import Plane
 
 
 def basis(plane: Plane, n: int) -> Array:
-    """Return orthonormal columns: (3, 2) of a point, n = 3; (6, 3) of a body, whose last is the turn about the normal.
+    """Return orthonormal free directions: (3, 2) of a point, n = 3; (6, 3) of a body, rotation about the normal last.
 
     Those in the plane are along the world's axes where the plane is.
     """
@@ -56,7 +56,7 @@ def within(plane: Plane | None, poses: Array) -> Array:
 
 
 def leaving(plane: Plane | None, vectors: Array) -> Array:
-    """Return the part of *vectors* (..., 3) across *plane*; zeros where it is None."""
+    """Return the components of *vectors* (..., 3) along the plane's normal; zeros where *plane* is None."""
     if plane is None:
         return np.zeros_like(vectors)
     normal = np.array(plane.across)

@@ -56,7 +56,7 @@ def rotations(poses: Array) -> Array:
 
 
 def placed(poses: Array, points: ArrayLike) -> Array:
-    """Return *points* (..., m, 3), m, platform frame, in the world at *poses* (..., n)."""
+    """Return *points* (..., m, 3), m, of the platform frame in world coordinates, at *poses* (..., n)."""
     arms = np.asarray(points, dtype=np.float64)
     if poses.shape[-1] == 6:
         arms = arms @ np.swapaxes(matrices(poses[..., 3:]), -1, -2)
@@ -102,7 +102,7 @@ def turn_between(first: ArrayLike, second: ArrayLike) -> Array:
 
 
 def rotation_onto(points: Array, others: Array) -> Array:
-    """Return the rotation (3, 3), about the means, that turns *points* (k, 3) nearest to *others* (k, 3) (Kabsch)."""
+    """Return the rotation (3, 3), about the means, that best moves *points* (k, 3) onto *others* (k, 3) (Kabsch)."""
     left, _, right = np.linalg.svd((points - points.mean(axis=0)).T @ (others - others.mean(axis=0)))
     return np.asarray(right.T @ np.diag([1.0, 1.0, np.sign(np.linalg.det(right.T @ left.T))]) @ left.T)
 

@@ -1,4 +1,4 @@
-"""Tensions of lines that share winches: each of a line on another's drum follows from that of its host."""
+"""Tensions of lines that share winch drums: each follows from that of the line that the winch is named for (host)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from cablewright.models.statics import Model
 
 @dataclass(frozen=True, eq=False)
 class Drums:
-    """The drums at N poses: t = base + gain * (tension of the host) for each line on another's drum.
+    """Relations of tensions on shared drums at N poses: t = base + gain * (tension of the host).
 
     ``misfit`` (N,): largest length, m, by which rigid cables miss their drums; 0 of others, which adapt.
     """
@@ -30,7 +30,7 @@ class Drums:
 
     @classmethod
     def at(cls, model: Model, packed: Packed, poses: Array, tensions: Array) -> Drums:
-        """Linearise at *tensions* (N, m), N, of lines at *poses* (N, n)."""
+        """Linearise the relations at *tensions* (N, m), N, of lines at *poses* (N, n)."""
         table = shares(model.robot)
         poses, tensions = np.ascontiguousarray(poses), np.ascontiguousarray(tensions)  # the kernel has one signature
         own, host = table[:, LINE].astype(int), table[:, OTHER].astype(int)

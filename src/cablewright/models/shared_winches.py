@@ -1,4 +1,4 @@
-"""Lines on the drums of others, as a table for the kernels, and by how much lengths miss their drums."""
+"""Lines that share winch drums, as a table for the kernels, and the errors of lengths that do not fit."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def drums(robot: Robot) -> tuple[NDArray[np.int64], Array, Array]:
 
 
 def missed_lengths(robot: Robot, lengths: Array) -> Array:
-    """Return by how much *lengths* (..., m) are too short for the drums of others (..., s), m."""
+    """Return by how much *lengths* (..., m) are too short for the drums that they share (..., s), m."""
     table = shares(robot)
     own, other = table[:, LINE].astype(int), table[:, OTHER].astype(int)
     return np.asarray(table[:, OFFSET] + table[:, SENSE] * lengths[..., other] - lengths[..., own])

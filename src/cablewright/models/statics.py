@@ -74,7 +74,7 @@ class Model:
 
     @classmethod
     def full(cls, robot: Robot | Model, *, tension_limits: tuple[float, float] | None = None) -> Model:
-        """Return the model of a robot under all physics. Raises `InputError` for a simplified model."""
+        """Return the model of a robot with all physics. Raises `InputError` for a simplified model."""
         model = cls.of(robot, tension_limits=tension_limits)
         if model.fidelity != FULL:
             raise InputError(f"the model is {model.fidelity}, the machine itself is {FULL}; pass the robot")
@@ -91,7 +91,7 @@ class Model:
 
     @cached_property
     def packed(self) -> Packed:
-        """The arrays for the kernels. Cached, because the hash of a robot takes longer than many a solve."""
+        """The arrays of the model for the kernels, cached: the hash of a robot takes longer than many a solve."""
         return _packed(self)
 
     @cached_property
@@ -112,7 +112,7 @@ class Model:
         exit_points: Array | None = None,
         wrenches: Array | None = None,
     ) -> Packed:
-        """Return the arrays for batches, with values that differ by row: see `pack_rows`."""
+        """Return the arrays of the model for batches, with values that differ by row: see `pack_rows`."""
         return pack_rows(
             self.robot,
             self.packed,
@@ -332,7 +332,10 @@ class Equilibrium(Rows, Result):
         return bool(np.all(self.ok & fits))
 
     def checked(self) -> Equilibrium:
-        """Return itself if every row is solved. Raises `AnswerError` with the sentence of the first failed row."""
+        """Return the equilibrium itself if every row is solved.
+
+        Raises `AnswerError` with the first failed row's sentence.
+        """
         if np.all(self.ok):
             return self
         if self.single:

@@ -69,9 +69,9 @@ class Stiffness(Rows):
 def stiffness(equilibrium: Equilibrium) -> Stiffness:
     """Split the tangent stiffness of an equilibrium, or of each of a batch.
 
-    Rigid cables count as elastic ones with the same tensions at the same pose, on mounts that do not give. Rows of a
-    batch that are not in balance are NaN; a single one raises `AnswerError`. Equilibria that are unstable or out of
-    their tension limits have a stiffness, too.
+    Rigid cables count as elastic ones with the same tensions at the same pose, on stiff mounts. Rows of a batch that
+    are not in balance are NaN; a single one raises `AnswerError`. Equilibria that are unstable or out of their tension
+    limits have a stiffness, too.
     """
     single = equilibrium.single
     good = balanced(equilibrium)
@@ -112,12 +112,12 @@ def _elastic_part(equilibrium: Equilibrium, chords: Array, axial: Array, arms: A
 
 
 def along_chords(n: int, chords: Array, arms: Array) -> Array:
-    """Return the wrenches (..., m, n) of unit forces along *chords* (..., m, 3) at *arms* (..., m, 3), m."""
+    """Return the wrenches (..., m, n) of unit forces along *chords* (..., m, 3) that act at *arms* (..., m, 3), m."""
     return chords if n == 3 else np.concatenate([chords, np.cross(arms, chords)], axis=-1)
 
 
 def as_elastic(equilibrium: Equilibrium) -> Equilibrium:
-    """Return equilibria of rigid lines as those of elastic lines with the same tensions at the same poses.
+    """Return equilibria of rigid lines as those of elastic lines with the same tensions and poses.
 
     Straight lines without weight have the same shape and balance whether they stretch or not. Codes stay as they are.
     """

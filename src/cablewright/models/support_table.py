@@ -1,4 +1,4 @@
-"""Table of support: which capability of this program works with which feature of a robot.
+"""Table of support: which capability of the program works with which feature of a robot.
 
 Errors, the page `docs/support.md`, `cablewright robots NAME --support` and the notes of exports read it.
 """
@@ -101,11 +101,10 @@ class Feature:
 
 @dataclass(frozen=True)
 class Cell:
-    """One cell of the table.
+    """One cell of the table of support.
 
-    ``instead``: the alternative to use; of `Coverage.LOST` and NOT_CHECKED the part that is left out.
-
-    ``because``: the property of the robot that decides the answer of `support`.
+    ``instead``: the alternative to use; of `Coverage.LOST` and NOT_CHECKED the part that is left out. ``because``: the
+    property of the robot that decides the answer of `support`.
     """
 
     verdict: Coverage = Coverage.WORKS
@@ -292,7 +291,7 @@ _ORDER: Final = tuple(Coverage)
 
 
 def features(robot: Robot) -> Iterator[tuple[Feature, str]]:
-    """Yield each of `FEATURES` that a robot has, and the part that has it, in words."""
+    """Yield each of `FEATURES` that a robot has, and the part of the robot that has it, in words."""
     yield from ((feature, holder) for feature in FEATURES if (holder := feature.holder(robot)))
 
 
@@ -304,7 +303,7 @@ def cells(robot: Robot, capability: Capability) -> Iterator[tuple[Feature, Cell]
 
 
 def support(robot: Robot, capability: Capability) -> Cell:
-    """Return how far a capability covers a robot: the worst cell that its features meet decides."""
+    """Return how well a capability supports a robot: the worst cell of its features decides."""
     met = (cell for _, cell in cells(robot, capability))
     return max(met, key=lambda cell: _ORDER.index(cell.verdict), default=Cell())
 
@@ -317,7 +316,7 @@ def require(robot: Robot | Model, capability: Capability) -> None:
 
 
 def losses(robot: Robot, capability: Capability) -> Iterator[str]:
-    """Yield a sentence for each feature that an export loses."""
+    """Yield a sentence for each feature of a robot that an export loses."""
     for feature, cell in cells(robot, capability):
         if cell.verdict is Coverage.LOST:
             yield f"{feature.key}: {cell.instead}"

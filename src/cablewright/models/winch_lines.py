@@ -67,10 +67,10 @@ class WinchLines:
         return np.asarray((self.senses == -1.0).any(axis=1))
 
     def torques(self, tensions: Array, arms: Array) -> Array:
-        """Return the torque (..., w), N m, with which cables turn each drum outwards.
+        """Return the torque (..., w), N m, of the cables on each drum; positive pays out.
 
-        *tensions* (..., m), N, of one cable of each line; *arms* (..., m), m: its radius, once for each cable. NaN of
-        a line is one of its own drum alone.
+        *tensions* (..., m), N, of one cable of each line; *arms* (..., m), m: its radius, once for each cable. NaN of a
+        line is one of its own drum alone.
         """
         return np.asarray(np.where(self.senses, (tensions * arms)[..., None, :] * self.senses, 0.0).sum(axis=-1))
 
@@ -87,5 +87,5 @@ class WinchLines:
         return np.asarray(known + np.where(self.sense, per_tension * missed[self.winch], 0.0))
 
     def of_lines(self, turned: ArrayLike) -> Array:
-        """Return by how much each line's drum turns, (m,), paying out, as winches have *turned*, (w,)."""
+        """Return by how much each line's drum turns, (m,), paying out, when the winches have *turned*, (w,)."""
         return np.asarray(self.sense * np.asarray(turned)[self.winch])

@@ -1,1 +1,1 @@
-"""The part and the motion: G-code, the path of the nozzle, its time law, its layers. Knows no cable and no robot."""
+"""The printed part and the nozzle's motion: G-code, path, time law, layers. Knows no cable and no robot."""

@@ -1,4 +1,4 @@
-"""What slicers say in comments and object labels: layers, line types, objects, beads, settings; and who they are."""
+"""Comments and object labels of slicers in G-code: layers, line types, objects, beads, settings, slicer name."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ Point2 = tuple[float, float]
 
 
 class ArcError(ValueError):
-    """The words of an arc describe no arc; the message has the allowed forms."""
+    """Error: the words of an arc describe no arc; the message has the allowed forms."""
 
 
 def centre_from_offset(start: Point2, end: Point2, offset: Point2) -> Point2:
@@ -61,9 +61,10 @@ def swept_angle(start: Point2, end: Point2, centre: Point2, clockwise: bool) -> 
 
 
 def piece_count(radius: float, sweep: float, rise: float, arc_step: float, arc_error: float) -> int:
-    """Return the number of equal sub-arcs.
+    """Return the number of equal sub-arcs that replace an arc.
 
-    They are at most ``arc_step`` (m) long, at most a 64th of a turn, and their chords at most ``arc_error`` (m) off.
+    They are at most ``arc_step`` (m) long, at most a 64th of a turn, and their chords deviate by at most ``arc_error``
+    (m).
     """
     length = math.hypot(radius * sweep, rise)
     flattest = math.acos(max(0.0, 1 - arc_error / radius))
@@ -74,7 +75,7 @@ def piece_count(radius: float, sweep: float, rise: float, arc_step: float, arc_e
 def pieces(
     start: tuple[float, float, float], end: tuple[float, float, float], centre: Point2, sweep: float, count: int
 ) -> Array:
-    """Return the (count, 3) end points (m) of equal sub-arcs, the last exactly ``end``.
+    """Return the end points (count, 3), m, of equal sub-arcs, the last exactly ``end``.
 
     Where rounding puts the end on a slightly different circle than the start, the radius varies linearly.
     """

@@ -1,4 +1,7 @@
-"""The path by its arc length. `cablewright.models.path_offset` has the offset of points from it."""
+"""The path by its arc length: points, tangents and layers at a distance along it.
+
+`cablewright.models.path_offset` has the offset of points from it.
+"""
 
 from __future__ import annotations
 
@@ -66,11 +69,11 @@ class Track:
         return float(self.distance[-1])
 
     def piece(self, distance: float) -> int:
-        """Return the piece at *distance*, m: of two the one that begins there, beyond the ends the first or last."""
+        """Return the index of the piece at *distance*, m: of two the later one, beyond the ends the first or last."""
         return min(max(bisect_right(self.distance.data, distance) - 1, 0), len(self.layer) - 1)
 
     def at(self, distance: float) -> PathPoint:
-        """Return the point at *distance*, m, clamped at both ends of the path."""
+        """Return the point at *distance*, m, along the path, clamped at both ends of the path."""
         i = self.piece(distance)
         start, end = self.positions[i], self.positions[i + 1]
         begin, after = self.distance[i : i + 2].tolist()

@@ -1,4 +1,4 @@
-"""Beads of a part, move by move: given, as a slicer's comments say, from E, from heights of layers, or assumed."""
+"""Beads (strand width and height) of a part, move by move: given, from the slicer's comments, from E, or assumed."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Bead(Description):
         return float(section(np.array(self.width), np.array(self.height)))
 
     def sizes(self, move: NDArray[np.int64]) -> tuple[Array, Array]:
-        """Width and height (b,), m, of some moves."""
+        """Return width and height (b,), m, of some moves."""
         return np.full(len(move), self.width), np.full(len(move), self.height)
 
 
@@ -61,12 +61,12 @@ class Beads:
     below: tuple[Samples, Beads] | None = None  # what was laid before the first of these moves
 
     def part(self, first: int, last: int, below: Samples | None) -> Beads:
-        """Return the beads of the moves from number *first* to before *last*, upon the samples of those *below*."""
+        """Return the beads of moves *first* to before *last*, laid on the samples of those *below*."""
         laid = None if below is None else (below, self)
         return replace(self, width=self.width[first:last], height=self.height[first:last], below=laid)
 
     def sizes(self, move: NDArray[np.int64]) -> tuple[Array, Array]:
-        """Width and height (b,), m, of some moves."""
+        """Return width and height (b,), m, of some moves."""
         return self.width[move], self.height[move]
 
     @property
@@ -102,8 +102,9 @@ def width_of(area: Array, height: Array) -> Array:
 def beads_of(toolpath: Toolpath, scale: float, given: Bead | None, by: str) -> Beads:
     """Return the beads of a *toolpath* of a file, on the machine.
 
-    *given*: what the job or an option sets; *by*: which of them. What it leaves open is, in this order: of the slicer's
-    comments; of E and the diameter of the filament, and of the heights of layers; of the slicer's settings; assumed.
+    *given*: values that the job or an option sets; *by*: which of them. Open values come, in this order: from the
+    slicer's comments; from E and the diameter of the filament, and the heights of layers; from the slicer's settings;
+    assumed.
     """
     k, fixed = len(toolpath.start), {} if given is None else given.model_dump(include=given.model_fields_set)
     if given is not None and len(fixed) == 2:
@@ -185,7 +186,7 @@ class _FromFile:
         return float(values[order[np.searchsorted(grown, 0.5 * grown[-1])]])
 
     def height(self) -> tuple[Array, str]:
-        """Return the heights (l,), and where they are from."""
+        """Return the bead heights (l,), and their source."""
         if self.high is not None:
             return self._filled(self.high, self.rise), COMMENTS
         if np.isfinite(self.rise).any():
@@ -195,7 +196,7 @@ class _FromFile:
         return np.full(len(self.laid), found), SETTINGS if nominal else ASSUMED
 
     def width(self, height: Array) -> tuple[Array | None, str]:
-        """Return the widths (l,), by the *height* (l,) where E gives the section, and where they are from."""
+        """Return the bead widths (l,), by the *height* (l,) where E gives the section, and their source."""
         by_e = None if self.area is None else width_of(self.area, height)
         if self.wide is not None:
             missing = float(self.length[np.isnan(self.wide)].sum() / self.length.sum())
@@ -216,7 +217,7 @@ class _FromFile:
         return np.where(np.isnan(found), self.middle(said), found)
 
     def contradictions(self, width: Array, height: Array) -> Iterator[str]:
-        """Yield where the comments, the heights of layers and E contradict each other; sizes (l,) on the machine, m."""
+        """Yield a sentence where comments, layer heights and E contradict each other; sizes (l,) on the machine, m."""
         high, rise = math.nan if self.high is None else self.middle(self.high), self.middle(self.rise)
         if not 1.0 / _APART < high / rise < _APART and math.isfinite(high / rise):
             said = f"beads are {spell_length(high)} high by the file's comments, which are used"

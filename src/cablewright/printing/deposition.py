@@ -25,7 +25,7 @@ _WIDER: Final = 1.5  # growth factor of a window that is too small
 
 @dataclass(frozen=True)
 class Powder:
-    """Poured powder, with the density of Merlet and Papegay (2023, section I) and the angle of their section IV.
+    """Poured powder: density and angle of repose, from Merlet and Papegay (2023, sections I and IV).
 
     They state that a heap with flanks at 22 degrees is 2.5 times as wide as high, which is true of half its width, and
     report one 9 cm high and 22 cm wide: 39 degrees. Neither is adjusted here.

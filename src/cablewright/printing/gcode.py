@@ -1,4 +1,4 @@
-"""From a G-code file to a `Toolpath`: straight moves in metres, at the scale of the file.
+"""Reader of G-code: from a file to a `Toolpath` of straight moves in metres, at the scale of the file.
 
 The file is read in blocks, so that memory depends on the number of moves only. `cablewright.printing.modal` defines the
 meaning of the words.
@@ -38,18 +38,15 @@ def parse(
     arc_error: float | None = None,
     material: Material = "E",
 ) -> Toolpath:
-    """Read G-code from a path or an open binary file.
+    """Read G-code from a path or an open binary file as a `Toolpath`.
 
     ``arc_step`` (m, file scale) is the maximum length of the pieces of an arc, ``arc_error`` (m, file scale; default: a
     fiftieth of ``arc_step``) their maximum distance from it. ``material`` is what lays material; a file that never
-    extrudes by E is also read by M101 and M103.
-
-    Layers come from the slicer's markers (`annotations.LAYER_MARKERS`): the kind that the file uses first counts, and
-    numbers below 1 shift all so that the lowest is 1. A file without markers has one layer per height at
-    which it extrudes, counted upwards; a travel move then belongs to the last extruded layer.
-
-    Raises `InputError`, with the line and what is allowed, for a file that cannot be read, is no G-code, is empty, too
-    large, truncated, or lays no material.
+    extrudes by E is also read by M101 and M103. Layers come from the slicer's markers (`annotations.LAYER_MARKERS`):
+    the kind that the file uses first counts, and numbers below 1 shift all so that the lowest is 1. A file without
+    markers has one layer per height at which it extrudes, counted upwards; a travel move then belongs to the last
+    extruded layer. Raises `InputError`, with the line and what is allowed, for a file that cannot be read, is no
+    G-code, is empty, too large, truncated, or lays no material.
     """
     if not SHORTEST_ARC_STEP <= arc_step < float("inf"):
         raise InputError(f"arc_step = {arc_step!r}: must be a length of at least {SHORTEST_ARC_STEP} m")

@@ -26,7 +26,7 @@ _WORD = re.compile(rf"([A-Z])\s*({NUMBER})?\s*", re.ASCII)
 
 
 class WordError(ValueError):
-    """A line that is no G-code; ``cut``: a word has no number, as at the end of a truncated file."""
+    """Error: a line is no G-code; ``cut``: a word has no number, as at the end of a truncated file."""
 
     def __init__(self, reason: str, cut: bool = False) -> None:
         super().__init__(reason)
@@ -34,7 +34,7 @@ class WordError(ValueError):
 
 
 def comments(text: str) -> list[tuple[int, int, int]]:
-    """Return begin, end and open parentheses of each comment: from ``;`` on, or in parentheses, which may nest.
+    """Return begin, end and open parentheses of each comment of a line: after ``;``, or in nested parentheses.
 
     Only the last comment may be open at the end of the text. The time is linear in its length.
     """
@@ -67,7 +67,7 @@ def without_comments(text: str) -> str:
 
 
 def shortened(line: bytes) -> bytes:
-    """Return a long line, or its beginning, with short comments in place of long ones; an open one stays open."""
+    """Return a long G-code line, or its beginning, with long comments shortened; an open one stays open."""
     text = line.decode("latin-1")
     kept, at = [], 0
     for begin, end, depth in comments(text):
@@ -99,7 +99,7 @@ def bare_text(line: bytes) -> str:
 
 
 def split(text: str) -> tuple[list[tuple[str, str]], str]:
-    """Return letter and number text of each word (empty for a letter without number), and the unread rest."""
+    """Return letter and number text of each word of a line (empty for a letter without number), and the unread rest."""
     words = []
     at = 0
     while (found := _WORD.match(text, at)) is not None:
@@ -109,7 +109,7 @@ def split(text: str) -> tuple[list[tuple[str, str]], str]:
 
 
 def why_unread(words: list[tuple[str, str]], rest: str) -> str:
-    """Return why ``rest`` is no word of G-code, after the ``words`` that `split` could read."""
+    """Return why the ``rest`` of a line is no word of G-code, after the ``words`` that `split` could read."""
     if words and _DECIMAL_COMMA.match(rest) is not None:
         letter, number = words[-1]
         return f"{letter + number + ','!r} is a decimal comma; export the file with decimal points, as in {letter}1.5"

@@ -1,4 +1,4 @@
-"""The growing part as boxes: pieces of strands, each with the sample at which it is complete."""
+"""The growing part as boxes for distances: pieces of strands, each with the sample at which it is complete."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ class HeightField:
 
     @classmethod
     def flat(cls, low: tuple[float, float], high: tuple[float, float], cell: float, height: float = 0.0) -> HeightField:
-        """Return a floor at *height* from *low* to at least *high*, m. Raises `InputError`."""
+        """Return a flat floor at *height* from *low* to at least *high*, m. Raises `InputError`."""
         sides = np.subtract(high, low)
         if not (np.isfinite(sides).all() and (sides > 0.0).all()):
             raise InputError(f"the area from {low} to {high} m is empty: each lower limit must be below the upper one")

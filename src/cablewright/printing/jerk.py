@@ -20,7 +20,7 @@ _STEPS: Final = 60  # maximum of Newton's method in a bracket: as many halvings 
 
 
 class Knots(NamedTuple):
-    """IntegratedLaw of constant acceleration, one after another."""
+    """Pieces of constant acceleration of a time law, one after another."""
 
     time: Array  # (p,) s, where each begins
     place: Array  # (p,) m
@@ -30,7 +30,7 @@ class Knots(NamedTuple):
 
 
 def refined(distance: Array, limit: Array, corner: Array, window: float) -> Array:
-    """Return places (g,), m: *distance* (k,) and the ends of all ranges over which a limit holds in `widened`."""
+    """Return positions (g,), m: *distance* (k,) and the ends of all ranges over which a limit holds in `widened`."""
     changes = np.flatnonzero(np.diff(limit)) + 1
     reach = np.concatenate([np.minimum(limit[changes - 1], limit[changes]), corner]) * window
     about = np.concatenate([distance[changes], distance])

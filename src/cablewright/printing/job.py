@@ -1,4 +1,4 @@
-"""A print job: its path, scale, place on the machine and speeds, read from TOML or from a bare G-code file.
+"""A print job: path, scale, position on the machine and speeds, from TOML or from a bare G-code file.
 
 File paths are relative to the folder of the TOML file. Lengths and speeds are the machine's, after scaling.
 """
@@ -208,7 +208,7 @@ class Job(FileDescription):
 
     @property
     def path(self) -> Path | RandomCurve | Helix:
-        """The G-code file or the computed path."""
+        """The G-code file or the computed path of the job."""
         return next(given for given in (self.gcode, self.curve, self.helix) if given is not None)
 
     @property
@@ -348,7 +348,7 @@ def load_job(path: str | Path) -> Job:
 
 
 def doubts(job: Job) -> tuple[str, ...]:
-    """Return the numbers of a *job* that are likely in another unit, a sentence each, with that unit."""
+    """Return a sentence on each number of a *job* that is likely in another unit, with that unit."""
     motion, bead = job.motion, job.bead
     speed = "mm/s or mm/min" if max(motion.print_speed, motion.travel_speed) < 500.0 else "mm/min"
     limits = (

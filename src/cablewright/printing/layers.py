@@ -1,4 +1,4 @@
-"""One row per layer: its height, extruded length, travel length and duration."""
+"""Table of layers: height, extruded length, travel length and duration, one row per layer."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from cablewright.printing.timing import TimeLaw
 
 @dataclass(frozen=True, eq=False)
 class LayerTable:
-    """n visits of layers, in the order of the path. Read-only arrays.
+    """Table of n visits of layers, in the order of the path. Read-only arrays.
 
     A file that prints several parts one after the other visits the same layer number again: each visit is a row. Moves
     before the first layer are in no row.

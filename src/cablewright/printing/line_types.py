@@ -1,4 +1,4 @@
-"""What a move of a part is for, under one set of names for all slicers."""
+"""Purposes of a part's moves (wall, infill, ...), under one set of names for all slicers."""
 
 from __future__ import annotations
 

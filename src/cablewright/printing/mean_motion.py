@@ -1,7 +1,7 @@
-"""The mean of a motion about each time: of one along straight segments with pieces of constant acceleration.
+"""Running mean of a motion along straight segments with pieces of constant acceleration.
 
-With the kernel of two running means, the mean place is a second difference of the second integral of the place, over
-the lengths of both; so are mean velocity and acceleration, with as many integrations. All are exact.
+With the kernel of two running means, the mean position is a second difference of the second integral of the position,
+over the lengths of both; so are mean velocity and acceleration, with as many integrations. All are exact.
 """
 
 from __future__ import annotations
@@ -21,7 +21,10 @@ _SIGNS: Final = np.array([1.0, -1.0, -1.0, 1.0])[:, None, None]
 
 
 class Kernel(NamedTuple):
-    """Two running means about a time, one after the other; arrays (k,), s. The first is no shorter than the second."""
+    """Kernel of two running means about a time, one after the other; arrays (k,), s.
+
+    The first is no shorter than the second.
+    """
 
     long: Array
     short: Array
@@ -33,7 +36,7 @@ class Kernel(NamedTuple):
 
     @property
     def mean(self) -> Array:
-        """Mean distance from the middle, s."""
+        """Mean distance of the kernel from its middle, s."""
         return np.asarray(self.long / 4.0 + self.short**2 / (12.0 * self.long))
 
     def beyond(self, wait: Array) -> Array:
@@ -48,7 +51,7 @@ class Kernel(NamedTuple):
 
 
 class IntegratedLaw(NamedTuple):
-    """Pieces of constant acceleration along samples of a path, with the integrals of the place up to each piece."""
+    """A time law as pieces of constant acceleration, with the integrals of the position up to each piece."""
 
     origin: Array  # (3,) m
     time: Array  # (p,) s, where each begins
@@ -76,7 +79,7 @@ class IntegratedLaw(NamedTuple):
         return cls(positions[0], time, (a, v, x, area, np.cumsum(step, axis=0) - step))
 
     def mean(self, time: Array, kernel: Kernel) -> tuple[Array, Array, Array]:
-        """Return the mean place, velocity and acceleration (b, 3) about *time* (b,), s, each with its *kernel* (b,)."""
+        """Return mean position, velocity and acceleration (b, 3) about *time* (b,), s, each with its *kernel* (b,)."""
         at = time + _ENDS @ np.stack(kernel)  # (4, b)
         row = np.searchsorted(self.time, at, side="right") - 1
         u = (at - self.time[row])[..., None]

@@ -1,4 +1,4 @@
-"""The modal state of a printer's controller, and the effect of each word of G-code on it.
+"""Interpreter of G-code: the modal state of a printer's controller, and the effect of each word on it.
 
 Choices where dialects differ:
 
@@ -128,7 +128,7 @@ class Controller:
         self._unterminated = False
 
     def run(self, lines: list[bytes], first_number: int, unterminated: bool = False) -> None:
-        """Interpret ``lines`` from line ``first_number`` on; ``unterminated``: no line end follows them.
+        """Interpret G-code ``lines`` from line ``first_number`` on; ``unterminated``: no line end follows them.
 
         Raises `InputError` with file, line number, text and what is allowed.
         """

@@ -54,7 +54,7 @@ class RandomCurve(_Rounds):
 
     @property
     def title(self) -> str:
-        """Name in reports."""
+        """Name of the path in reports."""
         return f"random curve {self.number} of seed {self.seed}"
 
     def toolpath(self) -> Toolpath:
@@ -81,11 +81,11 @@ class Helix(_Rounds):
 
     @property
     def title(self) -> str:
-        """Name in reports."""
+        """Name of the path in reports."""
         return f"helix of {self.layers} turns"
 
     def toolpath(self) -> Toolpath:
-        """Return all turns. Raises `InputError`."""
+        """Return all turns of the helix as moves. Raises `InputError`."""
         pieces = max(36, int(np.ceil(2.0 * np.pi * self.radius / CHORD)))
         _limit(pieces * self.layers)
         turns = np.arange(pieces * self.layers + 1) / pieces

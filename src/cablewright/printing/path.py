@@ -41,22 +41,22 @@ class Samples:
         return len(self.distance)
 
     def where(self, sample: int) -> str:
-        """The layer of a sample, in words."""
+        """Return the layer of a sample, in words."""
         layer = int(self.layer[sample])
         return f"in layer {layer}" if layer else "before layer 1"
 
     @property
     def extruded_length(self) -> float:
-        """Length (m) with extrusion."""
+        """Length (m) of the path with extrusion."""
         return self._length(laid=True)
 
     @property
     def travel_length(self) -> float:
-        """Length (m) without extrusion."""
+        """Length (m) of the path without extrusion."""
         return self._length(laid=False)
 
     def lengths(self, at: slice) -> Array:
-        """Lengths (b,), m, of the segments that end at a block of samples; 0 at the first of all."""
+        """Return lengths (b,), m, of the segments that end at a block of samples; 0 at the first of all."""
         return np.diff(self.distance[at], prepend=self.distance[at.start - 1] if at.start else 0.0)
 
     def _length(self, *, laid: bool) -> float:

@@ -35,7 +35,7 @@ MAX_LENGTH: Final = 10_000.0  # m
 
 @dataclass(frozen=True)
 class CurveRequirements:
-    """Requirements of a curve."""
+    """Requirements of a random curve: length, area, crossings, radius."""
 
     length: float  # m
     area: tuple[float, float]  # m, sides of the enclosing rectangle along x and y
@@ -75,7 +75,7 @@ class Curve:
     sine: Array  # (H,) rad
 
     def direction(self, s: Array, derivative: int = 0) -> Array:
-        """Direction (n,), rad, at the arc parameters *s* (n,), or its derivative by s with *derivative* = 1."""
+        """Direction (n,), rad, of the curve at the arc parameters *s* (n,); with *derivative* = 1 its derivative."""
         k = np.arange(1, len(self.cosine) + 1)
         turned = np.multiply.outer(s, k)
         if derivative:

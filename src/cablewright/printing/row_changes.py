@@ -10,7 +10,7 @@ from cablewright.foundation.arrays import Array
 
 
 class Changes:
-    """The rows at which a number changes, in rising order; never more entries than rows."""
+    """A number along the rows of a table, stored by the rows at which it changes; never more entries than rows."""
 
     def __init__(self) -> None:
         """Start without a change."""

@@ -1,4 +1,4 @@
-"""What changes as the part grows, by the nozzle's height: rotation and retraction of the platform, exit points."""
+"""Settings that change with the nozzle's height: rotation and retraction of the platform, exit points."""
 
 from __future__ import annotations
 

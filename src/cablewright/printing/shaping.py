@@ -1,14 +1,13 @@
-"""Motion that excites no swing: the law of a path, averaged about each time over one and a half periods of the swing.
+"""Motion shaping: a path's time law, averaged about each time over 1.5 periods of the swing, which it does not excite.
 
 The commanded position is the mean of the path's law about each time, with a kernel of two running means: one of 1.05
 periods of the platform's slowest mode, one of 0.55. A mode answers the mean as it answers the law, times the kernel's
-spectrum: at most 0.07 of it from 0.9 times the slowest mode's frequency on, at most 0.19 from 0.75 times it on.
-So frequencies may be wrong by 10 or 25 %, and faster modes need no notch of their own. The kernel follows the frequency
-along the path. It is symmetric and changes nothing where the law is steady; two means bound acceleration and jerk.
-
-The mean rounds corners: by half the jump of the velocity times the kernel's mean distance from its middle, and by the
-law's acceleration meanwhile. Where the sum exceeds the corner deviation, the law is slower, or waits in the corner. A
-bend, of corners of less than 11 degrees, is taken as fast as the measured rounding allows.
+spectrum: at most 0.07 of it from 0.9 times the slowest mode's frequency on, at most 0.19 from 0.75 times it on. So
+frequencies may be wrong by 10 or 25 %, and faster modes need no notch of their own. The kernel follows the frequency
+along the path. It is symmetric and changes nothing where the law is steady; two means bound acceleration and jerk. The
+mean rounds corners: by half the jump of the velocity times the kernel's mean distance from its middle, and by the law's
+acceleration meanwhile. Where the sum exceeds the corner deviation, the law is slower, or waits in the corner. A bend,
+of corners of less than 11 degrees, is taken as fast as the measured rounding allows.
 """
 
 from __future__ import annotations
@@ -51,7 +50,7 @@ _APART: Final = 1e-9  # m, least distance of two samples along the path
 
 @dataclass(frozen=True, eq=False)
 class Shaper:
-    """What shapes a motion.
+    """Settings of motion shaping.
 
     ``period``: function that returns the period (k,), s, of the slowest mode with the nozzle at positions (k, 3), m.
     The other fields are limits of the job.

@@ -1,4 +1,4 @@
-"""STL files from strangers, binary and text, read with bounded memory."""
+"""Reader of STL files from any source, binary and text, with bounded memory."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ from cablewright.printing.path import Samples
 
 @dataclass(frozen=True, eq=False)
 class TimeLaw:
-    """Arrival and speed at each of k samples. Read-only arrays."""
+    """The time law of a path: arrival and speed at each of k samples. Read-only arrays."""
 
     time: Array  # (k,) s, of arrival at the sample; 0 at the first
     speed: Array  # (k,) m/s, 0 at both ends and where the machine dwells
@@ -69,7 +69,7 @@ def time_law(
 
 
 def times_on_way(samples: Samples, law: TimeLaw, block: slice) -> tuple[Array, Array]:
-    """Return the time (b,), s, of the move to each of a *block* of samples, and the dwell at the sample."""
+    """Return the travel time (b,), s, to each of a *block* of samples from the one before, and the dwell there."""
     time, dwell = (each[max(block.start - 1, 0) : block.stop] for each in (law.time, samples.dwell))
     spent = np.diff(time) - dwell[:-1]
     return (spent, dwell[1:]) if block.start else (np.concatenate([[0.0], spent]), dwell)

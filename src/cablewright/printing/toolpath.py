@@ -88,7 +88,7 @@ class Toolpath:
 
     @cached_property
     def length(self) -> Array:
-        """(k,) length of each move, m, file scale."""
+        """Length (k,) of each move, m, file scale."""
         return np.asarray(np.linalg.norm(self.end - self.start, axis=1))
 
     @cached_property
@@ -125,7 +125,7 @@ class Toolpath:
 
 
 def build(controller: Controller, origin: str, material: Material, slicer: str) -> Toolpath:
-    """Return the moves that the *controller* recorded. Raises `InputError` where no material is laid.
+    """Return the toolpath from moves that the *controller* recorded. Raises `InputError` where no material is laid.
 
     A file that never extrudes by E, but switches its extruder by M101 and M103, is read by those.
     """

@@ -1,4 +1,4 @@
-"""A first part for a new robot: a small square of three layers, or for a plane a short wall, as G-code with its job."""
+"""G-code and job of a first part for a new robot: a small square of three layers, or in a plane a short wall."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The way of a cable from its winch over its guides: straight pieces, and arcs on wheels that stand still.
+"""Path of a cable from its winch over its guides: straight pieces, and arcs on wheels in fixed planes.
 
 A wheel has a groove: where the cable comes or leaves aslant it touches the rim where its direction, seen along the
 wheel's axis, is tangent, and between the two it lies on the rim. Lengths are in m, points in the world's axes.
@@ -45,12 +45,12 @@ class Straight:
 
     @property
     def moment(self) -> float:
-        """The integral of height over length, m^2."""
+        """Integral of height over length of the piece, m^2."""
         return 0.5 * (self.start[2] + self.end[2]) * self.length
 
     @property
     def heights(self) -> tuple[float, float]:
-        """Height of its lowest and of its highest point, m."""
+        """Height of the piece's lowest and of its highest point, m."""
         return min(self.start[2], self.end[2]), max(self.start[2], self.end[2])
 
     def drawn(self) -> list[Vec3]:
@@ -75,20 +75,20 @@ class Arc:
 
     @property
     def moment(self) -> float:
-        """The integral of height over length, m^2."""
+        """Integral of height over length of the arc, m^2."""
         over = math.sin(self.angle) * self.arm[2] + (1.0 - math.cos(self.angle)) * self.ahead[2]
         return self.length * self.centre[2] + self.radius**2 * over
 
     @property
     def heights(self) -> tuple[float, float]:
-        """Height of its lowest and of its highest point, m."""
+        """Height of the arc's lowest and of its highest point, m."""
         top = math.atan2(self.ahead[2], self.arm[2])
         turning = (each % (2.0 * math.pi) for each in (top, top + math.pi))
         heights = [self.at(each)[2] for each in (0.0, self.angle, *(turn for turn in turning if turn < self.angle))]
         return min(heights), max(heights)
 
     def at(self, angle: float) -> Vec3:
-        """The point (3,), m, by *angle* (rad) after its start."""
+        """Return the point (3,), m, of the arc by *angle* (rad) after its start."""
         return _on_rim(self.centre, self.radius, _turned(self.arm, self.ahead, angle))
 
     def drawn(self) -> list[Vec3]:
@@ -110,7 +110,7 @@ class DeadSpan:
 
     @property
     def last(self) -> Straight:
-        """The straight piece that comes to the sheave."""
+        """The straight piece that arrives at the sheave."""
         return _straight(self.pieces[-1])
 
     @cached_property
@@ -120,7 +120,7 @@ class DeadSpan:
 
     @property
     def turned(self) -> float:
-        """Angle by which the cable turns on its way, on wheels and at points, rad."""
+        """Angle by which the cable turns between winch and sheave, on wheels and at points, rad."""
         bends = [
             math.atan2(math.hypot(*cross(one, two)), _dot(one, two))
             for one, two in pairwise(
@@ -153,9 +153,9 @@ def _straight(piece: Straight | Arc) -> Straight:
 
 @lru_cache(maxsize=512)
 def dead_span(winch_exit: Vec3, guides: tuple[Guide, ...], end: Guide) -> DeadSpan:
-    """Return the way of a cable from its *winch_exit* over *guides* to its *end*: the exit point, or a pulley there.
+    """Return the path of a cable from its *winch_exit* over *guides* to its *end*: the exit point, or a pulley there.
 
-    Raises `InputError`, which names the guide, where no cable runs so.
+    Raises `InputError`, which names the guide, where no cable can run.
     """
     stops = [each if isinstance(each, tuple) else _Wheel.of(each) for each in (winch_exit, *guides, end)]
     names = ["winch_exit", *(f"guide {k + 1}" for k in range(len(guides)))]
@@ -181,7 +181,10 @@ class _Wheel:
         return cls(wheel.centre, wheel.radius, unit_vector(wheel.axis))
 
     def touched(self, point: Vec3, way: float) -> Vec3 | None:
-        """Unit vector to where a cable from *point* (way 1), or to it (way -1), is tangent; None for one inside."""
+        """Return the unit vector to the point where a cable from *point* (way 1), or to it (way -1), is tangent.
+
+        None for one inside.
+        """
         away = _minus(point, self.centre)
         across = _dot(away, self.axis)
         x, y, z = (each - across * normal for each, normal in zip(away, self.axis, strict=True))
@@ -231,7 +234,7 @@ def _between(one: _Wheel, two: _Wheel) -> list[Straight]:
         return None if arm is None else Straight(start, two.rim(arm))
 
     def slant(angle: float) -> float:
-        """Component of the piece along the first wheel's arm, m; NaN where there is none."""
+        """Return the component of the piece along the first wheel's arm, m; NaN where there is none."""
         at = piece(angle)
         return math.nan if at is None else _dot(_minus(at.end, at.start), _turned(first, ahead, angle))
 

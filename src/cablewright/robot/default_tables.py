@@ -33,7 +33,7 @@ def merge(document: Tables, origin: str) -> Tables:
 
 
 def holder(document: Tables, index: int, key: KeyPath) -> KeyPath | None:
-    """Return the path of the table in the document that sets the ``key`` of line ``index``; None if none does.
+    """Return the path of the table in a robot file that sets the ``key`` of line ``index``; None if none does.
 
     ``key`` is relative to the line: ``("tension_limits",)`` or ``("cable", "breaking_load")``.
     """

@@ -1,4 +1,4 @@
-"""Design variables: single numbers that change a robot, as the distance between exit points or the platform's width.
+"""Design variables: single numbers that change a robot, such as the distance of exit points or the platform's width.
 
 A name is one of `NAMED`, a kind of `KINDS` for all lines or the platform, or a kind for one line, as in
 ``exit_point.z@south``. Names joined by + take the same value: ``width-top-x+width-bottom-y``.
@@ -81,7 +81,7 @@ def changed(robot: Robot, values: Mapping[Change, float] | Mapping[str, float]) 
 
 
 def require_different(changes: Iterable[Change]) -> None:
-    """Raise `InputError` where two changes set the same."""
+    """Raise `InputError` where two changes set the same number."""
     names = [part for change in changes for part in change.parts]
     for kind, line in names:
         if names.count((kind, line)) > 1:

@@ -1,4 +1,4 @@
-"""What makes a platform swing as it does: how its vibrations decay, and the check of its inertia tensor."""
+"""Damping of the platform's vibrations, and the check of its inertia tensor."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ ASSUMED_DAMPING: Final = 0.01
 
 
 class Damping(NamedTuple):
-    """The share of critical damping of every mode of a platform, and whether it is assumed."""
+    """Damping ratio (share of critical damping) of every mode of a platform, and whether it is assumed."""
 
     ratio: float
     is_assumed: bool

@@ -1,4 +1,4 @@
-"""A line: one cable with all that it passes from the winch exit to the platform."""
+"""A line: one cable with its winch, guides and platform point."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ class Line(Description):
 
     @property
     def gives_by(self) -> str:
-        """The key of a compliance besides the cable's, which proofs do not cover; empty if there is none."""
+        """Key of a compliance besides the cable's, which proofs do not support; empty if there is none."""
         if self.mount_gives:
             return "exit_compliance"
         return "spring" if self.spring is not None else ""
@@ -168,7 +168,7 @@ class Line(Description):
 
     @property
     def way(self) -> str:
-        """Path of its cable from a given winch exit, in words that begin with a comma; empty if straight."""
+        """Words for the path of its cable from a given winch exit, beginning with a comma; empty if straight."""
         wheels = sum(isinstance(guide, GuideSheave) for guide in self.guides)
         over = f", straight over {len(self.guides)} guides" if self.guides else ""
         over += f", of which {wheels} are wheels" if wheels else ""
@@ -176,7 +176,7 @@ class Line(Description):
 
     @property
     def holder(self) -> str:
-        """Device that holds the cable at its other end, in words."""
+        """Words for the device that holds the cable at its other end: winch or counterweight."""
         if self.counterweight is not None:
             return f"a counterweight of {self.counterweight:g} kg, whose tension is given"
         spring = "" if self.spring is None else f" with a spring that gives by {1e6 / self.spring:.4g} mm per kN"

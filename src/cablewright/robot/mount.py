@@ -1,4 +1,4 @@
-"""The compliance of the mount of an exit point: displacement per force."""
+"""Compliance of the mount of an exit point: displacement per force, m/N."""
 
 from __future__ import annotations
 

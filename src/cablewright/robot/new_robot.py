@@ -1,4 +1,4 @@
-"""The file of a robot that is described from nothing: size, layout, mass and cable; all else assumed, and marked so."""
+"""Text of a new robot's file from size, layout, mass and cable; all other values assumed, and marked so."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ class Outline:
 
 @dataclass(frozen=True)
 class Layout:
-    """A way to arrange lines: ``lines`` by default, ``counts`` that are allowed (min, max), and where they are."""
+    """A layout of lines: ``lines`` by default, ``counts`` that are allowed (min, max), and their positions."""
 
     summary: str
     lines: int
@@ -182,7 +182,7 @@ def _body(outline: Outline) -> list[LineEnds]:
 
 
 def half_edge(outline: Outline) -> float:
-    """Half the edge of the cube that a body is taken for, m: a 22nd of the shorter side, as of CoGiRo."""
+    """Return half the edge, m, of the cube assumed for a body: a 22nd of the frame's shorter side, as CoGiRo's."""
     return three_digits(min(outline.size[:2]) / 22.0)
 
 

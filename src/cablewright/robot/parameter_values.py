@@ -1,4 +1,4 @@
-"""Kinds of parameters: where each is in a line or a platform, and how it is read and set."""
+"""Kinds of parameters: where each is stored in a line or a platform, and how it is read and set."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Kind:
         return self.of == "line"
 
     def is_of(self, line: Line) -> bool:
-        """Whether a line can have it: a line with a counterweight has no parameters of a winch."""
+        """Return whether a line can have the parameter: with a counterweight it has none of a winch."""
         return line.counterweight is None or not (self.per_line and self.role in ("command", "winch"))
 
     @property
@@ -90,7 +90,7 @@ class Kind:
         return f"must be {'at least' if self.closed else 'above'} {self.min_value:g}"
 
     def allows(self, value: float) -> bool:
-        """Whether a ``value`` (SI) is above the minimum, or at it where that is valid."""
+        """Return whether a ``value`` (SI) is above the minimum, or at it where that is valid."""
         return value > self.min_value or (self.closed and value == self.min_value)
 
     def value(self, part: Line | Platform) -> float | None:

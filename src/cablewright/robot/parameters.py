@@ -38,7 +38,7 @@ from cablewright.robot.platform import Platform, PointPlatform
 
 
 class Described(Protocol):
-    """A robot as far as its parameters need it: name, platform and lines."""
+    """Interface of a robot for its parameters: name, platform and lines."""
 
     @property
     def name(self) -> str:
@@ -215,7 +215,7 @@ def _require(robot: Described, parameter: Parameter) -> None:
 
 
 def misuse(kind: Kind, lines: Sequence[str] | None, shared: bool) -> tuple[str, str] | None:
-    """Return which of "lines" and "shared" is wrong for this ``kind`` in any robot, and why; None if neither."""
+    """Return which key, "lines" or "shared", is wrong for this ``kind`` in any robot, and why; None if neither."""
     if lines is not None:
         if shared:
             return "shared", "is one number for all lines: leave out this or lines"
@@ -234,7 +234,7 @@ def misuse(kind: Kind, lines: Sequence[str] | None, shared: bool) -> tuple[str, 
 
 
 def why_not(robot: Described, kind: Kind, lines: Sequence[str] | None, shared: bool) -> tuple[str, str] | None:
-    """Return which of "name", "lines" and "shared" is wrong for this robot, and why; None if it has the parameters."""
+    """Return which key ("name", "lines", "shared") is wrong for this robot, and why; None if it has the parameters."""
     return misuse(kind, lines, shared) or next(_refusals(robot, kind, lines, shared), None)
 
 

@@ -86,7 +86,7 @@ class _PlatformWithLoads(Description):
 
     @property
     def fixed(self) -> dict[int, float]:
-        """The coordinate, m, that its plane fixes, by its axis; empty without a plane across an axis of the world."""
+        """The coordinate, m, that the plane fixes, by its axis; empty without a plane across an axis."""
         if self.plane is None or self.plane.axis is None:
             return {}
         return {self.plane.axis: self.plane.distance * self.plane.across[self.plane.axis]}

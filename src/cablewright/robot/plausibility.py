@@ -1,4 +1,4 @@
-"""Numbers of a robot that are likely in another unit than was meant: each in one line, with the unit that fits."""
+"""Numbers of a robot that are likely in another unit than intended, each with the unit that fits."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def overstretched(robot: Robot, tensions: Iterable[float]) -> tuple[str, ...]:
 
 
 def units_inside(places: Sequence[Sequence[float]], robot: Robot) -> dict[str, float]:
-    """Return the units, and their sizes, m, in which all *places* are in the robot; none where as m they are, too.
+    """Return units, with sizes in m, in which all *places* are inside the robot; none if they are inside as metres.
 
     A *place* is x, y and z; NaN is anywhere.
     """

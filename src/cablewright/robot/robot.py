@@ -234,12 +234,12 @@ class Robot(FileDescription):
 
     @property
     def exit_points(self) -> NDArray[Any]:
-        """(m, 3) the exit points, m, world."""
+        """The exit points (m, 3), m, world."""
         return self._points("exit_point")
 
     @property
     def platform_points(self) -> NDArray[Any]:
-        """(m, 3) the platform points, m, platform frame."""
+        """The platform points (m, 3), m, platform frame."""
         return self._points("platform_point")
 
     def _points(self, key: str) -> NDArray[Any]:

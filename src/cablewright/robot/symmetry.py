@@ -1,4 +1,4 @@
-"""Declared symmetry: what is set for one line is set, mirrored, for its mirror images."""
+"""Symmetric design variables: a value set for one line is also set, mirrored, for its mirror images."""
 
 from __future__ import annotations
 

@@ -134,7 +134,7 @@ class Uncertain(Description):
 
     @property
     def way(self) -> str:
-        """The key that specifies the uncertainty."""
+        """The key of the entry that specifies the uncertainty, as ``plus_minus``."""
         return next(way for way in _WAYS if getattr(self, way) is not None)
 
     def of(self, robot: Described, coverage: float) -> tuple[Range, ...]:
@@ -257,7 +257,10 @@ def _way(line: Line, robot: Described, place: Vec3) -> float:
 
 
 def load_uncertainty(path: str | Path) -> Uncertainty:
-    """Read a TOML file. Raises `InputError`, one line with file, key, value and the allowed range."""
+    """Read an uncertainty from a TOML file.
+
+    Raises `InputError`, one line with file, key, value and the allowed range.
+    """
     return load_model(Uncertainty, path)
 
 

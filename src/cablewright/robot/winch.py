@@ -57,5 +57,5 @@ class SharedWinch(Description):
 
     @property
     def sense(self) -> float:
-        """1 where both cables are paid out together, else -1."""
+        """Return 1 where both cables are paid out together, else -1."""
         return 1.0 if self.winds == "along" else -1.0

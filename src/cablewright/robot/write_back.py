@@ -1,4 +1,4 @@
-"""Writing a changed robot back into its own file: comments, units and all that did not change stay."""
+"""Update of a robot file with changed values: comments, units and unchanged values stay."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Rank 4: how work is run: executors, run folders, memory, keys, resumption."""
+"""Running of work (rank 4): executors, run folders, memory, keys, resumption."""

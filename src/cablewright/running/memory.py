@@ -1,4 +1,4 @@
-"""How much memory is free, so that work that needs more is rejected before it begins."""
+"""Free memory of the system, so that work that needs more is rejected before it begins."""
 
 from __future__ import annotations
 

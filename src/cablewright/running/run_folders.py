@@ -26,7 +26,7 @@ _MAX_MANIFEST: Final = 1 << 20  # bytes
 
 
 def folder_name(command: str, *names: str) -> str:
-    """Return a folder's name from a *command* and any *names*: letters, digits and dashes only."""
+    """Return the name of a run folder from a *command* and any *names*: letters, digits and dashes only."""
     parts = [re.sub(r"[^A-Za-z0-9]+", "-", name).strip("-") or "unnamed" for name in names]
     return "-".join([command, *parts])[:120]
 
@@ -112,7 +112,7 @@ def write_manifest(folder: Path, command: str, inputs: Mapping[str, str], option
 
 
 def by_axis(points: Mapping[str, Array]) -> dict[str, Array]:
-    """Return columns of the x, y and z of some points or vectors (k, 3), named by their prefix and the axis."""
+    """Return x, y and z of points or vectors (k, 3) as columns, named by a prefix and the axis."""
     return {f"{prefix}{axis}": values[:, k] for prefix, values in points.items() for k, axis in enumerate("xyz")}
 
 

@@ -25,12 +25,12 @@ class Summary:
 
     @property
     def deviation(self) -> float:
-        """Standard deviation."""
+        """Standard deviation of the numbers."""
         return math.sqrt(self.variance)
 
     @property
     def size(self) -> float:
-        """Largest absolute value."""
+        """Largest absolute value of the numbers."""
         return max(abs(self.min), abs(self.max))
 
 

@@ -1,7 +1,7 @@
-"""A secret of this user, with which state files are signed that a proof or a print goes on from.
+"""A secret key of the user, which signs state files from which proofs or prints are resumed.
 
-A checksum shows that a file is whole, not who wrote it: a stranger can compute one as well. What is resumed from a file
-is believed only if the file was signed with the key, which no other user of a well-kept system can read.
+A checksum shows that a file is whole, not who wrote it: a stranger can compute one as well. A resumed file is accepted
+only if it was signed with the key, which no other user of a well-kept system can read.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def signature(content: bytes | memoryview) -> bytes:
 
 
 def is_signed(content: bytes | memoryview, given: bytes) -> bool:
-    """Whether *given* is the `signature` of *content*."""
+    """Return whether *given* is the `signature` of *content*."""
     return hmac.compare_digest(signature(content), given)
 
 

@@ -1,1 +1,1 @@
-"""Rank 2. Solvers: one file per question about a robot's statics."""
+"""Solvers of a robot's statics (rank 2): one file per question."""

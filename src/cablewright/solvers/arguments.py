@@ -195,7 +195,7 @@ def _short_turns(vectors: Array, what: str) -> Array:
 
 
 def require_a_load(model: Model) -> None:
-    """Raise `InputError` where nothing loads the lines: their least tensions would be zero and hold nothing."""
+    """Raise `InputError` where nothing loads the lines: tensions of least norm would be zero."""
     platform, free = PlatformNumbers(model.packed.platform), model.free_directions
     if free is None and (platform.weight > 0.0 or platform.wrench.any()):
         return
@@ -211,7 +211,7 @@ def require_a_load(model: Model) -> None:
 
 
 def given_rows(values: ArrayLike, rows: int, width: int, what: str, unit: str) -> Array:
-    """Return *values*, one row for all or one for each, as (rows, width). Raises `InputError`."""
+    """Return *values*, one row for all problems or one for each, as (rows, width). Raises `InputError`."""
     given, _ = as_rows(values, width, what, unit)
     if len(given) not in (1, rows):
         raise InputError(f"{what}: one row, or {rows} as there are problems, is expected; got {len(given)}")
@@ -219,7 +219,10 @@ def given_rows(values: ArrayLike, rows: int, width: int, what: str, unit: str) -
 
 
 def given_numbers(values: ArrayLike | None, rows: int, what: str, unit: str) -> Array | None:
-    """Return *values*, one number for all rows or one for each, as (rows,); None stays None. Raises `InputError`."""
+    """Return *values*, one number for all problems or one for each, as (rows,); None stays None.
+
+    Raises `InputError`.
+    """
     if values is None:
         return None
     return given_rows(np.atleast_1d(np.asarray(values))[..., None], rows, 1, what, unit)[:, 0].copy()

@@ -25,14 +25,14 @@ class _Threads:
 
     @classmethod
     def get(cls) -> ThreadPoolExecutor:
-        """All but one of the threads that may be used."""
+        """Reserve all but one of the threads that may be used."""
         if cls.pool is None:
             cls.pool = ThreadPoolExecutor(max(1, thread_count() - 1), "kernels")
         return cls.pool
 
     @classmethod
     def forget(cls) -> None:
-        """Leave the threads to whom they belong."""
+        """Forget the threads: they belong to another process."""
         cls.pool = None
 
 
@@ -64,7 +64,7 @@ class _Words:
 
     @classmethod
     def say(cls) -> None:
-        """Log that kernels are compiled."""
+        """Log that kernels are being compiled."""
         if not cls.said:
             log.info("compiling kernels (once, up to a minute)")
         cls.said = True
@@ -72,7 +72,7 @@ class _Words:
 
 @contextmanager
 def saying_more() -> Iterator[None]:
-    """Context in which the caller itself reports compilation."""
+    """Return a context in which the caller itself reports compilation."""
     before, _Words.said = _Words.said, True
     try:
         yield
@@ -85,7 +85,7 @@ _ahead: list[Callable[[], None]] = []
 
 @contextmanager
 def before_compiling(action: Callable[[], None]) -> Iterator[None]:
-    """Call *action*, once, before a kernel is run, inside, that was never compiled."""
+    """Call *action*, once, before a kernel that was never compiled is run inside this context."""
     _ahead.append(action)
     try:
         yield
@@ -99,7 +99,7 @@ _ready: set[tuple[Any, bool | None]] = set()  # kernels of which this process kn
 def run(kernel: Callable[..., None], rows: int, *arguments: Any, chunk: int = CHUNK) -> None:
     """Run *kernel* on the *rows* of a batch, on several threads if they are more than one *chunk*.
 
-    The kernel takes *arguments* and two rows: the first and the last but one. Results do not depend on the threads.
+    The kernel takes *arguments*, the first row, and the row after the last. Results do not depend on the threads.
     """
     if not rows:
         return

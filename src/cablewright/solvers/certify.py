@@ -38,7 +38,7 @@ LEVERS = {1: "stable", -1: "unstable", 0: "not sure"}
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Certificate(Rows, Result):
-    """What is proved of an equilibrium, or of each of a batch (a leading axis).
+    """Result of a certification: the proof about an equilibrium, or about each of a batch (a leading axis).
 
     If `certified`, the equations of the model, whose numbers are taken as exact doubles, have exactly one solution with
     all its unknowns in a box around the numerical one. Its position is within `bound` of the equilibrium's, m, and for
@@ -82,7 +82,7 @@ class Certificate(Rows, Result):
         return scalar(self.code == kernel.CERTIFIED)
 
     def reason(self) -> Any:
-        """Return why it is proved or not: a sentence, or a tuple (N) of them for a batch."""
+        """Return the reason why the equilibrium is proved or not: a sentence, or a tuple (N) of them for a batch."""
         return by_row(REASONS.get, self.code)
 
 
@@ -121,7 +121,7 @@ def _straight_down(equilibrium: Equilibrium) -> Mask:
 
 
 def is_only_one(equilibrium: Equilibrium) -> bool:
-    """Whether a theorem proves that there is only one equilibrium for the lengths of each row.
+    """Return whether a theorem proves that each row's equilibrium is the only one for its lengths.
 
     Theorem 1 of `docs/theory/uniqueness.md`: a point load on eyelets, no modelled dead span, cables with weight and
     finite stiffness.

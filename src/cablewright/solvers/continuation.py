@@ -23,7 +23,7 @@ from cablewright.solvers.forward import lengths_paid_out, solve_forward
 
 @dataclass(frozen=True)
 class TrackerSettings:
-    """Tolerances of a step of a `Tracker`."""
+    """Tolerances of one step of a `Tracker`."""
 
     certify: bool = True
     """Whether each step is certified: exactly one equilibrium is within `tolerance`."""
@@ -93,14 +93,14 @@ class Tracker:
         return Status.of(code)
 
     def change(self, packed: Packed) -> None:
-        """Continue with *packed*, other numbers of the same robot: those of another load, or of another retraction.
+        """Continue with *packed*, other numbers of the same robot, such as another load or retraction.
 
         The next step leads to their equilibrium.
         """
         self._packed = packed
 
     def restart(self, lengths: Array) -> bool:
-        """Go to the equilibrium of *lengths* (m,), m, near the pose; return whether there is one."""
+        """Go to the equilibrium of *lengths* (m,), m, near the present pose; return whether there is one."""
         self._pulls = None  # states may have been loaded
         pose, states = self.pose.copy(), self.states.copy()
         code, _, _ = kernel.solve_near(self._packed, lengths, pose, states, self._work)
@@ -115,14 +115,14 @@ class Tracker:
 
     @property
     def tensions(self) -> Array:
-        """(m,) at the sheaves, N, of the last equilibrium."""
+        """Tensions (m,) at the sheaves, N, of the last equilibrium."""
         if self._pulls is None or self._pulls[0] is not self.states:
             self._pulls = self.states, np.asarray(LineStates(self.states).tension)
         return self._pulls[1]
 
     @property
     def solved(self) -> Equilibrium:
-        """The equilibrium as a batch of one row."""
+        """The last equilibrium as a batch of one row."""
         batch = self._packed._replace(lines=self._packed.lines[None], platform=self._packed.platform[None])
         code, none = np.zeros(1, dtype=np.int64), np.zeros(1)
         lengths = lengths_paid_out(self.model, batch, self.states[None], self._lengths[None])

@@ -42,7 +42,7 @@ FOUND = tuple(
 
 
 class FoundEquilibrium(NamedTuple):
-    """One of the equilibria, with its properties."""
+    """One of the equilibria that were found, with stability, tensions and slack lines."""
 
     equilibrium: Equilibrium
     stable: bool
@@ -119,7 +119,7 @@ class Equilibria(Result):
 
     @property
     def status(self) -> str:
-        """Ok, unfinished or overstretched."""
+        """Status of the search: "ok", "unfinished" or "overstretched"."""
         return "unfinished" if not self.finished else "overstretched" if self._is_overstretched else "ok"
 
     @property
@@ -147,7 +147,7 @@ class Equilibria(Result):
 
     @property
     def stable(self) -> Mask:
-        """(K,) whether the status is ok or overstretched."""
+        """Mask (K,) of stable equilibria: their status is ok or overstretched."""
         return np.isin(self.solutions.code, [Code.OK, Code.OVERSTRETCHED])
 
     def __len__(self) -> int:
@@ -246,7 +246,7 @@ def _starts(model: Model, low: Array, high: Array, count: int, seed: int) -> tup
 
 
 def lever_patterns(model: Model, rng: np.random.Generator) -> Mask:
-    """Return which levers to start upside down, (P, m): every pattern of few levers, some of many."""
+    """Return patterns (P, m) of levers to start upside down: every pattern of few levers, some of many."""
     levers = np.flatnonzero(model.lines.has_lever)
     if len(levers) <= ALL_PATTERNS:
         signs = np.array(list(product((False, True), repeat=len(levers))), dtype=bool)

@@ -47,7 +47,7 @@ REASONS = {
 
 @dataclass(frozen=True, eq=False)
 class ExhaustiveSearch:
-    """State of a search, from which it can be resumed."""
+    """State of an exhaustive search, from which it can be resumed."""
 
     box: Array  # (6,) lowest and highest x, y, z of the searched region, m
     open: Array  # (N, 6) boxes to be judged
@@ -64,7 +64,7 @@ class ExhaustiveSearch:
 
 
 def begin(model: Model, box: Array | None) -> ExhaustiveSearch:
-    """Return the initial state of a search in *box*, as for `equilibria`."""
+    """Return the initial state of an exhaustive search in *box*, as for `equilibria`."""
     return _anew(np.stack(box_of(model, box), axis=1).ravel())
 
 

@@ -83,9 +83,9 @@ def solve_again(solved: Equilibrium, packed: Packed, lengths: Array, each: int) 
 
 
 def solve_from(model: Model, packed: Packed, lengths: Array, poses: Array, states: Array, again: Mask) -> Equilibrium:
-    """Solve *lengths* (N, m), m, with the numbers in *packed*, from *poses* (N, n) and *states* (N, m, 6).
+    """Solve forward problems of *lengths* (N, m), m, from given *poses* (N, n) and *states* (N, m, 6).
 
-    Rows that fail are solved *again* (N,) from the pose alone, then without a guess.
+    *packed*: arrays of the robot. Rows that fail are solved *again* (N,) from the pose alone, then without a guess.
     """
     found = _solve(model, packed, lengths, poses.copy(), states.copy(), batches.WARM)
     lost = np.flatnonzero((found.code != 0) & again)
@@ -107,7 +107,7 @@ def _solve(model: Model, packed: Packed, lengths: Array, pose: Array, states: Ar
 
 
 def lengths_paid_out(model: Model, packed: Packed, states: Array, given: Array) -> Array:
-    """Return the lengths (N, m), m: those *given*, and of lines with a counterweight those of *states* (N, m, 6)."""
+    """Return the *given* lengths (N, m), m; of lines with a counterweight those of *states* (N, m, 6)."""
     if not model.lines.counterweight.any():
         return given
     lengths = given.copy()

@@ -1,4 +1,4 @@
-"""Poses along a path of a robot with fewer winches than degrees of freedom: it tilts, and the nozzle with it."""
+"""Poses along a path of a robot with fewer winches than degrees of freedom, whose platform and nozzle tilt."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def nozzle_on_path(model: Model, poses: Array, positions: Array, retraction: Arr
 
 
 def hung(model: Model, poses: Array, retraction: Array | None = None) -> Array:
-    """Return complete *poses* (k, n) with the nozzle kept; NaN marks the coordinates that equilibrium decides.
+    """Return *poses* (k, n) completed by equilibrium, with the nozzle kept; NaN marks the coordinates to decide.
 
     As they are where winches hold all degrees of freedom. *retraction* (k,), m.
     """

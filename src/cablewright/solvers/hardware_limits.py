@@ -46,7 +46,10 @@ def winch_torques(equilibrium: Equilibrium) -> Array:
 
 
 def on_drums(robot: Robot, torques: Array) -> Array:
-    """Return the torque on the drum of each line (..., m), N m, from that of each line's cables."""
+    """Return the torque on the drum of each line (..., m), N m, from the torques of single lines.
+
+    Lines on one drum have its sum each.
+    """
     found = torques.copy() if robot.sharing else torques
     for i, j, sense in drum_mates(robot):
         found[..., i] += sense * torques[..., j]
@@ -54,7 +57,7 @@ def on_drums(robot: Robot, torques: Array) -> Array:
 
 
 def rise_on_drums(robot: Robot, drop: Array, rise: Array) -> Array:
-    """Return the most (..., m), N m, by which a drum's torque rises.
+    """Return the largest rise (..., m), N m, of a drum's torque when tensions may fall and rise.
 
     *drop* and *rise*: how much the tension of each line's cables may fall and rise. *drop* is at most 0. Lines on one
     drum are taken to change together in the worst way.
@@ -66,7 +69,7 @@ def rise_on_drums(robot: Robot, drop: Array, rise: Array) -> Array:
 
 
 def drum_arms(equilibrium: Equilibrium) -> Array:
-    """Return the torque on each drum per tension of a cable (..., m), m: its radius, once for each cable.
+    """Return the torque on each drum per tension of one cable (..., m), m: its radius times the number of cables.
 
     NaN where the radius is not known. Raises `InputError` for lengths that empty a drum with a build-up.
     """

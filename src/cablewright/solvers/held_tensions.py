@@ -1,4 +1,4 @@
-"""The tensions that control holds where lines are redundant: those that a print chooses, and a check judges."""
+"""Tensions that control holds where lines are redundant: a print chooses them, and a check judges them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _BELOW: Final = 0.05  # of the range of tensions, kept below the largest
 
 
 def chosen_rows(count: int) -> Indices:
-    """Return the rows, of a path of *count* places, at which tensions are judged: all of them, or 400 evenly."""
+    """Return indices of positions on a path of *count* positions at which tensions are judged: all, or 400 evenly."""
     return np.linspace(0, count - 1, min(count, _SAMPLES)).astype(np.int64)
 
 
@@ -34,7 +34,7 @@ def with_margin(
     above: Array | float = 0.0,
     below: Array | float = 0.0,
 ) -> tuple[Model, float]:
-    """Return the model with the narrowest limits of tension, within its own, that all *poses* (k, n) allow.
+    """Return the model with the narrowest tension limits, within its own, that all *poses* (k, n) allow.
 
     Inverse solutions of it are the tensions that control holds: the least ones within those limits, of a rigid platform
     those nearest to `PREFERRED` times the least. *above* the least and *below* the largest tension, (m,) N, is their

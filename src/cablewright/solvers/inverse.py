@@ -111,10 +111,10 @@ def solve_inverse(
 
 
 def solve_rows(model: Model, packed: Packed, poses: Array, wrenches: Array | None) -> Equilibrium | None:
-    """Solve as `solve_inverse` for neighbouring *poses* (k, n), as it checks them, with *wrenches* (k, 6) or None.
+    """Solve the inverse problem of neighbouring *poses* (k, n), already checked, with *wrenches* (k, 6) or None.
 
-    *packed*: the model in k rows, with its preferred tensions and a winch for each line. Returns None where any row has
-    no solution from its start; `solve_inverse` tries more.
+    As `solve_inverse`. *packed*: the model in k rows, with its preferred tensions and a winch for each line. Returns
+    None where any row has no solution from its start; `solve_inverse` tries more.
     """
     if wrenches is not None:
         packed = packed._replace(platform=packed.platform.copy())

@@ -36,11 +36,11 @@ BARE = 0.999  # of the stretched dead span's weight: lower bound of the tension 
 
 
 class OutOfTime(Exception):
-    """The covers were not ready in time."""
+    """Error: the covers were not ready in time."""
 
 
 def refuse_unfit(model: Model, lengths: Array) -> None:
-    """Raise `InputError` for a machine or lengths that the search does not cover."""
+    """Raise `InputError` for a machine or lengths that the exhaustive search does not support."""
     require(model, Capability.EXHAUSTIVE)
     if model.massless:
         raise InputError("exhaustive: cables without weight have no shape where they are slack; use catenary")

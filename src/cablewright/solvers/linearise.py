@@ -1,4 +1,4 @@
-"""The linearisation of a solved equilibrium: stiffness, and motion and tension per length and parameter of a line."""
+"""Linearisation of a solved equilibrium: stiffness, and motion and tension per length and parameter of a line."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ class Linearisation(Rows):
 
     @property
     def per_length(self) -> Array:
-        """(n, m) motion per unstrained length paid out, m/m and rad/m."""
+        """Motion (n, m) per unstrained length paid out, m/m and rad/m."""
         return self.motion[..., LENGTH]
 
     @property
     def per_modulus(self) -> Array:
-        """(n, m) motion per relative change of each line's Young's modulus, m."""
+        """Motion (n, m) per relative change of each line's Young's modulus, m."""
         return self.motion[..., MODULUS]
 
     @property
@@ -54,12 +54,12 @@ class Linearisation(Rows):
 
     @property
     def per_weight(self) -> Array:
-        """(n, m) motion per relative change of each cable's linear density, m."""
+        """Motion (n, m) per relative change of each cable's linear density, m."""
         return self.motion[..., WEIGHT_FACTOR]
 
     @property
     def per_platform_point(self) -> Array:
-        """(n, m, 3) motion per platform point coordinate, platform frame, m/m."""
+        """Motion (n, m, 3) per platform point coordinate, platform frame, m/m."""
         return self.motion[..., POINT : POINT + 3]
 
     @property
@@ -124,11 +124,11 @@ class TensionChanges(Rows):
 
     @property
     def per_length(self) -> Array:
-        """(N, m) per unstrained length of the line, N/m."""
+        """Change (N, m) of tension per unstrained length of the line, N/m."""
         return self.own[..., LENGTH]
 
     def following(self, motion: Array) -> Array:
-        """Return changes (N, m, k) of tensions, N, for a *motion* (N, n, k) of the platform, m and rad."""
+        """Return the tension changes (N, m, k), N, that a *motion* (N, n, k) of the platform, m and rad, causes."""
         return np.asarray(np.einsum("nmc,nck->nmk", self.by_pose, motion))
 
 

@@ -1,4 +1,4 @@
-"""One line at a pose, without the others: as a straight tangent, or hanging with excess length."""
+"""One line at a pose, without the others: straight, or hanging with a given excess length."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def winch_line(model: Model, line: LineKey) -> int:
 
 
 def taut_lengths(packed: Packed, poses: Array) -> Array:
-    """Return the length (N, m), m, of each straight line at *poses* (N, n), unstretched; NaN inside a sheave.
+    """Return the unstrained length (N, m), m, of each straight line at *poses* (N, n); NaN inside a sheave.
 
     *packed* has one row or N.
     """
@@ -75,13 +75,13 @@ def one_pose(model: Model, pose: ArrayLike) -> Array:
 
 
 def hang(row: Array, plane: Array, length: float, y: Array) -> int:
-    """Set the state *y* of an upright line to unstrained *length* (m) in its plane (4,). Returns a kernel code."""
+    """Compute the state *y* of an upright line of unstrained *length* (m) in its plane (4,). Returns a kernel code."""
     return int(find_upright(row, y, plane, length, np.zeros((y.size, y.size)), np.zeros((y.size, 4))))
 
 
 @dataclass(frozen=True, eq=False)
 class LoneLine:
-    """The line *index* of a robot at the one *pose* (1, n), without the others. A winch sets its length."""
+    """The line *index* of a robot at one *pose* (1, n), without the other lines. A winch sets its length."""
 
     model: Model
     pose: Array
@@ -89,12 +89,12 @@ class LoneLine:
 
     @cached_property
     def packed(self) -> Packed:
-        """The robot as arrays for kernels, in a batch of one row."""
+        """The robot as arrays for kernels, as a batch of one row."""
         return self.model.rows()
 
     @property
     def numbers(self) -> LineNumbers:
-        """The numbers of the line."""
+        """The packed numbers of the line."""
         return LineNumbers(self.packed.lines[0, self.index])
 
     @cached_property
@@ -104,13 +104,13 @@ class LoneLine:
 
     @property
     def taut_span(self) -> float:
-        """The length of the free span, m, where it is taut."""
+        """Length of the free span, m, where the line is taut."""
         states = blank_states(1, self.model.m)
         batches.shape_rows(self.packed, self.pose, np.full((1, self.model.m), np.nan), states)
         return float(LineStates(states[0, self.index]).free_length)
 
     def hung(self, excess: float) -> tuple[int, Array]:
-        """Return a kernel code and the state (6,) of the line that is longer than taut by *excess*, m."""
+        """Return a kernel code and the state (6,) of the line with an *excess* length, m, over the taut one."""
         m, codes = self.model.m, np.zeros(1, dtype=np.int64)
         states, lengths = blank_states(1, m), np.full((1, m), self.taut + excess)
         arrays = (np.array([self.index]), states, np.zeros((1, self.model.n)), codes)
@@ -118,7 +118,7 @@ class LoneLine:
         return int(codes[0]), states[0, self.index]
 
     def max_excess(self) -> tuple[float, str]:
-        """Return the largest excess, m, and its limit: a word of `slack.SlackSet`."""
+        """Return the largest excess length, m, and the reason of that limit: a word of `slack.SlackSet`."""
         line, limit, ended_by = self.model.robot.lines[self.index], math.inf, "nothing"
         if line.winch.capacity is not None:
             limit, ended_by = line.winch.capacity / line.cables - self.taut, "capacity"
@@ -155,7 +155,7 @@ class LoneLine:
 
 
 def last_fine(fine: Callable[[float], bool], good: float, bad: float) -> float:
-    """Return the last excess, m, between *good* and *bad* for which *fine* holds, by bisection."""
+    """Return the largest excess, m, between *good* and *bad* for which *fine* holds, by bisection."""
     while abs(bad - good) > RESOLUTION * (1.0 + good):
         middle = 0.5 * (good + bad)
         if fine(middle):

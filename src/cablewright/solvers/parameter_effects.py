@@ -47,7 +47,7 @@ def range_response(equilibrium: Equilibrium, ranges: Sequence[Range], linear: Li
 
 
 def zeroing(ranges: Sequence[Range], m: int) -> Array:
-    """Return by how much zeroing pays out more of *m* lines per unit of k parameters, (k, m), m."""
+    """Return how much more cable *m* lines pay out by zeroing at a pose, per unit of k parameters, (k, m), m."""
     return np.array([each.zeroing or (0.0,) * m for each in ranges]).reshape(-1, m)
 
 
@@ -65,7 +65,7 @@ def nozzle_response(equilibrium: Equilibrium, parameters: Sequence[Parameter]) -
 
 
 def departures(parameters: Sequence[Parameter], nominal: Array, values: Array) -> Array:
-    """Return the distance of *values* (..., k) from *nominal* ones (k,), in variables that statics is nearly linear in.
+    """Return differences of *values* (..., k) from *nominal* ones (k,), in variables with nearly linear statics.
 
     This is the difference; for a modulus factor, which acts through the compliance, it is 1 - 1 / factor.
     """
@@ -90,7 +90,7 @@ def tension_response(
 def range_tension_response(
     equilibrium: Equilibrium, ranges: Sequence[Range], motion: Array, changes: TensionChanges
 ) -> Array:
-    """Return the `tension_response` to *ranges*, with the cable that zeroing pays out of each line."""
+    """Return `tension_response` to the parameters of *ranges*, with the cable that zeroing pays out of each line."""
     out = tension_response(equilibrium, [each.parameter for each in ranges], motion, changes)
     return out + changes.own[..., LENGTH, None] * zeroing(ranges, equilibrium.model.m).T
 
@@ -106,7 +106,7 @@ def _columns(equilibrium: Equilibrium, parameter: Parameter) -> Iterator[tuple[i
 
 
 def mount_lengths(equilibrium: Equilibrium) -> Array:
-    """Return how much longer a line with the same tension would be on a stiff mount, (N, m), m per m/N.
+    """Return the extra line length on a stiff mount at the same tension, per compliance, (N, m), m per m/N.
 
     At the N solved rows of a batch, platform held, of mounts that are equally compliant in all directions; to first
     order. Displacement of an exit point across its line is neglected: it rotates the force by displacement over span.

@@ -1,4 +1,4 @@
-"""How fast the nozzle may go along a path: by its winches, and by the job's own limits."""
+"""Largest speeds of the nozzle along a path, by its winches and by the job's own limits."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ FASTEST: Final = 1e3
 
 
 def fed(robot: Robot, job: Job, samples: Samples, room: Room = MEMORY) -> Samples:
-    """Return *samples* of a *job* with the speeds that winches allow, where it asks for the fastest; else as they are.
+    """Return *samples* of a *job* with the speeds that winches allow, if the job requests the fastest; else unchanged.
 
     Lines are straight and do not stretch. *room*: folder for the array of speeds. Raises `InputError` where nothing
     limits a speed.
@@ -49,7 +49,7 @@ def fed(robot: Robot, job: Job, samples: Samples, room: Room = MEMORY) -> Sample
 def with_speeds(job: Job, samples: Samples) -> Job:
     """Return a *job* whose print and travel speeds are the largest of its *samples*, m/s, which are those of `fed`.
 
-    As it is, unless it asks for the fastest.
+    Unchanged unless the job requests the fastest.
     """
     if job.motion.speed == "gcode":
         return job

@@ -1,4 +1,7 @@
-"""A box that contains the pose, as `cablewright.solvers.pose_hull` finds it: apart from that search, which few need."""
+"""Result of `cablewright.solvers.pose_hull`: a box that contains the pose.
+
+It is apart from that search, which few need.
+"""
 
 from __future__ import annotations
 

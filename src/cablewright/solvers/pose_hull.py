@@ -1,4 +1,4 @@
-"""A guaranteed enclosure of the pose for all lengths within some error."""
+"""A guaranteed enclosure of the pose for all cable lengths within some error."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tensions that inverse solutions stay near where the limits let redundant lines hang slack.
+"""Preferred tensions, near which inverse solutions stay where the limits let redundant lines hang slack.
 
 The least norm then lies where lines carry nothing: their shapes are many, and the solution jumps between them.
 """

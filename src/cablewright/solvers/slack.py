@@ -249,7 +249,7 @@ class SlackSet(Result):
 
     @property
     def tensions(self) -> Array:
-        """(m,) tension at each sheave at `excess_low`, N."""
+        """Tension (m,) at each sheave at `excess_low`, N."""
         return self.equilibrium.tensions
 
 
@@ -428,9 +428,9 @@ def let_out(
     cable: CableLaw | str | None = None,
     sheave: SheaveLaw | str | None = None,
 ) -> Equilibrium:
-    """Solve the forward problem while one *line* is let out *by* (k,) m more than its length in *lengths* (m,), m.
+    """Solve the forward problem while one *line* is *by* (k,) m longer than its length in *lengths* (m,), m.
 
-    The others keep their lengths, but for those on the same drum, which turns. The k rows of the batch are a path: the
+    The others keep their lengths, except those on the same drum, which turns. The k rows of the batch are a path: the
     first is found without a guess, each other from the one before. Raises `InputError` as `forward` does and if *by* is
     empty, `AnswerError` if the first has no answer.
     """

@@ -1,4 +1,4 @@
-"""The motion of a job on a robot: shaped by the slowest mode of the platform along the path."""
+"""Motion of a job on a robot, shaped to avoid exciting the platform's slowest mode along the path."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ _ALONG: Final = 7  # places along each side of a box, at which modes are compute
 
 @dataclass(frozen=True, eq=False)
 class SlowestMode:
-    """Frequencies of the slowest mode on a grid in a box; between its places they are interpolated.
+    """Frequencies of the platform's slowest mode on a grid in a box, interpolated in between.
 
-    Beyond the box they are those of the nearest place in it.
+    Beyond the box they are those of the nearest position in it.
     """
 
     low: Array  # (3,) m
@@ -48,11 +48,11 @@ class SlowestMode:
     def within(
         cls, model: Model, low: Array, high: Array, through: Array, poses_at: PosesAt, least: float = 0.0
     ) -> Self | None:
-        """Return the grid between two corners *low* and *high* (3,), m; None where no pose there is stable.
+        """Return the frequencies on a grid between two corners *low* and *high* (3,), m; None where no pose is stable.
 
-        Where a place of the grid cannot be held, or its slowest mode is below the *least*, Hz, it has the least
+        Where a position of the grid cannot be held, or its slowest mode is below the *least*, Hz, it has the least
         frequency of all others. A body whose inertia is not known has that of `with_inertia`. A platform in a tilted
-        plane is in that *through* a place (3,), m.
+        plane is in that *through* a position (3,), m.
         """
         axes = [np.linspace(a, b, _ALONG if b > a else 1) for a, b in zip(low, high, strict=True)]
         places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
@@ -64,16 +64,16 @@ class SlowestMode:
         return cls(low, high - low, np.where(known, found, found[known].min()).reshape(places.shape[:3]))
 
     def period_at(self, place: Array) -> float:
-        """Return the period, s, with the nozzle at one *place* (3,), m."""
+        """Return the slowest mode's period, s, with the nozzle at one position (3,), m."""
         return float(self.period(place[None])[0])
 
     @property
     def least(self) -> float:
-        """Lowest of the frequencies, Hz."""
+        """Lowest of the grid's frequencies, Hz."""
         return float(self.frequencies.min())
 
     def period(self, positions: Array) -> Array:
-        """Return the period (k,), s, with the nozzle at *positions* (k, 3), m."""
+        """Return the slowest mode's period (k,), s, with the nozzle at *positions* (k, 3), m."""
         counts = np.array(self.frequencies.shape) - 1
         share = np.divide(positions - self.low, self.size, out=np.zeros_like(positions), where=self.size > 0.0)
         at = np.clip(share, 0.0, 1.0) * counts
@@ -100,7 +100,7 @@ class JobMotion:
 
     @classmethod
     def of(cls, robot: Robot, job: Job, samples: Samples, room: Room = MEMORY) -> Self:
-        """Return the motion of a *job* on a *robot* along its *samples*, shaped where it can be.
+        """Return the motion of a *job* on a *robot* along its *samples*, shaped where possible.
 
         *room*: folder for its arrays.
         """
@@ -130,7 +130,7 @@ class JobMotion:
 
 
 def slowest_mode(robot: Robot, job: Job, samples: Samples) -> SlowestMode | str:
-    """Return the slowest mode on a grid about a job's path, or in a sentence why motion is not shaped for it."""
+    """Return the slowest mode on a grid about a job's path, or a sentence why its motion is not shaped."""
     if job.motion.shaping == "none":
         return 'motion.shaping = "none"'
     low, high = samples.positions[0].copy(), samples.positions[0].copy()

@@ -1,4 +1,4 @@
-"""All lines of a platform as straight tangents, for each step of a control loop."""
+"""All lines of a platform as straight cables, for each step of a control loop."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def taut_at(model: Model, pose: Array) -> Taut:
 
 
 def taut_of(packed: Packed, pose: Array) -> Taut:
-    """Return straight lines, see `taut_at`, of lines that may differ from a model's, as with a retraction."""
+    """Return straight lines, see `taut_at`, of arrays *packed* that may differ from a model's."""
     m, place = len(packed.lines), np.array(pose, dtype=np.float64)
     found, planes, toward, per_motion = (np.empty((m, size)) for size in (kernel.FOUND, 4, 3, len(place)))
     kernel.draw(packed, place, found, planes, toward, per_motion)
@@ -44,7 +44,7 @@ def stretches(lines: LineNumbers, taut: Taut) -> Array:
 
 
 def given(lines: LineNumbers, taut: Taut) -> Array:
-    """Return by how much the mount of each exit shortens the way of its straight line per tension, m/N.
+    """Return by how much each exit point's mount shortens its straight line per tension, m/N.
 
     It is pulled along the free span and, where it is modelled, along a dead span, by all cables of the line.
     """
@@ -52,7 +52,7 @@ def given(lines: LineNumbers, taut: Taut) -> Array:
 
 
 def mount_share(lines: LineNumbers, taut: Taut) -> Array:
-    """Return the way that a mount of the compliance 1 shortens so, per tension: 1 without a dead span, up to 4."""
+    """Return the shortening of a line per tension on a mount of unit compliance: 1 without a dead span, up to 4."""
     return _softness(lines, taut)[:, kernel.SHARE]
 
 

@@ -53,17 +53,18 @@ class Objective(Protocol):
     """A convex function of the tensions (m,), N, to be minimised."""
 
     def value(self, tensions: Array) -> float:
-        """Return the value of the objective."""
+        """Return the value of the objective at tensions (m,), N."""
 
     def gradient(self, tensions: Array) -> Array:
-        """Return the gradient (m,) of the objective."""
+        """Return the gradient (m,) of the objective at tensions (m,), N."""
 
 
 @dataclass(frozen=True, eq=False)
 class Quadratic:
-    """1/2 t'Ht + g't. *hessian* H is (m, m), positive semidefinite, or (m,), a positive diagonal, which is compiled.
+    """Quadratic objective 1/2 t'Ht + g't of the tensions t.
 
-    *linear* is g (m,), zero if None.
+    *hessian* H is (m, m), positive semidefinite, or (m,), a positive diagonal, which is compiled. *linear* is g (m,),
+    zero if None.
     """
 
     hessian: Array
@@ -127,7 +128,7 @@ class _AtPoses(Result, Rows):
 
     @property
     def feasible(self) -> Mask:
-        """Whether the code is 0. The closed forms may be infeasible where there are tensions within the limits."""
+        """Whether tensions within the limits were found; the closed forms may miss existing ones."""
         return np.asarray(self.code == 0)
 
 
@@ -350,7 +351,7 @@ def structures(
     """Return structure matrices A (N, n, m) and wrenches w (N, n) of A t + w = 0 at *poses* (N, n); NaN if undefined.
 
     Column i is the wrench of line i about the platform's origin, per newton of its tension; NaN without a direction.
-    What a plane carries is left out of both.
+    The part that a plane carries is left out of both.
     """
     given, _ = as_poses(model, poses, "pose")
     return structures_at(_packed(model, len(given), wrench, retraction), given)
@@ -365,12 +366,10 @@ def drum_structures(
 
 
 def self_stresses(equilibrium: Equilibrium) -> Array:
-    """Orthonormal directions (c, m) of tensions that balance each other, at a single *equilibrium*.
+    """Return orthonormal directions (c, m) of tensions that balance each other, at a single *equilibrium*.
 
-    c is max(k - degrees of freedom, 0).
-
-    k: the number of lines without a counterweight, whose tension is given. For straight lines from exit point to
-    platform point; along these directions the pose hardly changes.
+    c is max(k - degrees of freedom, 0). k: the number of lines without a counterweight, whose tension is given. For
+    straight lines from exit point to platform point; along these directions the pose hardly changes.
     """
     n, points = equilibrium.model.freedoms, equilibrium.platform_points
     winched = equilibrium.lines.counterweight == 0.0

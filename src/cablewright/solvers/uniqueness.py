@@ -1,4 +1,4 @@
-"""Among which equilibria a theorem says that a given one is the only one: `docs/theory/uniqueness.md`."""
+"""Theorems on uniqueness: among which equilibria a given one is the only one, see `docs/theory/uniqueness.md`."""
 
 from __future__ import annotations
 

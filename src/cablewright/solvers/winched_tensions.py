@@ -41,7 +41,7 @@ Found = tuple[Array, Array, NDArray[np.int64]]  # tensions (N, m), margins (N,) 
 
 @dataclass(frozen=True, eq=False)
 class WinchedLines:
-    """The lines with a winch at N poses: the wrench of counterweights is part of the load."""
+    """The winch-driven lines of a robot at N poses; counterweights are part of the load."""
 
     packed: Packed  # of the lines with a winch
     winched: Mask  # (m,) which lines these are
@@ -51,7 +51,7 @@ class WinchedLines:
 
     @classmethod
     def at(cls, model: Model, packed: Packed, poses: Array) -> WinchedLines:
-        """Return the lines of *model*, whose arrays for *poses* (N, n) are *packed*."""
+        """Return the winch-driven lines of *model*, whose arrays for *poses* (N, n) are *packed*."""
         given = model.lines.counterweight
         winched, codes = given == 0.0, np.zeros(len(poses), np.int64)
         if winched.all():
@@ -65,7 +65,7 @@ class WinchedLines:
         return cls(packed._replace(lines=lines, platform=rows), winched, given, room, codes)
 
     def completed(self, found: Found) -> Found:
-        """Return *found*, of the lines with a winch, with the given tensions and their distance from the limits."""
+        """Return tensions *found* for winch-driven lines, completed by counterweights, with margins to the limits."""
         if self.winched.all():
             return found
         tensions = np.tile(self.given, (len(found[0]), 1))
@@ -92,7 +92,7 @@ def structures_at(packed: Packed, poses: Array, codes: NDArray[np.int64] | None 
 
 @dataclass(frozen=True, eq=False)
 class CoupledProgram:
-    """Tensions t (m,), N, of one pose: rows @ t = load, within limits from *low* to *high*."""
+    """Search for tensions t (m,), N, at one pose: rows @ t = load, within limits from *low* to *high*."""
 
     rows: Array
     load: Array
@@ -104,7 +104,7 @@ class CoupledProgram:
         return self._judged(self._nearest(self.rows, self.load))
 
     def improved(self) -> Choice:
-        """Return those with the line that violates its limits most at its limit, one after another."""
+        """Return tensions by the improved closed form: the worst violating line is set to its limit, repeatedly."""
         rows, load = self.rows, self.load
         tensions = self._nearest(rows, load)
         for _ in self.low:
@@ -137,7 +137,7 @@ class CoupledProgram:
         return self._judged(found.x[:m]) if found.status == 0 else (np.full(m, np.nan), np.nan, Code.NOT_CONVERGED)
 
     def least(self, curvature: Array, bias: Array) -> Choice:
-        """Return those that minimise the sum of curvature t^2 / 2 - bias t, or else violate the limits least."""
+        """Return tensions that minimise the sum of curvature t^2 / 2 - bias t, or else violate the limits least."""
         count, m = self.rows.shape
         tensions, first = np.zeros(m), 0
         for give in (0.0, SOFT):
@@ -152,7 +152,7 @@ class CoupledProgram:
 
     @property
     def balances(self) -> bool:
-        """Whether tensions of any size solve the equations."""
+        """Return whether tensions of any size solve the equations."""
         tensions = np.linalg.lstsq(self.rows, self.load, rcond=FLAT)[0]
         return bool(np.abs(self.rows @ tensions - self.load).max() <= 10.0 * BALANCED * np.abs(self.load).max())
 
@@ -167,7 +167,7 @@ class CoupledProgram:
 
 
 def drum_stresses(equilibrium: Equilibrium, stresses: Array) -> Array:
-    """Return those orthonormal combinations (c, m) of *stresses* (k, m) that keep the drums of a batch of one row."""
+    """Return orthonormal combinations (c, m) of *stresses* (k, m) that keep the shared drums, of a batch of one row."""
     from scipy.linalg import null_space
 
     drums = Drums.at(equilibrium.model, equilibrium.packed, equilibrium.pose, equilibrium.tensions)
@@ -178,7 +178,7 @@ def drum_stresses(equilibrium: Equilibrium, stresses: Array) -> Array:
 def distributed(
     model: Model, packed: Packed, poses: Array, choose: Callable[[CoupledProgram], Choice], *, loaded: bool = True
 ) -> Found:
-    """Choose the tensions at *poses* (N, n) of the lines, of which some share winches: tensions, margins and codes.
+    """Choose tensions at *poses* (N, n) of lines of which some share winches: tensions, margins and codes.
 
     Not *loaded*: the equations are homogeneous, as those of tensions without a limit.
     """
@@ -211,7 +211,7 @@ def _program(
 
 
 def closure(program: CoupledProgram, winched: Mask, freedoms: int, balance: int) -> Choice:
-    """Return the null vector of mean 1 whose smallest entry is largest, which is its margin.
+    """Test wrench closure: return the null vector of mean 1 whose smallest entry is largest, which is its margin.
 
     -inf where the lines with a winch (*winched*, (m,)), coupled by their drums, do not reach all *freedoms*. The first
     rows, *balance* of them, are those of the balance.
@@ -266,9 +266,9 @@ def reduced_columns(model: Model, packed: Packed, poses: Array) -> tuple[Array, 
 def capacity_on_drums(
     model: Model, packed: Packed, poses: Array, half: Array, length: float
 ) -> tuple[Array, NDArray[np.int64], NDArray[np.int64]]:
-    """Return margins (N,), N, ranks and codes at *poses* (N, n), for the box of wrenches of sides 2 *half* (n,).
+    """Return capacity margins (N,), N, ranks and codes at *poses* (N, n) of a robot with shared drums.
 
-    Moments are divided by *length*, m.
+    For the box of wrenches of sides 2 *half* (n,). Moments are divided by *length*, m.
     """
     columns, wrenches, limits, codes = reduced_columns(model, packed, poses)
     arms = np.array([1.0] * 3 + [1.0 / length] * 3)[: model.n]

@@ -1,1 +1,1 @@
-"""Rank 4. How the ranks below are put together."""
+"""Studies (rank 4): compositions of analyses, solvers and machines that commands run."""

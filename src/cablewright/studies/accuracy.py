@@ -42,7 +42,7 @@ IN_ROOM: Final = 130.0
 
 
 class ManyOptions(AccuracyOptions, total=False):
-    """Keyword arguments of `accuracy` of many poses."""
+    """Options (keyword arguments) of `accuracy` for many poses."""
 
     file: Path | None
     executor: Executor | None
@@ -54,7 +54,7 @@ def _of_workspace(study: AccuracyStudy) -> bool:
 
 
 class Extreme(NamedTuple):
-    """An extreme of a figure over the places, and the position (3,) of the nozzle there; m."""
+    """An extreme of an error over the positions, and the position (3,) of the nozzle there; m."""
 
     figure: str
     value: float
@@ -82,7 +82,10 @@ SHEAVE_RULE = (
 
 @dataclass(frozen=True, eq=False, repr=False)
 class AccuracyStudy(Result):
-    """Errors of the nozzle over a shape. A row of `accuracy` is a place; of a workspace, a grid node inside it."""
+    """Errors of the nozzle over a shape.
+
+    A row of `accuracy` is a position; of a workspace, a grid node inside it.
+    """
 
     FIGURES: ClassVar = (
         Figure("status", "", "ok: there is an answer.", lambda _: "ok"),
@@ -106,7 +109,7 @@ class AccuracyStudy(Result):
 
     @property
     def columns(self) -> dict[str, Array]:
-        """Columns of the accuracy at its positions."""
+        """Columns of the table of errors by position."""
         return self.accuracy.columns
 
     def __len__(self) -> int:
@@ -115,7 +118,7 @@ class AccuracyStudy(Result):
 
     @property
     def extremes(self) -> tuple[Extreme, ...]:
-        """Positions where figures are largest, and where the largest error is smallest; only of figures with values."""
+        """Positions where errors are largest, and where the largest error is smallest; only of errors with values."""
         found, spread = self.accuracy, self.accuracy.spread
         worst = found.worst_offset
         nominal = found.nominal_error
@@ -183,7 +186,7 @@ def accuracy(
     room: Path | None = None,
     progress: Progress | None = None,
 ) -> AccuracyAtPose | Accuracy | AccuracyStudy:
-    """Errors of the nozzle of *robot* at the places or poses *where*, while parameters are uncertain by *ranges*.
+    """Compute errors of the nozzle of *robot* at the positions or poses *where*, for parameters uncertain by *ranges*.
 
     *where* is one pose (n,), m and rad (returns `AccuracyAtPose`, the most detailed result); poses (N, n) (`Accuracy`);
     `Places`, with the platform unrotated, or a `Job` or its file, with the rotations of its schedule (`AccuracyStudy`).
@@ -243,9 +246,9 @@ def _shared(question: AccuracyQuestion, file: Path | None, executor: Executor | 
 
 
 def bytes_each(robot: Robot, ranges: int, room: Path | None = None) -> float:
-    """Return the memory for each sample of a job with this many uncertain numbers: benchmarks/path_memory.py.
+    """Return the bytes of memory for each sample of a job with this many uncertain numbers.
 
-    *room*: folder for its arrays.
+    See benchmarks/path_memory.py. *room*: folder for its arrays.
     """
     return 300.0 + 120.0 * robot.m + 160.0 * ranges if room is None else IN_ROOM
 

@@ -1,4 +1,4 @@
-"""Accuracy at one pose: region of the nozzle, remaining error of each compensation, tensions that hold it best."""
+"""Accuracy at one pose: region of the nozzle, errors left by each compensation, tensions of smallest error."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def _of_row(name: str) -> Callable[[AccuracyAtPose], Any]:
 
 
 class Corner(NamedTuple):
-    """One corner of the ranges."""
+    """One corner of the parameters' ranges, with the error there."""
 
     values: Array  # (k,)
     nozzle: Array  # (3,) m
@@ -170,7 +170,10 @@ class AccuracyAtPose(Result):
 
 
 def at_pose(question: AccuracyQuestion, pose: Array, seed: int) -> AccuracyAtPose:
-    """Errors at one *pose* (1, n), m and rad; *seed*: see `accuracy`. Raises `AnswerError` if it cannot be held."""
+    """Compute the errors at one *pose* (1, n), m and rad. Raises `AnswerError` if it cannot be held.
+
+    *seed*: see `accuracy`.
+    """
     robot, there = question.model.robot, question.hold(pose)
     found = question.answer(there)
     if not np.isfinite(found.spread.max_error).any():

@@ -1,4 +1,4 @@
-"""The table of an accuracy study: places.parquet, written some places at a time."""
+"""The table of an accuracy study: places.parquet, written in blocks of positions."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cablewright.studies.accuracy import AccuracyStudy
 
 
 def write_places(study: AccuracyStudy, folder: Path) -> None:
-    """Write places.parquet of an accuracy study to an existing folder: one row per place, SI; some places at a time."""
+    """Write places.parquet of an accuracy study to an existing folder: one row per position, SI, block by block."""
     schema = _places(study, slice(0, 0)).schema
     with (
         pa.OSFile(str(folder / "places.parquet"), "wb") as sink,

@@ -44,7 +44,7 @@ _MAX_POSES = 2_000_000
 
 @dataclass(frozen=True, eq=False)
 class Worst:
-    """The pose at which a design is stressed most, m and rad, and its largest stress there, Pa."""
+    """The pose at which a bracket design has its largest stress, m and rad, and that stress, Pa."""
 
     pose: Array
     max_von_mises: float
@@ -58,11 +58,10 @@ WORST = (
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Highest(Result):
-    """Poses with the highest stress of each design.
+    """Poses with the highest stress of each bracket design.
 
-    They are indices into `poses` (N, n), with the stresses there, Pa.
-
-    A row or entry for each of `DESIGNS`. `held`: how many poses both designs can hold.
+    They are indices into `poses` (N, n), with the stresses there, Pa. A row or entry for each of `DESIGNS`. `held`: how
+    many poses both designs can hold.
     """
 
     FIGURES: ClassVar = (
@@ -82,7 +81,7 @@ class Highest(Result):
 
     @property
     def worst(self) -> tuple[list[float], float | None]:
-        """Pose of the universal joint's highest stress, and the retraction length there, m."""
+        """Pose with the universal joint's highest stress, and the retraction length there, m."""
         row = self.at[0]
         return self.poses[row].tolist(), None if self.retraction is None else float(self.retraction[row])
 
@@ -93,7 +92,7 @@ class Highest(Result):
 
 @dataclass(frozen=True, repr=False)
 class Varied(Result):
-    """The largest stresses of both designs with one size changed, m and Pa."""
+    """The largest stresses of both bracket designs with one size changed, m and Pa."""
 
     FIGURES: ClassVar = (
         Figure("size", "", "Size that is changed.", "name"),
@@ -193,7 +192,7 @@ class BracketStress(Pictured):
 
     @property
     def status(self) -> str:
-        """``ok`` or ``yields``."""
+        """Status: "ok", or "yields"."""
         return "yields" if self.designs.universal_joint.safety < 1.0 else "ok"
 
     @property
@@ -218,7 +217,7 @@ def bracket(
     tension_limits: tuple[float, float] | None = None,
     progress: Progress | None = None,
 ) -> BracketStress:
-    """Stress in the most stressed sheave bracket, with its universal joint and with the second rotation blocked.
+    """Compute the stress in the most stressed sheave bracket, with its universal joint and with one rotation blocked.
 
     *where* is a pose (n,), m and rad, or a job, whose most stressed sample is taken; without it, the most stressed node
     of a grid of *step*, m, over the static workspace is. *bracket* replaces the robot's own. *times*: mesh refinement;
@@ -263,10 +262,10 @@ def sensitivity(
     model: Model, pose: ArrayLike, *, bracket: Bracket | None = None, change: float = 0.25,
     sizes: Sequence[tuple[str, str]] = SIZES, progress: Progress | None = None,
 ) -> tuple[Varied, ...]:  # fmt: skip
-    """Stresses at a *pose* (n,) with the given sizes, then with each of *sizes* smaller and larger by a share *change*.
+    """Compute bracket stresses at a *pose* (n,) with the given sizes, and with each of *sizes* changed by +/- *change*.
 
-    Loads do not depend on these sizes. The coarsest mesh is used, which is accurate enough for ratios. A size whose
-    change would make parts overlap is omitted.
+    *change*: a share. Loads do not depend on these sizes. The coarsest mesh is used, which is accurate enough for
+    ratios. A size whose change would make parts overlap is omitted.
     """
     own = bracket_of(model.robot) if bracket is None else bracket
     report, found = progress or silent, []

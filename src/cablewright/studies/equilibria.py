@@ -1,7 +1,7 @@
 """An exhaustive search for equilibria that can be interrupted at any time and resumed from a file.
 
-A finished search is a proof, and its file says what is proved already. So the file is signed with the user's key, over
-its content and all that the proof rests on; a file of somebody else is rejected.
+A finished search is a proof, and its file states what is proved already. So the file is signed with the user's key,
+over its content and all inputs of the proof; a file of another user is rejected.
 """
 
 from __future__ import annotations
@@ -39,11 +39,10 @@ def search_all(
     time_limit: float,
     progress: Progress | None = None,
 ) -> Equilibria:
-    """Search for equilibria that *found* lacks; resume the search in *file* if it has the same inputs.
+    """Search exhaustively for equilibria that *found* lacks; resume the search in *file* if it has the same inputs.
 
     Returns the equilibria, which know whether the search is finished. *file* has the state of the search, also after an
-    interruption.
-    *box*, *time_limit* (s): see `exhaust`. Raises `InputError` where *file* is something else,
+    interruption. *box*, *time_limit* (s): see `exhaust`. Raises `InputError` where *file* is something else,
     `EnvironmentFault` where it cannot be written.
     """
     signature(b"")  # a key that cannot be had is said before the work

@@ -1,4 +1,4 @@
-"""`interference`: distances of lines from everything else at poses, and along a job whose part grows."""
+"""`interference`: distances of lines from obstacles at poses, and along a job whose part grows."""
 
 from __future__ import annotations
 
@@ -138,7 +138,7 @@ class JobInterference(Distances):
         return None if row is None else int(getattr(self.samples, column)[row])
 
     def layers(self) -> tuple[NDArray[np.int32], Array]:
-        """Return the numbers of the layers (L,), rising, and the smallest distance from the part in each (L,), m."""
+        """Return the layer numbers (L,), rising, and the smallest distance of a line from the part in each (L,), m."""
         numbers, of = np.unique(self.samples.layer, return_inverse=True)
         smallest = np.full(len(numbers), np.inf)
         np.fmin.at(smallest, of, self.margins[:, PART])
@@ -160,7 +160,7 @@ def interference(
     progress: Progress | None = None,
     room: Path | None = None,
 ) -> Interference | JobInterference:
-    """Signed distances of the sagging lines from each other, the platform, the frame and a part.
+    """Compute signed distances of the sagging lines from each other, the platform, the frame and a part.
 
     *where* is a pose (n,) or poses (N, n), m and rad, or a job, along which the part grows; an `Equilibrium` has its
     own poses. *part*: an obstacle, or, along a job, the printed part, which counts up to the height printed so far; by
@@ -198,7 +198,7 @@ def interference(
 
 
 def bytes_each(robot: Robot, room: Path | None = None) -> float:
-    """Return the memory for each sample of a job, whose arrays have a *room*: benchmarks/path_memory.py."""
+    """Return the bytes of memory for each sample of a job, whose arrays have a *room*: benchmarks/path_memory.py."""
     return 200.0 + 45.0 * robot.m if room is None else IN_ROOM
 
 

@@ -1,4 +1,4 @@
-"""Modes that a free swing has, beside those of the model at its pose, and which one number would explain the rest."""
+"""Modes identified in a recorded free swing, compared with the model's, and numbers that would explain differences."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ EXPLANATIONS: Final = (
 
 @dataclass(frozen=True)
 class OneNumberFit:
-    """Effect of another value of one *number* on the differences; fields as in `EXPLANATIONS`."""
+    """Effect of another value of one *number* on the differences of modes; fields as in `EXPLANATIONS`."""
 
     number: str
     value: float
@@ -101,22 +101,22 @@ class MeasuredModes(Pictured):
 
     @property
     def start(self) -> float:
-        """First time, s."""
+        """First time of the swing, s."""
         return float(self.swing.times[0])
 
     @property
     def duration(self) -> float:
-        """Duration, s."""
+        """Duration of the swing, s."""
         return float(self.swing.times[-1] - self.swing.times[0])
 
     @property
     def rate(self) -> float:
-        """Samples a second."""
+        """Samples of the record per second, Hz."""
         return (len(self.record.times) - 1) / float(self.record.times[-1] - self.record.times[0])
 
     @property
     def measured_damping(self) -> float:
-        """Mean share of critical damping of the modes, by energy."""
+        """Mean damping ratio of the modes, weighted by energy."""
         return float(np.average(self.swing.damping, weights=self.swing.shares))
 
     @property

@@ -21,7 +21,7 @@ ROBOT, MACHINE, PART = "robot.toml", "machine.toml", "part.toml"
 
 @dataclass(frozen=True, repr=False)
 class Written(Result):
-    """A file that was written."""
+    """A file that was written for a new robot."""
 
     FIGURES: ClassVar = (
         Figure("file", "", "Name of the file."),

@@ -1,4 +1,4 @@
-"""One solved pose with all that is said of it: the machine's limits, a certificate, a box of poses."""
+"""Result of one inverse or forward solve: tensions, limits of the machine, a certificate, a box of poses."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class SolvedPose(Result):
 
     @classmethod
     def judged(cls, found: Equilibrium, *, slack: bool = False) -> SolvedPose:
-        """A solved inverse problem, judged by all limits of the machine; with *slack* with the excess of its lines."""
+        """Return a solved inverse problem with the machine's limits compared. *slack*: excess of slack lines."""
         broken = _broken_limit(found) if found.ok else None
         return cls(found, broken, excess=excess_lengths(found) if slack else None)
 
@@ -75,7 +75,7 @@ class SolvedPose(Result):
 
     @cached_property
     def unique_among(self) -> str | None:
-        """The equilibria of these lengths among which the certified one is the only one, in words."""
+        """Words for the set of equilibria among which the certified one is the only one for these lengths."""
         if self.certificate is None or not self.certificate.certified:
             return None
         return unique_among(self.equilibrium) or _NEAR

@@ -1,4 +1,4 @@
-"""Whether a part fits a robot: where, turned how, up to which scale, and what limits it."""
+"""Whether a part fits in a robot's reach: position, rotation, largest scale, and the limit that stops it."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _LARGEST: Final = 1e3
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Fit(Pictured):
-    """A part in the reach of a robot, at its largest scale among the places and rotations that were tried."""
+    """A part in a robot's reach, at its largest scale among the positions and rotations that were tried."""
 
     FIGURES: ClassVar = (
         Figure("fits", "", "Whether the part fits at its own scale."),
@@ -90,7 +90,7 @@ class Fit(Pictured):
 
     @property
     def placed(self) -> Array:
-        """The points (k, 3), m, where they are at the largest scale, or at their own if that is less."""
+        """The points (k, 3), m, of the part at the largest scale, or at their own if that is less."""
         at_scale = _turned(self.points, self.rotation) * min(self.scale, 1.0)
         return np.asarray(at_scale @ self.reach.directions + self.origin)
 
@@ -106,7 +106,7 @@ def fit(
     robot: Robot, part: Job | str | Path, *, max_error: float | None = None, turns: int = TURNS,
     progress: Progress = silent,
 ) -> Fit:  # fmt: skip
-    """Return where a *part* fits, a job or an STL file in mm, standing on the height at which its file has it.
+    """Find a position where a *part* fits, a job or an STL file in mm, standing on the height in its file.
 
     Where the frame begins above that, it stands on the frame's floor; in a plane that is not level it is anywhere.
     *max_error*: m, as of `reach`; *turns*: rotations that are tried. Where it fits it is verified at its points, with
@@ -181,7 +181,7 @@ class _Placing:
     floor: float | None
 
     def middle(self, turned: Array) -> Array:
-        """Return the point of a part, (3,) m, from which it is scaled: the middle of its plan, or of it."""
+        """Return the point of a part, (3,) m, about which it is scaled: the middle of its plan, or of the part."""
         low, high = turned.min(axis=0), turned.max(axis=0)
         middle = 0.5 * (low + high)
         if not self.on_wall:
@@ -189,11 +189,11 @@ class _Placing:
         return np.asarray(middle)
 
     def at(self, turned: Array, scale: float, centre: Array) -> Array:
-        """Return the points (k, 3), m, of a part with that middle at *centre*."""
+        """Return the points (k, 3), m, of a part whose middle is at *centre*."""
         return np.asarray((turned - self.middle(turned)) * scale + centre)
 
     def largest(self, points: Array, angle: float, least: float) -> tuple[float, float, Array]:
-        """Return the largest scale at an *angle*, rad, that exceeds *least*, and where the part's middle is, (3,) m."""
+        """Return the largest scale at an *angle*, rad, above *least*, and the position of the part's middle, (3,) m."""
         turned = _turned(points, angle)
         best = (least, angle, np.zeros(3))
         heights = self.reach.axes[2] if self.on_wall else np.array([self.floor or 0.0])

@@ -1,4 +1,4 @@
-"""Where the nozzle can be: a grid over the frame, and at each node whether tension limits and an error are kept."""
+"""Reach of the nozzle: a grid over the frame, with nodes where tension limits and an allowed error are met."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Reach:
 
     @property
     def cells(self) -> Mask:
-        """Whether all corners of each cell (nx - 1, ny - 1, nz - 1) hold; of one node along an axis, one cell."""
+        """Mask of cells (nx - 1, ny - 1, nz - 1) with all corners reachable; of one node along an axis, one cell."""
         found = self.holds
         for k in range(3):
             if found.shape[k] > 1:
@@ -48,7 +48,7 @@ class Reach:
         return np.asarray(found)
 
     def within(self, points: Array) -> Mask:
-        """Whether points (..., 3), m, of coordinates along the axes are in cells that hold."""
+        """Return whether points (..., 3), m, in coordinates along the axes, are in reachable cells."""
         cells = self.cells
         inside = np.ones(points.shape[:-1], np.bool_)
         index = []
@@ -73,7 +73,7 @@ class Reach:
         return size * int(self.cells.sum())
 
     def up_to(self, low: float, high: float) -> Mask:
-        """Whether all cells from *low* to *high*, m, hold over each place (nx - 1, ny - 1)."""
+        """Return whether all cells from *low* to *high*, m, are reachable over each position (nx - 1, ny - 1)."""
         cells, z = self.cells, self.axes[2]
         layers = [k for k in range(cells.shape[2]) if z[k] < high - 1e-9 and z[min(k + 1, len(z) - 1)] > low + 1e-9]
         return np.asarray(cells[:, :, layers].all(axis=2))

@@ -1,4 +1,4 @@
-"""Named problems with answers from elsewhere, on which programs for cable robots can be compared."""
+"""Benchmark problems with independent answers, on which programs for cable robots can be compared."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _MANY: Final = (0.0, 1e6)  # N: limits where the problem has none
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Problem(Result):
-    """A problem: its inputs, an answer of another program, and the required accuracy.
+    """A benchmark problem: its inputs, an independent answer, and the required accuracy.
 
     ``inputs``: arrays in SI by name, which say all. Cables leave eyelets; without a ``linear_density`` they have no
     mass, without an ``axial_stiffness`` they do not stretch. Gravity is 9.81 m/s^2. ``answer`` (k,) is in ``unit``.
@@ -69,7 +69,7 @@ class Problem(Result):
         return float(np.abs(given - self.answer).max())
 
     def solve(self) -> tuple[Array, float]:
-        """Return the answer of cablewright (k,), and the time of the call in s, without that of building the robot."""
+        """Return cablewright's answer (k,), and the time of the call in s, without the construction of the robot."""
         robot, solver = self.robot, _SOLVERS[self.kind]
         begin = time.perf_counter()
         found = solver(self, robot)

@@ -1,4 +1,4 @@
-"""`trade`: workspace against lowest natural frequency for all combinations of values of design variables."""
+"""`trade`: workspace and lowest natural frequency for all combinations of values of design variables."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class TradeSettings:
 
     @property
     def of_workspace(self) -> dict[str, Any]:
-        """Options that volumes and boundaries have in common."""
+        """Options that volumes and boundaries share."""
         names = ("box", "point", "orientations", "retraction")
         return {name: getattr(self, name) for name in names}
 
@@ -121,7 +121,10 @@ COMBINATION = (
 
 @dataclass(frozen=True)
 class Combination:
-    """Result for one set of values. Frequencies, Hz: lowest modes along the boundary; None without any."""
+    """Result for one combination of values.
+
+    Frequencies, Hz: lowest modes along the boundary; None without any.
+    """
 
     values: tuple[float, ...]  # of the changes, SI
     volume: float  # m^3
@@ -208,7 +211,7 @@ class Trade(Pictured):
 
     @property
     def records(self) -> list[dict[str, Any]]:
-        """The combinations as JSON has them."""
+        """The combinations as JSON objects."""
         return [self._record(k, each) for k, each in enumerate(self.combinations)]
 
     def _record(self, k: int, each: Combination) -> dict[str, Any]:
@@ -228,7 +231,7 @@ class Trade(Pictured):
 
     @cached_property
     def margins(self) -> Array:
-        """Distance of the nearest exit points less the clearance (C,), m; infinite for a single line."""
+        """Smallest distance between exit points less the clearance (C,), m; infinite for a single line."""
         far = [math.inf if each.exit_distance is None else each.exit_distance for each in self.combinations]
         return np.round(np.array(far) - self.settings.clearance, 12) + 0.0  # a rounding error is no collision
 
@@ -239,15 +242,16 @@ class Trade(Pictured):
 
     @cached_property
     def best(self) -> Mask:
-        """Mask (C,) of Pareto-optimal combinations without collision, in volume and lowest frequency."""
+        """Mask (C,) of Pareto-optimal combinations in volume and lowest frequency, without colliding sheaves."""
         least = [math.nan if each.least is None else each.least for each in self.combinations]
         return best_of([each.volume for each in self.combinations], least, self.clear)
 
 
 def best_of(volumes: Sequence[float], frequencies: Sequence[float], allowed: Mask) -> Mask:
-    """Which of the *allowed* are Pareto-optimal: none of these has more of one and at least as much of the other.
+    """Return which of the *allowed* combinations are Pareto-optimal in two quantities.
 
-    Those without a volume, or with a frequency that is NaN, are not.
+    None of these has more of one and at least as much of the other. Those without a volume, or with a frequency that is
+    NaN, are not.
     """
     v, f = np.asarray(volumes, dtype=np.float64), np.asarray(frequencies, dtype=np.float64)
     best = np.zeros(len(v), dtype=np.bool_)
@@ -274,7 +278,7 @@ def trade(
     tension_limits: tuple[float, float] | None = None,
     progress: Progress | None = None,
 ) -> Trade:
-    """Volume and lowest frequencies of *robot* for all combinations of the values (SI) of the *varied* variables.
+    """Compute volume and lowest frequencies of *robot* for all combinations of values (SI) of the *varied* variables.
 
     Frequencies follow the laws *cable* (default: ``catenary`` for the criterion ``static``, else ``elastic``) and
     *sheave*; volumes are those of straight lines unless the criterion is ``static``. *file* keeps the finished
@@ -333,14 +337,14 @@ def _robot(robot: Robot, changes: Sequence[Change], values: Sequence[float], set
 
 
 def combination_of(shared: tuple[Model, tuple[Change, ...], TradeSettings], values: tuple[float, ...]) -> Any:
-    """Return the `Combination` of *values* as a table that JSON can hold: model, changes and settings are *shared*."""
+    """Return a `Combination` of *values* as a JSON table: model, changes and settings are *shared*."""
     model, changes, settings = shared
     robot = _robot(model.robot, changes, values, settings)
     return asdict(found_for(replace(model, robot=robot), values, settings))
 
 
 def found_for(model: Model, values: tuple[float, ...], settings: TradeSettings) -> Combination:
-    """Return volume, frequencies along the boundary and exit distance of a model that has these values."""
+    """Return volume, frequencies along the boundary and exit point distance of a model with these values."""
     lines = model if settings.criterion == "static" else straight(model)
     if settings.count == "nodes":
         nodes = count_nodes(lines, settings.criterion, grid=settings.grid, **settings.of_workspace)

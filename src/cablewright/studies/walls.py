@@ -1,4 +1,4 @@
-"""`walls`: walls in a planar lidar's scan, and the lidar's place and yaw in a surveyed room."""
+"""`walls`: walls in a planar lidar's scan, and the lidar's position and yaw in a surveyed room."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ CANDIDATE: Final = (
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LidarPlace(Result):
-    """Place and yaw of the lidar in the room."""
+    """Position and yaw of the lidar in the room."""
 
     FIGURES: ClassVar = (
         Figure("status", "", "ok, or why there is no place.", "pose.status"),
@@ -88,12 +88,12 @@ class LidarPlace(Result):
 
     @property
     def sigmas(self) -> Array:
-        """Standard deviations of x and y, m, and yaw, rad: (3,), NaN where the place is not known."""
+        """Standard deviations of x and y, m, and yaw, rad: (3,), NaN where the position is not known."""
         return np.sqrt(np.asarray(self.pose.covariance).diagonal())
 
     @property
     def walls(self) -> list[str]:
-        """Names of the room's walls from which the place is computed."""
+        """Names of the room's walls from which the position is computed."""
         return sorted({self.room.walls[self.pose.constraints[i].wall].name for i in self.pose.used})
 
 
@@ -113,7 +113,7 @@ def _wall(line: WallLine) -> dict[str, Any]:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Walls(Pictured):
-    """The walls in a scan, in the lidar's frame, and the lidar's place if a room is given."""
+    """The walls in a scan, in the lidar's frame, and the lidar's position if a room is given."""
 
     FIGURES: ClassVar = (
         Figure("status", "", "ok, parallel (the place along the walls is open), or no-wall."),
@@ -160,12 +160,12 @@ class Walls(Pictured):
 
     @property
     def ok(self) -> bool:
-        """Whether there is a wall, and, if a room is given, a place."""
+        """Whether there is a wall, and, if a room is given, a position."""
         return bool(self.lines) and (self.place is None or self.place.pose.status == "ok")
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Guesses, and questions that the walls leave open."""
+        """Guesses that were made, and questions that the walls leave open."""
         along = "all walls in sight are nearly parallel: the place along them is not known"
         return (*self.scan.guessed, *self._own_parts, *([along] if self.status == "parallel" else []))
 
@@ -186,7 +186,7 @@ class Walls(Pictured):
 
     @property
     def kinds(self) -> list[dict[str, Any]]:
-        """Points on no wall: kind, number and meaning."""
+        """Points on no wall, by class: name, number and meaning."""
         found = kinds_off_walls(self.points, self.lidar.sigmas(self.points.distance), self.lines)
         return [{"kind": kind, "points": count, "meaning": MEANINGS[kind]} for kind, count in found.items()]
 
@@ -212,7 +212,7 @@ def walls(
     yaw: tuple[float, float] = (-math.pi / 4, math.pi / 4),
     lasers: Sequence[Laser] = (),
 ) -> Walls:
-    """Walls in a planar lidar's *scan*, or in the file of one: direction, distance and straightness of each.
+    """Find walls in a planar lidar's *scan*, or in the file of one: direction, distance and straightness of each.
 
     Ranges within *limits* (m) are used, except at bearings within *masks* (pairs, rad), where the machine itself is
     seen; short runs of nearly constant range are left out too, as the device's own housing, unless *keep_housing*.

@@ -1,4 +1,4 @@
-"""Commanded lengths by the model of a controller, and the poses that these lengths reach on the full model."""
+"""Cable lengths commanded by a controller's model, and the poses that these lengths reach on the full model."""
 
 from __future__ import annotations
 
@@ -19,7 +19,10 @@ from cablewright.solvers.inverse import solve_inverse
 
 @dataclass(frozen=True)
 class Compensation:
-    """The model that a controller computes its lengths with. `words` complete a phrase such as "error without ..."."""
+    """The model with which a controller computes its lengths.
+
+    `words` complete a phrase such as "error without ...".
+    """
 
     name: str
     fidelity: Fidelity
@@ -69,7 +72,7 @@ COMPENSATIONS: Final = {
 
 @dataclass(frozen=True, eq=False)
 class Reached:
-    """The poses that N rows of lengths reach; NaN where there is no equilibrium."""
+    """The poses that N rows of cable lengths reach; NaN where there is no equilibrium."""
 
     codes: NDArray[np.int64]  # (N,) of `Status`
     poses: Array  # (N, n)

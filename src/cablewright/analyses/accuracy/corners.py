@@ -13,21 +13,21 @@ JITTER = 1e-9  # relative perturbation that makes parallel generators distinct
 
 
 def vertex_count(k: int) -> int:
-    """Number of corners that are evaluated for *k* parameters."""
+    """Return the number of corners of the box that are evaluated for *k* parameters."""
     return 2**k if k <= ALL_VERTICES else 4 * k * (k - 1)
 
 
 def signs_of_box(k: int) -> Array:
-    """Signs (2^k, k) of all corners of the box; the last parameter changes first."""
+    """Return the signs (2^k, k) of all corners of the box of parameters; the last parameter changes first."""
     return np.asarray(1.0 - 2.0 * ((np.arange(2**k)[:, None] >> np.arange(k)[::-1]) & 1))
 
 
 def extreme_signs(effects: Array) -> Array:
-    """Signs (4 k (k - 1), k) of the corners that map to vertices of a zonotope, the image of the box under *effects*.
+    """Return the signs (4 k (k - 1), k) of the corners that can be extreme for a convex function.
 
-    *effects* (3, k): displacement per parameter. A convex function, such as a distance, is largest at such a corner.
-    Each vertex belongs to a face spanned by two of the generators; the signs of the others are those of their products
-    with the normal of that face.
+    They map to vertices of a zonotope, the image of the box under *effects* (3, k): displacement per parameter. A
+    convex function, such as a distance, is largest at such a corner. Each vertex belongs to a face spanned by two of
+    the generators; the signs of the others are those of their products with the normal of that face.
     """
     k = effects.shape[1]
     size = np.maximum(np.linalg.norm(effects, axis=0), 1e-300)

@@ -1,4 +1,4 @@
-"""The region in which uncertain parameters can put the nozzle at one pose: hull, projections, bound by corners."""
+"""Region in which uncertain parameters can move the nozzle at one pose: hull, projections, check of its corners."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def region(problem: SpreadProblem, values: Array, *, inner: int = 0, seed: int =
 
 
 def hull_of(points: Array) -> Hull:
-    """The convex hull of *points* (S, 3), m."""
+    """Return the convex hull of *points* (S, 3), m."""
     shadows = {name: _shadow(points[:, axes]) for name, axes in PLANES.items()}
     hull, scale = _scaled_hull(points)
     if hull is None:

@@ -100,7 +100,7 @@ class ErrorCause:
 
 @dataclass(frozen=True, eq=False)
 class ExpectedError:
-    """The expected error of a job with k samples."""
+    """The expected error of the nozzle over a job with k samples."""
 
     value: float  # m: 95 of 100 machines keep the nozzle this near to all of the path; NaN where it is not stated
     sample: int | None  # with the largest root mean square error
@@ -154,13 +154,13 @@ class _Cells(Rows):
     held: Equilibrium  # c rows
 
     def with_worse(self, other: _Cells | None) -> _Cells:
-        """Return for each cell that sample, of these and the *other*, whose error is largest."""
+        """Return the cells with, in each, the sample of larger error: its own or that of the *other* cells."""
         both = self if other is None else joined(other, self)
         order = np.lexsort((both.rms, both.cell))
         return both[order[np.append(np.flatnonzero(np.diff(both.cell[order])), len(order) - 1)]]
 
     def straight(self, departures: Array, numbers: Array | slice = slice(None), *, interpolated: bool = True) -> Array:
-        """Errors (c, S), m, to first order, of machines with *departures* (S, p) of *numbers* (p,) alone."""
+        """Return errors (c, S), m, to first order, of machines with *departures* (S, p) of *numbers* (p,) alone."""
         effects, drawn_values = self.effects[:, :, numbers], departures[:, numbers].T
         offsets, errors = self.offsets * interpolated, np.empty((len(effects), len(departures)))
         for at in blocks(len(effects), BLOCK):
@@ -239,7 +239,7 @@ class ExpectedErrorSearch:
         return at_nozzle(held, motion[:, :, None])[:, :, 0]
 
     def result(self) -> ExpectedError:
-        """Return the expected error of all that was taken."""
+        """Return the expected error of all samples that were added."""
         cells = self._cells
         if cells is None:
             return ExpectedError(np.nan, None, self._rms, (), self._ranges, np.nan, 0, np.full((1, 2), np.nan))

@@ -1,4 +1,4 @@
-"""The tensions that make the nozzle least sensitive, on robots with more lines than degrees of freedom.
+"""Tensions with which the nozzle is least sensitive to errors, on robots with more lines than degrees of freedom.
 
 Tension stiffens a line and reduces its sag, so the redundant tension decides how far uncertain parameters move the
 platform.
@@ -40,7 +40,7 @@ class BestTensions:
 
     @property
     def gain(self) -> float:
-        """Relative reduction of the deviation: 0 is none, 1 is all of it."""
+        """Relative reduction of the deviation: 0 is none, 1 is all."""
         reference = self.least_norm_max_deviation
         return 1.0 - self.max_deviation / reference if reference > 0.0 else 0.0
 

@@ -36,7 +36,7 @@ def _most(values: Array) -> float:
 
 
 class Contribution(NamedTuple):
-    """One uncertain parameter: its range, and its own effect on the nozzle."""
+    """One uncertain parameter: its range, and the displacement of the nozzle that it causes alone."""
 
     range: Range
     offset: Array  # (3,) m, displacement of the nozzle by half the range, at the pose where it is largest
@@ -204,7 +204,7 @@ class Accuracy(Result):
 
     @property
     def contributions(self) -> tuple[Contribution, ...]:
-        """Each uncertain parameter with its effect, largest first."""
+        """Each uncertain parameter with the displacement that it causes, largest first."""
         offsets = np.full((len(self.ranges), 3), np.nan if len(self) else 0.0)
         largest = np.full(len(offsets), -1.0)
         for rows in blocks(len(self)):
@@ -257,7 +257,7 @@ def _ends(choose: np.ufunc, rows: Array) -> Array:
 
 
 class AccuracyOptions(TypedDict, total=False):
-    """Keyword arguments of `accuracy`."""
+    """Options (keyword arguments) of `accuracy`."""
 
     compensation: str
     method: Method | str
@@ -335,7 +335,7 @@ class AccuracyQuestion:
         return self._answered(self._errors(there, self.progress), there.wanted, there.retraction)
 
     def answer_in(self, room: Room, poses: Array, retraction: Array | None) -> Accuracy:
-        """Return the `answer` of the `hold` of neighbouring poses, solved in blocks, with arrays in a *room*."""
+        """Return the errors at neighbouring poses, solved in blocks, with arrays in a *room*; as `answer` of `hold`."""
         rows = len(poses)
         found: _Errors | None = None
         for at in blocks(rows, BLOCK):

@@ -1,4 +1,4 @@
-"""How far uncertain parameters move the nozzle, by one of three methods with the same signature.
+"""Spread of the nozzle's position due to uncertain parameters, by one of three methods with the same signature.
 
 `Vertices` solves the corners of the box of ranges, `FirstOrder` evaluates the linearisation, `MonteCarlo` solves random
 samples. Each takes a `SpreadProblem` and returns a `Spread`; any other callable with that signature works as well.
@@ -48,7 +48,7 @@ class SpreadProblem:
     progress: Progress = silent
 
     def rows(self, index: slice | NDArray[np.int64]) -> SpreadProblem:
-        """Return the problem for some of its poses."""
+        """Return the problem for some of its poses (rows)."""
         return SpreadProblem(self.nominal[index], self.commanded[index], self.wanted[index], self.ranges)
 
     def departures(self, values: Array) -> Array:
@@ -58,12 +58,12 @@ class SpreadProblem:
 
     @property
     def middle(self) -> Array:
-        """(k,) the middles of the ranges, SI."""
+        """Middles (k,) of the ranges, SI."""
         return np.array([each.middle for each in self.ranges])
 
     @property
     def half_widths(self) -> Array:
-        """(k,) half the widths of the ranges, SI."""
+        """Half widths (k,) of the ranges, SI."""
         return np.array([each.half_width for each in self.ranges])
 
 
@@ -215,7 +215,7 @@ def _pieces(poses: int, count: int) -> Iterator[tuple[slice, slice]]:
 
 
 def settled(problem: SpreadProblem, values: Array) -> Equilibrium:
-    """The equilibria (N * S) for *values* (N, S, k), pose by pose, from the nominal ones."""
+    """Return the equilibria (N * S) for *values* (N, S, k), pose by pose, from the nominal ones."""
     places, each, k = values.shape
     base = problem.nominal
     packed = base.packed
@@ -261,11 +261,11 @@ class _Linear:
         )
 
     def offsets(self, signs: Array) -> Array:
-        """Deviations (N, S, 3) at the corners *signs*, (S, k) or (N, S, k)."""
+        """Return deviations (N, S, 3) at the corners *signs*, (S, k) or (N, S, k)."""
         return self.shifted[:, None] + signs @ np.swapaxes(self.effects, 1, 2)
 
     def turns(self, problem: SpreadProblem, signs: Array) -> Array:
-        """Angles (N, S) from the commanded rotation at the corners *signs*; valid for small angles."""
+        """Return angles (N, S) from the commanded rotation at the corners *signs*; valid for small angles."""
         if problem.nominal.model.n == 3:
             return np.zeros((len(self.start), signs.shape[-2]))
         turned = self.rotation_shifted[:, None] + signs @ np.swapaxes(self.rotation, 1, 2)
@@ -274,7 +274,7 @@ class _Linear:
 
 
 def corner_values(problem: SpreadProblem) -> Array:
-    """Values (S, k) at the corners of the box that `Vertices` solves, for a problem of one pose."""
+    """Return values (S, k) at the corners of the box that `Vertices` solves, for a problem of one pose."""
     signs = _corners(_Linear.of(problem))
     if signs.ndim == 3:
         signs = np.unique(signs[0], axis=0)

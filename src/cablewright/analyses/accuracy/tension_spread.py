@@ -1,8 +1,8 @@
-"""How far tensions are from the chosen ones where lengths alone decide them, to first order (`tension_spread`).
+"""Errors of tensions from the chosen ones where lengths alone decide them, to first order (`tension_spread`).
 
-A machine is homed with correct tensions; from there on its lengths have errors of homing, of the size
-of its drums, and of the positions of exit points. More lines than degrees of freedom turn such
-errors into tensions, by the equilibrium of all lines.
+A machine is homed with correct tensions; from there on its lengths have errors of homing, of the size of its drums, and
+of the positions of exit points. More lines than degrees of freedom turn such errors into tensions, by the equilibrium
+of all lines.
 """
 
 from __future__ import annotations

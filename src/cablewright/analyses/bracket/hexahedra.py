@@ -1,4 +1,4 @@
-"""Hexahedral meshes of plates and blocks with bores: a grid of boxes without some, whose square holes are made round.
+"""Hexahedral meshes of plates and blocks with bores, for finite elements.
 
 The mesh is built on a *logical* grid, in which each element is a box and a bore a square hole. Regions are selected on
 the logical grid; then the nodes of the second-order mesh are moved, so that the middles of edges lie on the bores too.
@@ -44,7 +44,7 @@ class Bore:
 
     @property
     def across(self) -> list[int]:
-        """The two coordinates across the axis."""
+        """Indices of the two coordinates across the bore's axis."""
         return [k for k in range(3) if k != self.axis]
 
     def marks(self, k: int) -> list[float]:
@@ -53,7 +53,7 @@ class Bore:
         return [c - self.room, c - self.half, c + self.half, c + self.room]
 
     def bend(self, points: Array) -> None:
-        """Move logical *points* (3, N) in place: those on the square hole come to lie on the circle."""
+        """Move logical *points* (3, N) in place: those on the square hole are moved to the circle."""
         u, v = (points[k] - c for k, c in zip(self.across, self.centre, strict=True))
         swap = np.abs(u) > np.abs(v)
         along, out = np.where(swap, v, u), np.where(swap, u, v)  # out: the coordinate farther from the centre
@@ -96,7 +96,7 @@ class HexMesh:
 
 
 def levels(values: Array) -> Index:
-    """Rank (n,) of each of *values* (n,) among the distinct ones; values within rounding count as equal."""
+    """Return the rank (n,) of each of *values* (n,) among the distinct ones; values within rounding count as equal."""
     order = np.argsort(values, kind="stable")
     found = np.empty(len(values), dtype=np.int64)
     found[order] = np.cumsum(np.diff(values[order], prepend=values[order[:1]]) > _NEAR)
@@ -104,7 +104,7 @@ def levels(values: Array) -> Index:
 
 
 def ticks(marks: Sequence[float], size: float, times: int, finer: Sequence[float] = ()) -> Array:
-    """Rising planes at all *marks* (m), with others between so that none are further than *size* apart, times *times*.
+    """Return rising grid planes at all *marks* (m), with others between, no further than *size* apart, times *times*.
 
     *finer* are optional marks, left out where they nearly coincide with one of *marks*. Between marks planes are evenly
     spaced, so that meshes with different *times* are refinements of one.

@@ -52,17 +52,17 @@ class Loads:
 
     @property
     def sheave_force(self) -> Array:
-        """(N, m, 3) force of both spans on the sheave, N, world: Paty 2021, Eq. 4."""
+        """Force (N, m, 3) of both spans on the sheave, N, world: Paty 2021, Eq. 4."""
         return self.free + self.dead
 
     @property
     def force(self) -> Array:
-        """(N, m, 3) force of lever and spans on the joint, N, world."""
+        """Force (N, m, 3) of lever and spans on the joint, N, world."""
         return self.sheave_force + self._lever_weight
 
     @property
     def moment(self) -> Array:
-        """(N, m, 3) moment about the joint, N m, world."""
+        """Moment (N, m, 3) about the joint, N m, world."""
         weight_moment = np.cross(self.mass_centre - self.joint, self._lever_weight)
         return np.cross(self.centre - self.joint, self.sheave_force) + weight_moment
 
@@ -129,7 +129,7 @@ def joints(robot: Robot) -> tuple[UniversalJoint, ...]:
 
 
 def facings(robot: Robot) -> Array:
-    """Return the azimuth (m,) that each bracket faces, rad: the sheave's `facing`, or that of the frame's middle."""
+    """Return the azimuth (m,) that each bracket faces, rad: the sheave's `facing`, or towards the frame's middle."""
     given = np.array([joint.facing for joint in joints(robot)], dtype=np.float64)  # None becomes NaN
     middle = 0.5 * (np.array(robot.scene.frame_min) + np.array(robot.scene.frame_max))
     away = middle - np.array([line.exit_point for line in robot.lines])

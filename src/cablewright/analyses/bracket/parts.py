@@ -33,7 +33,7 @@ _SLACK = 1e-9  # m; tolerance of comparisons between positions
 
 @dataclass(frozen=True, eq=False)
 class Plate:
-    """Where stress is evaluated on a plate: columns of nodes (C, L) through its thickness (m), and the cells there.
+    """Nodes and cells of a plate at which stress is evaluated: columns of nodes (C, L) through its thickness (m).
 
     Stress is recovered from these cells alone, so that its singularities elsewhere have no influence.
     """
@@ -77,7 +77,7 @@ class BracketPart:
 
     @cached_property
     def compliance(self) -> Array:
-        """(k, k) work of each case on the displacement by another: the displacement at its point of application."""
+        """Compliance (k, k) of the unit cases: the displacement by one at the point of application of another."""
         return np.asarray(self.cases.T @ self.moved)
 
     @cached_property
@@ -145,7 +145,7 @@ def base_solid(bracket: Bracket, times: int) -> HexMesh:
 
 @lru_cache(maxsize=8)
 def base(bracket: Bracket, times: int) -> BracketPart:
-    """Return the base, bolted to the pillar and loaded by its two bearings and the thrust face on top of the block.
+    """Return the base of a bracket: bolted to the pillar, loaded by two bearings and the block's thrust face.
 
     The pressure of a bearing varies as the cosine around its whole ring, as for a ring pressed in. The thrust is
     uniform over the block's upper face.

@@ -73,7 +73,7 @@ class BracketMesh:
 
 @dataclass(frozen=True, repr=False)
 class Peak(Result):
-    """The largest stress of one part: Pa, on the fine mesh and on the coarse; where, m, in the part's frame."""
+    """The largest stress of one part: Pa, on the fine mesh and on the coarse; its position, m, in the part's frame."""
 
     FIGURES: ClassVar = (
         Figure("max_von_mises", "Pa", "Largest linearised von Mises stress of the part.", "stress", shown="MPa"),
@@ -99,7 +99,7 @@ def _plate_figure(name: str) -> Figure:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Design(Result):
-    """One design at one pose: loads of all lines, stresses of the highest loaded one.
+    """One bracket design at one pose: loads of all lines, stresses of the highest loaded one.
 
     `sheave_motions` (m, 3): displacement of each line's sheave, m, world. With the universal joint the lever does not
     follow rotations that the joint leaves free.
@@ -228,12 +228,12 @@ class Design(Result):
 
     @property
     def on_base(self) -> Array:
-        """(5,) load of the highest loaded base, by `BASE_CASES`."""
+        """Loads (5,) on the highest loaded base, by `BASE_CASES`."""
         return np.asarray(self.loads.on_base()[0, self.line, :5])
 
     @property
     def on_cheek(self) -> Array:
-        """(4,) load of each cheek of the highest loaded line, by `LEVER_CASES`."""
+        """Loads (4,) on each cheek of the highest loaded line, by `LEVER_CASES`."""
         return np.asarray(self.loads.on_cheek()[0, self.line])
 
     @property
@@ -265,12 +265,12 @@ class Design(Result):
 
     @property
     def level(self) -> Array:
-        """(3, 3) rotation from the world's axes to those of the highest loaded bracket."""
+        """Rotation (3, 3) from the world's axes to those of the highest loaded bracket."""
         return np.asarray(frames(self.loads.held.model.robot)[self.line])
 
     @property
     def turn(self) -> Array:
-        """(3, 3) rotation from the lever's frame to the bracket's."""
+        """Rotation (3, 3) from the lever's frame to the bracket's."""
         swing = self.loads.azimuth[0, self.line] - facings(self.loads.held.model.robot)[self.line]
         return _lever_frame(float(swing), float(self.loads.lever_angle[0, self.line]))
 
@@ -314,7 +314,7 @@ class Design(Result):
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Both designs at a pose, and the displacement of the platform by the elasticity of the cables alone."""
+    """Both bracket designs at a pose, and the displacement of the platform by the elasticity of the cables alone."""
 
     model: Model
     bracket: Bracket

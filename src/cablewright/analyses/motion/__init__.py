@@ -1,1 +1,1 @@
-"""Motion along a path: how far the platform swings from it, and what that does to the lines."""
+"""Motion along a path: swing of the platform, and its effect on the lines."""

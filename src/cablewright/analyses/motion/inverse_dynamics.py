@@ -65,17 +65,17 @@ class InverseDynamics(Pictured):
 
     @property
     def lengths(self) -> Array:
-        """(k, m) unstrained lengths, m."""
+        """Unstrained lengths (k, m), m."""
         return self.held.lengths
 
     @property
     def tensions(self) -> Array:
-        """(k, m) tensions at the sheaves, N."""
+        """Tensions (k, m) at the sheaves, N."""
         return self.held.tensions
 
     @property
     def power(self) -> Array:
-        """(k, m) power that all cables of a line give to the platform, W: tension times the speed of winding in."""
+        """Power (k, m) of all cables of a line on the platform, W: tension times the speed of winding in."""
         cables = np.array([line.cables for line in self.held.model.robot.lines], dtype=np.float64)
         return -self.tensions * self.length_rates * cables
 

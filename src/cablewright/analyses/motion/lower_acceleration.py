@@ -1,4 +1,4 @@
-"""A lower acceleration for the fastest motion, where the platform would swing too far or break tension limits."""
+"""Reduction of the fastest motion's acceleration, where the platform would swing too far or break tension limits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far a platform swings from its path, and how its lines' tensions change, as the lengths are paid out.
+"""Swing of a platform about its path, and the changes of tension, while the lengths are paid out.
 
 A linear model follows the pose: mass matrix with counterweights, tangent stiffness of the full model, and a share of
 critical damping in each mode. Lengths go linearly in time between samples, as winches do, so that the pose which they
@@ -30,7 +30,7 @@ DEEP: Final = 0.05
 
 @dataclass(frozen=True, eq=False)
 class SwingExtremes:
-    """The largest effects of the motion to each of b samples, and of its dwell, with m lines; zero where unknown."""
+    """Largest effects of the swing up to each of b samples, and in its dwell, with m lines; zero where unknown."""
 
     tension_drop: Array  # (b, m) N, at most 0: the largest fall of the tension at the sheave
     tension_rise: Array  # (b, m) N, at least 0: the largest rise
@@ -45,7 +45,7 @@ class SwingExtremes:
 
 
 class PathSwing:
-    """The swing along a path that begins at rest, followed block by block.
+    """Simulation of the swing along a path that begins at rest, block by block.
 
     Each mode has the robot's share of critical damping. A body whose inertia is not known has that of `with_inertia`.
     """

@@ -1,4 +1,4 @@
-"""Falls of the tensions of sagging cables that are not small.
+"""Corrections of large falls of tension for the sag that cables gain.
 
 A cable that loses tension sags more, and so loses less of it than by the stiffness where it began. With the parabola of
 a taut cable, whose sag takes w^2 l^3 / (24 T^2) from its length (Irvine 1981, Cable Structures, 2.3), the distance of

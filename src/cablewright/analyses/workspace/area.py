@@ -121,7 +121,10 @@ def workspace_area(
     high[axis] = box.low[axis] + thickness
 
     def margin(places: Array, stage: str) -> Array:
-        """The margin in the plane, once for all places across it; of a tilted plane that leaves the box there."""
+        """Return the margin of the criterion in the plane; of a tilted plane, negative where that leaves the box.
+
+        It is the same for all positions across the plane.
+        """
         nonlocal tried
         first, second = np.delete(places, axis, axis=1).T
         _, one, all_of = np.unique(first + 1j * second, return_index=True, return_inverse=True)

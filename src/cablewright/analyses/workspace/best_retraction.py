@@ -1,4 +1,4 @@
-"""The retraction length of the end-effector by height: slice areas by height and length, the best lengths, a line fit.
+"""Retraction length of the end-effector by height: areas of slices by height and length, best lengths, a line fit.
 
 Jung 2020, Eqs. 13 to 15: the area of each level slice is maximised over the length l, and a line l(z) is fitted.
 """

@@ -118,12 +118,12 @@ class Boundary(Pictured):
 
     @property
     def lowest(self) -> Array:
-        """(N,) lowest frequency of each row, Hz; negative where unstable."""
+        """Lowest frequency (N,) of each row, Hz; negative where unstable."""
         return self.modes.lowest
 
     @property
     def known(self) -> Mask:
-        """(N,) whether a row has an equilibrium."""
+        """Mask (N,) of rows with an equilibrium."""
         return np.isfinite(self.lowest)
 
     @property
@@ -141,14 +141,14 @@ class Boundary(Pictured):
 
     @property
     def shares(self) -> dict[str, float]:
-        """Share of the rows whose lowest mode has most of its energy in a freedom, by `FREEDOMS`, without zeros."""
+        """Share of the rows by the degree of freedom with most energy in the lowest mode, without zeros."""
         named = self.modes.dominant[self.known, 0]
         counts = np.bincount(named, minlength=len(FREEDOMS))
         return {name: float(n) / len(named) for name, n in zip(FREEDOMS, counts, strict=True) if n}
 
     @property
     def dominant(self) -> str | None:
-        """The most frequent freedom of the lowest mode; None if there are no modes."""
+        """The most frequent degree of freedom of the lowest mode; None if there are no modes."""
         shares = self.shares
         return max(shares, key=shares.__getitem__, default=None)
 
@@ -168,7 +168,7 @@ def boundary_modes(
     progress: Progress | None = None,
     **options: Unpack[Options],
 ) -> Boundary:
-    """Modes along the boundary of a workspace: at the nodes of a grid that are inside and have a neighbour outside.
+    """Compute modes along the boundary of a workspace: at inside nodes of a grid with a neighbour outside.
 
     The nodes are those of `count_nodes`, *grid* along each side of the box, counted with straight lines unless the
     *criterion* is ``static``; inside nodes on a side of the box are on the boundary. The modes use all laws of *robot*.
@@ -207,7 +207,7 @@ def straight(model: Model) -> Model:
 
 
 def outermost(nodes: NodeCount) -> Array:
-    """Positions (P, 3), m, of the inside nodes that have one of their neighbours outside or off the grid.
+    """Return positions (P, 3), m, of the inside nodes that have a neighbour outside or off the grid.
 
     A node has six neighbours, in a plane four.
     """

@@ -26,7 +26,7 @@ MAX_NODES = 32  # along one side, in `BoundaryLimits.surface`: a picture shows n
 
 @dataclass(frozen=True)
 class EndingLimit:
-    """A limit that bounds the workspace: the number of boundary points where it does, the lowest and the highest, m."""
+    """A limit that ends the workspace: its number of boundary points, and their lowest and highest height, m."""
 
     limit: str
     ends: int

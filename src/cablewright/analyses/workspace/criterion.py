@@ -1,4 +1,4 @@
-"""The criterion of a workspace: what has to hold at a position, and the pose of the platform there."""
+"""Workspace criterion: the condition for a position to be in the workspace, and the pose of the platform there."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Margins(Protocol):
 
 
 class Options(TypedDict, total=False):
-    """Keyword arguments of `Criterion.of`, which `workspace`, `count_nodes` and `boundary_modes` pass on."""
+    """Options (keyword arguments) of `Criterion.of`, which `workspace`, `count_nodes` and `boundary_modes` pass on."""
 
     cable: CableLaw | str | None
     sheave: SheaveLaw | str | None
@@ -228,7 +228,7 @@ class Criterion:
 
     @cached_property
     def search_plane(self) -> SearchPlane:
-        """The plane that is searched: that in which the platform moves, or of a flat box its own."""
+        """The plane that is searched: the platform's plane, or that of a flat box."""
         plane = self.model.robot.platform.plane
         if plane is None:
             axis = self.box.flat_axis
@@ -319,7 +319,7 @@ class Criterion:
 
 
 def is_planar(robot: Robot, box: ArrayLike | None) -> bool:
-    """Whether a *box* (6,), m, is flat, or without one the robot planar: a point in the plane of its exit points."""
+    """Return whether a *box* (6,), m, is flat, or without one the robot: a point in the plane of its exit points."""
     if robot.platform.in_tilted_plane:
         return True
     return plane_of(robot) is not None if box is None else box_of(robot, box, flat=True).is_flat
@@ -387,7 +387,7 @@ def _turns(model: Model, orientations: ArrayLike | None) -> Array:
 
 
 def criterion_figures(path: str) -> tuple[Figure, ...]:
-    """The figures of the criterion at the attribute *path* of a result."""
+    """Return the figures of the criterion at the attribute *path* of a result."""
     return (
         Figure("robot", "", "Name of the robot.", f"{path}.model.robot.name"),
         Figure("criterion", "", "What must hold at a place.", f"{path}.name"),

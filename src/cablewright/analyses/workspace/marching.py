@@ -24,12 +24,15 @@ EDGE: Final = 8  # an edge's key is that of its lowest corner times this, plus i
 
 
 def key_of(index: NDArray[np.int64]) -> Keys:
-    """Return the keys (...) of nodes with *index* (..., 3). A key on a lattice twice as fine is twice as large."""
+    """Return integer keys (...) of lattice nodes with *index* (..., 3).
+
+    A key on a lattice twice as fine is twice as large.
+    """
     return np.asarray((index[..., 0] << 2 * BITS) + (index[..., 1] << BITS) + index[..., 2])
 
 
 def index_of(keys: Keys) -> NDArray[np.int64]:
-    """Return the indices (..., 3) of nodes."""
+    """Return the indices (..., 3) of lattice nodes with these keys."""
     mask = (1 << BITS) - 1
     return np.stack([keys >> 2 * BITS, (keys >> BITS) & mask, keys & mask], axis=-1)
 

@@ -43,7 +43,7 @@ HELD_OFF = 1e-4  # of an edge: smallest distance of a crossing from a node, so t
 
 @dataclass(frozen=True, eq=False)
 class SearchBox:
-    """A box in the world, m."""
+    """The box of the world that is searched, m."""
 
     low: Array  # (3,)
     high: Array  # (3,)
@@ -69,7 +69,7 @@ class SearchBox:
         return float(np.prod(self.high - self.low))
 
     def at(self, shares: Array) -> Array:
-        """Return places (..., 3), m, at *shares* (..., 3) of the sides; the rounding is symmetric too."""
+        """Return positions (..., 3), m, at *shares* (..., 3) of the box's sides; the rounding is symmetric too."""
         return np.asarray((1.0 - shares) * self.low + shares * self.high)
 
     def axes(self, counts: tuple[int, ...]) -> tuple[Array, Array, Array]:
@@ -96,7 +96,7 @@ class Refined:
 
 @dataclass(frozen=True)
 class RefinementSettings:
-    """When a refinement is fine enough, and the seed of its random points."""
+    """Settings of a refinement: when it is fine enough, and the seed of its random points."""
 
     tolerance: float = TOLERANCE  # share of the volume
     finest: int | None = None  # cells along the longest side, in place of the tolerance
@@ -203,7 +203,7 @@ class _Lattice:
 
     @property
     def cells(self) -> NDArray[np.int64]:
-        """(3,) cells along the sides."""
+        """Number (3,) of cells along the sides."""
         return np.asarray(self.first << self.level)
 
     @property

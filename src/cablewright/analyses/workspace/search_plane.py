@@ -1,4 +1,4 @@
-"""A plane that a workspace is searched in, by its shadow along one of the world's axes."""
+"""A plane in which a workspace is searched, by its projection along one of the world's axes."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class SearchPlane:
 
     @property
     def axis(self) -> int:
-        """The world's axis nearest to the normal, along which the shadow falls."""
+        """The world's axis nearest to the normal, along which the plane is projected."""
         return int(np.abs(self.normal).argmax())
 
     @property
@@ -44,7 +44,7 @@ class SearchPlane:
 
     @property
     def name(self) -> str:
-        """The axis across it, or of a tilted one its normal."""
+        """Name of the axis across the plane, or of a tilted plane its normal."""
         return ", ".join(f"{x:.4g}" for x in self.normal) if self.is_tilted else "xyz"[self.axis]
 
     def onto(self, places: Array) -> Array:

@@ -133,7 +133,7 @@ class NodeCount(Result):
 
     @property
     def status(self) -> str:
-        """Ok or empty."""
+        """Status of the count: ok or empty."""
         return "ok" if self.counted else "empty"
 
     @property
@@ -158,7 +158,7 @@ class NodeCount(Result):
 
     @property
     def places(self) -> Array:
-        """(N, 3) positions of the nodes that are inside, m: z changes fastest, then y, then x."""
+        """Positions (N, 3) of the nodes that are inside, m: z changes fastest, then y, then x."""
         return self.box.grid(self.inside.shape)[self.inside]
 
     @property

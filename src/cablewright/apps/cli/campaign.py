@@ -1,4 +1,4 @@
-"""`campaign`: the same print on many machines that the tolerances allow."""
+"""`campaign`: the same print on many simulated machines within the tolerances."""
 
 from __future__ import annotations
 

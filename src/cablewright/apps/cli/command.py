@@ -1,4 +1,4 @@
-"""How a command is declared: a function whose parameters are arguments, options, or groups of options.
+"""Declaration of a command: a function whose parameters are arguments, options, or groups of options.
 
 `command` declares its example and the results that it prints. Its docstring is the text below the command's summary in
 the help. A parameter whose type is a class made by `options` is a group of options.
@@ -54,7 +54,10 @@ def options(panel: str | None = None) -> Callable[[type[_Group]], type[_Group]]:
 
 
 def command_of(declared: DeclaredCommand, name: str, summary: str) -> TyperCommand:
-    """Return the command of typer. Its help is *summary* and the docstring; its epilogue lists the examples."""
+    """Return the typer command of a declared one.
+
+    Its help is *summary* and the docstring; its epilogue lists the examples.
+    """
     app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
     paragraphs = (summary, *inspect.cleandoc(declared.run.__doc__ or "").split("\n\n"))
     text = "\n\n".join(" ".join(each.split()) for each in paragraphs)

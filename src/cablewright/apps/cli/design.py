@@ -1,4 +1,4 @@
-"""`design`: the values of design variables with which a robot serves its part best."""
+"""`design`: search for values of design variables with which a robot serves its part best."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ RESULTS = "results.jsonl"
 
 @options("Search")
 class SearchOptions:
-    """Options of the search."""
+    """Options of the design search."""
 
     method: Annotated[
         OptimiserName | None,

@@ -1,4 +1,4 @@
-"""`import` and `export`: robots and jobs from and to files of other programs."""
+"""`import` and `export`: conversion of robots and jobs from and to files of other programs."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ AT_A_POSE: Final = ("mjcf", "urdf", "stl", "glb")
 
 @options("Firmware")
 class MotionOptions:
-    """Options for klipper, reprapfirmware, linuxcnc and gcode."""
+    """Options of the formats klipper, reprapfirmware, linuxcnc and gcode."""
 
     machine: Annotated[
         str | None,

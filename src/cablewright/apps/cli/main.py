@@ -1,4 +1,4 @@
-"""Entry point: one application, one place where errors become a line and an exit code."""
+"""Entry point of the command line: builds the application, and turns errors into one line and an exit code."""
 
 from __future__ import annotations
 
@@ -114,12 +114,12 @@ class _Lazy(TyperCommand):
     home: ClassVar[str]
 
     def make_context(self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any) -> Any:
-        """Parse with the real command."""
+        """Load the real command and parse its arguments."""
         return command(self.name or "").make_context(info_name, args, parent, **extra)
 
 
 def command(name: str) -> TyperCommand:
-    """The command called *name*. Raises `KeyError`."""
+    """Return the command called *name*. Raises `KeyError`."""
     from cablewright.apps.cli.command import command_of
 
     home, summary = next(commands[name] for commands in COMMANDS.values() if name in commands)

@@ -202,7 +202,10 @@ class RobotOptions:
     ] = None
 
     def loaded(self, retraction: float | None = None) -> cw.Robot:
-        """The robot under its load and wrench, retracted to a length (m) where one is given. Raises `InputError`."""
+        """Return the robot under its load and wrench, retracted to a length (m) where one is given.
+
+        Raises `InputError`.
+        """
         robot = cw.load(self.robot)
         if self.lines is not None:
             robot = robot.with_lines([name.strip() for name in self.lines.split(",")])
@@ -222,7 +225,7 @@ class RobotOptions:
 
 @options("Model of the lines")
 class LawOptions:
-    """The physics of the lines."""
+    """Options of the physics of the lines: cable law and sheave law."""
 
     cable: Annotated[
         CableLaw | None,
@@ -234,7 +237,7 @@ class LawOptions:
     tension_limits: Limits = None
 
     def laws(self) -> dict[str, Any]:
-        """Keyword arguments on the model for functions of `cablewright`."""
+        """Return keyword arguments on the model for functions of `cablewright`."""
         return {"cable": self.cable, "sheave": self.sheave, "tension_limits": tension_range(self.tension_limits)}
 
 
@@ -266,15 +269,15 @@ class RegionOptions(LawOptions):
 
     @property
     def criterion_name(self) -> str:
-        """The criterion."""
+        """Return the name of the criterion."""
         return self.criterion or "exact"
 
     def places(self) -> dict[str, Any]:
-        """Keyword arguments on the region for functions of `cablewright`."""
+        """Return keyword arguments on the region for functions of `cablewright`."""
         return {"box": numbers(self.box, "--box"), "point": self.point or "nozzle"}
 
     def as_arguments(self) -> dict[str, Any]:
-        """Keyword arguments for functions of `cablewright`, without the criterion."""
+        """Return keyword arguments for functions of `cablewright`, without the criterion."""
         return self.laws() | self.places()
 
 
@@ -301,12 +304,12 @@ class OrientedRegionOptions(RegionOptions):
     ] = None
 
     def places(self) -> dict[str, Any]:
-        """Keyword arguments on the region and its orientations for functions of `cablewright`."""
+        """Return keyword arguments on the region and its orientations for functions of `cablewright`."""
         more = {"orientations": rotations(self.orientations), "retraction": self.retraction_at_heights()}
         return super().places() | more
 
     def retraction_at_heights(self) -> float | cw.RetractionLaw | None:
-        """The retraction length, m, or its law. Raises `InputError`."""
+        """Return the retraction length, m, or its law by height. Raises `InputError`."""
         values = numbers(self.retraction_law, "--retraction-law")
         if values is None:
             return self.retraction
@@ -371,7 +374,7 @@ class OutputOptions:
         check_suffix(self.report, "--report", ".html")
 
     def write(self, found: Pictured, title: str, *, when: bool = True) -> dict[str, Path | None]:
-        """Write the picture and the page that are requested; return their files by kind.
+        """Write the requested picture and page; return their files by kind.
 
         *title* of the page; *when*: whether there is something to draw.
         """
@@ -411,7 +414,7 @@ class ExecutorOptions:
 
     @property
     def asked(self) -> bool:
-        """Whether anybody else than this program is to compute."""
+        """Whether another executor than this process is requested."""
         return self.workers is not None or self.cluster is not None
 
     @contextmanager

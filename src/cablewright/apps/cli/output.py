@@ -1,4 +1,4 @@
-"""What commands print: one JSON object, or text for people; notes, progress and the reason for a no on stderr."""
+"""Output of commands: one JSON object, or text; notes, progress and the reason for a no on stderr."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def answer(found: Result, as_json: bool, **files: object) -> int:
 
 @contextmanager
 def refused(status: str, **known: object) -> Iterator[None]:
-    """Context that adds *known* values and a status to the JSON of an `AnswerError` inside."""
+    """Return a context that adds *known* values and a status to the JSON of an `AnswerError` inside."""
     try:
         yield
     except AnswerError as reason:
@@ -56,7 +56,7 @@ def refused(status: str, **known: object) -> Iterator[None]:
 
 
 def print_refusal(reason: AnswerError) -> None:
-    """Print an answer that is no as JSON."""
+    """Print a negative answer as JSON."""
     print_json({"status": "refused", "reason": str(reason)} | reason.known)
 
 
@@ -66,7 +66,7 @@ def print_json(values: Mapping[str, Any]) -> None:
 
 
 def print_text(found: Result, files: Mapping[str, object]) -> None:
-    """Print the figures of a result: labels and values, then its tables, then the files that were written."""
+    """Print the figures of a result as text: labels and values, then its tables, then the files that were written."""
     from cablewright.apps.figures import sheets, summary
 
     rows = summary(found)
@@ -95,7 +95,7 @@ def print_text(found: Result, files: Mapping[str, object]) -> None:
 
 
 def tell(line: str) -> None:
-    """Say something to the person, apart from the result."""
+    """Print a message for the person on stderr, apart from the result."""
     typer.echo(printable(line), err=True)
 
 
@@ -127,7 +127,7 @@ class _Plain:
         self.stage, self.begin, self.last, self.before, self.done = "", 0.0, 0.0, 0, 0
 
     def restart(self) -> None:
-        """Count the time of the present stage from now on, and only the units that follow."""
+        """Start the time of the present stage again, and count only the units that follow."""
         self.begin = self.last = time.monotonic()
         self.before = self.done
 
@@ -161,7 +161,7 @@ class _Bar:
         self.tasks: dict[str, Any] = {}
 
     def restart(self) -> None:
-        """Count the time of the stages from now on."""
+        """Start the time of the stages again."""
         for task in self.bar.tasks:
             self.bar.reset(task.id, completed=int(task.completed))
 
@@ -175,7 +175,7 @@ class _Bar:
 
 @contextmanager
 def progress(*kernels: str) -> Iterator[Progress]:
-    """A callback that shows rate and time left: a bar in a terminal, lines in a log.
+    """Return a callback that shows rate and time left: a bar in a terminal, lines in a log.
 
     Times are those of the work: *kernels*, tasks of `apps.compilation`, are compiled apart from it, where they are not.
     """
@@ -191,7 +191,7 @@ def progress(*kernels: str) -> Iterator[Progress]:
 
 @contextmanager
 def compiling(*kernels: str, then: Callable[[], None] | None = None) -> Iterator[None]:
-    """Compile *kernels*, tasks of `apps.compilation`, when the first kernel inside is needed and not yet compiled."""
+    """Return a context that compiles *kernels*, tasks of `apps.compilation`, when the first one is needed."""
     from cablewright.solvers.batches import before_compiling
 
     def prepare() -> None:

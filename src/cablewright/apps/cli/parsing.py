@@ -1,4 +1,4 @@
-"""Texts of options turned into values; an error names the option, the text and what is expected."""
+"""Conversion of option texts to values; an error names the option, the text and the expected form."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ FREE = "free"
 
 
 def numbers(text: str | None, option: str, count: int | None = None, *, free: bool = False) -> list[float] | None:
-    """Comma-separated numbers of an option; where *free*, `FREE` among them is NaN. Raises `InputError`.
+    """Return the comma-separated numbers of an option; where *free*, `FREE` among them is NaN. Raises `InputError`.
 
     Unless *count* is None, exactly so many finite numbers.
     """
@@ -46,9 +46,9 @@ def begin_of(text: str | None, option: str, robot: cw.Robot) -> list[float] | No
 
 
 def pose_of(text: str | None, robot: cw.Robot) -> list[float] | None:
-    """Return the value of --at, m and rad, for a *robot*; `FREE` is NaN. Raises `InputError`, also for a length in mm.
+    """Return the pose of --at, m and rad, for a *robot*; `FREE` is NaN. Raises `InputError`, also for lengths in mm.
 
-    A place outside of the robot, and a rotation of over half a turn, are noted with the units that explain them.
+    A position outside of the robot, and a rotation of over half a turn, are noted with the units that explain them.
     """
     from cablewright.robot.plausibility import units_inside
 
@@ -104,7 +104,7 @@ def _require_metres(
 
 
 def interval(text: str, option: str) -> tuple[float, float]:
-    """Two finite numbers, the first below the second. Raises `InputError`."""
+    """Return two finite numbers of an option, the first below the second. Raises `InputError`."""
     low, high = numbers(text, option, 2) or []
     if not low < high:
         raise InputError(f"{option} = {text!r}: expected MIN,MAX with MIN below MAX")
@@ -112,7 +112,7 @@ def interval(text: str, option: str) -> tuple[float, float]:
 
 
 def tension_range(text: str | None) -> tuple[float, float] | None:
-    """The value of --tension-limits, N. Raises `InputError`."""
+    """Return the tension limits of --tension-limits, N. Raises `InputError`."""
     values = numbers(text, "--tension-limits")
     if values is None:
         return None
@@ -122,7 +122,7 @@ def tension_range(text: str | None) -> tuple[float, float] | None:
 
 
 def quantity(text: str, option: str, dimension: Dimension) -> float:
-    """A positive quantity of an option: a number in SI or a text with a unit. Raises `InputError`."""
+    """Return a positive quantity of an option: a number in SI or a text with a unit. Raises `InputError`."""
     try:
         plain: str | float = float(text)
     except ValueError:
@@ -137,7 +137,7 @@ def quantity(text: str, option: str, dimension: Dimension) -> float:
 
 
 def bead_size(text: str | None) -> Bead | None:
-    """The width and height of --bead; a number without a unit is in m. Raises `InputError`."""
+    """Return width and height of --bead, m; a number without a unit is in m. Raises `InputError`."""
     from cablewright.foundation.units import LENGTH
     from cablewright.foundation.validation import validated
     from cablewright.printing.beads import Bead
@@ -152,7 +152,7 @@ def bead_size(text: str | None) -> Bead | None:
 
 
 def rotations(text: str | None) -> list[list[float]] | None:
-    """Rotation vectors of --orientations, rad. Raises `InputError`."""
+    """Return the rotation vectors of --orientations, rad. Raises `InputError`."""
     return None if text is None else [numbers(part, "--orientations") or [] for part in text.split(";")]
 
 
@@ -162,7 +162,7 @@ def named_lengths(text: str, option: str, expected: str) -> list[tuple[str, floa
 
 
 def named_number(text: str, why: str) -> tuple[str, float]:
-    """The name and the number of ``NAME=VALUE``. Raises `InputError` with the text *why*."""
+    """Return the name and the number of ``NAME=VALUE``. Raises `InputError` with the text *why*."""
     name, equals, value = (each.strip() for each in text.rpartition("="))
     try:
         number = float(value)
@@ -174,7 +174,7 @@ def named_number(text: str, why: str) -> tuple[str, float]:
 
 
 def lasers(text: str | None) -> tuple[cw.Laser, ...]:
-    """Distances to walls of --laser. Raises `InputError`."""
+    """Return the distances to walls of --laser, m. Raises `InputError`."""
     if text is None:
         return ()
     expected = "WALL=DISTANCE, over 0 and in m, like north=2.345"
@@ -185,7 +185,10 @@ def lasers(text: str | None) -> tuple[cw.Laser, ...]:
 
 
 def slack_excess(robot: cw.Robot, text: str) -> dict[str, float]:
-    """Excess (m) by line name of --slack; a line is given by its name or its number from 1. Raises `InputError`."""
+    """Return the excess (m) by line name of --slack. Raises `InputError`.
+
+    A line is given by its name or its number from 1.
+    """
     by: dict[str, float] = {}
     for given, value in named_lengths(text, "--slack", f"LINE=EXCESS in m, like {robot.lines[0].name}=0.3 or 1=0.3"):
         name = _line_name(robot, given)
@@ -207,7 +210,7 @@ def _line_name(robot: cw.Robot, given: str) -> str:
 
 
 def run_path(out: Path | None, kind: str, *names: str, suffix: str = "") -> Path:
-    """The file or folder of --out, or else one in runs/ that is called by the *kind* of run, *names* and *suffix*."""
+    """Return the path of --out, or else of a new one in runs/ named by the *kind* of run, *names* and *suffix*."""
     from cablewright.running.run_folders import folder_name
 
     return out or Path("runs") / f"{folder_name(kind, *names)}{suffix}"

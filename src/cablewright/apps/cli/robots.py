@@ -1,4 +1,4 @@
-"""`robots`, `new`, `schema` and `warm`: the library of robots, files of one's own, their schema, compiled kernels."""
+"""`robots`, `new`, `schema` and `warm`: library of robots, new robot files, JSON schemas, compiled kernels."""
 
 from __future__ import annotations
 
@@ -155,7 +155,7 @@ def warm_command(
 
 @dataclass(frozen=True)
 class Warmed(Result):
-    """Kernels that are compiled."""
+    """Result of `warm`: kernels that are compiled."""
 
     FIGURES: ClassVar = (
         Figure("kernels", "", "What is compiled."),
@@ -236,7 +236,7 @@ class RobotSupport(Result):
 
 @dataclass(frozen=True, repr=False)
 class LibraryFile(Result):
-    """A file of the library."""
+    """A robot or machine file of the library."""
 
     FIGURES: ClassVar = (
         Figure("name", "", "Name of the described object."),
@@ -247,7 +247,7 @@ class LibraryFile(Result):
     file: str
 
     def show(self, as_json: bool) -> int:
-        """Print the text alone, or one JSON object; return the exit code."""
+        """Print the text of the file alone, or one JSON object; return the exit code."""
         if as_json:
             return answer(self, as_json)
         typer.echo(self.file, nl=False)

@@ -1,4 +1,4 @@
-"""`serve`: a machine that is watched and operated in a browser."""
+"""`serve`: a page in the browser to watch and operate a machine."""
 
 from __future__ import annotations
 

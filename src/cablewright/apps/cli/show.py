@@ -1,4 +1,4 @@
-"""`show`: a robot to look at in a browser, alone or with a job, a run or a log."""
+"""`show`: a 3-D view of a robot in a browser, alone or with a job, a run or a log."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def _robot_alone(robot: cw.Robot, at: str | None) -> SceneDescription:
 
 @dataclass(frozen=True, repr=False)
 class Shown(Result):
-    """Contents of a page of `show`."""
+    """Result of `show`: the contents of its page."""
 
     FIGURES: ClassVar = (
         Figure("robot", "", "Name of the robot.", "scene.robot.name"),

@@ -1,4 +1,4 @@
-"""`simulate`, `machines` and `replay`: a machine with real imperfections, its log, and estimation on that log again."""
+"""`simulate`, `machines` and `replay`: a simulated machine with imperfections, its log, and estimation on that log."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ class DriveOptions:
 
 @options("Faults")
 class FaultOptions:
-    """Faults during the run."""
+    """Options of faults during the run."""
 
     fault: Annotated[
         list[str] | None,

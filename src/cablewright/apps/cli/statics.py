@@ -1,4 +1,4 @@
-"""`inverse`, `forward` and `equilibria`: a pose to lengths, and lengths to a pose or to all poses."""
+"""`inverse`, `forward` and `equilibria`: from a pose to lengths, and from lengths to a pose or to all poses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`trade`: workspace against lowest frequency, while design parameters of the robot vary."""
+"""`trade`: workspace and lowest frequency while design parameters of the robot vary."""
 
 from __future__ import annotations
 

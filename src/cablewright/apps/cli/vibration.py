@@ -1,4 +1,4 @@
-"""`vibration`: tension, density and modulus of a line by its natural frequency."""
+"""`vibration`: tension, density and modulus of a line from its natural frequency."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`workspace` and `retraction`: where a robot can be by a criterion, and how far to retract its end-effector there."""
+"""`workspace` and `retraction`: the robot's workspace by a criterion, and the best retraction length there."""
 
 from __future__ import annotations
 

@@ -177,7 +177,7 @@ def _surfaces(drawn: Figure, where: SubplotSpec, x: Array, y: Array, both: list[
 
 
 def contributions(accuracy: Accuracy) -> Figure:
-    """Draw how far each uncertain number alone moves the nozzle, most first, with the vertical part within."""
+    """Draw how far each uncertain number alone moves the nozzle, the largest first, with the vertical part."""
     shown = accuracy.contributions[:_MAX_BARS]
     sizes, vertical = np.array([(each.effect, abs(each.offset[2])) for each in shown]).T * 1e3
     drawn, axes = style.axes(

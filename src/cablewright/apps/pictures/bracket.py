@@ -24,7 +24,7 @@ _FROM: Final = (24.0, 32.0)  # degrees: elevation and azimuth of the eye
 
 
 def bracket_picture(stress: BracketStress) -> Figure:
-    """Draw both designs in one scale of colours."""
+    """Draw the stress of both bracket designs in one colour scale."""
     found = stress.designs
     drawn, places = style.grid(10.6, 6.0, (1, 2), (0, 0), (0, 1))
     designs = ((found.universal_joint, "universal joint"), (found.conventional, "second rotation blocked"))

@@ -1,4 +1,4 @@
-"""A calibration: residuals of the lengths, uncertainty of the exit points, correlations of the unknowns."""
+"""Pictures of a calibration: residuals of lengths, uncertainty of exit points, correlations of unknowns."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def _together(points: Array, names: list[str], apart: float) -> list[tuple[tuple
 
 
 def correlation_picture(found: Calibration) -> Figure | None:
-    """Draw the correlations of the unknowns; None where there are fewer than two, or too many to see."""
+    """Draw the correlations of the unknowns; None where there are fewer than two, or too many to show."""
     known = np.flatnonzero(np.isfinite(found.sigma) & (found.sigma > 0.0))
     if not 2 <= len(known) <= _MAX_CELLS:
         return None

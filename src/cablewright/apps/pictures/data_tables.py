@@ -1,4 +1,4 @@
-"""The table (CSV) of the numbers that a picture shows, in a file beside the picture."""
+"""CSV table of the numbers that a picture shows, in a file beside the picture."""
 
 from __future__ import annotations
 

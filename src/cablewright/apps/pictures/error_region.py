@@ -1,4 +1,4 @@
-"""The region in which the nozzle may be at one place: its hull, and its shadows on three planes, in mm."""
+"""Picture of the nozzle's region of positions at one pose: its hull, and its projections on three planes, in mm."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _SLENDER: Final = 12.0  # ratio of the sides above which one scale for both axes
 
 
 def region(found: Region, corners: Array | None = None) -> Figure:
-    """Draw the hull, coloured by the distance from the nominal place, and its three shadows.
+    """Draw the hull of the region, coloured by the distance from the nominal position, and three projections.
 
     *corners* (S, 3), m, are drawn as dots in place of the region's own points.
     """

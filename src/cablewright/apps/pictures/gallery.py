@@ -1,4 +1,4 @@
-"""The picture of each result, which `Pictured.plot` draws."""
+"""Table of the picture of each result, drawn by `Pictured.plot`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Interference: the lines and what they come nearest to; along a job also the distance by layer, and free heights."""
+"""Picture of interference: lines and their nearest obstacles; along a job also distance by layer, and free heights."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Picture of the tension of each line along the print, and of the share of its limits that the tension uses."""
+"""Pictures of the tension of each line along a print, and of the share of each limit that is used."""
 
 from __future__ import annotations
 
@@ -33,7 +33,10 @@ _FAR: Final = 4.0  # a limit this many times above the highest tension is writte
 
 
 class Use(NamedTuple):
-    """The part of one limit's range that each line uses. NaN where a line has no value, infinite where no bound."""
+    """The part of one limit's range that each line uses.
+
+    NaN where a line has no value, infinite where no bound.
+    """
 
     title: str
     unit: str  # as it is drawn
@@ -43,7 +46,7 @@ class Use(NamedTuple):
 
 
 def tensions(digest: Digest) -> Figure | None:
-    """Draw one panel per line on common axes: min, median and max tension along the print, and its limits.
+    """Draw min, median and max tension of each line along the print, with limits, in panels on common axes.
 
     Nothing is drawn where no tension is known.
     """
@@ -89,7 +92,7 @@ def _draw_tension_limits(axes: Axes, line: Line, top: float) -> None:
 
 
 def uses(digest: Digest) -> list[Use]:
-    """Return the known uses of winch speed, winch torque, swing and lever, in the units that are drawn."""
+    """Return the used ranges of winch speed, winch torque, swing and lever angle, where known, in the units drawn."""
     lines, known = digest.check.robot.lines, []
     for limit in LIMITS:
         if limit.name in _USED:

@@ -1,4 +1,4 @@
-"""Modes of the platform at a pose, and lowest frequencies along the boundary of a workspace (Jung 2020, Fig. 12)."""
+"""Pictures of modes at a pose, and of the lowest frequencies along a workspace boundary (Jung 2020, Fig. 12)."""
 
 from __future__ import annotations
 
@@ -124,7 +124,7 @@ def swing_picture(found: MeasuredModes) -> Figure:
 
 
 def boundary_picture(found: Boundary) -> Figure:
-    """Draw the places by their lowest frequency, and by the freedom with most energy in that mode."""
+    """Draw positions by their lowest frequency, and by the degree of freedom with most energy in that mode."""
     drawn, panels = style.grid(10.4, 5.2, (1, 2), (0, 0), (0, 1))
     places = np.tile(found.places, (len(found.nodes.criterion.orientations), 1))[found.known]
     lowest = found.lowest[found.known]

@@ -1,4 +1,4 @@
-"""The error of the nozzle by the motion of the platform along the time of a print, and at which frequency it swings."""
+"""Picture of the nozzle error by motion of the platform over the time of a print, and of the swing's frequency."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cablewright.studies.checks.result import LARGEST
 
 
 def motion(digest: Digest) -> Figure | None:
-    """Draw error and frequency of the mode with most of it over time, where material is laid if any is.
+    """Draw error and frequency of the dominant mode over time, where material is laid, if any is.
 
     Nothing is drawn where no motion is known.
     """

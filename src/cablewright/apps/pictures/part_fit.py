@@ -1,4 +1,4 @@
-"""A part in the volume that its robot's nozzle reaches, and from above where it reaches at all the part's heights."""
+"""Pictures of a part in the volume that the nozzle reaches, and of the reach from above."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The error of the nozzle along the path, from above and from the side, and at each height."""
+"""Pictures of the error of the nozzle along a path: from above, from the side, and by height."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def error_scale(digest: Digest) -> style.ErrorScale:
 
 
 def plan(digest: Digest) -> Figure:
-    """Draw the extruded path from above; where layers lie on each other, the largest error."""
+    """Draw the extruded path from above, coloured by error; where layers overlap, the largest error."""
     robot, samples = digest.check.robot, digest.check.samples
     drawn, axes = style.axes(7.4, 6.4, aspect="equal", xlabel="x in m", ylabel="y in m")
     low, high = robot.scene.frame_min, robot.scene.frame_max
@@ -58,7 +58,7 @@ def plan(digest: Digest) -> Figure:
 
 
 def side_view(digest: Digest) -> Figure:
-    """Draw frame, path, and the lines to the place with the largest error, seen from a corner, without perspective."""
+    """Draw frame, path, and lines to the position of the largest error, seen from a corner, without perspective."""
     robot, samples = digest.check.robot, digest.check.samples
     drawn, axes = style.axes(7.4, 6.4, aspect="equal")
     axes.set_axis_off()

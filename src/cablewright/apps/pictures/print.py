@@ -1,4 +1,4 @@
-"""A print: error and speed along its path, angles and states over time. Pictures are of a record's thinned rows."""
+"""Pictures of a print: error and speed along its path, angles and states over time, from the record's thinned rows."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The lines in a print: their angles and tensions, how cable lies on the winch drums, and their frequencies."""
+"""Pictures of the lines in a print: angles, tensions, radii on the winch drums, and frequencies."""
 
 from __future__ import annotations
 

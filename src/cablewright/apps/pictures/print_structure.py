@@ -1,4 +1,4 @@
-"""The structure that a print left: height maps, true and rebuilt, their difference, and cuts across the path."""
+"""Pictures of a printed structure: height maps, true and from scans, their difference, and cuts across the path."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Contact sheet of random curves."""
+"""Picture of many random curves, to choose one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A simulated drive, a replayed log, and angles over time as Merlet and Papegay 2023 draw them (Figs. 5 to 7)."""
+"""Pictures of a simulated motion, a replayed log, and angles as in Merlet and Papegay 2023 (Figs. 5 to 7)."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from cablewright.live.simulate import Simulation
 
 
 def simulation_picture(simulated: Simulation) -> Figure:
-    """Draw the drive, sampled about once a second."""
+    """Draw the simulated motion, sampled about once a second."""
     found = simulated.drive
     columns = np.array(found.path).reshape(-1, 6 + len(found.lines)).T
     time, x, y, _, tilt, yaw = columns[:6]

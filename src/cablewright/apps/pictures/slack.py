@@ -1,4 +1,4 @@
-"""Slack lines: the motion of a machine while a line is let out, and inclinometer readings of a slack line."""
+"""Pictures of slack lines: the platform while a line is let out, and inclinometer readings of a slack line."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Layers of a part by heights of the exit points: which hold, what the others break, and the stages that were found."""
+"""Picture of layers by height of the exit points: feasible ones, violations of others, and the stages found."""
 
 from __future__ import annotations
 

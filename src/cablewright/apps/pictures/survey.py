@@ -1,4 +1,4 @@
-"""Rooms from above: a survey with its ellipses and residuals, and a lidar's scan with the walls in it."""
+"""Pictures of rooms from above: a survey with ellipses and residuals, and a lidar scan with its walls."""
 
 from __future__ import annotations
 

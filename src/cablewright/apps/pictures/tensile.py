@@ -1,4 +1,4 @@
-"""Tests of a cable: force and modulus of a tensile test, creep and its law of a test that holds a load."""
+"""Pictures of cable tests: force and modulus of a tensile test, strain and law of a creep test."""
 
 from __future__ import annotations
 

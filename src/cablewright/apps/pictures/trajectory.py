@@ -1,4 +1,4 @@
-"""A trajectory of the platform, and what lines do along it."""
+"""Pictures of a trajectory of the platform, and of tensions, speeds and powers along it."""
 
 from __future__ import annotations
 

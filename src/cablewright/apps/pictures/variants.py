@@ -1,4 +1,4 @@
-"""Many variants of a machine: machines as built, candidates of a design, combinations of values (Jung 2020)."""
+"""Pictures of many variants of a machine: as built, design candidates, combinations of values (Jung 2020)."""
 
 from __future__ import annotations
 

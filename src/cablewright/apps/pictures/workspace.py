@@ -1,4 +1,7 @@
-"""Workspaces: surface and sections, areas by retraction length (Jung 2020, Fig. 10), and the limits that end them."""
+"""Pictures of workspaces: surface and sections, areas by retraction length (Jung 2020, Fig.
+
+10), limits that end them.
+"""
 
 from __future__ import annotations
 
@@ -119,7 +122,7 @@ def _fill(axes: Axes, outlines: list[Array]) -> None:
 
 
 def retraction_picture(found: RetractionStudy) -> Figure:
-    """Draw the table of areas with the law, and the areas by height."""
+    """Draw the areas by retraction length with the law of the best ones, and the areas by height."""
     drawn, (left, right) = style.subplots(10.4, 4.6, 1, 2, width_ratios=(1.15, 1.0))
     half, step = 0.5 * found.slice_height, 0.5 * (found.lengths[1] - found.lengths[0])
     extent = (found.heights[0] - half, found.heights[-1] + half, found.lengths[0] - step, found.lengths[-1] + step)

@@ -1,4 +1,4 @@
-"""Available wrenches at a pose, and tensions by several methods side by side."""
+"""Pictures of the available wrenches at a pose, and of tensions by several methods side by side."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Self-contained reports: one HTML file with its pictures inside, and the pictures as files beside it."""
+"""Self-contained reports: one HTML file that contains its pictures, and the pictures as files beside it."""

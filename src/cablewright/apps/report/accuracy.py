@@ -49,7 +49,7 @@ def write(study: AccuracyStudy, folder: Path, options: Mapping[str, Any] | None 
 
 
 def write_place(found: AccuracyAtPose, folder: Path, options: Mapping[str, Any] | None = None) -> Path:
-    """Write ``report.html`` of one pose, as `write` does."""
+    """Write ``report.html`` of the accuracy at one pose, as `write` does."""
     drawn = {}
     if _answered(found.accuracy):
         with style.drawing():

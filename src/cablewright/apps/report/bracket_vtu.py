@@ -1,4 +1,4 @@
-"""A bracket's displacement and stress as a file for ParaView: base and one cheek of both designs, side by side."""
+"""File for ParaView of a bracket's displacement and stress: base and one cheek of both designs, side by side."""
 
 from __future__ import annotations
 
@@ -34,10 +34,11 @@ CORNERS_THEN_EDGES: Final = _order()
 
 
 def vtu_file(found: Comparison) -> bytes:
-    """The file: point data `displacement` (m), `von_mises` and `stress` (Pa; xx, yy, zz, yz, xz, xy), cells' `design`.
+    """Return the VTU file (ParaView) of a bracket's displacement and stress.
 
-    The universal joint's is design 0 and keeps the bracket's frame; the conventional one, design 1, stands beside it.
-    Displacements are those of each part by itself, stresses those at the nodes, singular edges included.
+    Point data `displacement` (m), `von_mises` and `stress` (Pa; xx, yy, zz, yz, xz, xy), cells' `design`. The universal
+    joint's is design 0 and keeps the bracket's frame; the conventional one, design 1, stands beside it. Displacements
+    are those of each part by itself, stresses those at the nodes, singular edges included.
     """
     pieces = [*_pieces(found.universal_joint, 0), *_pieces(found.conventional, 1)]
     starts = np.cumsum([0, *(len(places) for places, *_ in pieces[:-1])])

@@ -1,4 +1,4 @@
-"""The report of `cablewright calibrate`: what was found, how well it is known, what the data leave open."""
+"""The report of `cablewright calibrate`: estimated values, their uncertainty, undetermined combinations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The report of `cablewright check`: can this robot print this job, and how well, for those who build and run it."""
+"""The report of `cablewright check`: whether this robot can print this job, and how well."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ _HEIGHT_GRAIN: Final = 1e-4  # m: heights nearer than this are one
 
 
 class Band(NamedTuple):
-    """Lowest, middle and highest value of each group; NaN where a group has no number."""
+    """Minimum, median and maximum of each group of values; NaN where a group has no number."""
 
     low: Array
     middle: Array
@@ -32,14 +32,14 @@ class Band(NamedTuple):
 
 
 class Heights(NamedTuple):
-    """Extruding samples gathered by height: ``order[starts[i]:starts[i + 1]]`` are those at ``z[i]``."""
+    """Extruding samples grouped by height: ``order[starts[i]:starts[i + 1]]`` are those at ``z[i]``."""
 
     z: Array  # (h,) m
     order: NDArray[np.int32]
     starts: Indices  # (h,)
 
     def band(self, values: Array) -> Band:
-        """Return the band of ``values`` (k,) over each height."""
+        """Return minimum, median and maximum of ``values`` (k,) over each height."""
         ordered = values[self.order]
         let_go(values)
         return band(ordered, self.starts)
@@ -47,7 +47,7 @@ class Heights(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Digest:
-    """A check, its layers, and values computed from them once."""
+    """A check with values for its report, each computed once."""
 
     check: Check
     layers: LayerTable
@@ -59,7 +59,7 @@ class Digest:
 
     @cached_property
     def stretches(self) -> Indices:
-        """First sample of each stretch of the print: of each layer, of groups of layers, or of equal parts."""
+        """First sample of each section of the print: of each layer, of groups of layers, or of equal parts."""
         total, first = len(self.check.samples), self.layers.first
         if len(first) < _FEWEST_STRETCHES:
             return np.unique(np.linspace(0, total, _MAX_STRETCHES + 1)[:-1].astype(np.intp))
@@ -83,7 +83,7 @@ class Digest:
 
     @cached_property
     def line_ends(self) -> Array:
-        """(m, 3) m, world: where the lines are tied to the platform at the worst sample; NaN where there is none."""
+        """Platform points (m, 3), m, world, at the worst sample; NaN where there is none."""
         check, at = self.check, self.worst
         if at is None:
             return np.full((check.robot.m, 3), np.nan)
@@ -105,7 +105,7 @@ class Digest:
         return Heights(levels * grain, self.extruding[order], starts)
 
     def nearest_lines(self, count: int) -> list[int]:
-        """Return ``count`` lines in the robot's order: those whose tension comes nearest to its limits, or beyond."""
+        """Return ``count`` lines in the robot's order: those whose tension is nearest to its limits, or beyond."""
         limit = np.array([line.tension_limits for line in self.check.robot.lines])
         lowest = SMALLEST(self.check.statics.lines.lowest_tension)
         highest = LARGEST(self.check.statics.lines.highest_tension)
@@ -113,7 +113,7 @@ class Digest:
         return sorted(int(i) for i in np.argsort(room, kind="stable")[:count])
 
     def unsolved(self) -> Iterator[tuple[int, int]]:
-        """Yield each status code but 0 and how many samples have it, the commonest first."""
+        """Yield each status code except 0 with the number of its samples, the commonest first."""
         codes, counts = np.unique(self.check.codes, return_counts=True)
         for at in np.argsort(-counts, kind="stable"):
             if codes[at] != 0:
@@ -121,7 +121,10 @@ class Digest:
 
 
 def band(values: Array, starts: Indices) -> Band:
-    """Return the band of ``values`` (k,) or (k, m) over the groups that begin at ``starts``; NaN is no number."""
+    """Return minimum, median and maximum of ``values`` (k,) or (k, m) over the groups that begin at ``starts``.
+
+    NaN is no number.
+    """
     return Band(*(grouped(choose, values, starts) for choose in (SMALLEST, median, LARGEST)))
 
 

@@ -1,4 +1,4 @@
-"""A whole report: verdict, terms explained at its end, views of scenes with the program that draws them, pictures."""
+"""A whole report page: verdict, terms explained at its end, 3-D views with their program, pictures."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ HELP: Final = (
 
 
 def view(scene: SceneDescription, name: str = "scene") -> Html:
-    """Return the view of a scene; *name*: name of its element, unique in a page."""
+    """Return the HTML of a 3-D view of a scene; *name*: name of its element, unique in a page."""
     data = Html(f'<script type="application/json" id="{name}">{scene.as_json()}</script>')
     inner = [element("div", Html(svg(scene)), class_="stage")]
     inner += [element("p", note, class_="soft") for note in scene.notes]
@@ -49,7 +49,7 @@ def write_report(folder: Path, title: str, body: Iterable[Html], pictures: Mappi
 
 
 def verdict(word: str, *sentences: str, kind: str = "") -> Html:
-    """Return the answer in a word and in sentences; *kind*: yes, no, doubt or none of these."""
+    """Return the verdict as HTML: the answer in a word and in sentences; *kind*: yes, no, doubt or none of these."""
     told = (element("p", each) for each in sentences)
     return element("div", element("strong", word), *told, class_=f"verdict {kind}".strip(), role="status")
 
@@ -70,7 +70,7 @@ _CLOSED = ("h1", "h2", "a", "strong", "script", "svg", "summary")  # in which no
 
 
 def with_terms(body: Iterable[Html]) -> list[Html]:
-    """Return the parts of a page, the terms in them linked, and a section that explains these terms."""
+    """Return the parts of a page with links from terms to a section that explains them."""
     used: dict[str, Term] = {}
     parts = [_linked(part, used) for part in body]
     rows = [_explained(used[name]) for name in sorted(used)]

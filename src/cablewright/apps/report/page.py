@@ -1,4 +1,4 @@
-"""One HTML page without a single outside request. Whatever is not `Html` is foreign text and is escaped."""
+"""One self-contained HTML page, without outside requests. Any text that is not `Html` is escaped."""
 
 from __future__ import annotations
 
@@ -14,29 +14,29 @@ _FEW_COLUMNS: Final = 4  # that fit a phone
 
 
 class Html(str):
-    """Text that is markup already."""
+    """Text that is HTML markup already."""
 
     __slots__ = ()
 
 
 def element(name: str, *content: str, **attributes: str) -> Html:
-    """Return an element; a trailing underscore of an attribute's name is dropped, as in ``class_``."""
+    """Return an HTML element; a trailing underscore of an attribute's name is dropped, as in ``class_``."""
     spelled = "".join(f' {key.rstrip("_").replace("_", "-")}="{escape(value)}"' for key, value in attributes.items())
     return Html(f"<{name}{spelled}>{join(content)}</{name}>")
 
 
 def join(parts: Iterable[str], between: str = "") -> Html:
-    """Return the parts one after the other, foreign ones escaped."""
+    """Return the HTML of the parts one after the other; other text is escaped."""
     return Html(between.join(part if isinstance(part, Html) else escape(part) for part in parts))
 
 
 def section(title: str, *content: str) -> Html:
-    """Return a section under a heading."""
+    """Return an HTML section under a heading."""
     return element("section", element("h2", title), *content)
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]], *, numbers: Sequence[int] = ()) -> Html:
-    """Return a table; the columns in ``numbers`` are set flush right."""
+    """Return an HTML table; the columns in ``numbers`` are set flush right."""
 
     def cell(kind: str, at: int, content: str) -> Html:
         short = at in numbers and (isinstance(content, Html) or len(content) <= _ONE_LINE)
@@ -50,7 +50,7 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], *, numbers: Sequen
 
 
 def notice(text: str) -> Html:
-    """Return a caution on figures, as a sentence."""
+    """Return the HTML of a caution on figures, as a sentence."""
     return element("p", f"{text[:1].upper()}{text[1:]}.", class_="notice")
 
 
@@ -60,7 +60,7 @@ def short_name(name: str) -> str:
 
 
 def cards(figures: Iterable[tuple[str, str, str]]) -> Html:
-    """Return cards of key figures: name, value, and a note that may be empty."""
+    """Return the HTML of cards of key figures: name, value, and a note that may be empty."""
     shown = [
         element("div", element("dt", what), element("dd", value, element("small", note)), class_="card")
         for what, value, note in figures
@@ -76,12 +76,12 @@ def picture(png: bytes, told: str, caption: str) -> Html:
 
 
 def bundled(name: str) -> str:
-    """Return the text of a file of this package."""
+    """Return the text of a file of this package, such as a style sheet."""
     return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
 
 
 def page(title: str, body: Iterable[Html], script: str = "", style: str = "") -> str:
-    """Return the whole document. Its policy forbids every request and every script and style but its own.
+    """Return the whole HTML document. Its policy forbids all requests, and scripts and styles but its own.
 
     *style*: rules that come after those of all pages.
     """

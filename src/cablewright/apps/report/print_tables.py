@@ -30,7 +30,7 @@ _TAUT: Final = next(each for each in LineUse.FIGURES if each.key == "taut")
 
 
 def following_table(found: PrintRecord) -> Html:
-    """Error, height and speed: true, and by the estimates."""
+    """Return the table of error, height and speed: true, and by the estimates."""
     both = {name: of for name, of in (("true", found.true), ("estimated", found.estimated)) if of.error.count}
     if not both:
         return element("p", "Not known: no step in the log printed with a known position.")
@@ -39,7 +39,7 @@ def following_table(found: PrintRecord) -> Html:
 
 
 def paper_table(found: PrintRecord) -> Html | None:
-    """The figures of Merlet and Papegay 2023 beside those of this print; None for another robot."""
+    """Return the figures of Merlet and Papegay 2023 beside those of this print; None for another robot."""
     if found.head.robot.name != _OF_THE_PAPER:
         return None
     structure = found.structure
@@ -73,23 +73,23 @@ def _top(values: Array) -> float:
 
 
 def states_table(found: PrintRecord) -> Html:
-    """Time in each state, and why."""
+    """Return the table of the time in each state of a print, with reasons."""
     return sheet_table(table("", StateUse.FIGURES, found.state_uses()))
 
 
 def structure_table(structure: PrintedStructure) -> Html:
-    """Mass and height, and the difference between the scanned and the true structure."""
+    """Return the table of mass and height, and the difference between the scanned and the true structure."""
     rows = [row for row in pairs(PrintedStructure.FIGURES, structure) if row[1] != NONE]
     return sheet_table(Sheet("", ("what", "value"), rows, (False, True)))
 
 
 def lines_table(found: PrintRecord) -> Html:
-    """Load and motion of each line."""
+    """Return the table of load and motion of each line."""
     return sheet_table(table("", LineUse.FIGURES, found.lines))
 
 
 def faults_table(found: PrintRecord) -> Html:
-    """Table of faults of the estimation, and of notices of the machine."""
+    """Return the table of faults of the estimation, and of notices of the machine."""
     if not found.faults and not found.notices:
         return element("p", "The estimation reported no faults, and the machine nothing else.")
     faults, notices = (next(each for each in found.figures if each.key == key) for key in ("faults", "notices"))
@@ -100,7 +100,7 @@ def faults_table(found: PrintRecord) -> Html:
 
 
 def inputs_table(found: PrintRecord, name: str) -> Html:
-    """Robot, machine, job, program."""
+    """Return the table of a print's inputs: robot, machine, job, program."""
     head = found.head
     rows = [
         ("robot", head.robot.name),

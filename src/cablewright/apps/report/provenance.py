@@ -1,4 +1,4 @@
-"""Inputs to a report, and what the model takes for granted, as the robot file says it."""
+"""Inputs of a report, and assumptions of the model, as the robot file states them."""
 
 from __future__ import annotations
 
@@ -180,7 +180,7 @@ def _point(point: tuple[float, float, float]) -> str:
 
 
 def program() -> str:
-    """Name and version of the program that wrote the page."""
+    """Return name and version of the program that wrote the page."""
     try:
         return f"cablewright {version('cablewright')}"
     except PackageNotFoundError:  # run from its sources

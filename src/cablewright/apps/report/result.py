@@ -17,7 +17,7 @@ from cablewright.foundation.results import Pictured, Result
 def key_figures(
     found: Result, keys: Iterable[str], notes: Mapping[str, str] | None = None
 ) -> Iterator[tuple[str, str, str]]:
-    """Label, value and note of the figures with these *keys*, for `page.cards`."""
+    """Return label, value and note of the figures with these *keys*, for `page.cards`."""
     by_key = {each.key: each for each in found.figures}
     for key in keys:
         figure = by_key[key]
@@ -25,18 +25,18 @@ def key_figures(
 
 
 def part_table(found: Result, key: str) -> Html:
-    """The table of a figure that has parts."""
+    """Return the HTML table of a figure that has parts."""
     figure = next(each for each in found.figures if each.key == key)
     return sheet_table(part_sheet(figure, figure.of(found)))
 
 
 def along_table(found: Result, along: str) -> Html:
-    """The table of the figures that run along the same things."""
+    """Return the HTML table of figures that have values along the same dimension."""
     return sheet_table(along_sheet(found, along))
 
 
 def sheet_table(sheet: Sheet) -> Html:
-    """A table of figures; numbers flush right."""
+    """Return the HTML of a table of figures; numbers flush right."""
     return table(sheet.head, sheet.rows, numbers=[k for k, number in enumerate(sheet.numeric) if number])
 
 
@@ -57,7 +57,10 @@ _INPUTS = (
 
 
 def result_page(found: Pictured, title: str, *, drawn: bool = True) -> str:
-    """Return the page as HTML; *drawn*: whether there is something to draw. The same result gives the same text."""
+    """Return the page of a result as HTML; *drawn*: whether there is something to draw.
+
+    The same result gives the same text.
+    """
     png = None
     if drawn:
         with style.drawing():

@@ -1,4 +1,4 @@
-"""The page of `cablewright show`: a robot to turn, alone or with a job, a run or a log."""
+"""The page of `cablewright show`: a robot in 3-D, alone or with a job, a run or a log."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Selection of few segments of a path, so that a picture of them looks like a picture of the whole path."""
+"""Selection of few segments of a path, so that their picture resembles that of the whole path."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _CELLS: Final = 1024  # along the plan, of the smallest places
 
 
 class Pieces:
-    """Straight pieces of the path between samples ``begin`` and ``end``, in the order of the path."""
+    """Straight pieces of a path between samples ``begin`` and ``end``, in order."""
 
     def __init__(self, begin: _Rows, end: _Rows) -> None:
         self.begin = begin

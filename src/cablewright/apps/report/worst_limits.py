@@ -1,4 +1,4 @@
-"""The worst place of every limit, violations first, in plain words."""
+"""The worst position of every limit, violations first, in plain words."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def ranked(findings: tuple[Finding, ...]) -> list[Finding]:
 
 
 def findings_table(digest: Digest) -> Html:
-    """Return one row for each finding."""
+    """Return the HTML table of findings, one row each."""
     found = ranked(digest.check.findings)
     if not found:
         return element("p", "No limit is known for this robot: nothing was judged.")

@@ -1,1 +1,1 @@
-"""The operator's page: a server of its own process, beside the control."""
+"""The operator's page: a web server in its own process, beside the control."""

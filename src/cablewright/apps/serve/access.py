@@ -1,4 +1,4 @@
-"""Who may do what: hosts, origins, the token and its cookie, and how often."""
+"""Access rules of the operator's page: hosts, origins, the token and its cookie, and rates."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ REPORT_POLICY: Final = (
 
 
 def policy_with(camera: str) -> bytes:
-    """Content security policy of the page; *camera*: address of the camera picture, or empty."""
+    """Return the content security policy of the page; *camera*: address of the camera picture, or empty."""
     if not camera:
         return POLICY
     parts = urlsplit(camera)
@@ -56,7 +56,7 @@ def policy_with(camera: str) -> bytes:
 
 
 def new_token() -> str:
-    """A random token of 256 bits."""
+    """Return a random token of 256 bits."""
     return secrets.token_urlsafe(32)
 
 
@@ -159,7 +159,7 @@ class Access:
         return None
 
     def allows(self, session: str) -> bool:
-        """Whether the session's rate is within its limit."""
+        """Return whether the session's rate of requests is within its limit."""
         bucket = self._rates.pop(session, None) or Bucket(200, 40.0)
         self._rates[session] = bucket
         while len(self._rates) > _SESSIONS:

@@ -49,13 +49,13 @@ _REPORTS: Final = 5.0  # s between looks for runs without a report
 
 @dataclass(eq=False, kw_only=True)
 class Page(Served):
-    """All that the routes share."""
+    """The web application of the operator's page, with the data that its routes share."""
 
     _readers: int = 0
     _reaching: asyncio.Semaphore = field(default_factory=lambda: asyncio.Semaphore(1))
 
     def application(self) -> Guard:
-        """The whole application, guarded."""
+        """Return the whole web application, with its access rules."""
         desk = Desk(self)
         routes = [
             Route("/", self.index),
@@ -132,7 +132,7 @@ class Page(Served):
         return asset("index.html")
 
     async def enter(self, request: Request) -> Response:
-        """Page on which the token is entered, and its check."""
+        """Serve the page on which the token is entered, and check the token."""
         if request.method == "GET":
             return asset("enter.html")
         token = (await _body(request, _ENTER)).decode("utf-8", "replace").strip()
@@ -144,18 +144,21 @@ class Page(Served):
         return PlainTextResponse("welcome\n", headers={"set-cookie": cookie})
 
     async def static(self, request: Request) -> Response:
-        """A file of the page, by its name alone."""
+        """Serve a file of the page, by its name alone."""
         name = request.path_params["name"]
         return asset(name) if name in ASSETS else PlainTextResponse("there is no such file\n", 404)
 
     async def scene(self, _request: Request) -> Response:
-        """The scene of the present sitting."""
+        """Serve the 3-D scene of the present sitting."""
         if self.feed.scene is None:
             return PlainTextResponse("the scene is being made\n", 503)
         return Response(self.feed.scene, media_type="application/json")
 
     async def stop(self, request: Request) -> Response:
-        """Stop the machine. Whoever may look may do so; no lease, no limit of rate, no body is needed."""
+        """Stop the machine.
+
+        Everyone who may look may stop; no lease, no limit of rate, no body is needed.
+        """
         if request.method == "GET":
             return asset("stop.html")
         session = request.scope["session"]
@@ -165,7 +168,7 @@ class Page(Served):
         return PlainTextResponse("stop was sent\n" if sent else "the control does not answer\n", 202 if sent else 503)
 
     async def jobs(self, request: Request) -> Response:
-        """List all jobs, or begin a new one."""
+        """List all jobs, or create a new one."""
         if request.method == "GET":
             return JSONResponse(await asyncio.to_thread(self.uploads.jobs, self.checks.busy))
         if self._operator(request) is None:
@@ -177,7 +180,7 @@ class Page(Served):
         return {"id": self.uploads.new_job(name)}
 
     async def first(self, request: Request) -> Response:
-        """Make the job of a first part for this machine, and ask for its check."""
+        """Create the job of a first part for this machine, and request its check."""
         if self._operator(request) is None:
             return _not_operating()
 
@@ -212,7 +215,7 @@ class Page(Served):
         return await _tried(take)
 
     async def check(self, request: Request) -> Response:
-        """Queue the check of a job."""
+        """Queue the check of an uploaded job."""
         if self._operator(request) is None:
             return _not_operating()
         job = request.path_params["job"]
@@ -226,7 +229,7 @@ class Page(Served):
         return await _tried(ask)
 
     async def load(self, request: Request) -> Response:
-        """Load a job into the control, or none."""
+        """Load a job into the control, or unload it."""
         client = self._operator(request)
         if client is None:
             return _not_operating()
@@ -250,7 +253,7 @@ class Page(Served):
         return {"loaded": what["load"]}
 
     async def resume(self, request: Request) -> Response:
-        """Take up a run that was cut off."""
+        """Resume a run that was interrupted."""
         client = self._operator(request)
         if client is None:
             return _not_operating()
@@ -280,7 +283,7 @@ class Page(Served):
         return await _tried(remove)
 
     async def job_report(self, request: Request) -> Response:
-        """The report of a job's check."""
+        """Serve the report of a job's check."""
         return await _report_of(self.uploads.job_report, request.path_params["job"])
 
     async def api_keys(self, request: Request) -> Response:
@@ -326,7 +329,7 @@ class Page(Served):
         return await _tried(keep)
 
     async def reach(self, request: Request) -> Response:
-        """Whether the platform can be held on the straight way to a place, before that is ordered."""
+        """Answer whether the platform can be held on the straight way to a position, before that motion is ordered."""
         if self._operator(request) is None:
             return _not_operating()
         goal = (await _json(request)).get("position")
@@ -345,7 +348,7 @@ class Page(Served):
         return await _tried(found)
 
     async def picture(self, request: Request) -> Response:
-        """The picture of the part that a slicer has put into a job's G-code."""
+        """Serve the picture of the part that a slicer has put into a job's G-code."""
         try:
             found = await asyncio.to_thread(largest_picture, self.uploads.job(request.path_params["job"]) / GCODE)
         except (InputError, OSError):
@@ -359,11 +362,11 @@ class Page(Served):
         return await _report_of(self.uploads.run_report, request.path_params["run"])
 
     async def live(self, socket: WebSocket) -> None:
-        """Serve one open page by WebSocket."""
+        """Serve one open page through its WebSocket."""
         await Live(self, socket).run()
 
     async def foxglove(self, socket: WebSocket) -> None:
-        """One program that reads the live log."""
+        """Serve one program that reads the live log."""
         allowed = self.access.is_view_token(socket.path_params["token"]) and self._readers < foxglove.MAX_CLIENTS
         if not allowed:
             await socket.close(1008)

@@ -1,4 +1,4 @@
-"""The files of the page, read once: no other file can be requested."""
+"""Static files of the page, read once: no other file can be requested."""
 
 from __future__ import annotations
 
@@ -37,6 +37,6 @@ def _content(name: str) -> tuple[bytes, str]:
 
 
 def asset(name: str, status: int = 200) -> Response:
-    """The answer with a file of the page."""
+    """Return the HTTP response with a static file of the page."""
     content, kind = _content(name)
     return Response(content, status, media_type=kind)

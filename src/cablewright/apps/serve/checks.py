@@ -1,4 +1,4 @@
-"""Checks and reports wait their turn: one at a time, each in a capped process."""
+"""Queue of checks and reports: one at a time, each in a process with limits."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Checks:
     _queue: asyncio.Queue[tuple[str, str]] = field(default_factory=lambda: asyncio.Queue(WAITING))
 
     def ask(self, what: str, subject: str) -> str:
-        """Queue the ``check`` of a job, or the ``report`` of a run. Returns why it is not queued, or an empty text.
+        """Queue the ``check`` of a job, or the ``report`` of a run; return why it is not queued, or an empty text.
 
         Raises `EnvironmentFault` where an earlier answer cannot be removed.
         """

@@ -1,4 +1,4 @@
-"""Connections to the page's server: strangers have little time and few places, so that a stop always gets through."""
+"""Limits of connections to the page's server, so that strangers cannot block a stop."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Peer = tuple[str, int]
 
 
 class Holder(Enum):
-    """Whose connection it is; the value is how many of that kind may be open, so that some are left for strangers."""
+    """Kind of a connection's holder; the value is how many may be open, so that some are left for strangers."""
 
     TOKEN = 128
     KEY = 64
@@ -33,12 +33,12 @@ class _Open:
 
 @dataclass(eq=False)
 class Connections:
-    """All that are open, by the address at the other end, the oldest first."""
+    """All open connections, by remote address, the oldest first."""
 
     _open: dict[Peer, _Open] = field(default_factory=dict)
 
     def enter(self, peer: Peer, transport: asyncio.Transport) -> None:
-        """Take a new connection, of a stranger as yet. Where there are too many, the oldest stranger is closed."""
+        """Add a new connection, of a stranger as yet. Where there are too many, the oldest stranger is closed."""
         self._open = {at: each for at, each in self._open.items() if not each.transport.is_closing()}
         strangers = [each for each in self._open.values() if each.holder is None]
         if strangers and len(self._open) >= MAX_OPEN:
@@ -48,7 +48,10 @@ class Connections:
         asyncio.get_running_loop().call_later(STRANGERS_TIME, self._close_stranger, made)
 
     def admits(self, peer: Peer | None, holder: Holder) -> bool:
-        """Whether a connection whose request shows a token or a key stays open; with too many of a kind it does not."""
+        """Return whether a connection whose request shows a token or a key stays open.
+
+        With too many of a kind it does not.
+        """
         found = None if peer is None else self._open.get(peer)
         if found is None or found.holder is holder:
             return True
@@ -65,7 +68,7 @@ class Connections:
 
 
 def protocol_with(connections: Connections) -> type[H11Protocol]:
-    """HTTP as uvicorn has it, whose connections are entered in *connections*."""
+    """Return uvicorn's HTTP protocol class, whose connections are counted in *connections*."""
 
     class Entered(H11Protocol):
         def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]

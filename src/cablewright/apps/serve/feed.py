@@ -1,4 +1,4 @@
-"""The latest state as all pages get it: read from the control's memory, with the lines as they hang."""
+"""The latest state for all pages: read from the control's memory, with the shapes of the lines."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Feed:
     _draws: asyncio.Task[None] | None = None
 
     def beat(self) -> int:
-        """Now, ms since the server began: pages name the beat that they have seen."""
+        """Time now, ms since the server began; pages report the beat that they have seen."""
         return round(1e3 * (time.monotonic() - self._begin))
 
     async def run(self) -> None:
@@ -91,7 +91,7 @@ class Feed:
         self.version += 1
 
     async def next(self, version: int) -> int:
-        """Wait for a later version, and return it."""
+        """Wait for a later version of the state, and return it."""
         async with self._news:
             await self._news.wait_for(lambda: self.version > version)
         return self.version

@@ -1,6 +1,7 @@
-"""A live log for Foxglove: its WebSocket protocol, both names of it, with the JSON topics of the log; read only.
+"""Live log for Foxglove by its WebSocket protocol, with the JSON topics of the log; read only.
 
-Each topic's latest message is sent, ten times a second; the log of a run has them all.
+Each topic's latest message is sent, ten times a second; the log of a run has them all. Both names of the protocol are
+accepted.
 """
 
 from __future__ import annotations

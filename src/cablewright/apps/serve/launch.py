@@ -1,4 +1,4 @@
-"""`serve`: the control in this process, and the page's server in another one, which is started again if it ends."""
+"""`serve`: starts the control in this process and the page's server in another one, which is restarted if it ends."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ class Address:
 
     @property
     def scheme(self) -> str:
-        """URL scheme of its addresses."""
+        """URL scheme of the page's addresses: http or https."""
         return "http" if self.certificate is None else "https"
 
     def hosts(self, port: int) -> frozenset[str]:
@@ -142,7 +142,7 @@ def require_libraries() -> None:
 
 
 def listening(address: Address) -> socket.socket:
-    """A socket at the address. Raises `EnvironmentFault` where it is in use, or cannot be had."""
+    """Return a listening socket at the address. Raises `EnvironmentFault` where it is in use or not available."""
     host = "127.0.0.1" if address.host == "localhost" else address.host
     made = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_STREAM)
     made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -158,7 +158,7 @@ def listening(address: Address) -> socket.socket:
 
 @dataclass(eq=False)
 class Server:
-    """The process of the server: started, and started again when it ends."""
+    """The process of the page's server, restarted when it ends."""
 
     link: ControlLink
     folder: Path
@@ -182,7 +182,7 @@ class Server:
         return Access(self.key, token, self.address.hosts(self.port), self.port, self.address.certificate is not None)
 
     def start(self) -> None:
-        """Start it, on new channels."""
+        """Start the server's process, on new channels."""
         orders, stops = self.link.connect()
         numbers = {
             "state": self.link.state.file_number,
@@ -219,7 +219,7 @@ class Server:
         self.process.stdin.flush()
 
     def watch(self) -> None:
-        """Start it again whenever it ends, until `end`."""
+        """Restart the server's process whenever it ends, until `end`."""
         begun = time.monotonic()
         while not self._over.wait(_LOOK):
             assert self.process is not None
@@ -252,9 +252,10 @@ def serve(
     say: Callable[[str], None],
     lock: Path | None = None,
 ) -> None:
-    """Serve until interrupted. *owner*: settings of the machine. *lock*: lock file of a real machine.
+    """Serve the operator's page until interrupted.
 
-    Raises `EnvironmentFault` where the port is in use, or another program serves this folder or machine.
+    *owner*: settings of the machine. *lock*: lock file of a real machine. Raises `EnvironmentFault` where the port is
+    in use, or another program serves this folder or machine.
     """
     require_libraries()
     make_folder(folder)
@@ -276,7 +277,7 @@ def _serve(
     interrupted = threading.Event()
 
     def show() -> None:
-        """Show the addresses, once the machine can be operated."""
+        """Print the addresses of the page, once the machine can be operated."""
         host = (address.names or ("127.0.0.1" if address.host == "localhost" else address.host,))[0]
         shown = f"[{host}]" if ":" in host else host
         say(f"{address.scheme}://{shown}:{server.port}/enter#{server.token}")

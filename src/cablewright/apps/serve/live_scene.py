@@ -1,4 +1,4 @@
-"""The 3-D view of a machine that runs: its scene, and its lines as they hang now, by the product's own statics."""
+"""The 3-D view of a running machine: its scene, and its lines with their present shapes from statics."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _MOST: Final = 400_000  # points of a path that is drawn
 
 
 def live_scene(head: LogHead, job: Job | None = None) -> dict[str, Any]:
-    """The scene of a robot that is operated, and of the path of its job, as JSON has it."""
+    """Return the scene of an operated robot, and of the path of its job, as a JSON object."""
     robot = head.robot
     at_rest = rest_pose(robot)
     rest = one_state(at_rest.equilibrium, robot.name, at_rest.note)
@@ -84,7 +84,7 @@ def _thinned(curve: Array, end: Any) -> Array:
 
 
 class Shapes:
-    """The shapes of one machine's lines, as points on the grid of its scene."""
+    """Shapes of one machine's lines, as points on the grid of its scene."""
 
     def __init__(self, head: LogHead, scene: dict[str, Any]) -> None:
         """Draw on the grid of a *scene*."""
@@ -95,7 +95,7 @@ class Shapes:
         self.step = max(float((high - self.low).max()), 1e-9) / STEPS
 
     def curves(self, state: dict[str, Any]) -> list[int] | None:
-        """Points of all lines, numbers of the grid one after the other; None where they are unknown."""
+        """Return the points of all lines, as numbers of the grid; None where they are unknown."""
         platform, lengths = state["platform"], state["lines"]["lengths"]
         pose = np.array([*platform["position"], *platform["rotation"]], dtype=float)[: self.robot.n]
         if lengths is None or not np.isfinite(pose).all() or None in lengths:

@@ -1,4 +1,4 @@
-"""What stands before all routes: hosts, origins, tokens, keys and rates, and the headers of every answer."""
+"""Access check before all routes: hosts, origins, tokens, keys and rates; and the headers of every response."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cablewright.apps.serve.slicers.keys import Key, Keys
 
 
 class Guard:
-    """ASGI: nothing passes that `Access` does not let in, and every answer has the headers of `HEADERS`."""
+    """ASGI middleware: only requests allowed by `Access` pass; every response has the headers of `HEADERS`."""
 
     def __init__(
         self, app: Any, access: Access, keys: Keys, connections: Connections | None = None, camera: str = ""

@@ -1,4 +1,4 @@
-"""Whether a straight way to a place can be held, before a person orders it: tensions along it, and the frame."""
+"""Check, before a person orders a motion by hand, that the platform can be held on the straight way to its goal."""
 
 from __future__ import annotations
 

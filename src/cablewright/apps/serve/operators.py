@@ -1,4 +1,4 @@
-"""Who watches, and who operates: one at a time, as long as that page is there."""
+"""Open pages, and the one that operates: one at a time, as long as that page responds."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _ORDERS: Final = Bucket(40, 15.0)
 
 @dataclass(eq=False)
 class Client:
-    """A page that is open. ``secret`` is known to this page alone; ``name``: name of the person who uses it."""
+    """An open page. ``secret`` is known to this page alone; ``name``: name of the person who uses it."""
 
     session: str
     secret: str = field(default_factory=lambda: secrets.token_urlsafe(24))
@@ -45,7 +45,7 @@ class Client:
 
 
 def person(name: object) -> str:
-    """A name as it may stand in a log: letters of one line, not many."""
+    """Return a name as it may stand in a log: letters of one line, shortened."""
     return printable(re.sub(r"\s+", " ", name[:200]).strip())[:40] if isinstance(name, str) else ""
 
 
@@ -79,7 +79,7 @@ class Operators:
         return 0 if self.operator is None else self._number
 
     def join(self, session: str) -> Client | None:
-        """A new page; None where too many are open."""
+        """Add a new page; return it, or None where too many are open."""
         if len(self.clients) >= MAX_CLIENTS:
             return None
         client = Client(session)
@@ -101,7 +101,7 @@ class Operators:
         return found
 
     def take(self, client: Client, name: object) -> str:
-        """Operate from this page; returns why not, or an empty text."""
+        """Make this page the operator; return why not, or an empty text."""
         holder = self.operator
         if holder is not None and holder is not client:
             return f"{holder.title} operates the machine"
@@ -116,6 +116,6 @@ class Operators:
             self._operator = None
 
     def of_secret(self, secret: str) -> Client | None:
-        """The page that operates, if *secret* is its own."""
+        """Return the page that operates, if *secret* is its own."""
         found = self.operator
         return found if found is not None and secrets.compare_digest(found.secret.encode(), secret.encode()) else None

@@ -25,7 +25,7 @@ _VALUES: Final = ("layer", "distance", "error", "left", "powder", "share")
 
 
 class RosState:
-    """Sends what is new in a feed."""
+    """Publisher of the machine's state to ROS 2."""
 
     def __init__(self, feed: Feed, write: Callable[[RosMessage], None]) -> None:
         """*write*: takes each message."""
@@ -37,14 +37,14 @@ class RosState:
         self._status: tuple[float, Any] = (-1e9, None)  # when the last one was sent, and what it said
 
     async def run(self) -> None:
-        """Send until cancelled. Raises `EnvironmentFault` where the network rejects it."""
+        """Publish until cancelled. Raises `EnvironmentFault` where the network rejects it."""
         version = 0
         while True:
             version = await self.feed.next(version)
             self.step()
 
     def step(self) -> None:
-        """Send what is new now."""
+        """Publish the parts of the state that are new."""
         feed = self.feed
         if feed.sitting is not self._sitting:
             self._sitting = feed.sitting

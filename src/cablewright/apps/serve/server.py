@@ -1,6 +1,6 @@
-"""The process of the page's server: `python -m cablewright.apps.serve.server`, started by `launch`.
+"""Process of the page's server: `python -m cablewright.apps.serve.server`, started by `launch`.
 
-Its configuration is a line of JSON on the standard input, and it ends when that ends: with the control.
+Its configuration is a line of JSON on the standard input, and it ends with that input: when the control ends.
 """
 
 from __future__ import annotations
@@ -38,13 +38,13 @@ class _Loop(asyncio.SelectorEventLoop):
     """A loop whose servers wait little for who opens a connection and says nothing."""
 
     async def create_server(self, *given: Any, **options: Any) -> asyncio.Server:
-        """As asyncio, with a time for TLS."""
+        """Create a server as asyncio does, with a limit of time for TLS."""
         limit = {"ssl_handshake_timeout": _AGREEING} if options.get("ssl") else {}
         return await super().create_server(*given, **options | limit)
 
 
 def page_of(given: dict[str, Any]) -> Page:
-    """The page of a configuration."""
+    """Return the web application of a configuration."""
     folder = Path(given["folder"])
     link = ServerLink.of(*(given[name] for name in ("state", "sitting", "lease", "orders", "stops")))
     access = Access(
@@ -70,7 +70,7 @@ def page_of(given: dict[str, Any]) -> Page:
 
 
 def main() -> None:
-    """Serve until the control ends."""
+    """Run the page's server until the control ends."""
     given = json.loads(sys.stdin.buffer.readline())
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the control decides
     os.nice(_NICE)

@@ -1,4 +1,4 @@
-"""What the routes and the open pages share: the way to the control and what came from it."""
+"""Data that the routes and the open pages share: the link to the control and its latest state."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class Served:
         return await self.answer(number, by) if self.link.send(message, "stops") else "the control does not answer"
 
     async def answer(self, number: int, by: str) -> str:
-        """Wait for the control's answer: the reason of a rejection, or an empty text."""
+        """Wait for the control's answer to a message: the reason of a rejection, or an empty text."""
         end = time.monotonic() + _ANSWER
         while time.monotonic() < end:
             found = self.feed.answer_of(number, by)

@@ -1,4 +1,4 @@
-"""Uploaded jobs and their runs: the server makes their names, so that no user's name is a path."""
+"""Folders of uploaded jobs and of their runs; the server chooses their names, so that no user's name is a path."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ _MOST_RUNS: Final = 200  # that are listed
 
 
 class TooLarge(InputError):
-    """More was sent than is taken."""
+    """Error: the upload is larger than allowed."""
 
 
 @dataclass(eq=False)
@@ -119,11 +119,11 @@ class Uploads:
         shutil.rmtree(self.job(number))
 
     def job(self, number: str) -> Path:
-        """The folder of a job. Raises `InputError`."""
+        """Return the folder of a job. Raises `InputError`."""
         return folder_of(self.folder / JOBS, number)
 
     def name(self, number: str) -> str:
-        """Name of a job for people."""
+        """Return the name of a job for people."""
         return str(_values(self.job(number) / ABOUT).get("name", number))[:40]
 
     def jobs(self, busy: dict[str, str]) -> list[dict[str, Any]]:
@@ -177,7 +177,7 @@ class Uploads:
         return kept
 
     def unreported(self) -> list[str]:
-        """Runs that have ended and have no report, nor was one tried."""
+        """Return runs that have ended without a report, for which none was tried."""
         return [
             each["name"]
             for each in self.runs({})
@@ -187,29 +187,29 @@ class Uploads:
         ]
 
     def run_folder(self, name: str) -> Path:
-        """The folder of a run. Raises `InputError`."""
+        """Return the folder of a run. Raises `InputError`."""
         folder = self.folder / RUNS / name
         if not _RUN.fullmatch(name) or folder.is_symlink() or not folder.is_dir():
             raise InputError("there is no such run; its folder may have been removed")
         return folder
 
     def job_report(self, number: str) -> bytes:
-        """The page of a job's check. Raises `InputError`."""
+        """Return the report page of a job's check. Raises `InputError`."""
         return read_bytes(self.job(number) / REPORT / PAGE, _MAX_REPORT, "report")
 
     def run_report(self, name: str) -> bytes:
-        """The page of a run. Raises `InputError`."""
+        """Return the report page of a run. Raises `InputError`."""
         return read_bytes(self.run_folder(name) / PAGE, _MAX_REPORT, "report")
 
     def job_of_run(self, name: str) -> str:
-        """The number of the job of a run. Raises `InputError`."""
+        """Return the number of a run's job. Raises `InputError`."""
         manifest = read_manifest(self.run_folder(name))
         if manifest is None or not isinstance(manifest.get("inputs"), dict):
             raise InputError(f"run {name}: its manifest is missing")
         return str(manifest["inputs"].get("job"))
 
     def resumed(self, name: str) -> tuple[str, str]:
-        """Return number and subject of the job of a run that can go on. Raises `InputError`."""
+        """Return number and subject of the job of a run that can be resumed. Raises `InputError`."""
         folder, job = self.run_folder(name), self.job_of_run(name)
         if not _can_resume(folder, _values(folder / RUN)):
             raise InputError(f"run {name}: is finished, or was cut off before its first checkpoint: print it again")

@@ -1,4 +1,4 @@
-"""Checks of jobs and reports of runs, in a process of their own with capped time, memory and files.
+"""Process that checks jobs and writes reports of runs, with limits of time, memory and files.
 
 `python -m cablewright.apps.serve.worker check FOLDER JOB`, or `report FOLDER RUN`; it ends with its standard input.
 """
@@ -32,7 +32,7 @@ _NICE: Final = 15
 
 
 def cap() -> None:
-    """Cap this process, as far as the system can."""
+    """Limit the resources of this process, as far as the system can."""
     try:
         import resource
     except ImportError:  # pragma: no cover
@@ -50,7 +50,7 @@ def _end_with_input() -> None:
 
 
 def station_of(folder: Path) -> Any:
-    """The robot and the machine's settings of a served folder."""
+    """Return the robot and the machine's settings of a served folder."""
     from cablewright.machine.settings import MachineSettings
     from cablewright.robot import Robot
 
@@ -59,7 +59,7 @@ def station_of(folder: Path) -> Any:
 
 
 def write_station(folder: Path, robot: Any, owner: Any) -> None:
-    """Write the subject of checks, robot and machine, to a file. Raises `EnvironmentFault`."""
+    """Write robot and machine, which checks use, to a file. Raises `EnvironmentFault`."""
     about = {"robot": robot.model_dump_json(), "machine": owner.model_dump_json(by_alias=True)}
     write_whole(folder / STATION, json.dumps(about).encode())
 
@@ -129,7 +129,7 @@ def report_run(folder: Path, name: str) -> None:
 
 
 def main(arguments: list[str]) -> int:
-    """One check, or one report."""
+    """Run one check, or write one report."""
     what, folder, subject = arguments
     cap()
     threading.Thread(target=_end_with_input, daemon=True).start()

@@ -1,1 +1,1 @@
-"""What is drawn in a browser: one description of a scene, and the viewer that draws it."""
+"""3-D scenes for the browser: the description of a scene, and the viewer that draws it."""

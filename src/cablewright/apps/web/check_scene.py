@@ -1,4 +1,4 @@
-"""Scenes of a path on a robot: of a job, of a check, and of the folder that a check wrote."""
+"""Scenes of a path on a robot: of a job, of a check, and of a check's run folder."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ _REST: Final = (
 
 
 def extent(robot: Robot) -> float:
-    """The largest side of the drawn robot, m."""
+    """Return the largest side of the drawn robot, m."""
     points = np.array([robot.scene.frame_min, robot.scene.frame_max, *(line.exit_point for line in robot.lines)])
     return float(np.ptp(points, axis=0).max())
 
 
 def job_scene(robot: Robot, job: Job, progress: Progress = silent) -> SceneDescription:
-    """A job on a robot, with nothing judged: its path, and the robot at rest along it."""
+    """Return the scene of a job on a robot, without a check: its path, and the robot at rest along it."""
     job = on_plane(robot, job)
     toolpath = job.toolpath(progress)
     bead = job.beads(toolpath).typical
@@ -71,7 +71,7 @@ def job_scene(robot: Robot, job: Job, progress: Progress = silent) -> SceneDescr
 
 
 def check_scene(check: Check) -> SceneDescription:
-    """A check: its path by error and by tension, and the robot along it."""
+    """Return the scene of a check: its path by error and by tension, and the robot along it."""
     samples, job = check.samples, check.job
     error = check.error_uncompensated
     worst = largest_at(error, samples.extruding)
@@ -115,7 +115,10 @@ def check_scene(check: Check) -> SceneDescription:
 
 
 def check_folder_scene(robot: Robot, folder: Path) -> SceneDescription:
-    """The scene of a check by the ``samples.parquet`` in its run folder. Raises `InputError` for another file."""
+    """Return the scene of a check from the ``samples.parquet`` in its run folder.
+
+    Raises `InputError` for another file.
+    """
     column = _columns(folder / "samples.parquet")
     try:
         positions = _points(column, "")

@@ -19,7 +19,7 @@ _LEVEL: Final = 6  # of zlib
 
 
 def packed(values: NDArray[Any], kind: str, *, delta: bool = False) -> Packed:
-    """Return *values* as a type of `Packed`.
+    """Return *values* as an array packed into text, of a type of `Packed`.
 
     *delta*: whether to write differences, which wrap, for whole numbers that change little. Raises `OverflowError` for
     a whole number that the type does not hold.
@@ -35,7 +35,7 @@ def packed(values: NDArray[Any], kind: str, *, delta: bool = False) -> Packed:
 
 
 def unpacked(given: Packed) -> NDArray[Any]:
-    """Return the array of `packed`."""
+    """Return the array that `packed` wrote as text."""
     data = zlib.decompress(base64.b64decode(given["data"]))
     values = np.frombuffer(data, dtype=_TYPES[given["type"]]).reshape(given["shape"])
     return np.cumsum(values, axis=0, dtype=values.dtype) if given["delta"] else values
@@ -49,7 +49,7 @@ PIECE: Final = 128 * _BREAK
 
 
 def levels(points: Array, fixed: Mask, tolerances: Array) -> NDArray[np.uint8]:
-    """Return the level (k,) of each of *points* (k, d): the index of the first tolerance that needs it.
+    """Return the level of detail (k,) of each of *points* (k, d): the index of the first tolerance that needs it.
 
     *fixed* (k,): those that every level has; *tolerances* (L,), falling, in the unit of the points. `LEFT_OUT`: none
     needs it.

@@ -55,7 +55,10 @@ class _Columns:
 
 
 def log_scene(path: Path, progress: Progress = silent) -> SceneDescription:
-    """The scene of a log, a file or a run folder, as far as it can be read. Raises `InputError` where there is none."""
+    """Return the scene of a log, a file or a run folder, as far as it can be read.
+
+    Raises `InputError` where there is none.
+    """
     with read_log(path) as log:
         columns = _Columns(np.array(log.head.nozzle))
         for entry in log.entries(without=_UNUSED):

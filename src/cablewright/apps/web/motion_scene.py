@@ -1,4 +1,4 @@
-"""A machine in motion: where its platform was, where the estimation took it to be, and its lines meanwhile."""
+"""Scene of a machine in motion: true and estimated positions of its platform, and its lines."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _MOST_OF_A_TRACK: Final = 5000  # points
 
 @dataclass(frozen=True, eq=False)
 class Gone:
-    """Past path of the nozzle, k steps; NaN: unknown."""
+    """Path of the nozzle so far, k steps; NaN: unknown."""
 
     time: Array  # (k,) s
     true: Array  # (k, 3) m
@@ -47,7 +47,7 @@ class Gone:
 
 @dataclass(frozen=True, eq=False)
 class MotionSteps:
-    """Some of the steps, F, with all that is drawn of them; NaN: not known. Poses are of the platform's origin."""
+    """Some steps of a motion, F, with the data to draw; NaN: not known. Poses are of the platform's origin."""
 
     time: Array  # (F,) s
     true: Array  # (F, 6) m and rad
@@ -66,7 +66,7 @@ def motion_scene(
     faults: Sequence[str] = (),
     bodies: Sequence[SceneBody] = (),
 ) -> SceneDescription:
-    """The scene of a machine in motion.
+    """Return the scene of a machine in motion.
 
     *faults*: faults in its log, a sentence each; *bodies*: other objects in the scene.
     """
@@ -109,7 +109,7 @@ def _path(head: LogHead, gone: Gone, has_truth: bool) -> PathScene:
 
 
 def walls_of(head: LogHead) -> tuple[tuple[str, Array], ...]:
-    """The upright walls of the machine's room up to its ceiling: name and corners (4, 3), m."""
+    """Return the vertical walls of the machine's room up to its ceiling: name and corners (4, 3), m."""
     low, high = head.robot.scene.frame_min[2], head.settings.room.ceiling
     return tuple(
         (wall.name, np.array([(*wall.start, low), (*wall.end, low), (*wall.end, high), (*wall.start, high)]))
@@ -118,7 +118,7 @@ def walls_of(head: LogHead) -> tuple[tuple[str, Array], ...]:
 
 
 def drum_of(head: LogHead) -> tuple[float, float] | None:
-    """Radius and depth, m, of the drum that hangs from a point platform; None of a body."""
+    """Return radius and depth, m, of the container that hangs from a point platform; None of a body."""
     drum = head.settings.drum
     return None if drum is None else (drum.radius, drum.valve)
 

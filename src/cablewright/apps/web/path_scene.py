@@ -32,7 +32,7 @@ _SEEN: Final = 0.04  # share of a scale that counts as much as the tolerance
 
 @dataclass(frozen=True, eq=False)
 class Quantity:
-    """Values (k,) along a path, SI, and the ends of their colour scale. NaN: not known."""
+    """Values (k,) along a path, SI, with the ends of their colour scale. NaN: not known."""
 
     key: str
     label: str
@@ -61,7 +61,7 @@ class Quantity:
         return cls(key, label, unit, values, low, high, **more)
 
     def steps(self, rows: Indices) -> NDArray[np.uint8]:
-        """Values at some rows as steps of the colour scale (r,); `_UNKNOWN` where there is none."""
+        """Return values at some rows as steps of the colour scale (r,); `_UNKNOWN` where there is none."""
         values = taken(self.values, rows)
         share = (values - self.low) / (self.high - self.low)
         scaled = np.clip(np.round(np.nan_to_num(share) * (_COLOURS - 1)), 0, _COLOURS - 1)
@@ -70,7 +70,7 @@ class Quantity:
 
 @dataclass(frozen=True, eq=False)
 class PathScene:
-    """k points of a path in order, m; ``extent``: the largest side of the scene, m, by which detail is chosen."""
+    """A path of k points, m, for the viewer; ``extent``: largest side of the scene, m, by which detail is chosen."""
 
     positions: Array  # (k, 3)
     extruding: Mask  # (k,) whether material is laid up to each
@@ -105,12 +105,12 @@ class PathScene:
 
     @cached_property
     def tolerances(self) -> Array:
-        """Largest distance (L,), m, of each level from the path."""
+        """Largest distance (L,), m, of each level of detail from the path."""
         return np.asarray(self.extent / _ACROSS * _FINER ** (_COARSER - np.arange(_LEVELS, dtype=float)))
 
     @property
     def overview(self) -> Indices:
-        """The points of the level that is drawn when all is in view."""
+        """Points of the level of detail that is drawn when the whole path is in view."""
         return np.flatnonzero(self.level <= _COARSER)
 
     @cached_property
@@ -151,11 +151,11 @@ class PathScene:
 
     @cached_property
     def kept(self) -> Indices:
-        """The points that any level has."""
+        """Points of the path that belong to any level of detail."""
         return np.flatnonzero(self.level != LEFT_OUT)
 
     def as_dict(self) -> dict[str, Any]:
-        """The path as JSON has it."""
+        """The path as a JSON object."""
         kept = self.kept
         low, high = self.bounds if len(self.bounds) else np.zeros((2, 3))
         step = max(float((high - low).max()), 1e-9) / _STEPS
@@ -210,7 +210,7 @@ MOST: Final = 300
 
 
 def chosen(count: int, time: Array | None = None, worst: int | None = None, most: int = MOST) -> Indices:
-    """Return the samples, of *count*, that get a state: even in *time* (or by number), first, last and worst too."""
+    """Return indices of samples, of *count*, that get a state: even in *time* or number; first, last, worst too."""
     if time is None or not np.isfinite(time).all() or count < 2 or time[-1] <= time[0]:
         at = np.linspace(0, count - 1, min(count, most)).round().astype(np.intp)
     else:

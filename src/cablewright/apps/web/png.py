@@ -1,4 +1,4 @@
-"""A scene as a picture file, drawn without a browser."""
+"""Picture file (PNG) of a scene, drawn without a browser."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _UNITS: Final = {"m": (1e3, "mm")}  # of errors; heights stay in m
 
 
 def scene_png(scene: SceneDescription) -> bytes:
-    """Return the scene in the state that is shown first as a PNG."""
+    """Return a PNG of the scene in the state that is shown first."""
     with style.drawing():
         return style.png(_drawn(scene))
 

@@ -1,4 +1,4 @@
-"""The scene of a print's record: its thinned steps, and the structure that was printed."""
+"""The scene of a print's record: its thinned steps, and the printed structure."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _MOST_FACES: Final = 60_000  # of the structure in the view
 
 
 def print_scene(found: PrintRecord, title: str) -> SceneDescription | None:
-    """The scene of a print; None where no position is known."""
+    """Return the scene of a print; None where no position is known."""
     rows = found.rows
     valid = rows["valid"] == 1.0
     told = np.where(valid[:, None], rows["position"], np.nan)

@@ -1,4 +1,4 @@
-"""Scenes of a robot in few states: at rest, of a result at a pose, and of accuracy studies at their worst place."""
+"""Scenes of a robot in few states: at rest, at a pose, and of accuracy studies at their worst position."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from cablewright.studies.interference import JobInterference
 
 
 def robot_scene(robot: Robot | Model, title: str = "") -> SceneDescription:
-    """The robot at rest about the middle of its frame, by its own statics; first where it holds within its limits."""
+    """Return the scene of a robot at rest about the middle of its frame; first a pose within its limits."""
     rest = rest_pose(robot)
     model = rest.equilibrium.model
     count = len(rest.lattice.notes)
@@ -40,7 +40,7 @@ def robot_scene(robot: Robot | Model, title: str = "") -> SceneDescription:
 
 
 def one_state(found: Equilibrium, title: str, note: str) -> SceneDescription:
-    """The scene of one solved pose, and a *note* on it."""
+    """Return the scene of one solved pose, with a *note*."""
     robot = found.model.robot
     return SceneDescription(title, robot, States.held(found), notes=_with_dead(robot, [_sentence(note)]))
 
@@ -63,7 +63,7 @@ def _sentence(note: str) -> str:
 
 
 def scene_of(found: Pictured, title: str) -> SceneDescription | None:
-    """Return the scene of *found*; None where it has no robot."""
+    """Return the scene of a result *found*; None where it has no robot."""
     if isinstance(found, JobInterference) and found.closest is not None:
         return one_state(found.closest.equilibrium[0], title, "where a line is nearest to something, at rest")
     if isinstance(found, Interference | Modes) and found.equilibrium.single:
@@ -110,6 +110,6 @@ def study_scene(study: AccuracyStudy, title: str) -> SceneDescription:
 
 
 def place_scene(found: AccuracyAtPose, title: str) -> SceneDescription:
-    """Return the scene of the robot at the pose."""
+    """Return the scene of the robot at the pose of an accuracy study."""
     own = solve_inverse(Model(found.accuracy.robot), found.accuracy.wanted[0])
     return one_state(own, title, "at the requested pose, at rest")

@@ -1,4 +1,4 @@
-"""The description of a scene: all that the viewer draws, as one JSON object. Shared by `show` and all reports.
+"""The description of a 3-D scene for the viewer, as one JSON object. Shared by `show` and all reports.
 
 Lengths are in m, forces in N, times in s, rotation vectors in rad, in the world's axes if nothing else is said. An
 array (`Packed`) is ``{"type", "shape", "delta", "data"}``: u8, u16, u32 or f32, little-endian, deflated, in base64.
@@ -71,7 +71,7 @@ class Mark:
 
 @dataclass(frozen=True, eq=False)
 class SceneDescription:
-    """A robot in one or more states, and other objects of the scene."""
+    """A robot in one or more states, and other objects, for the viewer."""
 
     title: str
     robot: Robot
@@ -84,7 +84,7 @@ class SceneDescription:
     notes: tuple[str, ...] = field(default=())
 
     def with_bodies(self, *bodies: SceneBody) -> SceneDescription:
-        """The scene and more bodies."""
+        """Return the scene with more bodies."""
         return replace(self, bodies=(*self.bodies, *bodies))
 
     @property
@@ -102,7 +102,7 @@ class SceneDescription:
         return np.nanmin(stacked, axis=0), np.nanmax(stacked, axis=0)
 
     def as_dict(self) -> dict[str, Any]:
-        """The scene as JSON has it."""
+        """The scene as a JSON object."""
         low, high = self.bounds
         step = max(float((high - low).max()), 1e-9) / STEPS
         scene = self.robot.scene
@@ -135,7 +135,7 @@ class SceneDescription:
         return {"layers": packed(path.layer[samples], "u32"), "fileLines": lines}
 
     def as_json(self) -> str:
-        """The scene as text that may stand in a page: nothing in a name ends an element."""
+        """The scene as JSON text that may stand in a page: nothing in a name ends an element."""
         text = json.dumps(self.as_dict(), separators=(",", ":"), allow_nan=False)
         for mark in "<>&\u2028\u2029":
             text = text.replace(mark, f"\\u{ord(mark):04x}")
@@ -143,7 +143,7 @@ class SceneDescription:
 
 
 def route(line: Any) -> list[tuple[float, float, float]]:
-    """The points (m, world) of a line from its winch over its guides to its exit point, or to a pulley there."""
+    """Return the points (m, world) of a line from its winch over its guides to its exit point, or to a pulley there."""
     return [line.exit_point] if line.winch_exit is None else line.dead_span().drawn()
 
 
@@ -162,7 +162,7 @@ def lines_of(robot: Robot) -> list[dict[str, Any]]:
 
 
 def platform_of(robot: Robot, drum: tuple[float, float] | None = None) -> dict[str, Any]:
-    """The platform in its own frame: nozzle, boxes, and the hull of its platform points where it has no boxes."""
+    """Return the platform in its own frame: nozzle, boxes, or the hull of its platform points without boxes."""
     platform = robot.platform
     boxes = [[box.lowest, box.highest] for box in platform.boxes]
     nozzle = getattr(platform, "nozzle", (0.0, 0.0, 0.0))

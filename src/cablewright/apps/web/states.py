@@ -1,7 +1,6 @@
 """States of a robot that the viewer shows one at a time: poses, tensions, sagging lines and turned sheaves.
 
-Lines are drawn by the product's own statics: the curve of the line state that a solver found. Nothing is interpolated
-between states.
+The lines are drawn from the line states that a solver found. Nothing is interpolated between states.
 """
 
 from __future__ import annotations
@@ -47,7 +46,7 @@ class States:
 
     @classmethod
     def held(cls, found: Equilibrium, tensions: Array | None = None, **more: Any) -> States:
-        """The states of equilibria; *tensions* (F, m), N, for those of `found`."""
+        """Return the states of equilibria; *tensions* (F, m), N, in place of those of `found`."""
         _, poses, states = found.solved_arrays()
         own = np.atleast_2d(found.tensions) if tensions is None else tensions
         return cls.drawn(found.packed, found.model.robot, poses, states, own, **more)
@@ -80,7 +79,7 @@ class States:
         return replace(self, estimates=poses, ellipsoids=axes, ellipsoid_times=times)
 
     def scale(self, robot: Robot) -> dict[str, Any] | None:
-        """Ends of the colours of tension, N, and the limits in words; None where no tension is known."""
+        """Ends of the tensions' colour scale, N, and the limits in words; None where no tension is known."""
         known = self.tensions[np.isfinite(self.tensions)]
         if not len(known):
             return None
@@ -96,7 +95,7 @@ class States:
         return {"low": low, "high": high, "limits": words}
 
     def as_dict(self, corner: Array, step: float) -> dict[str, Any]:
-        """The states as JSON has them; points on a grid from *corner* (3,) by *step*, m."""
+        """Return the states as a JSON object; points on a grid from *corner* (3,) by *step*, m."""
         count = max((len(each) for curves in self.curves for each in curves), default=0)
         points = np.empty((len(self.curves), self.tensions.shape[1], max(count, 2), 3))
         for k, curves in enumerate(self.curves):

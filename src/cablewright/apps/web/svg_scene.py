@@ -1,4 +1,4 @@
-"""A scene as a picture in SVG, seen from a corner: for paper, and for browsers without WebGL."""
+"""SVG picture of a scene, seen from a corner: for paper, and for browsers without WebGL."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What moved since a calibration: by a handful of new measurements, or by another calibration."""
+"""Changes of a machine since its calibration, found by a few new measurements or by another calibration."""

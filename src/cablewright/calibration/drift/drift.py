@@ -1,9 +1,9 @@
-"""Whether anything moved since a calibration, which line and by how much: from a handful of new measurements.
+"""Drift check: whether anything moved since a calibration, which line and by how much, from a few new measurements.
 
-What the calibration predicts of the new rows is uncertain by its covariance and by the sensors' noise. Poses, which are
-unknown, are eliminated, and with a new home the lengths at home too. What remains is tested against changes of a line's
-length (a slip, a wrong count), of its exit point, of both, of the scale of all lengths, and against single wrong
-readings.
+The calibration predicts the new rows with an uncertainty, from its covariance and the sensors' noise. Poses, which are
+unknown, are eliminated, and with a new home the lengths at home too. The remaining differences are tested against
+changes of a line's length (a slip, a wrong count), of its exit point, of both, of the scale of all lengths, and against
+single wrong readings.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ _NAMED: Final = 2  # redundant numbers of a pose with which its wrong line can b
 
 
 def states_at(problem: CalibrationProblem, theta: Array, new_home: bool) -> tuple[Array, Array]:
-    """Return the unknowns (k,) and the states (N, ..) of the poses; with *new_home* the lengths at home are fitted."""
+    """Return unknowns (k,) and pose states (N, ..) that fit new data; *new_home*: fit home lengths too."""
     straight = problem
     if isinstance(problem, ElasticProblem):
         straight = StraightProblem.of(problem.robot, problem.measured, straight_plan(problem), hold=False)
@@ -166,7 +166,7 @@ FIGURES = (
 class Drift(Result):
     """The result of a drift check: `changes` since the calibration.
 
-    There are some if the `probability` of no change is under `false_alarm`.
+    There are some if the `probability` of the data without a change is under `false_alarm`.
     """
 
     FIGURES: ClassVar = FIGURES
@@ -184,7 +184,7 @@ class Drift(Result):
 
     @property
     def verdict(self) -> str:
-        """The outcome of the drift check in one word."""
+        """The outcome of the drift check in one word, as "unchanged"."""
         if self.probability >= self.false_alarm:
             return "unchanged"
         wrong = bool(self.changes) and all(each.pose is not None for each in self.changes)

@@ -1,4 +1,4 @@
-"""The record of a calibration: date, data and sigmas beside the robot's file, to compare later measurements with.
+"""Record of a calibration beside the robot's file: date, data, values and sigmas, to compare later measurements with.
 
 A later calibration is compared with it: which exit points moved by more than both sigmas explain. Both are moved onto
 one another by the best translation and yaw, which encoders do not determine.
@@ -44,7 +44,7 @@ _ROUNDING: Final = 1e-8  # m: of numbers in a robot's file
 
 
 class KnownValue(Description):
-    """An unknown's name in the registry, its line (none: shared by all), its value and standard deviation, SI."""
+    """An unknown's value and standard deviation in a record, SI, with its name and its line (none: shared by all)."""
 
     name: str
     line: str | None = None
@@ -53,7 +53,7 @@ class KnownValue(Description):
 
 
 class CalibrationRecord(FileDescription):
-    """The file of a calibration for later drift checks: values, their covariance, and the data that they are from.
+    """The file of a calibration for later drift checks: values, their covariance, and the data of the fit.
 
     ``sigma``: standard deviation of the sensors, from their residuals. ``redundancy``: the redundant numbers from which
     the encoders' sigma is estimated; absent where it was given. ``considered``: numbers that count as known, by their
@@ -98,17 +98,17 @@ class CalibrationRecord(FileDescription):
 
     @property
     def amounts(self) -> Array:
-        """The values (k,), SI."""
+        """The values of the unknowns (k,), SI."""
         return np.array([each.value for each in self.values])
 
     @property
     def freedom(self) -> float:
-        """Number of degrees of freedom for the encoders' sigma; inf where it was given."""
+        """Number of degrees of freedom from which the encoders' sigma was estimated; inf where it was given."""
         return math.inf if self.redundancy is None else float(self.redundancy)
 
     @property
     def plan(self) -> CalibrationPlan:
-        """The plan of later measurements: the same unknowns, and the sigmas that were found."""
+        """The plan of later measurements: the same unknowns, and the sigmas of the record."""
         named = {name: getattr(self, name) for name in ("unknowns", "shared", "groups", "known", "sigma")}
         return CalibrationPlan(**named)
 
@@ -169,7 +169,7 @@ def record_of(found: Calibration, data: str | Path, date: datetime) -> Calibrati
 
 
 def record_text(record: CalibrationRecord) -> str:
-    """Return the TOML file of a record."""
+    """Return the text of the TOML file of a calibration record."""
     table = record.model_dump(mode="json", by_alias=True, exclude_none=True)
     table["date"] = record.date
     return tomlkit.dumps(table)
@@ -181,12 +181,15 @@ def record_path(robot: str | Path) -> Path:
 
 
 def load_record(path: str | Path) -> CalibrationRecord:
-    """Read a record. Raises `InputError`, one line naming file, key, value and the allowed range."""
+    """Read a calibration record from its TOML file.
+
+    Raises `InputError`, one line naming file, key, value and the allowed range.
+    """
     return load_model(CalibrationRecord, path)
 
 
 def compared(found: Calibration, last: CalibrationRecord, level: float = LEVEL) -> Explanation:
-    """Return the changes of the unknowns since the *last* calibration.
+    """Return the changes of the unknowns from the *last* calibration to a new one.
 
     Raises `InputError` where they have no unknown in common.
     """

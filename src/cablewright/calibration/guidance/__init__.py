@@ -1,1 +1,1 @@
-"""A calibration step by step: which poses to measure next, present knowledge, and when to stop."""
+"""Guided calibration: which poses to measure next, present knowledge, and when to stop."""

@@ -1,7 +1,8 @@
-"""A calibration step by step: the poses to measure next, the present knowledge, and when to stop.
+"""Guided calibration: the poses to measure next, present knowledge, and when to stop.
 
-Poses are chosen one by one, each the one after which the least known coordinate of an exit point is known best. They
-are feasible within the tension limits for the robot as it is known by now, and for several that it may be instead.
+Poses are chosen one by one: each reduces the largest standard deviation of an exit point's coordinate most. They are
+feasible within the tension limits for the robot by present knowledge, and for several robots drawn from its
+uncertainty.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ NEXT: Final = 4
 
 @dataclass(frozen=True, eq=False)
 class Knowledge:
-    """Present knowledge: the robot, the rows of information on its unknowns, and robots that it may be instead."""
+    """Present knowledge: the robot, the information on its unknowns, and robots drawn from the uncertainty."""
 
     problem: CalibrationProblem
     theta: Array  # (k,)
@@ -71,7 +72,7 @@ class Knowledge:
         seed: int,
         progress: Progress,
     ) -> Knowledge:
-        """Calibrate where there are enough poses; else the knowledge is the file, to *rough*."""
+        """Calibrate if there are enough poses; otherwise take exit points of the robot file, to within *rough* (m)."""
         blank = Measured(np.zeros((1, robot.m)), np.zeros((1, robot.n)))
         count = 0 if measured is None else len(measured.counted)
         own = _of_encoders(plan, count)
@@ -94,7 +95,7 @@ class Knowledge:
         return cls(problem, theta, rows, problem.encoder_sigma, rough, count, needed - count, None, None)
 
     def robots(self, rng: np.random.Generator) -> Array:
-        """Return exit points (R, m, 3), m, of the robot as it is known, and of some that it may be."""
+        """Return exit points (R, m, 3), m, of the robot as known now, and of robots drawn from its uncertainty."""
         exits = self.problem.points(self.theta)
         which, coordinates = coordinates_of(self.problem.robot, self.problem.unknowns)
         away = np.zeros((_ROBOTS, exits.size))
@@ -118,7 +119,7 @@ def _of_encoders(plan: CalibrationPlan, count: int) -> CalibrationPlan:
 
 @dataclass(frozen=True)
 class NextPose:
-    """A pose to measure, the counts at which it should be, and the tensions there in the robots that it may be."""
+    """A pose to measure next, with encoder counts to move to and the expected tensions of the possible robots."""
 
     pose: tuple[float, ...]  # m and rad
     counts: tuple[float, ...]  # m
@@ -129,7 +130,7 @@ class NextPose:
 
 @dataclass(frozen=True, eq=False)
 class PoseCandidates:
-    """Poses that may be measured, and the tensions there in each of the robots that it may be, NaN if not feasible."""
+    """Candidate poses to measure, and the tensions there of each possible robot, NaN if not feasible."""
 
     places: Array  # (C, n)
     tensions: Array  # (R, C, m) N
@@ -137,7 +138,7 @@ class PoseCandidates:
 
     @classmethod
     def drawn(cls, model: Model, known: Knowledge, rng: np.random.Generator) -> PoseCandidates:
-        """Random poses that the robot holds; those that all robots hold, if they are enough."""
+        """Return random feasible poses; those that are feasible for all possible robots, if they are enough."""
         places = random_poses(model, _CANDIDATES, rng)
         tensions = []
         for exits in known.robots(rng):
@@ -162,7 +163,7 @@ class PoseCandidates:
         return [chosen[at] for at in nearest_order(self.places[chosen, :3], begin[:3])]
 
     def told(self, ordered: list[int], known: Knowledge) -> tuple[NextPose, ...]:
-        """Return poses in the form for people; where nothing is measured the first is home, of counts 0."""
+        """Return poses in the form for people; if nothing is measured yet, the first is home, with counts 0."""
         problem, places, given = known.problem, self.places[ordered], np.zeros(1)
         if problem.is_soft:  # with the tensions of the robots that hold the pose
             given = problem.given(known.theta, places, np.nanmean(self.tensions[:, ordered], axis=0))
@@ -190,13 +191,13 @@ class _NextSearch(PoseSearch):
         self.root = _root(own, np.sqrt(ridge) * np.eye(own.shape[1]))
 
     def sigmas(self, inverse: Array | None = None) -> Array:
-        """Return the largest sigma (m,) of a coordinate of each exit point, m."""
+        """Return the largest standard deviation (m,) of a coordinate of each exit point, m."""
         found = np.zeros(self.lines)
         np.maximum.at(found, self.line_of, self.variances(_inverse(self.root) if inverse is None else inverse))
         return np.asarray(np.sqrt(found))
 
     def chosen(self, size: int, need: float) -> tuple[list[int], Array, int | None]:
-        """Return *size* poses, the sigmas (m,) after them, and how many more until *need*; None if never."""
+        """Return the *size* best poses, sigmas (m,) after them, and how many more reach *need*; None if never."""
         root, made = self.root, list[int]()
         inverse = _inverse(root)
         then = self.sigmas()
@@ -230,7 +231,7 @@ def _inverse(root: Array) -> Array:
 
 @dataclass(frozen=True)
 class KnownExit:
-    """Sigma of the least known coordinate of an exit point, now and after the next poses."""
+    """Standard deviation of the least known coordinate of an exit point, now and after the next poses."""
 
     line: str
     now: float  # m

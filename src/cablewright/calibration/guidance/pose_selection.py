@@ -131,7 +131,10 @@ def calibration_poses(
 
 
 class PoseSearch:
-    """Sets of poses in the space of the d combinations of unknowns that *known* rows and all candidates determine."""
+    """Search for a set of poses, in the space of the d combinations of unknowns that the poses can determine.
+
+    They are those that *known* rows and all candidates determine.
+    """
 
     def __init__(self, rows: Array, exits: Array, known: Array | None = None) -> None:
         every = rows.reshape(-1, rows.shape[2])
@@ -166,7 +169,7 @@ class _CriterionSearch(PoseSearch):
         self.ridge = _RIDGE * float(np.mean(self.values**2)) / len(rows)
 
     def greedy(self, count: int) -> list[int]:
-        """Return poses, each the one that adds most information to those before it."""
+        """Return poses chosen greedily: each adds most information to those before it."""
         chosen: list[int] = []
         inverse = np.eye(self.rows.shape[2]) / self.ridge
         for _ in range(count):

@@ -1,1 +1,1 @@
-"""Whether a calibration may be trusted: sigmas, gross errors, doubts and the verdict."""
+"""Whether a calibration can be trusted: standard deviations, gross errors, doubts and the verdict."""

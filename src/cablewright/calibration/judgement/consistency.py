@@ -1,10 +1,9 @@
-"""Parts of the data that test one another: halves of the rows, and the lengths beside all other rows.
+"""Consistency of calibration data: two halves of the rows, and the cable lengths against all other measurements.
 
-Halves: what the unknowns from one half of the rows, in their order, predict of the other half. To first order about the
-answer, so no half is fitted again. A slip or a drift between the halves shows; an equal error in both does not.
-
-Lengths alone: how well they fit without any other row, and whether they do so together with the others. The encoders'
-sigma beside other sensors is estimated, and would grow until everything fits: this is what tests it.
+Halves: the unknowns from one half of the rows, in their order, predict the other half, to first order about the answer,
+so no half is fitted again. A slip or a drift between the halves shows; an equal error in both does not. Lengths alone:
+how well they fit without any other row, and whether they do so together with the others. The encoders' sigma beside
+other sensors is estimated, and would grow until everything fits: this test prevents that.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ _NULL: Final = 1e-9  # relative size of a singular value that counts as zero
 
 @dataclass(frozen=True)
 class HalfPrediction:
-    """Distance of one half from the prediction by the other, over that by noise; and its probability."""
+    """Distance of one half of the data from its prediction by the other, relative to noise, and its probability."""
 
     poses: tuple[int, int]  # first and last one predicted, from 0
     ratio: float
@@ -40,9 +39,9 @@ class HalfPrediction:
 
 
 def predicted_halves(problem: CalibrationProblem, found: PoseFit) -> tuple[HalfPrediction, ...]:
-    """Return the predictions of the second half from the first, and of the first from the second.
+    """Return how well each half of the data predicts the other.
 
-    None where a half has too little redundancy, or leaves open what all determine.
+    None where a half has too little redundancy, or leaves open a combination that all rows determine.
     """
     if not np.isfinite(found.cost):
         return ()
@@ -93,7 +92,7 @@ def _own(
 
 @dataclass(frozen=True)
 class Together:
-    """Sigma of the encoders, m, from the lengths alone and together with the other rows."""
+    """Standard deviation of the encoders, m, from the lengths alone and together with the other measurements."""
 
     alone: float
     joint: float
@@ -102,12 +101,12 @@ class Together:
 
     @property
     def ratio(self) -> float:
-        """Ratio of the encoders' sigma with all rows to that from the lengths alone."""
+        """Ratio of the encoders' sigma with all measurements to that from the lengths alone."""
         return self.joint / self.alone
 
 
 def others_of(problem: CalibrationProblem) -> str:
-    """Return the kinds of measurements other than lengths, in words."""
+    """Return the kinds of measurements other than cable lengths, in words."""
     names = ["the surveyed points"] * bool(problem.plan.points)
     names += [words for key, words in _KINDS.items() if getattr(problem.plan, key)]
     names += [f"the {name}" for name in dict.fromkeys(kind_of(problem).tolist()) if name != "lengths"]

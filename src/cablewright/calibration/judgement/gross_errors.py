@@ -41,7 +41,7 @@ _TOO_MANY: Final = 0.4  # share of rejected poses beyond which the model is wron
 class Unexplained:
     """Residuals of each pose that no change of the pose explains, at a fit without the poses `out`.
 
-    Each row is of sigma 1 or less: the weights are those of `sigmas.evened`.
+    Each row has sigma 1 or less: the weights are those of `sigmas.evened`.
     """
 
     off: Array  # (N, e)
@@ -69,7 +69,7 @@ class Unexplained:
         return cls(off, rows, problem.row_counts - ranks, covariance, out, float(np.sum(own * own)), freedom)
 
     def rejected(self) -> Mask:
-        """Return which poses (N,) an F test rejects, each against all others."""
+        """Return which poses (N,) an F test rejects as gross errors, each against all others."""
         return np.asarray(self._single > math.log(len(self.off) / FALSE_ALARM))
 
     @cached_property
@@ -101,7 +101,7 @@ class Unexplained:
             return -float(np.log(special.fdtrc(surplus, freedom, square / (surplus * variance))))
 
     def mistaken(self) -> NDArray[np.int64]:
-        """Return the poses that are out though noise may explain them, as the worst of all sets of as many."""
+        """Return the poses that were rejected although noise may explain them, as the worst of all sets of as many."""
         places = np.flatnonzero(self.out & (self.surplus > 0))
         places = places[np.argsort(self._single[places], kind="stable")]
         whole = np.isfinite(self.off[places]).all(axis=1)
@@ -149,8 +149,9 @@ def without_outliers(
     """Fit again without gross errors. *plain*: a fit of all rows; *start*: a start for fits of parts of them.
 
     The surplus of a pose, its rows less its degrees of freedom, limits what can be found: with 1, that the pose has an
-    error; with more, in which line. With too few redundant measurements there is no search. Kinds of measurements count
-    in it as their residuals say, not as their sigmas do: rows with a too large given sigma would always fit.
+    error; with more, in which line. With too few redundant measurements there is no search. Kinds of measurements are
+    weighted by the sigmas that their residuals show, not by the given ones: rows with a too large given sigma would
+    always fit.
     """
     if _redundancy(problem, plain) < _TESTABLE:
         return plain, ()

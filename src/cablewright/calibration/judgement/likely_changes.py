@@ -1,9 +1,9 @@
-"""Which of some possible changes explains numbers whose covariance is known, and whether any is needed at all.
+"""Which possible change explains a vector of numbers with a known covariance, and whether any is needed.
 
 Every suspect is a change with an effect that is linear in a few amounts. Two tests share the level: all numbers
 together (chi-square), and the best suspect alone (Bonferroni over the suspects). Suspects are then named one after the
-other, by how much of the squares they explain less what as many amounts explain by chance (Schwarz 1978), until the
-rest is noise; of one line the simplest that explains as much.
+other, by how much of the squares they explain less the share that as many amounts explain by chance (Schwarz 1978),
+until the rest is noise; of one line the simplest that explains as much.
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ class Explanation:
 
 
 class Evidence:
-    """Numbers (d,) with a covariance (d, d), and suspects.
+    """Numbers (d,) with a covariance (d, d), and the possible changes (suspects) that may explain them.
 
     *freedom*: degrees of freedom of the covariance's sigma; inf if sigma is known.
     """
@@ -117,7 +117,7 @@ class Evidence:
         self.effects = [whitening @ each.effect for each in suspects]
 
     def explained(self, level: float) -> Explanation:
-        """Return the changes that explain the numbers, by tests with a false alarm in a share *level* of cases."""
+        """Return the changes that explain the numbers, by tests whose rate of false alarms is *level*."""
         probability = self._probability([])
         named: list[int] = []
         rest = probability
@@ -130,14 +130,14 @@ class Evidence:
         return Explanation(probability, tuple(self._changes(named)), rest)
 
     def alone(self, at: int) -> tuple[float, float]:
-        """Return the amount of a suspect of one amount, as if it alone changed, and its sigma; inf if nothing shows."""
+        """Return the amount of a suspect, as if it alone changed, and its sigma; inf if nothing shows it."""
         size = float(np.linalg.norm(self.effects[at]))
         if not size > 0.0:
             return 0.0, np.inf
         return float(self.effects[at][:, 0] @ self.seen) / size**2, 1.0 / size
 
     def detectable(self, at: int, level: float) -> float:
-        """Return the amount of a change of a suspect that the test detects in nine of ten cases."""
+        """Return the amount of a suspect's change that the test detects in nine of ten cases."""
         tail = level / (4.0 * sum(each.of_alarm for each in self.suspects))
         limit = -special.stdtrit(self.freedom, tail) if np.isfinite(self.freedom) else -special.ndtri(tail)
         return float(limit + special.ndtri(_POWER)) * self.alone(at)[1]

@@ -51,7 +51,7 @@ _CHANCE: Final = 2.0  # standard deviations of a variance by scatter, up to whic
 
 @dataclass(frozen=True)
 class Considered:
-    """A number of the file that counts as known: its error according to the data."""
+    """A number of the robot file that counts as known: its error according to the data."""
 
     name: str  # in the registry, or `STRETCH`
     line: str | None
@@ -67,7 +67,7 @@ class Considered:
 
 
 class Alternative(NamedTuple):
-    """An effect that was weighed by cross-validation: its number may be wrong, or be missing.
+    """An effect that cross-validation compared: its value may be wrong, or the effect may be missing.
 
     ``usual``: how large it may be on a machine of which nothing is known, SI.
     """
@@ -106,10 +106,10 @@ def model_doubt(
     scale: float,
     effects: Sequence[Alternative] = (),
 ) -> ModelDoubt:
-    """Return the covariance of the unknowns at a solution; *scale*: sigma of a row over that of its weight.
+    """Return the covariance of the unknowns at a solution, with the contribution of a wrong model.
 
-    *effects*: effects that cross-validation compared, in the model or not. It is NaN where the fit ended at none, or a
-    pose has no value there: there is nothing to linearise about.
+    *scale*: sigma of a row over that of its weight. *effects*: effects that cross-validation compared, in the model or
+    not. It is NaN where the fit has no solution, or a pose has no value there: there is nothing to linearise about.
     """
     noise, here = posterior.covariance * scale**2, problem.derivatives(found.theta, found.poses, found.weights)
     if found.code != 0 or not here.whole.all():
@@ -187,7 +187,7 @@ class _FoundOff(NamedTuple):
 
     @property
     def full(self) -> Array:
-        """The second moment (q, q) with all in error."""
+        """The second moment (q, q) of the considered numbers if all are in error as assumed."""
         return self.spread + np.outer(self.value, self.value)
 
 
@@ -313,9 +313,10 @@ def _considered(
 def with_more(
     problem: CalibrationProblem, found: PoseFit, names: Sequence[str], shared: Sequence[str]
 ) -> tuple[CalibrationProblem, Derivatives, list[Unknown]]:
-    """Return the problem with more unknowns *names*, some *shared* by all lines, and its rows at a fit and the file.
+    """Return the calibration problem with more unknowns *names*, some *shared* by all lines, and its rows.
 
-    In the rows the further unknowns, which are the last of the result, come after those of the fit.
+    The rows are those at a fit and at the file. In them the further unknowns, which are the last of the result, come
+    after those of the fit.
     """
     plan = problem.plan
     more = {"unknowns": (*plan.unknowns, *names), "shared": (*plan.shared, *shared)}
@@ -337,7 +338,7 @@ def _believed(robot: Robot, number: Unknown, start: float) -> float:
 
 
 def creep_share(line: Line) -> float:
-    """Return the creep of a line's cable after an hour under a load, as the file has it, over its stretch by EA."""
+    """Return a cable's creep after an hour under load, by the robot file, relative to its elastic stretch."""
     return hour_compliance(line.cable.creep) * line.cable.stiffness
 
 
@@ -347,23 +348,23 @@ def _gives(line: Line) -> bool:
 
 
 def believed_of_sensors(measured: Measured, sigma: Sigmas) -> dict[str, float]:
-    """Return the assumed errors of the sensors that measured: a zero with the size of their noise, a scale."""
+    """Return the assumed errors of the sensors that measured: a zero as large as their noise, and a scale."""
     sensors = [name for name in SENSORS if measured.has(name)]
     found = {f"{name}_offset": float(getattr(sigma, name)) for name in sensors}
     return found | ({"tension_scale": CELL} if "tension" in sensors else {})
 
 
 def stretch_of(problem: CalibrationProblem, theta: Array, poses: Array) -> Array | None:
-    """Return the elastic stretch (N, m) of each line, m, by the stiffness of the file; None where `loads_of` is."""
+    """Return the elastic stretch (N, m) of each line, m, by the file's stiffness; None if tensions are unknown."""
     tensions = loads_of(problem, theta, poses)
     compliance = 1.0 / np.array([line.cable.stiffness for line in problem.robot.lines])
     return None if tensions is None else np.asarray(tensions * problem.lengths(theta, poses) * compliance)
 
 
 def loads_of(problem: CalibrationProblem, theta: Array, poses: Array) -> Array | None:
-    """Return the tensions (N, m), N: of equilibria, measured ones, or the least that hold the pose; 0 where none do.
+    """Return the tensions (N, m), N: of equilibria, measured ones, or the smallest that hold the pose.
 
-    None where nothing loads the lines, or says how.
+    They are 0 where none hold it. None where no load is described.
     """
     robot = problem.robot
     tensions = problem.known_tensions(theta, poses)

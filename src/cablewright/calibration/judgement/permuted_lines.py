@@ -1,4 +1,4 @@
-"""Data whose lines are in another order or count the other way: which rearrangement explains them much better."""
+"""Data whose lines are in another order or count in the other direction: which permutation fits them much better."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ class _Trial:
 
     @property
     def away(self) -> float:
-        """Its distance from the given values, m."""
+        """Distance of the trial's values from the given ones, m."""
         return self.motion + self.stray
 
 
 def better_arrangement(problem: CalibrationProblem, found: PoseFit, rough: float) -> str:
-    """Return a sentence that names the arrangement of the data which explains them much better; empty for none.
+    """Return a sentence that names the order or directions of lines that fit the data much better; empty for none.
 
     Straight lines only. *found*: the fit of the data as they are; *rough*: max error of the file's exit points, m.
     """

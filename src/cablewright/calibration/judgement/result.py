@@ -1,4 +1,4 @@
-"""The result of a calibration: values, covariance, undetermined degrees of freedom, useful further measurements."""
+"""The result of a calibration: values, covariance, undetermined combinations, useful further measurements."""
 
 from __future__ import annotations
 
@@ -252,7 +252,7 @@ class Calibration(Pictured):
 
     @property
     def three_sigmas(self) -> str:
-        """The three standard deviations of the least known coordinate of an exit point, else of another length."""
+        """Sentence with three standard deviations of the worst length: by noise, to use, and the largest assumed."""
         lengths = [at for at, each in enumerate(self.unknowns) if each.unit == "m" and np.isfinite(self.sigma[at])]
         which = [at for at in lengths if self.unknowns[at].name == "exit_point"] or lengths
         if self.status != "ok" or not which:
@@ -290,7 +290,7 @@ class Calibration(Pictured):
 
     @property
     def sigma(self) -> Array:
-        """Standard deviations of the unknowns (k,)."""
+        """Standard deviations of the unknowns (k,), of noise and model together."""
         return np.asarray(np.sqrt(np.diag(self.covariance).clip(min=0.0)))
 
     @property
@@ -319,22 +319,22 @@ class Calibration(Pictured):
 
     @property
     def used(self) -> Mask:
-        """Mask (N, m) of the lengths that count: those that are not rejected."""
+        """Mask (N, m) of the lengths that count: those that are not rejected as outliers."""
         return self.problem.of_poses(self.fit.weights)[:, : self.problem.robot.m] > 0.0
 
     @cached_property
     def gauge(self) -> tuple[str, ...]:
-        """The degrees of freedom that the data alone leave open, in words."""
+        """The combinations of unknowns that the data alone leave open, in words."""
         return open_freedoms(self.alone)
 
     @cached_property
     def weakest(self) -> tuple[Direction, ...]:
-        """The combinations of unknowns with the largest sigmas among those that are not open."""
+        """The combinations of unknowns with the largest standard deviations among those that are determined."""
         return tuple(replace(each, sigma=each.sigma * self.scale) for each in weakest(self.alone))
 
     @cached_property
     def suggestions(self) -> tuple[Suggestion, ...]:
-        """The effect of one more measurement each, the most helpful first."""
+        """Further measurements, each with its effect on the sigmas, the most helpful first."""
         if not math.isfinite(self.scale) or self.scale <= 0.0:
             return ()
         free, theta = self.problem.without_datum().weighed_as(self.problem), self.problem.whole(self.fit.theta)

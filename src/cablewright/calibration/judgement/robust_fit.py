@@ -1,4 +1,4 @@
-"""Fits that gross errors cannot move: poses re-weighted by their residuals, and fits of parts of the poses.
+"""Calibration fits that resist gross errors: poses re-weighted by their residuals, and fits of parts of the poses.
 
 Least trimmed squares (Rousseeuw, Van Driessen 2006): with few redundant poses, gross errors move a plain fit so far
 that no re-weighting brings it back, while a part of the poses without them has the right answer. As there, many parts
@@ -36,14 +36,17 @@ _Poses = NDArray[np.int64]
 
 
 def robust_fit(problem: CalibrationProblem, plain: PoseFit, start: PoseFit, seed: int, progress: Progress) -> PoseFit:
-    """Return a fit that gross errors hardly move; *plain*: a fit of all rows; *start*: one for fits of parts."""
+    """Return a fit that gross errors hardly move.
+
+    *plain*: a fit of all rows; *start*: one for fits of parts.
+    """
     return _best_of_parts(problem, _reweighted(problem, plain), start, seed, progress)
 
 
 def unexplained(problem: CalibrationProblem, found: PoseFit) -> tuple[Array, Array]:
     """Return the sum of squares (N,) of each pose that no change of the pose explains, and its redundancy (N,).
 
-    Its redundancy: its surplus of rows, less what the unknowns take of it.
+    The redundancy is the pose's surplus of rows, less the share that the unknowns use.
     """
     off, rows, ranks = projected(problem.derivatives(found.theta, found.poses, found.weights))
     covariance = information(problem, found.theta, found.poses, found.weights, priors=True).covariance
@@ -52,7 +55,7 @@ def unexplained(problem: CalibrationProblem, found: PoseFit) -> tuple[Array, Arr
 
 
 def spread_of(squares: Array, redundancy: Array) -> float:
-    """Return the sigma of a row over that of its weight, from the median over poses: a few outliers cannot move it."""
+    """Return the ratio of residuals to the sigmas of their weights: a median over poses, which resists outliers."""
     return float(np.sqrt(np.median(squares / special.chdtri(redundancy, 0.5))))
 
 

@@ -1,9 +1,8 @@
-"""Weights from residuals: the sigma of each kind of measurement, and rows with large residuals whose weight is reduced.
+"""Sigmas of the kinds of measurement, estimated from residuals, and smaller weights for rows with large residuals.
 
 The sigma of a kind is such that its squared residuals sum to its redundancy (Foerstner 1979): at the end of the rounds
-that is the variance component of restricted maximum likelihood.
-
-A row's leverage is the share of it that the fit takes as its own: rows of redundancy 1 - leverage test the fit.
+that is the variance component of restricted maximum likelihood. A row's leverage is the share of it that the fit
+absorbs: rows of redundancy 1 - leverage test the fit.
 """
 
 from __future__ import annotations
@@ -39,7 +38,7 @@ _HUBER: Final = 1.5  # sigmas beyond which a row of these pulls no harder: 96 % 
 
 @dataclass(frozen=True)
 class KindFit:
-    """Goodness of fit of one kind of measurement: rms residual over the given sigma, for its redundancy."""
+    """Goodness of fit of one kind of measurement: rms residual over the given sigma, with its redundancy."""
 
     name: str
     ratio: float
@@ -48,7 +47,7 @@ class KindFit:
 
 
 def kind_of(problem: CalibrationProblem) -> NDArray[np.str_]:
-    """Return the name of the kind of each row (e,) of a pose."""
+    """Return the name of the kind of measurement of each row (e,) of a pose."""
     return np.array([KINDS[int(code)].words for code in problem.rows.kind[: problem.per_pose]])
 
 
@@ -65,7 +64,7 @@ def leverages(problem: CalibrationProblem, found: PoseFit) -> Array:
 
 
 def kind_fits(problem: CalibrationProblem, found: PoseFit) -> tuple[KindFit, ...]:
-    """Return how well each kind fits, at its full weight; rows left out do not count."""
+    """Return how well each kind of measurement fits, at its full weight; rejected rows do not count."""
     used, names = problem.of_poses(found.weights) > 0.0, kind_of(problem)
     residual = problem.derivatives(found.theta, found.poses).residual
     free = np.where(used, 1.0 - leverages(problem, found), 0.0)
@@ -95,7 +94,7 @@ def _of_no_pose(problem: CalibrationProblem, found: PoseFit) -> Iterator[KindFit
 def idle(problem: CalibrationProblem, found: PoseFit) -> Mask:
     """Return which rows (N, e) are measured coordinates that all other rows determine far better.
 
-    No rows are if a degree of freedom would be undetermined without them.
+    None are if a degree of freedom would be undetermined without them.
     """
     vague = (kind_of(problem) == "positions") & (leverages(problem, found) < _CARRIES)
     vague &= problem.of_poses(problem.weights) > 0.0
@@ -111,12 +110,12 @@ def idle(problem: CalibrationProblem, found: PoseFit) -> Mask:
 
 
 def estimates_encoders(problem: CalibrationProblem) -> bool:
-    """Whether the sigma of the encoders, which weighs them against other rows, is to be found from the residuals."""
+    """Return whether the encoders' sigma, which weights them against other rows, must be estimated from residuals."""
     return problem.plan.sigma.encoder is None and problem.has_other_sensors
 
 
 def roughly_weighed(problem: CalibrationProblem, found: PoseFit) -> tuple[CalibrationProblem, PoseFit]:
-    """Return problem and fit with sigmas that were not given from the median of residuals, which no few errors move.
+    """Return problem and fit with unknown sigmas taken from the median of residuals, which a few errors cannot move.
 
     They are those of the encoders beside other sensors, and of kinds that the plan leaves at their default.
     """
@@ -152,7 +151,7 @@ def _bounded(problem: CalibrationProblem, name: str, factor: float) -> float:
 
 
 def weighed(problem: CalibrationProblem, found: PoseFit) -> tuple[CalibrationProblem, PoseFit]:
-    """Return problem and fit with the sigma of each kind such that its residuals are as large as it predicts.
+    """Return problem and fit with the sigma of each kind of measurement that its residuals support.
 
     A given sigma never falls, since residuals do not show common errors; it grows where residuals deny it. That of the
     encoders, if it was not given, and those that the plan leaves at their default fall too. A kind with too little
@@ -223,7 +222,7 @@ def _medians(problem: CalibrationProblem, found: PoseFit, group: NDArray[np.int6
 
 
 def evened(problem: CalibrationProblem, found: PoseFit) -> tuple[CalibrationProblem, PoseFit]:
-    """Return problem and fit with the sigma of every kind from the median of its residuals, for comparing rows.
+    """Return problem and fit with every kind's sigma from the median of its residuals, to compare rows.
 
     Positions given to a millimetre and those given to a metre are two kinds. A kind with too little redundancy keeps
     its sigma.

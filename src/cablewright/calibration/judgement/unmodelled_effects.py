@@ -1,7 +1,7 @@
-"""Effects that the model leaves out: which of a declared family the data ask for, by cross-validation.
+"""Physical effects missing in a calibration's model: which ones the data support, by cross-validation.
 
-Each effect is a column beside the unknowns, to first order about a fit, so no fold of the poses is fitted again. The
-one that lowers the held-out error most is added first, and so on while the fall is beyond chance.
+Each effect of a declared family is a column beside the unknowns, to first order about a fit, so no fold of the poses is
+fitted again. The one that lowers the held-out error most is added first, and so on while the fall is beyond chance.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ _SAME: Final = 1e-3  # m: a smaller change of a length says no direction
 
 @dataclass(frozen=True)
 class Effect:
-    """An effect of the family: its number, and the held-out error without and with it, m of lengths."""
+    """A physical effect that may be missing: its value, and the held-out error without and with it, m of lengths."""
 
     name: str
     words: str
@@ -74,9 +74,9 @@ class _Candidate(NamedTuple):
 
 
 def effects_of(problem: CalibrationProblem, found: PoseFit, already: Collection[str] = ()) -> tuple[Effect, ...]:
-    """Return the effects of the family that this machine can have, those in the model first.
+    """Return the effects that this machine can have, those already in the model first.
 
-    *already*: names of those that counts are corrected by; their numbers are the errors of these corrections.
+    *already*: names of those that the counts are corrected by; their values are the errors of these corrections.
     """
     left = _candidates(problem, found)
     data = _data(problem, found, left)
@@ -135,7 +135,7 @@ class _Data(NamedTuple):
     rest: Array  # (g,)
 
     def held_out(self, used: Sequence[int]) -> Array:
-        """Return the squares (N,) of each pose, predicted from the poses of the other folds with the columns *used*."""
+        """Return the squared errors (N,) of poses, predicted from the other folds with the columns *used*."""
         fold, found = np.arange(len(self.off)) % _FOLDS, np.zeros(len(self.off))
         for each in range(_FOLDS):
             own = fold == each
@@ -144,7 +144,7 @@ class _Data(NamedTuple):
         return found
 
     def numbers(self, used: Sequence[int]) -> tuple[Array, Array]:
-        """Return the change of the columns *used*, by all poses, and their standard deviations."""
+        """Return the fitted values of the columns *used*, from all poses, and their standard deviations."""
         change, rows = self._change(np.ones(len(self.off), dtype=bool), used)
         spread = np.linalg.pinv(rows.T @ rows, rcond=1e-12, hermitian=True)
         return change, np.sqrt(np.diag(spread).clip(min=0.0))
@@ -182,14 +182,14 @@ def _candidates(problem: CalibrationProblem, found: PoseFit) -> list[_Candidate]
 
 
 def alternatives(problem: CalibrationProblem, found: PoseFit, effects: Iterable[Effect]) -> list[Alternative]:
-    """Return the changes of the rows by the tested *effects*, at a fit that has the chosen ones."""
+    """Return the changes of the rows by the tested *effects*, at a fit that includes the chosen ones."""
     chosen = {each.name: each.chosen for each in effects}
     named = (each for each in _candidates(problem, found) if each.name in chosen) if chosen else ()
     return [Alternative(*each, USUAL[each.name], chosen[each.name]) for each in named]
 
 
 def corrections(problem: CalibrationProblem, found: PoseFit) -> dict[str, Array]:
-    """Return by how much longer than counted each line (N, m) is, m, per number of each effect that is no unknown."""
+    """Return by how much each line (N, m) is longer than counted, m, per unit of each effect that is no unknown."""
     if problem.elastic:
         return {}
     robot, made = problem.robot, dict[str, Array]()

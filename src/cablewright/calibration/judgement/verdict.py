@@ -1,7 +1,6 @@
 """The verdict on a calibration: good, doubtful or bad, and each reason as a sentence with subject, value and limit.
 
-Before it stands the status: whether a fit has an answer at all, converged, within reason, determined and consistent,
-and what to do where not.
+The status comes first: whether the fit converged, is plausible, determined and consistent, and what to do if not.
 """
 
 from __future__ import annotations
@@ -50,7 +49,7 @@ _LEVEL: Final = 1e-4  # probability of such residuals by chance
 def status_of(
     problem: CalibrationProblem, found: PoseFit, posterior: Information, rms: float, chi: float
 ) -> tuple[str, str]:
-    """Return the status of a fit, and a sentence that explains why it is no answer.
+    """Return the status of a fit, and, if there is no answer, a sentence that explains why.
 
     *posterior*: information of the data together with datum and priors.
     """
@@ -108,7 +107,7 @@ def _inconsistent(problem: CalibrationProblem, rms: float, chi: float) -> str:
 
 
 def zeros(problem: CalibrationProblem, of: Iterable[str] = SENSORS) -> str:
-    """Return advice on zeros of the sensors *of* these names that may be wrong; empty if none counts as right."""
+    """Return advice on the zeros of the named sensors, which may be wrong; empty if no zero counts as right."""
     unsure = [each for each in of if problem.measured.has(each) and f"{each}_offset" not in problem.plan.unknowns]
     names = " and ".join(f"{each}_offset" for each in unsure)
     return f"; if their zero is not sure, add {names} to the unknowns" if names else ""
@@ -154,7 +153,10 @@ class _Reason(NamedTuple):
 
 
 def judged(found: Calibration, need: float, rough: float) -> tuple[str, tuple[str, ...]]:
-    """Return the verdict and its reasons; *need*: max sigma of exit points; *rough*: max error of the file's, m."""
+    """Return the verdict on a calibration and its reasons.
+
+    *need*: max sigma of exit points; *rough*: max error of the file's, m.
+    """
     if found.status != "ok":
         other = better_arrangement(found.problem, found.fit, rough)
         return "bad", tuple(each for each in (other, found.reason) if each)

@@ -1,1 +1,1 @@
-"""What each kind of measurement says of the unknowns: its rows and their sigmas."""
+"""Equations of each kind of calibration measurement: rows by the unknowns, and their sigmas."""

@@ -1,4 +1,4 @@
-"""The rows of all sensors of a calibration, in the order in which they stand in its equations."""
+"""The equations of all sensors of a calibration, in their order."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ENCODER_SIGMA: Final = 1e-4
 
 
 def sensor_rows(robot: Robot, measured: Measured, plan: CalibrationPlan, elastic: bool) -> Iterator[SensorRows]:
-    """Yield the rows of each sensor that the data have: encoders first, then tensions if each is a row of its own."""
+    """Yield the equations of each sensor in the data: encoders first, then tensions if each is a row of its own."""
     encoder = calibration_residuals.PAID_OUT if elastic else calibration_residuals.ENCODER
     yield SensorRows(encoder, measured.counted, 1.0 / (plan.sigma.encoder or ENCODER_SIGMA), np.arange(robot.m))
     if elastic:

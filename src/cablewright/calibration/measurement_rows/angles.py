@@ -1,4 +1,4 @@
-"""Rows of angles: swivels of sheaves, tilt and yaw of the platform."""
+"""Calibration equations of angles: swivels of sheaves, tilt and yaw of the platform."""
 
 from __future__ import annotations
 
@@ -15,7 +15,10 @@ from cablewright.robot import Robot
 
 
 def angle_rows(robot: Robot, measured: Measured, sigma: Sigmas) -> Iterator[SensorRows]:
-    """Yield the rows of swivels, then of tilt and yaw. Raises `InputError` for sensors that this robot cannot have."""
+    """Yield the equations of measured swivel angles, then of tilt and yaw.
+
+    Raises `InputError` for sensors that this robot cannot have.
+    """
     if measured.swivel is not None:
         _require_fixed_exits(robot, measured)
         yield SensorRows(calibration_residuals.SWIVEL, *present(measured.swivel, sigma.swivel), np.arange(robot.m))

@@ -1,4 +1,4 @@
-"""Rows of the nozzle at poses: planes that it touched, and its distances from known points."""
+"""Calibration equations of nozzle contacts: planes that it touched, and distances from known points."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from cablewright.robot import RigidPlatform, Robot
 
 
 def contact_rows(robot: Robot, measured: Measured, plan: CalibrationPlan) -> Iterator[SensorRows]:
-    """Yield the rows of each plane and each range of a plan, with weight 0 at the poses that it does not name."""
+    """Yield the equations of each plane and each range of a plan, with weight 0 at the poses that it does not name."""
     nozzle = robot.platform.nozzle if isinstance(robot.platform, RigidPlatform) else robot.lines[0].platform_point
     for index, plane in enumerate(plan.planes):
         weights = _at_poses(measured, plane.poses, f"planes[{index}]") / plane.deviation

@@ -1,4 +1,4 @@
-"""Numbers that a plan gives instead of the robot file, and the standard deviation of each."""
+"""Values that a calibration plan gives instead of the robot file, and the standard deviation of each."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ def put_known(robot: Robot, lines: Array, plan: CalibrationPlan) -> None:
 
 
 def known_deviation(plan: CalibrationPlan, name: str, line: str | None, otherwise: float) -> float:
-    """Return the standard deviation of a number by a plan, of several lines the largest, or *otherwise*."""
+    """Return the standard deviation of a number by the plan, the largest of several lines, or *otherwise*."""
     given = (each.deviation for each in plan.known if each.is_of(name, line) and each.deviation is not None)
     return max(given, default=otherwise)
 
 
 def uncertain(plan: CalibrationPlan) -> tuple[str, ...]:
-    """Return the names of the numbers of a plan that have a standard deviation over 0."""
+    """Return the names of the known numbers of a plan whose standard deviation is not 0."""
     return tuple(each.name for each in plan.known if each.deviation)

@@ -124,7 +124,7 @@ def filled_tensions(robot: Robot, measured: Measured, elastic: bool) -> Array:
 
 
 def load_on(robot: Robot) -> Array:
-    """Return the load (10,) on the platform: external force (N) and moment (N m), weight (N) and its centre (m)."""
+    """Return the load on the platform (10,): external force (N) and moment (N m), weight (N) and its centre (m)."""
     platform, load = robot.platform, np.zeros(10)
     load[:3], load[6] = platform.force, platform.mass * robot.scene.gravity
     load[3:6], load[7:] = platform.moment, platform.centre_of_mass

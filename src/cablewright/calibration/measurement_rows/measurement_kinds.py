@@ -1,4 +1,4 @@
-"""The kinds of measurements at poses: what people, plans and messages call them, and how their rows may be wrong."""
+"""The kinds of calibration measurement at poses: their names in messages and plans, and their possible errors."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cablewright.kernels.fitting import calibration_residuals as rows
 
 
 class SensorRows(NamedTuple):
-    """Rows of one sensor, r at each of N poses; scalars are the same in all rows, see `MeasurementRows`."""
+    """Equations of one sensor, r at each of N poses; scalars are the same in all rows, see `MeasurementRows`."""
 
     kind: int
     values: Array  # (N, r)
@@ -24,7 +24,7 @@ class SensorRows(NamedTuple):
 
 
 def present(values: Array, sigma: Array | float) -> tuple[Array, Array]:
-    """Return *values* and their weights by *sigma*, both 0 where a value is NaN: such a row does not count."""
+    """Return measured *values* and their weights by *sigma*, both 0 where a value is NaN: such a row does not count."""
     return np.nan_to_num(values), np.where(np.isnan(values), 0.0, 1.0 / sigma)
 
 
@@ -32,8 +32,9 @@ def present(values: Array, sigma: Array | float) -> tuple[Array, Array]:
 class MeasurementKind:
     """A kind of measurement.
 
-    ``words``: what people call it. ``sigma``: the key of the plan's sigma, where that has a default. ``reading``: what
-    of a pose may be wrong alone. ``resists``: whether the weight of rows with large residuals is reduced.
+    ``words``: its name in messages. ``sigma``: the key of the plan's sigma, where that has a default. ``reading``: the
+    part of a pose's readings that may be wrong alone. ``resists``: whether the weight of rows with large residuals is
+    reduced.
     """
 
     words: str

@@ -1,4 +1,4 @@
-"""Data with pictures made ready for a fit: start values by them, and a point platform as the body that they show."""
+"""Calibration data with camera pictures: start values of the poses, and a rigid body in place of a point platform."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _UNKNOWN: Final = 1e6  # rad: sigma of a rotation that was not measured
 
 
 def as_body(robot: Robot) -> Robot:
-    """Return the robot with a rigid platform: lines that meet in a point leave its rotation to the pictures."""
+    """Return the robot with a rigid platform: pictures determine its rotation where all lines meet in a point."""
     platform = robot.platform
     if platform.own_nozzle is not None:
         return robot

@@ -1,4 +1,4 @@
-"""Rows of measured poses, and whether they are in the plane of a platform that has one.
+"""Calibration equations of measured poses, and a check that they lie in the platform's plane, if it has one.
 
 The unknowns of a pose are those that the plane leaves: 2 of a point, 3 of a body. Of a measured position these
 components count; its distance from the plane tests the plane alone, before any fit.
@@ -71,11 +71,10 @@ def _refuse_far(measured: Measured, off: Array, sigma: Array, words: str, unit: 
 
 
 def position_rows(robot: Robot, measured: Measured) -> Iterator[SensorRows]:
-    """Yield the rows of measured poses, if any, with weight 0 where they are blank.
+    """Yield the equations of measured poses, if any, with weight 0 where they are blank.
 
-    In a plane they hold all that three coordinates of different sigmas say of the two in the plane: directions of
-    independent errors, and the estimate along each (Gauss, Markov). The rotation is that about the normal, in its
-    sigma.
+    In a plane they combine three coordinates of different sigmas to the two in the plane: directions of independent
+    errors, and the estimate along each (Gauss, Markov). The rotation is that about the normal, in its sigma.
     """
     plane, n = robot.platform.plane, robot.n
     if measured.pose_sigma is None or measured.guess is None:

@@ -1,4 +1,4 @@
-"""Frequencies of the free cables' lateral vibration as tensions: those of strings between sheave and platform."""
+"""Cable tensions from measured frequencies of lateral vibration of the free cables, as of strings."""
 
 from __future__ import annotations
 

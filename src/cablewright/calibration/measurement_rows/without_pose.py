@@ -66,7 +66,7 @@ def _arms(robot: Robot) -> Array:
 
 
 def mounts_tell_yaw(robot: Robot, unknowns: Sequence[Unknown], plan: CalibrationPlan, measured: Measured) -> bool:
-    """Whether only matrices of mounts determine the yaw: badly, and these are in the frame of the file."""
+    """Return whether the yaw is determined by nothing but the matrices of compliant mounts, and so badly."""
     if not any(line.mount_gives and not isinstance(line.exit_compliance, float) for line in robot.lines):
         return False
     if plan.points or measured.positioned or robot.platform.plane is not None:
@@ -83,7 +83,7 @@ def linear_rows(
     keep_yaw: bool,
     more: tuple[Array, Array],
 ) -> tuple[Array, Array, Mask]:
-    """Return weighted rows (q, k) that are linear in the unknowns, their values (q,), and which are prior knowledge.
+    """Return weighted equations (q, k) linear in the unknowns, their values (q,), and which are prior knowledge.
 
     *keep_yaw*: whether the exit points together keep the yaw of the file. *more*: further such rows and values.
     """
@@ -139,7 +139,10 @@ def _is_exit(unknowns: Sequence[Unknown], line: str, axis: int) -> Mask:
 
 
 def held_by_datum(robot: Robot, unknowns: Sequence[Unknown], plan: CalibrationPlan) -> Mask:
-    """Return which unknowns (k,) the datum holds. Raises `InputError` for a contradictory or unknown datum."""
+    """Return which unknowns (k,) the datum of the plan fixes.
+
+    Raises `InputError` for a contradictory or unknown datum.
+    """
     parts = [part for part in plan.datum if part != INNER]
     if len(parts) < len(plan.datum) and parts:
         raise InputError(f"datum: inner and {parts[0]} contradict each other: inner holds no single point")

@@ -1,1 +1,1 @@
-"""Calibration from measurements at poses: equations, fits, and what these determine."""
+"""Calibration from measurements at poses: equations, fits, and observability."""

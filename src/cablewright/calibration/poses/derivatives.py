@@ -1,4 +1,4 @@
-"""Residuals of a calibration with their derivatives, and unknowns put among the numbers that are known."""
+"""Residuals of a calibration with their derivatives, and vectors of unknowns merged with known numbers."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Derivatives:
 
     @property
     def whole(self) -> Mask:
-        """Mask (N,) of poses with a value: not those inside a sheave, or without an equilibrium."""
+        """Mask (N,) of poses whose residuals are defined: not those inside a sheave, or without an equilibrium."""
         return np.asarray(np.isfinite(self.by_pose).all(axis=(1, 2)) & np.isfinite(self.residual).all(axis=1))
 
     def blank(self, poses: Mask) -> Derivatives:
@@ -39,14 +39,14 @@ class Derivatives:
 
 
 def with_unknowns(known: Array, target: NDArray[np.int64], theta: Array) -> Array:
-    """Return the numbers *known* (b, c) with the unknowns *theta* (k,) where *target*, (b, ..), has their indices."""
+    """Return the numbers *known* (b, c) with unknowns *theta* (k,) where *target*, (b, ..), has their indices."""
     found = known.copy()
     found[:, : target.shape[1]][target >= 0] = theta[target[target >= 0]]
     return found
 
 
 def of_free(target: NDArray[np.int64], held: Mask) -> NDArray[np.int64]:
-    """Return the indices among the free unknowns of *target*, indices among all, -1 where one is *held* or none."""
+    """Convert indices among all unknowns, *target*, to indices among the free ones; -1 where one is *held* or none."""
     if not len(held):
         return target
     return np.where((target >= 0) & ~held[target], (np.cumsum(~held) - 1)[target], -1)

@@ -1,8 +1,8 @@
-"""A calibration of lines that stretch or sag: the same rows, at the equilibrium that the lengths paid out determine.
+"""Calibration with lines that stretch or sag: each pose is the equilibrium of the paid-out lengths.
 
 The unknowns of a pose are the m lengths paid out, which determine pose and tensions. Rows depend on the pose as for
 straight lines (`kernels.fitting.calibration_residuals`); the derivatives of pose and tensions by lengths and unknowns
-are those of `solvers.linearise`. Levers of sheaves on universal joints, mounts of exit points that give and springs are
+are those of `solvers.linearise`. Levers of sheaves on universal joints, compliant mounts of exit points and springs are
 part of the equilibrium.
 """
 
@@ -41,7 +41,7 @@ _FREED: Final = (0, 1, 2, 5, 4, 3)
 
 
 def given_by_lines(robot: Robot, poses: Array) -> Array:
-    """Return *poses* (N, n) of which at most m coordinates are given; the others, which gravity determines, are NaN."""
+    """Return *poses* (N, n) with at most m coordinates; NaN marks the others, which gravity determines."""
     given = poses.copy()
     if robot.m < robot.freedoms:
         given[:, _FREED[robot.m : robot.n]] = np.nan
@@ -50,7 +50,7 @@ def given_by_lines(robot: Robot, poses: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class ElasticProblem(CalibrationProblem):
-    """The equations of elastic or catenary lines, each pose at the equilibrium of its lengths.
+    """Calibration equations of elastic or catenary lines, each pose at the equilibrium of its lengths.
 
     The state of a pose has its m lengths, the unknowns, then the pose (n) and the lines' states (6 m) at their
     equilibrium, from which the next equilibrium is solved.
@@ -63,7 +63,7 @@ class ElasticProblem(CalibrationProblem):
         return np.concatenate([held.lengths, held.pose, held.states.reshape(len(held.pose), -1)], axis=1)
 
     def is_finite(self, theta: Array, states: Array) -> bool:
-        """Whether there is an equilibrium at every pose."""
+        """Return whether there is an equilibrium at every pose."""
         return bool(self.equilibria(theta, states).ok.all())
 
     def lengths(self, theta: Array, states: Array) -> Array:
@@ -202,7 +202,7 @@ class ElasticProblem(CalibrationProblem):
 def problem_of(
     robot: Robot | Model, measured: Measured, plan: CalibrationPlan | None = None, hold: bool = True
 ) -> CalibrationProblem:
-    """Return the problem of a model, by the equations of its cable law; see `CalibrationProblem.of`."""
+    """Return the calibration problem of a model, with the equations of its cable law; see `CalibrationProblem.of`."""
     rigid = isinstance(robot, Robot) or robot.fidelity.cable is CableLaw.RIGID
     equations: type[CalibrationProblem] = StraightProblem if rigid else ElasticProblem
     return equations.of(robot, measured, plan, hold)

@@ -1,4 +1,4 @@
-"""Fits of a calibration's equations: from given starts, from rough dimensions, and moved to the file's frame."""
+"""Fits of a calibration's equations: from given starts, from rough dimensions, and expressed in the file's frame."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ _YAWS: Final = {*(f"translation along {axis}" for axis in "xyz"), "yaw"}
 
 @dataclass(frozen=True, eq=False)
 class PoseFit:
-    """The result of a fit: values, poses, weights and residuals."""
+    """The result of a calibration fit: values, poses, weights and residuals."""
 
     theta: Array  # (k,) the free unknowns
     poses: Array  # (N, n), or the states (N, ..) of the poses of an `ElasticProblem`
@@ -61,7 +61,7 @@ def fits(
     weights: Array | None = None,
     settings: StopRule = NEAR,
 ) -> list[PoseFit]:
-    """Fit from each of B starts: free unknowns *theta* (B, k), and *poses* (B, N, n) or states (B, N, ..).
+    """Fit a calibration from B starts: free unknowns *theta* (B, k), and *poses* (B, N, n) or states (B, N, ..).
 
     Starts out of the range of an unknown begin at its edge, those off the platform's plane in it.
     """
@@ -74,7 +74,7 @@ def fits(
 def fit(
     problem: CalibrationProblem, theta: Array, poses: Array, weights: Array | None = None, settings: StopRule = NEAR
 ) -> PoseFit:
-    """Fit from one start near the solution."""
+    """Fit a calibration from one start near the solution."""
     return fits(problem, theta[None], poses[None], weights, settings)[0]
 
 
@@ -85,7 +85,7 @@ def refit(problem: CalibrationProblem, found: PoseFit, weights: Array | None = N
 
 
 def with_exits(problem: CalibrationProblem, theta: Array, exits: Array) -> Array:
-    """Return the free unknowns *theta* (k,) with those of exit points from *exits* (m, 3)."""
+    """Return the free unknowns *theta* (k,) with exit points replaced by *exits* (m, 3), m."""
     changed = theta.copy()
     which, coordinates = coordinates_of(problem.robot, problem.free_unknowns)
     changed[which] = exits.ravel()[coordinates]
@@ -107,8 +107,8 @@ def to_file_frame(problem: CalibrationProblem, found: PoseFit) -> PoseFit:
     """Return the fit at which the unknowns are as near to the file's as the undetermined degrees of freedom allow.
 
     This is the inner constraint: translation and yaw of the exit points, as a whole, are those of the file. Home
-    lengths and offsets of sensors, which the file does not have, do not count. It holds within the fit: what the data
-    leave open cannot creep.
+    lengths and offsets of sensors, which the file does not have, do not count. It holds within the fit: undetermined
+    combinations cannot creep.
     """
     found = _turned_back(problem, _on_file_side(problem, found))
     for turn in range(_ROUNDS):
@@ -122,7 +122,10 @@ def to_file_frame(problem: CalibrationProblem, found: PoseFit) -> PoseFit:
 
 
 def framed(problem: CalibrationProblem, theta: Array, poses: Array) -> CalibrationProblem:
-    """Return the problem with the motions of frames that are open at *theta*, *poses* (N, n) held in its fits."""
+    """Return the problem with rigid motions of a frame that the data leave open held in its fits.
+
+    They are those at *theta*, *poses* (N, n).
+    """
     if not problem.is_finite(theta, poses):
         return problem
     found = information(problem, theta, poses, problem.weights, priors=True)
@@ -139,7 +142,7 @@ def _frame_weight(problem: CalibrationProblem) -> float:
 
 
 def yaw_between(points: Array, others: Array, axis: ArrayLike = (0.0, 0.0, 1.0)) -> float:
-    """Return the turn, rad, about an *axis* through the origin that moves *points* (m, 3) nearest to *others* (m, 3).
+    """Return the rotation, rad, about an *axis* through the origin that best moves *points* onto *others* (m, 3).
 
     By default it is the yaw. The axis is a unit vector.
     """

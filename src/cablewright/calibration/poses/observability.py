@@ -40,7 +40,10 @@ _BEYOND: Final = 1e-4  # size of the part of an open direction beyond the motion
 
 @dataclass(frozen=True)
 class Direction:
-    """A combination of unknowns and its standard deviation; unit: that of the largest part, or rad for a tilt."""
+    """A combination of unknowns and its standard deviation.
+
+    Its unit is that of the largest part, or rad for a tilt.
+    """
 
     words: str
     sigma: float
@@ -82,7 +85,7 @@ class Information:
 
 
 def projected(found: Derivatives) -> tuple[Array, Array, NDArray[np.int64]]:
-    """Return residuals (N, e) and derivatives (N, e, k) with the poses projected out, and the poses' ranks (N,).
+    """Return residuals (N, e) and derivatives (N, e, k) after elimination of the poses, and the poses' ranks (N,).
 
     The rows are rotated within each pose; those that the pose explains are zero.
     """
@@ -143,7 +146,7 @@ def _spectrum(rows: Array) -> tuple[Array, Array, Mask]:
 
 
 def motions(found: Information) -> dict[str, Array]:
-    """Return, by name, the unknowns' changes (k,) in motions of a frame, which encoders hardly measure.
+    """Return, by name, the changes of the unknowns (k,) in rigid motions of a frame, which encoders hardly measure.
 
     Those of everything in the world; and those of the platform's own frame, where its points are unknown. Of a platform
     in a plane they are those that keep the plane.
@@ -186,18 +189,18 @@ def _of_frame(robot: Robot) -> tuple[dict[str, Array], dict[str, Array]]:
 
 
 def world_motions(robot: Robot) -> tuple[str, ...]:
-    """Return the names of the motions of everything in the world: translations, then turns."""
+    """Return the names of the rigid motions of everything in the world: translations, then rotations."""
     moves, turns = _of_frame(robot)
     return (*(f"translation along {way}" for way in moves), *(_TURNS.get(way, f"turn about {way}") for way in turns))
 
 
 def azimuth_offsets(unknowns: Sequence[Unknown]) -> Array:
-    """Return (k,): 1 for an offset of swivel or yaw angles, which changes with a yaw of the frame, otherwise 0."""
+    """Return a vector (k,): 1 for an offset of swivel or yaw angles, which changes with a yaw of the frame, else 0."""
     return np.array([float(each.name in ("swivel_offset", "yaw_offset")) for each in unknowns])
 
 
 def beyond_frames(found: Information) -> Array:
-    """Return the part (k, d) of the undetermined space that is no motion of a frame: the data do not determine it."""
+    """Return the undetermined combinations of unknowns (k, d) that are no rigid motion of a frame."""
     known = np.array(list(motions(found).values())).reshape(-1, len(found.unknowns))
     left, values, _ = np.linalg.svd(known.T, full_matrices=False)
     span = left[:, values > 1e-9 * max(values.max(initial=0.0), 1e-300)]
@@ -215,7 +218,7 @@ def frame_rows(found: Information, start: Array, weight: float) -> tuple[Array, 
 
 
 def open_freedoms(found: Information) -> tuple[str, ...]:
-    """Return the undetermined degrees of freedom in words: named motions first, then combinations of unknowns."""
+    """Return the undetermined combinations in words: named rigid motions first, then combinations of unknowns."""
     null, words, named = found.null, [], np.zeros((len(found.unknowns), 0))
     for name, vector in motions(found).items():
         unit = vector / np.linalg.norm(vector)
@@ -228,7 +231,7 @@ def open_freedoms(found: Information) -> tuple[str, ...]:
 
 
 def without(basis: Array, part: Array) -> Array:
-    """Return the part of an orthonormal *basis* (k, d) that is orthogonal to another, *part* (k, c), in its span."""
+    """Return the part of an orthonormal *basis* (k, d) orthogonal to *part* (k, c), another basis in its span."""
     left, values, _ = np.linalg.svd(basis - part @ (part.T @ basis), full_matrices=False)
     return np.asarray(left[:, values > 0.5])
 
@@ -241,7 +244,7 @@ def combination(unknowns: Sequence[Unknown], vector: Array) -> str:
 
 
 def weakest(found: Information) -> tuple[Direction, ...]:
-    """Return the combinations of unknowns with the largest sigmas among those that are not open, the worst first."""
+    """Return the determined combinations of unknowns with the largest sigmas, the worst first."""
     values, right, kept = _spectrum(found.rows)
     moves = motions(found)
     tilts = np.array([moves[name] for name in _TILTS if name in moves]).reshape(-1, right.shape[1])
@@ -263,10 +266,10 @@ def weakest(found: Information) -> tuple[Direction, ...]:
 
 
 def suggestions(found: Information, scale: float) -> tuple[Suggestion, ...]:
-    """Return the effect of one more measurement each, the most helpful first; *scale*: sigma over that of the weights.
+    """Return further measurements, each with its effect on sigmas, the most helpful first.
 
-    Rows of the measurement are added to the information. Sigmas before and after are in one frame: under the inner
-    constraint of the space that is undetermined without the measurement.
+    *scale*: sigma over that of the weights. Rows of the measurement are added to the information. Sigmas before and
+    after are in one frame: under the inner constraint of the space that is undetermined without the measurement.
     """
     exits, _ = exit_rows(found.robot, found.unknowns)
     if not len(exits):
@@ -289,7 +292,7 @@ def _spread(rows: Array, null: Array, exits: Array) -> tuple[float, int]:
 
 
 def remedy(found: Information) -> str:
-    """Return the smallest measurement, in words, that determines more than the frames; empty for none."""
+    """Return in words the smallest measurement that determines more than the frames; empty for none."""
     before, closing = beyond_frames(found).shape[1], []
     for words, rows in _measurements(found):
         _, right, kept = _spectrum(np.concatenate([found.rows, rows]))
@@ -308,7 +311,7 @@ def _measurements(found: Information) -> Iterator[tuple[str, Array]]:
         yield f"exit points levelled, {_LEVEL * 1e3:g} mrad", tilt_rows(robot, unknowns) / _LEVEL
 
     def point(name: str) -> Array:
-        """Rows (3, k) of a surveyed exit point."""
+        """Return the rows (3, k) of a surveyed exit point."""
         return np.array([np.eye(len(unknowns))[known[name, axis]] for axis in range(3)]) / _SURVEYED
 
     sigma = f"{_SURVEYED * 1e3:g} mm"

@@ -1,7 +1,7 @@
-"""A calibration as rows of equations: every sensor adds rows to one least-squares problem, with a pose or without.
+"""Calibration as one least-squares problem: every sensor adds rows of equations, with a pose or without.
 
-`CalibrationProblem` is the problem under any cable law. Two sets of equations stand behind it: `StraightProblem` for
-rigid lines, and `ElasticProblem` for lines that stretch or sag.
+`CalibrationProblem` is the problem under any cable law. There are two sets of equations: `StraightProblem` for rigid
+lines, and `ElasticProblem` for lines that stretch or sag.
 """
 
 from __future__ import annotations
@@ -62,8 +62,8 @@ class CalibrationProblem(ABC):
     """The equations of a calibration. `weights` are 1 / sigma; a row with weight 0 does not count.
 
     `held`: the unknowns that the datum holds at their value in `start`; theta and `rows` have the free ones only.
-    `frame`: rows (d, k) and values (d,) that hold what the data leave open, in fits only. What is kept of each pose is
-    its state (N, ..), of which the columns `pose_columns` are the pose.
+    `frame`: rows (d, k) and values (d,) that hold undetermined combinations, in fits only. The state (N, ..) of a pose
+    is stored; its columns `pose_columns` are the pose.
     """
 
     elastic: ClassVar[bool]  # whether lines stretch or sag, and so have their tensions from equilibria
@@ -118,7 +118,7 @@ class CalibrationProblem(ABC):
         count, per_pose = len(measured.counted), sum(block.values.shape[1] for block in blocks)
 
         def of_rows(name: str, dtype: type, *shape: int) -> Any:
-            """A field of the blocks for all R rows: those of the poses in their order, then distances."""
+            """Return a field of the sensors' blocks for all R rows: poses in their order, then distances."""
             full: list[NDArray[Any]] = [
                 np.broadcast_to(np.asarray(getattr(block, name), dtype=dtype), (*block.values.shape, *shape))
                 for block in (*blocks, distances)
@@ -211,22 +211,22 @@ class CalibrationProblem(ABC):
 
     @property
     def unknowns_per_pose(self) -> int:
-        """The number p of unknowns of each pose: its degrees of freedom; of lines that stretch its lengths."""
+        """The number p of unknowns of each pose: its degrees of freedom, or the lengths of lines that stretch."""
         return self.robot.m if self.elastic else self.robot.freedoms
 
     @property
     def pose_columns(self) -> slice:
-        """The columns of a state that are the pose: all; of lines that stretch those after the lengths."""
+        """The columns of a state that are the pose: all, or those after the lengths of lines that stretch."""
         before = self.robot.m if self.elastic else 0
         return slice(before, before + self.robot.n)
 
     @abstractmethod
     def is_finite(self, theta: Array, states: Array) -> bool:
-        """Whether every sensor has a value at these states (N, ..)."""
+        """Return whether every sensor has a value at these states (N, ..)."""
 
     @abstractmethod
     def lengths(self, theta: Array, states: Array) -> Array:
-        """Return the length (N, m) of each line's cable that encoders count, m: of all its spans."""
+        """Return the length (N, m) of each line's cable that encoders count, m: of all its spans together."""
 
     def known_tensions(self, theta: Array, states: Array) -> Array | None:
         """Return the tensions (N, m) that are measured, N, or those of equilibria at *states*; None for neither."""
@@ -263,7 +263,7 @@ class CalibrationProblem(ABC):
         return moved
 
     def in_frame(self) -> Self:
-        """Return the problem with rows that fix the undetermined directions, which would drift from step to step."""
+        """Return the problem with rows that fix the undetermined combinations, which would drift from step to step."""
         held, wanted = self.frame
         return self if not len(held) else self.with_linear(held, wanted)
 
@@ -275,12 +275,12 @@ class CalibrationProblem(ABC):
 
     @property
     def encoder_sigma(self) -> float:
-        """The standard deviation in the encoders' weights, m."""
+        """The standard deviation of the encoders that their weights assume, m."""
         return self.found_encoder or self.plan.sigma.encoder or ENCODER_SIGMA
 
     @property
     def floor(self) -> float:
-        """The min sigma of a row over that of its weight, for data without noise."""
+        """The smallest sigma of a row relative to that of its weight, for data without noise."""
         return _EXACT / self.encoder_sigma
 
     @property
@@ -295,7 +295,7 @@ class CalibrationProblem(ABC):
     def counts_at(self, theta: Array, states: Array, given: Array | float = 0.0) -> Array:
         """Return the expected readings of the encoders (N, m) at these states of the poses, m.
 
-        *given* (N, m): how much less cable lies beyond the winches as mounts of exit points and springs give, m.
+        *given* (N, m): by how much mounts of exit points and springs shorten the cable beyond the winches, m.
         """
         lines = self.line_numbers(theta)
         offset, wound = lines[:, line_over_sheave.OFFSET], lines[:, line_over_sheave.WOUND]
@@ -320,23 +320,23 @@ class CalibrationProblem(ABC):
         return tuple(each for each, held in zip(self.unknowns, self.held, strict=True) if not held)
 
     def named(self, name: str) -> Mask:
-        """Return which of the free unknowns have a name, as ``exit_point``."""
+        """Return which of the free unknowns have this name, as ``exit_point``."""
         return np.array([each.name == name for each in self.free_unknowns], dtype=bool)
 
     def whole(self, theta: Array) -> Array:
-        """Return all unknowns (..., k), of which *theta* has the free ones."""
+        """Return all unknowns (..., k): the free ones from *theta*, the held ones at their values."""
         found = np.broadcast_to(self.start, (*theta.shape[:-1], len(self.start))).copy()
         found[..., ~self.held] = theta
         return found
 
     @property
     def is_soft(self) -> bool:
-        """Whether mounts of exit points or springs are compliant beyond the equilibrium's own compliance."""
+        """Return whether mounts of exit points or springs yield beyond the compliance in the equilibrium."""
         unknown, known = (each[:, line_over_sheave.GIVING] for each in (self.rows.target >= 0, self.rows.lines))
         return bool(unknown.any() or known.any())
 
     def given(self, theta: Array, states: Array, tensions: Array | None = None) -> Array:
-        """Return the length (N, m), m, by which mounts and springs shorten the cable beyond the winches at N poses.
+        """Return by how much mounts and springs shorten the cable beyond the winches at N poses (N, m), m.
 
         By *tensions* (N, m), N, or those that are measured.
         """
@@ -390,7 +390,7 @@ class CalibrationProblem(ABC):
 
 @dataclass(frozen=True, eq=False)
 class StraightProblem(CalibrationProblem):
-    """The equations of straight, rigid lines: the state of a pose is the pose itself."""
+    """The calibration equations of straight, rigid lines: the state of a pose is the pose itself."""
 
     elastic: ClassVar = False
 
@@ -400,7 +400,7 @@ class StraightProblem(CalibrationProblem):
         return free_directions(self.robot)
 
     def is_finite(self, theta: Array, states: Array) -> bool:
-        """Whether no pose is inside a sheave."""
+        """Return whether no platform point is inside a sheave at any pose."""
         return bool(np.isfinite(self.lengths(theta, states)).all())
 
     def lengths(self, theta: Array, states: Array) -> Array:

@@ -1,4 +1,4 @@
-"""The range of each unknown: what is physical, and near the robot file unless the plan says otherwise."""
+"""Bounds of each unknown of a calibration: physical limits, and near the robot file unless the plan says otherwise."""
 
 from __future__ import annotations
 
@@ -41,10 +41,10 @@ _AT: Final = 1e-9  # of the range: nearer than this is at the bound
 
 
 def ranges(robot: Robot, unknowns: Sequence[Unknown], plan: CalibrationPlan, start: Array, measured: Measured) -> Array:
-    """Return the min and max (2, k) of each unknown, over its size.
+    """Return the min and max (2, k) of each unknown, over its scale.
 
     The offset of a load cell is at most its largest reading, or the line's max tension where that is more: one that was
-    set to zero under a load reads the rest. The length out, offset and count, is positive at every pose. Raises
+    set to zero under a load reads the rest. The length paid out, offset plus count, is positive at every pose. Raises
     `InputError` for bounds in the plan that are not of an unknown, or that exclude the file's value or that of a prior.
     """
     diagonal = math.dist(robot.scene.frame_min, robot.scene.frame_max)

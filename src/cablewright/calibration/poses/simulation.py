@@ -1,4 +1,4 @@
-"""Simulated measurements of a robot for a calibration, and the alignment that its errors are measured after."""
+"""Simulated calibration measurements of a robot, and the alignment of results before their errors are measured."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def measure(
     cable: CableLaw | str | None = None,
     sensors: SensorNoise | None = None,
 ) -> SimulatedCalibration:
-    """Simulate the measurement of *robot* at *poses* (N, n), the first of which is home, at min feasible tensions."""
+    """Simulate the measurements of *robot* at *poses* (N, n), the first of which is home, at min feasible tensions."""
     sensors, model = sensors or SensorNoise(), Model.of(robot, cable=cable, default=CableLaw.RIGID)
     robot, m = model.robot, model.m
     for name, value in vars(sensors).items():

@@ -1,4 +1,4 @@
-"""Start values of calibration fits: values of the file, random values near them, or the answer of straight lines.
+"""Start values of calibration fits: values of the file, random values near them, or the fit of straight lines.
 
 Lines that stretch start from the answer of straight ones, at equilibria near its poses.
 """
@@ -63,7 +63,7 @@ _FINE: Final = 5e-4  # m: without start values of the poses, a worse fit may be 
 
 
 def quick_fit(problem: CalibrationProblem, rough: float) -> PoseFit:
-    """Fit from the file's numbers and the start values of the poses only."""
+    """Fit a calibration from the file's numbers and the start values of the poses only, without other starts."""
     start = first_start(problem)
     return _from_far(framed(problem, start.theta, start.poses), start.theta, start.poses, rough)
 
@@ -258,7 +258,7 @@ def _with_home(problem: CalibrationProblem, theta: Array, lengths: Array) -> Arr
 
 
 def elastic_fit(problem: ElasticProblem, seed: int, rough: float, progress: Progress = silent) -> PoseFit:
-    """Fit from the answer of straight lines; where those have no redundancy, from the file and the poses' start values.
+    """Fit elastic lines from the fit of straight lines; without redundancy, from the file and the poses' start values.
 
     Raises `InputError` if both are missing, `AnswerError` if there is no equilibrium near any pose.
     """
@@ -282,7 +282,7 @@ def _fit_from(problem: ElasticProblem, straight: CalibrationProblem, found: Pose
 
 
 def straight_plan(problem: ElasticProblem) -> CalibrationPlan:
-    """Return the plan for straight lines: without the effect of loads on lengths, with sigmas that allow for sag."""
+    """Return the calibration plan for straight lines: no effect of loads on lengths, and sigmas that allow for sag."""
     plan, robot = problem.plan, problem.robot
     min_tension = _SAGGING * robot.platform.mass * robot.scene.gravity
     exact = {"encoder": max(plan.sigma.encoder or 0.0, _SAG), "tension": max(plan.sigma.tension, min_tension)}
@@ -302,7 +302,7 @@ def _without(plan: CalibrationPlan, names: Collection[str]) -> CalibrationPlan:
 def near_poses(
     model: Model, measured: Measured, plan: CalibrationPlan, seed: int, rough: float, progress: Progress = silent
 ) -> Measured:
-    """Return the data with poses by the other sensors where tensions have no start values of them, or blank cells.
+    """Return the data with start poses from the other sensors, where tensions need start values or have blank cells.
 
     Straight lines have rows of tensions only near the poses, and those of blank cells are eliminated there. Where the
     others do not determine the poses, nothing changes.

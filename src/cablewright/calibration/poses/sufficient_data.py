@@ -1,4 +1,4 @@
-"""Checks, before any fit, of whether the data can calibrate a robot at all."""
+"""Checks, before any fit, whether the data are sufficient to calibrate a robot."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _FAR = 3.0  # diagonals of the frame: max length change, and max distance of a p
 
 
 def check_lengths(robot: Robot, measured: Measured) -> None:
-    """Raise `InputError` for lengths or poses so large that they must be in another unit, and poses off the plane."""
+    """Raise `InputError` for lengths or poses too large for their unit, and for poses outside the plane."""
     scene = robot.scene
     diagonal = math.dist(scene.frame_min, scene.frame_max)
     spans = np.array([float(line.advantage) for line in robot.lines])
@@ -58,7 +58,7 @@ def _check_size(
 
 
 def gauge_size(problem: CalibrationProblem) -> int:
-    """Return how many degrees of freedom the machine's own sensors leave open: of the world and the platform frame."""
+    """Return how many coordinates of world and platform frame the machine's own sensors leave undetermined."""
     names = {each.name for each in problem.unknowns}
     if "exit_point" not in names or problem.measured.positioned >= _THREE:
         return 0
@@ -71,12 +71,12 @@ def gauge_size(problem: CalibrationProblem) -> int:
 
 
 def surplus_per_pose(problem: CalibrationProblem) -> int:
-    """Return the min number of measurements of a pose less the number of its unknowns."""
+    """Return the smallest number of measurements of a pose less the number of its unknowns."""
     return int(problem.row_counts.min()) - problem.unknowns_per_pose
 
 
 def min_poses(problem: CalibrationProblem) -> int:
-    """Return how many different poses are required to determine the unknowns, except for the gauge degrees of freedom.
+    """Return how many different poses determine all unknowns but those of the frames.
 
     Unknowns that no measurement determines do not count: zeros of sensors that did not measure. Raises `InputError`
     where no number of poses is enough.
@@ -107,7 +107,7 @@ def _lacks(problem: CalibrationProblem, unknown: str) -> str | None:
 
 
 def line_with_counted_build_up(problem: CalibrationProblem) -> str | None:
-    """Return the first line whose file has a build-up, where the data are lengths that count it already."""
+    """Return the first line whose file has a build-up on the drum that the lengths contain already."""
     wound = (line.name for line in problem.robot.lines if line.winch.build_up is not None)
     return None if problem.measured.by_drum else next(wound, None)
 

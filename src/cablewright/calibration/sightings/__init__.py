@@ -1,1 +1,1 @@
-"""Tags in pictures: their layout, the camera and its lens, detection, and what pictures say of poses and places."""
+"""Camera pictures of tags: layout, camera and lens, detection, and the poses and positions that follow."""

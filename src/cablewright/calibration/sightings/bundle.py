@@ -1,7 +1,7 @@
-"""Pictures by themselves, as one least-squares problem: the poses, the lens and the places of tags (bundle adjustment).
+"""Bundle adjustment of pictures of tags: poses, lens and tag positions in one least-squares problem.
 
-It finds tags that are not where the layout has them, and single sightings that do not fit, before anything else is
-measured by them. Both are tested by how much the sum of squares falls without them; the greater one goes first.
+It finds tags that are not at the position in the layout, and single sightings that do not fit, before anything else is
+measured by them. Both are tested by how much the sum of squares falls without them; the greater one is removed first.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _MOVED: Final = 0.5  # share of the tags that moved, beyond which it is the layo
 
 @dataclass(frozen=True, eq=False)
 class Bundle:
-    """The problem of N pictures with T tags: e = 8 T rows at each, and rows without a pose."""
+    """The bundle adjustment problem of N pictures with T tags: e = 8 T rows at each, and rows without a pose."""
 
     bodies: Bodies
     rows: MeasurementRows
@@ -43,7 +43,7 @@ class Bundle:
 
     @classmethod
     def of(cls, seen: Sightings, poses: Array, free_camera: bool) -> Bundle:
-        """Build the problem from start *poses* (N, 6)."""
+        """Build the bundle adjustment problem from start *poses* (N, 6)."""
         bodies, blocks = seen.bodies(free_camera=free_camera), list(seen.rows())
         values, weights = (np.concatenate([block[at] for block in blocks], axis=1) for at in (1, 2))
         extra, count = np.concatenate([block[3] for block in blocks], axis=1), values.size
@@ -67,7 +67,7 @@ class Bundle:
         return cls(bodies, rows, values.ravel(), weights.ravel(), start, np.array(poses, order="C"))
 
     def fitted(self) -> tuple[Bundle, float]:
-        """Return the problem at its minimum, and half the sum of squares there."""
+        """Return the bundle at its minimum, and half the sum of squares there."""
         theta, poses = self.theta[None].copy(), self.poses[None].copy()
         limits = np.array([[each.low for each in self.bodies.unknowns], [each.high for each in self.bodies.unknowns]])
         codes, steps, costs = np.zeros(1, dtype=np.int64), np.zeros(1, dtype=np.int64), np.zeros(1)
@@ -101,17 +101,16 @@ class Bundle:
 
     @property
     def groups(self) -> Iterator[tuple[int, slice]]:
-        """The tags, and their rows of each pose."""
+        """The tags, and the rows of each pose that belong to them."""
         for index in range(len(self.bodies.tags)):
             yield index, slice(EDGES * index, EDGES * (index + 1))
 
 
 def consistent(seen: Sightings, poses: Array, free_camera: bool) -> tuple[Sightings, Bundle]:
-    """Return the sightings that fit each other, and the problem of these pictures at its minimum.
+    """Return the sightings that fit each other, and the bundle of these pictures at its minimum.
 
-    Sightings that do not fit are in ``left_out`` of the result, tags that moved in ``moved``.
-
-    *poses* (N, 6): where the fit starts. *free_camera*: whether the pictures determine the camera's place.
+    Sightings that do not fit are in ``left_out`` of the result, tags that moved in ``moved``. *poses* (N, 6): where the
+    fit starts. *free_camera*: whether the pictures determine the camera's position.
     """
     bundle, _ = Bundle.of(seen, poses, free_camera).fitted()
     total = max(int(seen.counts.sum()), 1)

@@ -91,7 +91,7 @@ class Camera(FileDescription):
         return np.asarray(found)
 
     def pixels(self, directions: Array) -> Array:
-        """Return the pixels (..., 2) of *directions* (..., 2), x / z and y / z."""
+        """Return the pixels (..., 2) of rays with *directions* (..., 2), x / z and y / z."""
         fx, fy, cx, cy, k1, k2, p1, p2, k3 = self.lens
         x, y = directions[..., 0], directions[..., 1]
         r = x * x + y * y
@@ -152,6 +152,6 @@ def _numbers(text: str, key: str, path: Path, count: int | None = None) -> list[
 
 
 def camera_text(camera: Camera, comments: tuple[str, ...] = ()) -> str:
-    """Return the TOML file of a camera."""
+    """Return the text of a camera's TOML file."""
     table = camera.model_dump(mode="json", by_alias=True)
     return "".join(f"# {comment}\n" for comment in comments) + tomlkit.dumps(table)

@@ -1,7 +1,7 @@
-"""Tags in a picture: their numbers by OpenCV, and their edges to a fraction of a pixel with standard deviations.
+"""Detection of tags in a picture: numbers by OpenCV, and edges to a fraction of a pixel with standard deviations.
 
-An edge is where half of the light between the black border and the white margin is, in profiles across it: blur, which
-is the same on both sides, does not move it. Corners are left out, since blur rounds them. A straight edge is a curve in
+An edge is where the light between the black border and the white margin is half, in profiles across it: blur, which is
+the same on both sides, does not move it. Corners are left out, since blur rounds them. A straight edge is a curve in
 the picture of a real lens, so positions along it are compared with that curve.
 """
 
@@ -43,7 +43,7 @@ _STRAIGHT: Final = 0.5  # px: max scatter of an edge
 
 @dataclass(frozen=True, eq=False)
 class Sighting:
-    """A tag in a picture: its corners, and of each edge the sum and the difference of the distances at its ends."""
+    """A tag in a picture: its corners, and the sum and difference of the distances at the ends of each edge."""
 
     number: int
     corners: Array  # (4, 2) px, from the top left clockwise
@@ -59,7 +59,7 @@ class Sighting:
 
 @dataclass(frozen=True, eq=False)
 class SeenPicture:
-    """What a picture shows: tags, and the reasons why others of them are left out."""
+    """Tags found in one picture, and the reasons why others are left out."""
 
     path: Path
     sightings: tuple[Sighting, ...]
@@ -67,12 +67,12 @@ class SeenPicture:
 
 
 def mean_side(corners: Array) -> float:
-    """Return the mean side of a quadrangle (4, 2)."""
+    """Return the mean side of a quadrangle with corners (4, 2)."""
     return float(np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1).mean())
 
 
 def seen_in(path: Path, camera: Camera, wanted: frozenset[int]) -> SeenPicture:
-    """Return the tags with the *wanted* numbers in a picture by *camera*, those with faults left out.
+    """Return the tags with the *wanted* numbers in a picture by *camera*, without faulty ones.
 
     Raises `InputError` for a picture of another size, and for a tag that is in it twice.
     """
@@ -102,7 +102,7 @@ def seen_in(path: Path, camera: Camera, wanted: frozenset[int]) -> SeenPicture:
 
 
 def in_light(picture: Array) -> Array:
-    """Return the light (height, width), 0 to 1, of grey levels, 0 to 255."""
+    """Convert grey levels, 0 to 255, to linear light (height, width), 0 to 1."""
     return np.asarray((np.asarray(picture, dtype=np.float64) / 255.0) ** _GAMMA)
 
 

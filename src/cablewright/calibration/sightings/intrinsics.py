@@ -1,7 +1,7 @@
-"""The lens of a camera from pictures of a flat sheet of tags (Zhang 2000), with the covariance of its numbers.
+"""Calibration of a camera's lens from pictures of a flat sheet of tags (Zhang 2000), with covariance.
 
-OpenCV gives a start; the numbers are those of the bundle of all pictures, in which edges have their own standard
-deviations and the tags of the sheet may be off their places. Edges are found again with the lens of the first round.
+OpenCV gives a start; the numbers are those of the bundle adjustment of all pictures, in which edges have their own
+standard deviations and the tags of the sheet may be displaced. Edges are found again with the lens of the first round.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ _BAD: Final = 1.0  # px: max residual of one
 
 
 def sheet() -> TagLayout:
-    """Return the layout of the sheet for the lens: tags in a grid on one page of A4, x to the right and y up."""
+    """Return the layout of the calibration sheet: tags in a grid on one page of A4, x to the right and y up."""
     places = [(column * PITCH, -row * PITCH, 0.0) for row in range(ROWS) for column in range(COLUMNS)]
     tags = (Tag(number=FIRST + at, size=SIZE, at=place, sigma=2e-4, turn_sigma=0.0) for at, place in enumerate(places))
     return TagLayout(print_sigma=0.0, tags=tuple(tags))
@@ -66,7 +66,7 @@ FIGURES = (
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CameraFit(Result):
-    """A camera from pictures, or from a file of OpenCV, whose standard deviations are assumed."""
+    """A calibrated camera from pictures, or one from an OpenCV file, whose standard deviations are assumed."""
 
     FIGURES: ClassVar = FIGURES
     HEADLINES: ClassVar = ("focal", "residual", "pictures")
@@ -78,12 +78,12 @@ class CameraFit(Result):
 
     @property
     def sigmas(self) -> Array:
-        """Standard deviations (9,) of the lens."""
+        """Standard deviations (9,) of the lens parameters."""
         return np.asarray(np.sqrt(np.diag(self.camera.spread)))
 
     @property
     def refusal(self) -> str:
-        """Why the camera is not known well enough; empty if it is."""
+        """Reason why the camera is not known well enough; empty if it is."""
         share = float(self.sigmas[0]) / self.camera.focal[0]
         if self.pictures and share > _NEEDED:
             return (
@@ -101,7 +101,7 @@ def camera(
     *,
     progress: Progress = silent,
 ) -> CameraFit:
-    """Return the camera that took *pictures*, files or folders, of a flat sheet of tags; or that of a file of OpenCV.
+    """Return the camera that took *pictures*, files or folders, of a flat sheet of tags; or that of an OpenCV file.
 
     *layout*: the tags of the sheet, all "on" one body and in one plane; by default those of `sheet`. Raises
     `InputError` for pictures of two sizes, and too few that show the sheet; `EnvironmentFault` without OpenCV.

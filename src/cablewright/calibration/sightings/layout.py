@@ -1,4 +1,4 @@
-"""The layout of tags: number and size of each, where it is, and whether the camera is in the room or on the platform.
+"""The layout of tags: number, size and position of each, and whether the camera is in the room or on the platform.
 
 A tag's frame: x to the right, y up, and z out of the paper, at its centre. A camera's: x to the right, y down, z ahead.
 """
@@ -32,7 +32,7 @@ _Turn = Annotated[Angle, Ge(0.0), Le(10.0)]
 
 
 def facing(normal: Direction, up: Direction) -> Array:
-    """Return the rotation (3, 3) of a tag that faces along *normal*, with its top towards *up*."""
+    """Return the rotation matrix (3, 3) of a tag that faces along *normal*, with its top towards *up*."""
     z = np.asarray(normal) / np.linalg.norm(normal)
     x = np.cross(up, z)
     x /= np.linalg.norm(x)
@@ -46,7 +46,7 @@ def _require_across(key: str, one: Direction, other: Direction) -> None:
 
 
 class Tag(Description):
-    """A tag: its ``number`` in the family, the side of its black square, and its place.
+    """A tag: its ``number`` in the family, the side of its black square, and its position.
 
     ``on``: the platform or the room: ``at`` is the tag's centre in the frame of the platform, or in the world.
     ``normal``: out of the paper; ``up``: to its top. ``sigma``, ``turn_sigma``: standard deviations of place and
@@ -69,12 +69,12 @@ class Tag(Description):
 
     @property
     def mounted(self) -> bool:
-        """Whether the tag is on the platform."""
+        """Return whether the tag is on the platform."""
         return self.on == "platform"
 
 
 class TagMount(Description):
-    """Where a camera on the platform is, roughly: ``at``, where it ``looks``, and ``up`` in its picture."""
+    """Rough position of a camera on the platform: ``at``, where it ``looks``, and ``up`` in its picture."""
 
     at: Vec3 = (0.0, 0.0, 0.0)
     looks: Direction = (0.0, 0.0, -1.0)
@@ -93,7 +93,7 @@ class TagMount(Description):
 
 
 class TagLayout(FileDescription):
-    """The layout of all tags. ``camera``: where the camera is; ``mount``: its place on the platform, roughly.
+    """The layout of all tags. ``camera``: where the camera is; ``mount``: its rough position on the platform.
 
     ``print_sigma``: standard deviation of the size of the print, over that in the file: one number for all tags.
     """
@@ -116,13 +116,16 @@ class TagLayout(FileDescription):
 
 
 def load_layout(path: str | Path) -> TagLayout:
-    """Read a layout from a TOML file. Raises `InputError` that names file, key, value and the allowed range."""
+    """Read a layout of tags from a TOML file.
+
+    Raises `InputError` that names file, key, value and the allowed range.
+    """
     return load_model(TagLayout, path)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PrintedTags(Result):
-    """Pages of tags that were written."""
+    """Pages of tags, ready to print, that were written to files."""
 
     FIGURES: ClassVar = (
         Figure("tags", "1", "Number of tags.", lambda of: len(of.layout.tags)),

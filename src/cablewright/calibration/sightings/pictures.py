@@ -1,4 +1,4 @@
-"""Pictures that strangers took: limited in bytes and pixels before they are decoded, errors in one line.
+"""Reading of picture files from any source: size limits before they are decoded, errors in one line.
 
 The pixels are those that the sensor stored: a rotation in a picture's EXIF data, which says how a viewer shows it, is
 not applied. So a camera's lens holds however the camera was held.

@@ -1,8 +1,8 @@
-"""Where fits with pictures start: the platform in each picture, and the camera in the world.
+"""Start values for fits with pictures: the platform's pose in each picture, and the camera's in the world.
 
-A picture of tags whose places are roughly known gives the pose of their frame in the camera's. Where no tag of the room
-is seen, the camera's own place comes from the counts: lengths of straight lines from the positions in the camera's
-frame are linear in each line's exit point, its home length and their squares.
+A picture of tags whose positions are roughly known gives the pose of their frame in the camera's. Where no tag of the
+room is visible, the camera's own position comes from the counts: lengths of straight lines from the positions in the
+camera's frame are linear in each line's exit point, its home length and their squares.
 """
 
 from __future__ import annotations
@@ -82,9 +82,9 @@ def _vector(rotation: Array) -> Array:
 
 
 def in_own_frame(seen: Sightings) -> tuple[Sightings, Array, bool]:
-    """Return sightings with a start of the camera, and of the poses (N, 6), NaN without a picture.
+    """Return sightings with a start of the camera, start poses (N, 6), and whether these are in the world.
 
-    The last is whether that is in the world, by tags in the room; else it is in the camera's frame.
+    They are in the world by tags in the room; else in the camera's frame. NaN without a picture.
     """
     of_camera = seen.layout.camera == "platform"
     poses = np.full((len(seen.pictures), 6), np.nan)
@@ -112,7 +112,7 @@ def in_own_frame(seen: Sightings) -> tuple[Sightings, Array, bool]:
 def camera_of_world(
     robot: Robot, counted: Array, poses: Array, guess: Array | None, origin: str
 ) -> tuple[Array, Array]:
-    """Return rotation (3, 3) and place (3,) of the frame of *poses* (N, 6) in the world.
+    """Return rotation (3, 3) and position (3,) in the world of the frame of *poses* (N, 6).
 
     By start values of positions, *guess* (N, n), where there are three, else by the lengths *counted* (N, m). Raises
     `InputError` where neither is enough.
@@ -184,7 +184,7 @@ def started(
 
 
 def words_of(seen: Sightings) -> Iterator[str]:
-    """Yield what was found of the pictures: tags that moved, and sightings that are left out, by picture."""
+    """Yield sentences on the pictures: tags that moved, and sightings that are left out, by picture."""
     for number in seen.moved:
         yield f"tag {number} is not where the layout has it: its place is taken from the pictures"
     for at, picture in enumerate(seen.pictures):

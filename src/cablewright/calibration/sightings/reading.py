@@ -1,4 +1,4 @@
-"""Sightings of the poses of a calibration, from the pictures that were taken at them."""
+"""Sightings of tags at the poses of a calibration, read from picture files."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def read_sightings(
     *,
     progress: Progress = silent,
 ) -> Sightings:
-    """Return what *pictures*, files or folders, show of the tags in a *layout*, by the pose of each, of *count* poses.
+    """Return the tags of a *layout* that *pictures*, files or folders, show at each of *count* poses.
 
     The name of a picture ends with the number of its pose, from 1: ``pose-07.jpg``. Raises `InputError` for names
     without one, two pictures of a pose, pictures of another size than the camera's, damaged ones, and a tag that is

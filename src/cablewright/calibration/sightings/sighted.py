@@ -1,7 +1,7 @@
-"""Sightings at poses as rows of equations: bodies, their unknown numbers, and their prior knowledge.
+"""Sightings of tags as equations: camera and tags (bodies), their unknown numbers, and prior knowledge.
 
-Bodies are the camera and the tags. Unknown are the camera's place, its lens and the places of tags as far as they have
-a standard deviation, and the size of the print, one number for all tags.
+Unknown are the camera's position, its lens and the positions of tags as far as they have a standard deviation, and the
+size of the print, one number for all tags.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ _KINDS: Final[dict[str, Kind]] = dict(
 
 @dataclass(frozen=True)
 class SightedUnknown(Unknown):
-    """An unknown of the camera, of a tag or of the print, which no robot has: start and range, over its size."""
+    """An unknown of the camera, of a tag or of the print: start value and range, over its scale."""
 
     start: float = 0.0
     low: float = 0.0
@@ -63,7 +63,7 @@ class SightedUnknown(Unknown):
 
     @property
     def entry(self) -> Kind:
-        """Entry of the unknown among the kinds of pictures."""
+        """The kind of this unknown in the table of unknowns of pictures."""
         return _KINDS[self.kind]
 
     @property
@@ -90,7 +90,7 @@ class Sightings:
     """The pictures of N poses, None where there is none, by one camera of tags in a layout.
 
     ``place``, ``rotation``: where fits start with the camera, in the world or on the platform. ``moved``: numbers of
-    tags whose stated place is not believed. ``left_out``: sightings, by pose and number of the tag, that do not count.
+    tags whose stated position is wrong. ``left_out``: sightings, by pose and number of the tag, that do not count.
     """
 
     layout: TagLayout
@@ -121,7 +121,7 @@ class Sightings:
         return np.array([sum((at, one.number) not in self.left_out for one in each) for at, each in enumerate(shown)])
 
     def rows(self) -> Iterator[tuple[int, Array, Array, Array]]:
-        """Yield index among the tags, values (N, 8), weights (N, 8) and extras (N, 8, 6) of each tag's edges."""
+        """Yield tag index, values (N, 8), weights (N, 8) and extras (N, 8, 6) of each tag's edges."""
         for index, tag in enumerate(self.tags):
             values, weights = np.zeros((2, len(self.pictures), EDGES))
             extras = np.zeros((len(self.pictures), EDGES, 6))
@@ -138,9 +138,9 @@ class Sightings:
             yield index, values, weights, extras
 
     def bodies(self, known: Sequence[Unknown] = (), free_camera: bool = True) -> Bodies:
-        """Return the bodies beside the unknowns *known* (k,) of a robot, none for pictures alone.
+        """Return camera and tags beside the unknowns *known* (k,) of a robot, none for pictures alone.
 
-        *free_camera*: whether the camera's place is unknown.
+        *free_camera*: whether the camera's position is unknown.
         """
         tags, made = self.tags, list[SightedUnknown]()
         table = np.zeros((1 + len(tags), sighting.BODY_COLUMNS))
@@ -148,7 +148,7 @@ class Sightings:
         rows = list[tuple[dict[int, float], float, int]]()
 
         def add(body: int, column: int, kind: str, owner: str, start: float, reach: float, size: float = 1.0) -> int:
-            """Make a number of a body unknown, up to *reach* from its start; returns its index."""
+            """Make a number of the camera or of a tag unknown, up to *reach* from its start; returns its index."""
             made.append(SightedUnknown(kind, owner, size, start=start, low=start - reach, high=start + reach))
             target[body, column] = len(known) + len(made) - 1
             return len(known) + len(made) - 1
@@ -205,7 +205,7 @@ class Sightings:
 
 
 def bodies_of(seen: Sightings | None, known: Sequence[Unknown]) -> Bodies:
-    """Return the bodies of sightings, or none, beside the unknowns *known* (k,) of a robot; see `Sightings.bodies`."""
+    """Return camera and tags, or none, beside the unknowns *known* (k,) of a robot; see `Sightings.bodies`."""
     if seen is not None:
         return seen.bodies(known)
     table, linear = np.zeros((0, sighting.BODY_COLUMNS)), np.zeros((0, len(known)))
@@ -214,14 +214,15 @@ def bodies_of(seen: Sightings | None, known: Sequence[Unknown]) -> Bodies:
 
 
 def turned(rotation: Array, turn: Array) -> Array:
-    """Return the rotation (3, 3) after a *turn* (3,), rad, in the frame that it is in."""
+    """Return the rotation (3, 3) after a further rotation vector *turn* (3,), rad, in its own frame."""
     return np.asarray(matrices(turn) @ rotation)
 
 
 def motions_of(target: NDArray[np.int64], bodies: Array, count: int) -> Array:
-    """Return how *count* unknowns (2, 6, k) change as a frame moves: bodies in the world with it, then on the platform.
+    """Return how *count* unknowns (2, 6, k) change as the frame of the world, or the platform's, moves.
 
-    Along x, y and z, then about axes through the origin. *target*, *bodies*: see `Bodies`, at the present unknowns.
+    Cameras and tags move with it: along x, y and z, then about axes through the origin. *target*, *bodies*: see
+    `Bodies`, at the present unknowns.
     """
     made = np.zeros((2, 6, count))
     for own, body in zip(target, bodies, strict=True):

@@ -1,1 +1,1 @@
-"""Exit points, axes and walls from a total station's shots at markers."""
+"""Exit points, sheave axes and walls from a total station's measurements of markers."""

@@ -1,4 +1,4 @@
-"""The frame of a survey, z up, y along a wall and x into the room, and features with Jacobians expressed in it."""
+"""Coordinate frame of a survey (z up, y along a wall, x into the room), and features expressed in it with Jacobians."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def frame_of(
     markers: Markers,
     file: str,
 ) -> SurveyFrame:
-    """Return the frame that *plan* requests, from walls, levels and exit points in the grid.
+    """Return the survey frame that *plan* requests, from walls, levels and exit points in the instrument's grid.
 
     Raises `InputError`, which names *file*, if the wall that y follows has no markers, or if walls are not where their
     names say.

@@ -34,7 +34,7 @@ _MAX_WORDS: Final = 64
 
 
 class Block(NamedTuple):
-    """The point's name, and the words this reader understands by index, in m and rad; or a block of codes.
+    """One block of a GSI file: the point's name and its measurements by word index, in m and rad; or codes.
 
     ``codes``: what the words 41 to 49 hold that are not empty, in words; empty for a block of measurements.
     """
@@ -46,14 +46,15 @@ class Block(NamedTuple):
 
 
 def looks_like_gsi(text: str) -> bool:
-    """Whether a file that begins with this line is a GSI file."""
+    """Return whether a file that begins with this line is a GSI file."""
     return _FIRST.match(text) is not None
 
 
 def read_blocks(path: Path, lines: Iterator[tuple[int, str]]) -> Iterator[Block]:
-    """Yield the blocks of all lines. A word whose digits are dashes has no value, and is left out.
+    """Yield the blocks of all lines of a GSI file.
 
-    Raises `InputError` for a line that is not of words, a word with the wrong number of digits, or an unknown unit.
+    A word whose digits are dashes has no value, and is left out. Raises `InputError` for a line that is not of words, a
+    word with the wrong number of digits, or an unknown unit.
     """
     for number, text in lines:
         for count, words in enumerate(_parts(text.split()), 1):

@@ -1,4 +1,4 @@
-"""Markers from shots: the repeated shots of a marker become one position with a covariance, on a known feature."""
+"""Surveyed markers: the repeated shots of each become one position with a covariance, on a known feature."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _MIN_SIGMA: Final = 1e-6  # m, of a shot, so that no weight is infinite
 
 @dataclass(frozen=True, eq=False)
 class SurveyMarker:
-    """One marker: the weighted mean of its shots."""
+    """One surveyed marker: the weighted mean of its shots."""
 
     point: str
     feature: MarkedFeature
@@ -44,7 +44,7 @@ class Markers:
 
     @property
     def covariance(self) -> Array:
-        """(3 N, 3 N) m^2 of all coordinates."""
+        """Covariance (3 N, 3 N), m^2, of the coordinates of all markers."""
         return np.asarray(block_diag(*(marker.covariance for marker in self.all)))
 
     def on(self, feature: MarkedFeature) -> list[int]:

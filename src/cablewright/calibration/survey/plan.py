@@ -36,7 +36,10 @@ _WALL_MARK = re.compile(r"(NORTH|EAST|SOUTH|WEST|FLOOR|CEIL(?:ING)?)[-._]?([0-9]
 
 
 class MarkedFeature(NamedTuple):
-    """The feature that a marker is on: its kind, and the line's or wall's name ("" for floor and ceiling)."""
+    """The feature of the machine that a marker is on: its kind, and the name of line or wall.
+
+    The name is "" for floor and ceiling.
+    """
 
     kind: Kind
     name: str
@@ -68,7 +71,7 @@ class Instrument(Description):
 
 
 class Placing(Description):
-    """Where the markers of a point are relative to it.
+    """Position of a point relative to its markers.
 
     ``offset``: vector from the mean of the markers to the point: along the level direction from the first marker to the
     second, level and to the left of it, and up. ``spacing``: distance from the first marker to the second; it is only
@@ -80,7 +83,7 @@ class Placing(Description):
 
 
 class LinePlan(Description):
-    """The placing of markers of one line, where it differs from that of all lines."""
+    """Offsets of the markers of one line, where they differ from those of all lines."""
 
     exit: Placing | None = None
     winch: Placing | None = None
@@ -116,13 +119,13 @@ class SurveyPlan(FileDescription):
         return self
 
     def placing(self, feature: MarkedFeature) -> Placing:
-        """Return the placing of the markers of an exit point or a winch."""
+        """Return the offset of the markers of an exit point or a winch."""
         own = self.lines.get(feature.name, LinePlan())
         return own.winch or self.winch if feature.kind == "winch" else own.exit or self.exit
 
 
 def load_plan(path: str | Path) -> SurveyPlan:
-    """Read a plan from a TOML file. Raises `InputError`."""
+    """Read a survey plan from a TOML file. Raises `InputError`."""
     return load_model(SurveyPlan, path)
 
 

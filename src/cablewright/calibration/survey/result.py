@@ -89,7 +89,7 @@ class Exit:
 
 @dataclass(frozen=True, eq=False)
 class SheaveAxis:
-    """An axis, the centre of a fitted circle of marks: a sheave's upright ``swivel`` axis, or its own, ``sheave``."""
+    """An axis of a sheave, from a circle fitted to marks: vertical, ``swivel``, or of the wheel, ``sheave``."""
 
     line: str
     kind: str
@@ -134,7 +134,7 @@ class MarkerResidual:
 
     @property
     def suspect(self) -> bool:
-        """Whether the residual is too large for chance: over 3.5 sigma."""
+        """Return whether the residual is too large for chance: over 3.5 sigma."""
         return self.residual > _SUSPECT * self.sigma > 0
 
 

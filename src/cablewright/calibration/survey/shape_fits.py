@@ -21,7 +21,7 @@ _SETTLED: Final = 1e-13  # relative
 
 @dataclass(frozen=True, eq=False)
 class Linear:
-    """A vector that follows from the N markers of a survey, and its Jacobian by their coordinates."""
+    """A vector computed from the N markers of a survey, with its Jacobian by their coordinates."""
 
     value: Array  # (k,)
     jacobian: Array  # (k, 3 N)
@@ -31,7 +31,7 @@ class Linear:
         return np.asarray(self.jacobian @ of_markers @ self.jacobian.T)
 
     def sigma(self, of_markers: Array) -> Array:
-        """(k,) standard deviations."""
+        """Standard deviations (k,) of the vector."""
         return np.sqrt(np.maximum(np.diag(self.covariance(of_markers)), 0.0))
 
     def __getitem__(self, part: slice | list[int]) -> Linear:
@@ -39,7 +39,7 @@ class Linear:
 
 
 class ShapeFit(NamedTuple):
-    """The result of a fit to k markers: unknowns, their Jacobian, residuals and the sigmas of these."""
+    """A plane or circle fitted to k markers: unknowns, their Jacobian, residuals and the sigmas of these."""
 
     value: Array  # (p,)
     jacobian: Array  # (p, 3 k) by the coordinates of its own markers
@@ -95,7 +95,7 @@ def _wall(azimuth: float, lean: float, distance: float, p: Array) -> tuple[Array
 
 
 def upright_plane(points: Array, covariances: Array) -> ShapeFit:
-    """Fit an upright wall, n(a) p = d, to two markers or more: azimuth a of its normal (rad) and distance d (m)."""
+    """Fit a vertical wall, n(a) p = d, to two markers or more: azimuth a of its normal (rad) and distance d (m)."""
     centre = points.mean(axis=0)
     along = np.linalg.svd((points - centre)[:, :2])[2][0]
     azimuth = np.arctan2(along[0], -along[1])
@@ -127,7 +127,7 @@ def level_plane(points: Array, covariances: Array) -> ShapeFit:
 
 
 def level_circle(points: Array, covariances: Array) -> ShapeFit:
-    """Fit a circle about an upright axis to three markers or more: x, y of the axis, radius, height, m."""
+    """Fit a circle about a vertical axis to three markers or more: x, y of the axis, radius, height, m."""
     x, y, radius = _algebraic(points[:, :2])
 
     def model(q: Array, p: Array) -> tuple[Array, Array, Array]:
@@ -173,7 +173,7 @@ def circle(points: Array, covariances: Array) -> tuple[ShapeFit, Array]:
 
 
 def directions(azimuth: float) -> tuple[Array, Array]:
-    """Return the level unit vector (3,) of an azimuth (rad, from x towards y), and its derivative (3,) per radian."""
+    """Return the horizontal unit vector (3,) of an azimuth (rad, from x towards y), and its derivative (3,) per rad."""
     c, s = np.cos(azimuth), np.sin(azimuth)
     return np.array([c, s, 0.0]), np.array([-s, c, 0.0])
 

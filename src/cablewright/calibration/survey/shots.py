@@ -88,9 +88,10 @@ def read_shots(path: str | Path) -> Shots:
 
 
 def of_polar(hz: float, v: float, slope: float) -> Vector:
-    """Return east, north and up (m) of a sight: circle ``hz`` clockwise from north and zenith angle ``v`` in rad.
+    """Return east, north and up (m) of a sight from horizontal circle, zenith angle and slope distance.
 
-    The second face (a zenith angle over half a turn, the circle half a turn on) gives the same point.
+    Angles are in rad: circle ``hz`` clockwise from north, zenith angle ``v``. The second face (a zenith angle over half
+    a turn, the circle half a turn on) gives the same point.
     """
     level = slope * math.sin(v)
     return level * math.sin(hz), level * math.cos(hz), slope * math.cos(v)

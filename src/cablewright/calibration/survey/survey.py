@@ -83,7 +83,7 @@ class _Evaluation:
             self.notes.append(f"not named as markers, so left out: {', '.join(unknown[:8])}{more}")
 
     def run(self) -> Survey:
-        """Fit all features, lay the frame and express the features in it."""
+        """Fit all features, set up the frame and express the features in it."""
         markers = self.markers
         walls = {f: self._wall(f) for f in markers.features if f.kind == "wall"}
         levels = {f: self._level(f) for f in markers.features if f.kind in ("floor", "ceiling")}

@@ -1,4 +1,4 @@
-"""Creep of a cable from a test in which a load is held, or changes, over some decades of time."""
+"""Creep of a cable from a tensile test in which a load is held, or changes, over some decades of time."""
 
 from __future__ import annotations
 
@@ -148,7 +148,7 @@ class CreepResult(Pictured):
         return float(np.sqrt(np.mean(self.residuals**2))) * self.initial_length
 
     def compliance_at(self, time: float) -> tuple[float, float]:
-        """Return the creep per load *time* (s) after it began, 1/N, and its standard deviation."""
+        """Return the creep strain per load, 1/N, at *time* (s) after loading, and its standard deviation."""
         at = np.array([time])
         responses = np.concatenate([*(voigt_response(at, tau) for tau in self.retardations), log_response(at)])
         own = slice(1, 1 + len(responses))
@@ -157,12 +157,12 @@ class CreepResult(Pictured):
 
     @property
     def after_hour(self) -> float:
-        """Creep per load after an hour, 1/N; of a shorter test it is extrapolated."""
+        """Creep strain per load after an hour, 1/N; extrapolated for a shorter test."""
         return self.compliance_at(HOUR)[0]
 
     @property
     def table(self) -> list[dict[str, float]]:
-        """Table of creep by time, no longer than the specimen was under load."""
+        """Table of creep by time, up to the time that the specimen was under load."""
         rows = []
         for time in (*(each for each in _TIMES if each < self.loaded), self.loaded):
             size, sigma = self.compliance_at(time)
@@ -201,7 +201,7 @@ class CreepResult(Pictured):
         return f'[[parameters]]\nname = "creep_compliance"\nrange = [0.0, {max(size, 0.0) + _COVERAGE * sigma:.2g}]'
 
     def crept(self) -> Array:
-        """Return the strain (k,) by creep at the samples: the elongation without all other parts of the law."""
+        """Return the creep strain (k,) at the samples: the measured one without all other parts of the law."""
         strain = self.test.elongation / self.initial_length - self.offset - self.residuals
         strain = strain - self.elastic * (self.test.force - self.test.force[0])
         if self.expansion is not None and self.test.temperature is not None:
@@ -293,7 +293,7 @@ class _Fit(NamedTuple):
 
     @property
     def of_pace(self) -> tuple[Array, Array]:
-        """Unknowns of the pace (p,), and their sigmas (p,)."""
+        """Unknowns of the creep rate by climate (p,), and their sigmas (p,)."""
         return self.found[self.linear :], np.sqrt(np.diagonal(self.covariance)[self.linear :])
 
 

@@ -69,7 +69,7 @@ _BOUNDS: Final = {
 
 @dataclass(frozen=True, eq=False)
 class Branch:
-    """One loading or unloading across the whole band, in order of rising force; read-only arrays."""
+    """One loading or unloading of a tensile test across the whole band, in order of rising force; read-only arrays."""
 
     rising: bool  # whether it is a loading
     place: str  # in the test: ``line 7 to line 120``
@@ -239,7 +239,7 @@ def modulus(
 
 
 def require_cable(name: str, value: float, origin: str = "") -> None:
-    """Raise `InputError` unless *value* is within the bounds of any cable."""
+    """Raise `InputError` unless *value* is plausible for a cable."""
     low, high, unit = _BOUNDS[name]
     if not low <= value <= high:
         raise InputError(
@@ -267,7 +267,7 @@ class _BranchSearch:
             before = branch
 
     def why_no_loading(self, breaking_load: float) -> str:
-        """Return why there is no full loading."""
+        """Return the reason why the test has no full loading."""
         low, high = self.loads
         missing = f"no loading goes from {low:.6g} N to {high:.6g} N, the band"
         if self.left_out:
@@ -392,7 +392,7 @@ def _hysteresis(up: Branch, down: Branch, loads: tuple[float, float]) -> float:
     """Return the area between both branches within the band, over the area under the loading."""
 
     def work(branch: Branch) -> float:
-        """N m, from the lower load to the upper one."""
+        """Return the work, N m, from the lower load to the upper one."""
         force = np.concatenate([loads[:1], branch.force, loads[1:]])
         elongation = np.concatenate([branch.ends[:1], branch.elongation, branch.ends[1:]])
         return float(np.trapezoid(force, elongation))

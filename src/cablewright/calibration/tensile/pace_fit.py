@@ -1,4 +1,4 @@
-"""How much faster a cable creeps in a warmer or damper climate, by a creep test in which the climate changes.
+"""How much faster a cable creeps in warmer or damper air, from a creep test during which the climate changes.
 
 Of given paces a test is linear in all else, so only activation energy and humidity exponent are searched, for the least
 squares that the linear fit leaves (variable projection).
@@ -30,7 +30,7 @@ _STEP: Final = 1e-4  # of the size of an unknown, for derivatives
 
 @dataclass(frozen=True)
 class PaceUnknown:
-    """An unknown of the pace of creep.
+    """An unknown of the effect of climate on creep: activation energy or humidity exponent.
 
     ``size``: its scale; in this scale ``starts``: start values of a search, and ``most``: largest absolute value.
     ``sure``: the largest sigma with which it is reported. Without creep, noise yields one with a larger sigma.
@@ -60,7 +60,7 @@ class ClimateOfTest:
     humidity: float | None
 
     def paces(self, found: Array) -> Array:
-        """Return the paces (k,) for unknowns *found* (p,)."""
+        """Return the factors (k,) on the creep rate for unknowns *found* (p,)."""
         return np.asarray(np.exp(np.clip(self.logarithms @ found, -_LARGEST, _LARGEST)))
 
     def choices(self) -> Iterator[ClimateOfTest]:
@@ -103,9 +103,9 @@ def _celsius(test: TensileTest) -> Array | None:
 def pace_notes(
     test: TensileTest, whole: ClimateOfTest, told: ClimateOfTest, found: Array, sigmas: Array
 ) -> Iterator[str]:
-    """Yield a sentence on unknowns of the *whole* that the climate of a *test* might determine and that are not *told*.
+    """Yield notes on effects of climate that a *test* might determine, and on *found* values that may be noise.
 
-    And on *found* values (p,), with *sigmas* (p,), that may be noise.
+    *whole*: all unknowns; *told*: those that are reported; *found* (p,), with *sigmas* (p,).
     """
     for each, size, sigma in zip(told.unknowns, found, sigmas, strict=True):
         if each is ENERGY and size < -3.0 * sigma:
@@ -124,7 +124,7 @@ def pace_notes(
 def search(
     climate: ClimateOfTest, columns_of: Callable[[Array], Array], strain: Array, progress: Progress = silent
 ) -> Array | None:
-    """Return the unknowns (p,) by least squares of a *strain* (k,); None where the search ends nowhere.
+    """Return the climate unknowns (p,) by least squares of a *strain* (k,); None where the search fails.
 
     *columns_of* paces (k,): columns in which the strain is linear, (k, j).
     """

@@ -1,1 +1,1 @@
-"""Pose of a rigid platform from its encoders, load cells and inertial unit."""
+"""Pose of a rigid platform from winch encoders, load cells and an inertial unit."""

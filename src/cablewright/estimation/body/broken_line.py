@@ -1,4 +1,4 @@
-"""Where a platform hangs once one of its lines is broken: the equilibrium of those that remain."""
+"""Equilibrium of a platform after one of its lines breaks: where it hangs on those that remain."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Hanging(NamedTuple):
 
 
 def hanging_without(robot: Robot, lengths: Array, line: int, pose: Array, retraction: float) -> list[Hanging]:
-    """Return where the platform of *robot* may hang without that *line*: near *pose* (6,), and as from far.
+    """Return poses at which the platform of *robot* may hang without that *line*, searched near *pose* (6,) and afar.
 
     *lengths* (m,), m; *retraction*: m, NaN for a platform that does not retract.
     """
@@ -38,7 +38,7 @@ def hanging_without(robot: Robot, lengths: Array, line: int, pose: Array, retrac
 
 
 def sentence(robot: Robot, line: int, pose: Array, found: Hanging | None) -> str:
-    """Return a sentence on a lost *line* at *pose* (6,), and the pose *found* at which the platform hangs."""
+    """Return a warning that a *line* is lost at *pose* (6,), with the pose *found* at which the platform hangs."""
     name = robot.lines[line].name
     if found is None:
         return f"line {name} pulls nothing: it broke, or left its sheave; no equilibrium of the other lines is found"

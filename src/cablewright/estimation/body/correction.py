@@ -1,7 +1,7 @@
-"""Correction of the unknowns by a measurement, linearised again until it no longer moves.
+"""Correction of the machine's unknowns by a measurement, linearised repeatedly until it converges.
 
 Tensions are not linear in the lengths: a line that sags is several times softer than one that does not. Homed lengths
-have errors above a line's stretch, so that one linear step would leave the unknowns wrong and sure of it.
+have errors above a line's stretch, so that one linear step would leave the unknowns wrong, with too small sigmas.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _LONGEST: Final = 2e-3  # m: largest change of a length in one round
 
 
 def correct(settings: BodySettings, state: BodyState, acceleration: float) -> Slopes | None:
-    """Correct the unknowns by the window's readings, or doubt these; *state* changes in place.
+    """Correct the unknowns by the readings of the last interval, or reject these; *state* changes in place.
 
     *acceleration*: m/s^2, of the platform. Returns the slopes at the corrected lengths; None where there are none.
     """

@@ -1,4 +1,4 @@
-"""Creep and hysteresis of a rigid platform's cables, which no encoder sees, by each line's tension as estimated.
+"""Creep and hysteresis of a rigid platform's cables, which no encoder measures, from the estimated tensions.
 
 Creep as it is described lengthens the lines; its deviation from that is one unknown for each line, in standard
 deviations of its law. Hysteresis is nowhere described: a strain that is another one after each change of load.
@@ -32,9 +32,9 @@ _RENEWED: Final = 0.4  # of it, assumed: after such a change of load the strain 
 
 @dataclass(eq=False)
 class BodyCreep:
-    """State of the lines' creep, changed in place by `read` and `advance`.
+    """Creep state of the lines, changed in place by `read` and `advance`.
 
-    Loads and the air begin again where state is loaded.
+    The memory of loads and climate starts again when a state is loaded.
     """
 
     SAVED = ("described", "doubt")
@@ -47,15 +47,15 @@ class BodyCreep:
 
     @property
     def memories(self) -> tuple[CreepMemory, ...]:
-        """All parts of the state that remember earlier loads."""
+        """All parts of the creep state that remember earlier loads."""
         return (self.doubt,) if self.described is None else (self.described, self.doubt)
 
     def read(self, reading: Climate) -> None:
-        """Let cables creep at the pace of the climate of a *reading*."""
+        """Set the creep rate to the climate of a *reading* of temperature and humidity."""
         self.air.read(reading, *self.memories)
 
     def advance(self, loads: Array, now: float, interval: float) -> None:
-        """Advance to *now*, s, where lines pull by *loads* (m,), N, if that is an *interval*, s, after the last time.
+        """Advance creep to *now*, s, under the tensions *loads* (m,), N, if an *interval*, s, has passed.
 
         A clock that was set back begins again from there.
         """
@@ -68,7 +68,7 @@ class BodyCreep:
 
 
 class LoadPath:
-    """Path of the loads of m lines, up and down, without small changes (a play operator)."""
+    """Path of the loads of m lines, up and down, without small changes (a play operator), for hysteresis."""
 
     SAVED = ("home", "places")
 
@@ -78,17 +78,17 @@ class LoadPath:
         self.places, self._play, self._whole = loads.copy(), _HELD * self.mean, _RENEWED * self.mean  # N
 
     def follow(self, loads: Array) -> Array:
-        """Follow to *loads* (m,), N; return the ways (m,) with their signs, 1 for one that renews hysteresis."""
+        """Add the new *loads* (m,), N; return the changes (m,) with signs, 1 for a change that renews hysteresis."""
         before = self.places
         self.places = np.clip(before, loads - self._play, loads + self._play)
         return np.asarray((self.places - before) / self._whole)
 
 
 def creep_of(robot: Robot, loads: Array, deviation: float | None) -> BodyCreep:
-    """Return the creep of cables that rest, of lines that pull by *loads* (m,), N, at home.
+    """Return the creep state of lines that pull by *loads* (m,), N, at home, with cables at rest before.
 
-    *deviation*: standard deviation of the strain after an hour under their mean, besides the creep of *robot*;
-    None: `UNSURE` of that, or `ASSUMED` where nothing is described.
+    *deviation*: standard deviation of the strain after an hour under their mean, besides the creep of *robot*; None:
+    `UNSURE` of that, or `ASSUMED` where nothing is described.
     """
     laws = [line.cable.creep for line in robot.lines]
     mean = float(loads.mean())

@@ -53,7 +53,7 @@ class Cause(NamedTuple):
 
 
 def fits(settings: BodySettings, state: BodyState, measured: Measurement, acceleration: float) -> bool:
-    """Whether a measurement may be used; one that contradicts the statics is not, and after some a cause is named.
+    """Return whether a measurement agrees with the statics; after some that do not, a cause is named.
 
     *acceleration*: m/s^2, of the platform.
     """
@@ -82,7 +82,7 @@ def fits(settings: BodySettings, state: BodyState, measured: Measurement, accele
 
 
 def give_up(state: BodyState) -> None:
-    """End a search for which there are no readings."""
+    """Stop the search for a cause, since its readings are missing."""
     search = state.judged.search
     if search is None:
         return
@@ -115,7 +115,10 @@ def _weighed(state: BodyState, measured: Measurement) -> tuple[Array, float]:
 
 
 def most_likely(count: int) -> float:
-    """Return the sum of squares of *count* normal numbers that is as unlikely as `_SIGMAS` (Wilson and Hilferty)."""
+    """Return the largest plausible sum of squares of *count* standard normal numbers.
+
+    It is as unlikely as `_SIGMAS` (Wilson and Hilferty).
+    """
     part = 2.0 / (9.0 * count)
     return float(count * (1.0 - part + _SIGMAS * math.sqrt(part)) ** 3)
 

@@ -1,4 +1,4 @@
-"""Lengths of the lines by the encoders, and counts that jump by more than a winch can turn."""
+"""Line lengths from the encoders, and detection of counts that jump by more than a winch can turn."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _LEAST: Final = 0.05  # rad: ... and by this much of a drum at least
 def read(settings: BodySettings, state: BodyState, reading: Encoders) -> None:
     """Process one reading of all encoders; *state* changes in place.
 
-    Counts that jump are believed once they are read again: then they have slipped, and the jump is left out.
+    Counts that jump are accepted once they are read again: then they have slipped, and the jump is left out.
     """
     if len(reading.counts) != len(settings.winches.hosts):
         state.monitor.report("encoders", "lines", f"a reading of {len(reading.counts)} winches: not used")
@@ -79,12 +79,12 @@ def _unwind(settings: BodySettings, state: BodyState, counts: NDArray[np.int64])
 
 
 def see_drums(settings: BodySettings, state: BodyState) -> None:
-    """Set how the tensions of several lines on one drum add up to its torque, at the radii of now."""
+    """Update the radii by which tensions of several lines on one winch drum add up to its torque."""
     winches, arms = settings.winches, radii(settings, state) * [line.cables for line in settings.model.robot.lines]
     senses, hosts = winches.senses[winches.shared], winches.hosts[winches.shared]
     state.wound.drums = DrumPulls(hosts, arms[hosts], np.where(senses, senses * arms, 0.0) / arms[hosts, None])
 
 
 def radii(settings: BodySettings, state: BodyState) -> Array:
-    """Return the radii (m,), m, at which cable leaves the drums, as estimated."""
+    """Return the estimated radii (m,), m, at which cable leaves the winch drums."""
     return settings.drums.radii(state.wound.angles) * (1.0 + state.belief.unknowns[state.layout.radius])

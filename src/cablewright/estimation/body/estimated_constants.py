@@ -27,7 +27,10 @@ _SAME_FRAME: Final = 0.5  # ... of two mounts, and of the hysteresis of two line
 
 
 class BodyLayout:
-    """Slices of the unknowns in the state, for *m* lines. ``own``: slices of further sensors, by their updates."""
+    """Positions (slices) of the unknowns in the state vector, for *m* lines.
+
+    ``own``: slices of further sensors, by their updates.
+    """
 
     def __init__(self, m: int, sensors: Iterable[Update] = ()) -> None:
         """Home lengths first, radii, exit points by line, uneven lengths, gains, zeros, friction, tilt, load, swivels.
@@ -105,14 +108,14 @@ def length_gradients(
 
 
 def wind(settings: BodySettings, layout: BodyLayout, unknowns: Array, covariance: Array, wound: Array) -> None:
-    """Let the uneven lengths change by the cable (m,), m, that was *wound*; the two arrays change in place."""
+    """Update the unknown uneven winding for the cable (m,), m, that was *wound*; the two arrays change in place."""
     told = settings.deviations
     keep = np.exp(-np.abs(wound) / told.uneven_length)
     _forget(unknowns, covariance, layout.uneven, keep, np.diag((1.0 - keep * keep) * told.uneven**2))
 
 
 def load(settings: BodySettings, layout: BodyLayout, unknowns: Array, covariance: Array, ways: Array) -> None:
-    """Let the strains by hysteresis change by the *ways* (m,) of the loads, see `LoadPath`; as `wind`.
+    """Update the unknown hysteresis strains for the *ways* (m,) of the loads, see `LoadPath`; in place as `wind`.
 
     Those of lines that are loaded, or unloaded, together are of the same sign rather than not.
     """

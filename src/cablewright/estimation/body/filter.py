@@ -1,8 +1,8 @@
-"""Pose of a rigid platform: the equilibrium of its lines' lengths, which load cells and inertial unit correct.
+"""Estimator of a rigid platform's pose: the equilibrium of its line lengths, corrected by load cells and tilt.
 
-Encoders say what was paid out since home; the pose is the equilibrium of the lengths, with sag and slack. What is not
-known of the machine (home lengths, drum radii, exit points, zeros and gains of cells, the mounting of the unit, the
-load) is a state of constants with sigmas. Load cells and accelerometer measure combinations of them: a Kalman filter of
+Encoders give the lengths paid out since home; the pose is the equilibrium of the lengths, with sag and slack. The
+unknown constants of the machine (home lengths, drum radii, exit points, zeros and gains of cells, the mounting of the
+unit, the load) are a state with sigmas. Load cells and accelerometer measure combinations of them: a Kalman filter of
 the constants, linearised at each equilibrium.
 """
 

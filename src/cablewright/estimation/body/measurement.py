@@ -27,7 +27,7 @@ _NO_LAW: Final = 0.3  # assumed
 
 
 class Measurement(NamedTuple):
-    """Innovations z (k,), their gradients (k, size) by the unknowns, and their noise (k, k)."""
+    """A measurement of the machine's unknowns: innovations z (k,), gradients (k, size), and noise (k, k)."""
 
     innovation: Array
     gradients: Array
@@ -52,7 +52,7 @@ def slopes_of(state: BodyState) -> Slopes | None:
 
 
 def set_gradients(state: BodyState) -> None:
-    """Compute again the effect of the unknowns on the lengths."""
+    """Recompute the derivatives of the lengths by the unknowns."""
     toward = state.taut.toward
     if np.isfinite(toward).all():
         lines, crept = LineNumbers(state.tracker.packed.lines), state.creep.doubt.strain
@@ -64,7 +64,10 @@ def set_gradients(state: BodyState) -> None:
 
 
 def measurement_of(settings: BodySettings, state: BodyState, slopes: Slopes, acceleration: float) -> Measurement | None:
-    """Return the measurement of the window's readings; None without any. *acceleration*: m/s^2, of the platform."""
+    """Return the measurement from the last interval's readings; None without any.
+
+    *acceleration*: m/s^2, of the platform.
+    """
     parts: list[UpdatePart] = []
     cells, begin = np.zeros(0, dtype=np.int64), 0
     for sensor, expected in zip(settings.sensors, predicted(settings, state), strict=True):
@@ -86,13 +89,13 @@ def measurement_of(settings: BodySettings, state: BodyState, slopes: Slopes, acc
 
 
 def predicted(settings: BodySettings, state: BodyState) -> list[Array]:
-    """Return what each sensor would read at the present unknowns, (k,)."""
+    """Return the predicted readings (k,) of each sensor at the present unknowns."""
     here = HeldBody(state.pose, state.tensions, state.taut.planes, drums=state.wound.drums)
     return [sensor.as_known(state, sensor.shown(here)) for sensor in settings.sensors]
 
 
 def predictions(settings: BodySettings, state: BodyState) -> Array:
-    """Return the predictions as one array."""
+    """Return the predicted readings of all sensors as one array."""
     return np.concatenate([np.zeros(0), *predicted(settings, state)])
 
 
@@ -107,8 +110,8 @@ def gain_of(covariance: Array, measured: Measurement) -> tuple[Array, Array]:
 def pose_covariance(state: BodyState, slopes: Slopes) -> Array:
     """Return the covariance (6, 6) of the pose: translation, m, and rotation in space, rad.
 
-    Creep, softness and mounts follow no law exactly: a share of their apparent corrections is not believed.
-    Nor is their size, where it comes out larger than the settings state (`strangeness`).
+    Creep, softness and mounts follow no law exactly: a share of their apparent corrections is not used. Nor is their
+    size, where it comes out larger than the settings state (`strangeness`).
     """
     belief, layout, laws = state.belief, state.layout, state.layout.laws
     gradients = slopes.pose @ belief.gradients
@@ -123,10 +126,10 @@ def pose_covariance(state: BodyState, slopes: Slopes) -> Array:
 
 
 def strangeness(belief: Belief, layout: BodyLayout) -> Array:
-    """Return the factors (3,) on the variances of creep, softness and mounts that their estimates ask for, at least 1.
+    """Return factors (3,), at least 1, by which the variances of creep, softness and mounts must grow to fit estimates.
 
-    By one step of expectation and maximisation from the prior: the mean square of an unknown is that of its
-    estimate and of its error, in units of the prior's covariance (Dempster, Laird, Rubin 1977).
+    By one step of expectation and maximisation from the prior: the mean square of an unknown is that of its estimate
+    and of its error, in units of the prior's covariance (Dempster, Laird, Rubin 1977).
     """
     found, begin = np.ones(3), layout.laws.start
     for at, part in enumerate((layout.creep, layout.softness, layout.mount)):

@@ -16,16 +16,17 @@ from cablewright.models.winch_lines import WinchLines
 
 @dataclass(frozen=True)
 class Deviations:
-    """Standard deviations of the machine from its description.
+    """Standard deviations of the real machine from its description.
 
     ``home_length``: m, of each line's length where the machine was homed. ``drum_radius``: share of each drum's.
     ``exit_point``: m, of each coordinate. ``mass``: share of the platform's; ``centre``: m, of each coordinate of its
-    centre of mass. ``uneven``: m, of a length for how the cable lies on its drum, which changes over ``uneven_length``,
-    m, of cable. ``model``: N, of a tension that a perfect description would predict, for what no model has. ``creep``:
-    strain of each cable after an hour under the mean tension at home, besides what the robot file describes; None: see
-    `creep_of`. ``hysteresis``: strain between the ways up and down of a large cycle of loads. ``exit_compliance``: m/N,
-    compliance of the mount of each exit point besides the described one; None: see `prior`. ``friction``: share of a
-    tension by which a cell shows less while cable is paid out over its sheave, and more while it is wound.
+    centre of mass. ``uneven``: m, of a length for irregular winding of the cable on its drum, which changes over
+    ``uneven_length``, m, of cable. ``model``: N, of a tension that a perfect description would predict, for effects
+    that no model has. ``creep``: strain of each cable after an hour under the mean tension at home, besides the
+    described creep; None: see `creep_of`. ``hysteresis``: strain between the ways up and down of a large cycle of
+    loads. ``exit_compliance``: m/N, compliance of the mount of each exit point besides the described one; None: see
+    `prior`. ``friction``: share of a tension by which a cell shows less while cable is paid out over its sheave, and
+    more while it is wound.
     """
 
     home_length: float = 2e-3

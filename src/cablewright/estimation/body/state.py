@@ -28,7 +28,7 @@ from cablewright.solvers.taut import Taut, mount_share, stretches, taut_of
 
 @dataclass(eq=False)
 class Window:
-    """Readings less their predictions, since the last measurement."""
+    """Sum of readings less their predictions, since the last measurement."""
 
     begin: float = math.nan  # s
     readings: dict[Update, list[Array]] = field(default_factory=dict)  # (k,) each
@@ -37,7 +37,7 @@ class Window:
 
 @dataclass(eq=False)
 class Contradiction:
-    """Innovations of measurements that contradict the statics, from which the line that is to blame is named."""
+    """Innovations of measurements that contradict the statics, from which the faulty line is named."""
 
     begin: float  # s
     frames: int = 0  # since then
@@ -46,20 +46,20 @@ class Contradiction:
     count: int = 0
 
     def add(self, innovation: Array, rows: NDArray[np.int64]) -> None:
-        """Add a measurement; one of other readings than the last begins again."""
+        """Add a measurement; one with other sensors than the last begins again."""
         if not np.array_equal(rows, self.rows):
             self.total, self.rows, self.count = np.zeros(len(rows)), rows, 0
         self.total, self.count = self.total + innovation, self.count + 1
 
     @property
     def mean(self) -> Array:
-        """Mean innovation (k,)."""
+        """Mean innovation (k,) of the contradictory measurements."""
         return self.total / self.count
 
 
 @dataclass(eq=False)
 class Belief:
-    """Estimated values of the unknown numbers of the machine, by `BodyLayout`."""
+    """Estimated values of the machine's unknown constants, in the order of `BodyLayout`."""
 
     SAVED = ("unknowns", "covariance", "gradients", "pose_covariance")
 
@@ -85,7 +85,7 @@ class Home:
 
 @dataclass(eq=False)
 class Wound:
-    """Cable that the winches have paid out by their encoders, and the angles of the drums."""
+    """Cable paid out by the winches according to their encoders, and the angles of the drums."""
 
     SAVED = ("paid", "angles", "measured_at")
 
@@ -100,7 +100,7 @@ class Wound:
 
 @dataclass(eq=False)
 class BodySwing:
-    """Velocity of the platform, and how it swings."""
+    """Velocity of the platform, and the record of its swing."""
 
     velocity: Array = field(default_factory=lambda: np.zeros(6))  # m/s and rad/s
     force: Array | None = None  # (3,) m/s^2, platform: mean specific force of late
@@ -112,7 +112,7 @@ class BodySwing:
 class Doubts:
     """Contradictions between measurements and statics.
 
-    They begin again where state is loaded, except for wrong cells.
+    They begin again when a state is loaded, except for wrong cells.
     """
 
     SAVED = ("cells_used",)
@@ -127,7 +127,7 @@ class Doubts:
 
 @dataclass(eq=False)
 class LastFrame:
-    """Time and readings of the last frame, as far as the next one needs them."""
+    """Time and readings of the last frame that the next one needs."""
 
     time: float = -math.inf  # s
     clock: ClockLead | None = None  # by how much the platform's is ahead; None: it is the machine's
@@ -223,7 +223,7 @@ def start(
 
 
 def resumed(settings: BodySettings, state: BodyState) -> None:
-    """Prepare a *state* that was loaded from a file for its next step."""
+    """Prepare a *state* loaded from a file for its next step."""
     crept, home, places = state.creep.memories, state.load_path.home, state.load_path.places
     state.load_path, state.creep = LoadPath(home), creep_of(settings.model.robot, home, settings.deviations.creep)
     state.load_path.places = places
@@ -245,7 +245,7 @@ def _tracker_near(model: Model, lengths: Array, pose: Array) -> Tracker:
 
 
 def corrected(state: BodyState) -> Array:
-    """Return the lengths (m,), m, by the encoders, creep as described, and the estimated unknowns."""
+    """Return the line lengths (m,), m, by encoders, described creep, and the estimated unknowns."""
     counted, of_lengths, described = (
         state.home.lengths + state.wound.paid,
         state.layout.softness.start,
@@ -274,7 +274,7 @@ def follow(state: BodyState) -> bool:
 
 
 def set_load(state: BodyState, model: Model) -> None:
-    """Give the tracker the model's numbers at the present retraction, the estimated load, and how soft lines are.
+    """Give the equilibrium tracker the present retraction, the estimated load, and the estimated softness of lines.
 
     A line is at least half as soft as it is described.
     """

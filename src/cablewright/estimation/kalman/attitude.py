@@ -1,4 +1,4 @@
-"""Attitude of the drum: predicted by the gyro, updated by gravity and by hanging from one point."""
+"""Attitude of the platform in the filter: predicted by the gyro, updated by gravity and as a pendulum."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _SMOOTHING: Final = 0.2  # gain of the low-pass filter of B's acceleration
 
 
 def read(settings: FilterSettings, state: FilterState, reading: Inertial) -> None:
-    """Predict by an IMU *reading* that is accepted."""
+    """Predict the attitude by an IMU *reading* that is accepted."""
     if accept_imu(state.checks, settings.machine.tilt, reading):
         predict(settings, state, reading)
 
@@ -112,7 +112,7 @@ def _note_shaking(state: FilterState, acceleration: float, period: float) -> Non
 
 
 def predict_without_imu(settings: FilterSettings, state: FilterState, time: float) -> None:
-    """Predict the attitude at *time*, s, without the IMU: upright, at an unknown rate of yaw."""
+    """Predict the attitude at *time*, s, without the IMU: upright, with an unknown yaw rate."""
     dt = time - state.attitude.last_imu_time
     if not 0.0 < dt < 1e6:
         state.attitude.last_imu_time = max(state.attitude.last_imu_time, time)

@@ -1,4 +1,4 @@
-"""Where the radius of a winch drum steps: the layers of its cable, whose ends an owner knows to about half a turn."""
+"""Steps of a winch drum's radius at the ends of its cable layers, whose positions are known to half a revolution."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ _SURE: Final = 0.1  # revolutions: smallest error of an end
 
 
 class CoilLayers:
-    """Expected radii of m winch drums by the length that is out.
+    """Expected radii of m winch drums by the length that is paid out.
 
-    Where a layer ends is known with the standard deviation that irregular turns add up to: *deviation* of each radius,
-    m, correlated over *turns*. There the expected radius goes from one layer's to the next, and `doubt` is how much of
-    the step may come within one revolution.
+    The end of a layer is known with the standard deviation that irregular turns add up to: *deviation* of each radius,
+    m, correlated over *turns*. There the expected radius changes from one layer's to the next, and `doubt` is how much
+    of the step may come within one revolution.
     """
 
     def __init__(

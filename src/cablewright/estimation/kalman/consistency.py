@@ -1,7 +1,7 @@
-"""Whether each sensor's innovations are as large as the filter expects them to be.
+"""Consistency of each sensor: whether its innovations are as large as the filter expects.
 
 Normalised innovations squared have a mean of 1 for each degree of freedom where model and noise are right. Far larger
-ones say that a sensor, or its data sheet, is worse than the covariance knows.
+ones say that a sensor, or its data sheet, is worse than the covariance assumes.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _SMALL: Final = 2.0  # ... and below which it no longer is
 
 @dataclass(eq=False)
 class Consistency:
-    """Running means by sensor, changed in place."""
+    """Running means of normalised innovations squared by sensor, changed in place."""
 
     _counts: dict[str, int] = field(default_factory=dict)
     _means: dict[str, float] = field(default_factory=dict)

@@ -1,4 +1,4 @@
-"""The drum's mass as it changes: powder leaves, and it is refilled."""
+"""Change of the platform's mass as powder leaves or is refilled."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _MOST_PARTS: Final = 50
 
 
 def weigh(settings: FilterSettings, state: FilterState, mass: float) -> None:
-    """Set the mass of the drum to *mass*, kg: lines stretch by the change, and no encoder shows it.
+    """Set the platform's mass to *mass*, kg, and predict its motion: lines stretch, which no encoder measures.
 
     With K the stiffness of all lines at B, B moves by K^-1 times the change of weight. Much of it changes K: slack
     lines get taut. An error of the same share in each of many small changes is not counted: B is measured meanwhile.

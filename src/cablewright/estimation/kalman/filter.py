@@ -72,7 +72,7 @@ _MAX_GROUND_REJECTIONS: Final = 5  # readings of the distance sensor in a row, a
 
 
 class FirstState(NamedTuple):
-    """Initial state of the filter."""
+    """Initial state of the filter, found by another estimator."""
 
     time: float  # s
     position: Array  # (3,) m, world, of B
@@ -84,7 +84,7 @@ class FirstState(NamedTuple):
 
 
 def start(settings: FilterSettings, checks: ReadingChecks) -> FilterState:
-    """Return the state before `begin`."""
+    """Return the filter's state before `begin`."""
     own = settings.machine
     mean = Mean.of(FilterLayout.of(own.model.m, len(own.lidars), len(own.walls.room.walls)))
     weight = float(PlatformNumbers(own.model.packed.platform).weight)
@@ -138,7 +138,7 @@ def _advance_clock(settings: FilterSettings, state: FilterState, now: float) -> 
 
 
 def begin(settings: FilterSettings, state: FilterState, first: FirstState) -> bool:
-    """Take the state over from those who found the *first* one; return whether lines have tangents there."""
+    """Take over the *first* state from another estimator; return whether lines have tangents there."""
     now, checks, m, mean = first.time, state.checks, settings.machine.model.m, state.mean
     walls = settings.machine.walls.room.walls
     begun = np.concatenate([first.position, first.velocity, [0.0, 0.0, first.yaw], first.lengths, first.radii])
@@ -212,7 +212,7 @@ def _initial_covariance(settings: FilterSettings, state: FilterState, toward: Ar
 
 
 def is_lost(settings: FilterSettings, state: FilterState) -> bool:
-    """Whether a lidar's turns have been rejected too often in a row: the position may be wrong."""
+    """Return whether a lidar's scans have been rejected too often in a row: the position may be wrong."""
     turns = max((state.judged.rejections.get(source, 0) for source in settings.machine.lidars), default=0)
     number = float(state.P.sum()) + float(state.motion.position.sum())  # no number in it is near overflow
     tracked = state.time - state.motion.settling_start > _MIN_TRACKING_TIME

@@ -1,7 +1,7 @@
-"""Decay of learnt corrections: states as Gauss-Markov processes about the values of the machine file.
+"""Decay of estimated corrections: states as Gauss-Markov processes about the values of the machine file.
 
-Lidars see no shift of all walls and mounts together. Without fading, what is wrong in the models of lines, the same in
-each layer of a print, would move them farther and farther.
+Lidars cannot measure a shift of all walls and mounts together. Without decay, errors in the models of lines, the same
+in each layer of a print, would move them farther and farther.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ _CLOCK_TIME: Final = 60.0  # s over which the drum's clock wanders
 
 
 def fade(P: Array, states: slice, share: float, variances: float | Array) -> float:
-    """Predict the covariance *P* (n, n) of *states* over a *share* of their time; return the factor of their means.
+    """Predict the covariance *P* (n, n) of *states* that decay over a *share* of their correlation time.
 
-    *variances*: theirs where nothing is known.
+    Returns the factor of their means. *variances*: prior ones, of unknown states.
     """
     known = np.full(states.stop - states.start, 0.0) + variances
     return float(kernel.fade(P, states.start, states.stop, float(share), known))
 
 
 def fade_clock(state: FilterState, dt: float) -> None:
-    """Predict the error of the drum's clock over *dt*, s: a random walk within the bounds of its lag."""
+    """Predict the error of the platform's clock over *dt*, s: a random walk within the bounds of its lag."""
     clock, at = state.checks.clock, state.layout.clock
     if clock is not None:
         state.built.clock_error *= fade(state.P, slice(at, at + 1), dt / _CLOCK_TIME, clock.sigma**2)
@@ -37,7 +37,7 @@ def fade_clock(state: FilterState, dt: float) -> None:
 
 
 def fade_survey(state: FilterState, dt: float) -> None:
-    """Predict walls and mounts by *dt*, s, about the positions of the machine file."""
+    """Predict the errors of walls and lidar mounts by *dt*, s, which decay to the positions of the machine file."""
     state.built.unfaded += dt
     if state.built.unfaded < _INTERVAL:
         return

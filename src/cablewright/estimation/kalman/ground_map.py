@@ -51,9 +51,9 @@ class KnownGround(NamedTuple):
 
 
 class GroundMap:
-    """Heights of the ground over the floor, by cells of 2.5 cm, and how much of the nozzle's path was near each.
+    """Map of ground heights above the floor, in cells of 2.5 cm, and of the nozzle's path near each.
 
-    ``growth``: m by which ground rises on average for each metre of path near it, as seen.
+    ``growth``: m by which ground rises on average for each metre of path near it, as measured.
     """
 
     def __init__(self) -> None:
@@ -64,7 +64,7 @@ class GroundMap:
         self._kept = np.zeros(0, dtype=_KEPT)
 
     def passing(self, x: float, y: float) -> None:
-        """The nozzle is over (x, y), m, world, on a straight way from where it was: it may have laid."""
+        """Record that the nozzle has moved straight to (x, y), m, world: it may have laid material there."""
         before = self._place
         away = math.inf if before is None else math.dist(before, (x, y))
         if away < _STRIDE or not math.isfinite(x + y):
@@ -85,7 +85,7 @@ class GroundMap:
         self._place = None
 
     def write(self, places: Array, heights: Array) -> None:
-        """Keep *heights* (k,), m over the floor, of the ground at *places* (k, 2), m, world.
+        """Store the *heights* (k,), m above the floor, of the ground at *places* (k, 2), m, world.
 
         Of each cell the last time counts.
         """
@@ -101,7 +101,7 @@ class GroundMap:
         self._kept[chosen] = kept
 
     def at(self, places: Array) -> KnownGround:
-        """Return the expected ground at *places* (k, 2), m, world."""
+        """Return the expected ground heights at *places* (k, 2), m, world."""
         kept, ours = self._find(places)
         growths, paths = self._growths(kept), (kept["path"] - kept["path_seen"]).astype(np.float64)
         may_have_grown = np.maximum(growths, self.growth) * paths
@@ -109,7 +109,7 @@ class GroundMap:
         return KnownGround(kept["height"] + growths * paths, may_have_grown, known)
 
     def may_be_floor(self, places: Array) -> Mask:
-        """Return at which of the *places* (k, 2), m, world, the floor may be in sight.
+        """Return at which of the *places* (k, 2), m, world, the floor may be visible.
 
         It was the last time, and where ground is seen to grow, the nozzle has not passed there and little may have been
         laid near since.
@@ -120,7 +120,7 @@ class GroundMap:
         return np.asarray((free & ~(kept["height"] > FLOOR)) | ~ours)  # NaN: never seen
 
     def was_floor(self, places: Array) -> Mask:
-        """Return at which of the *places* (k, 2), m, world, the floor was in sight just now."""
+        """Return at which of the *places* (k, 2), m, world, the last scan showed the floor."""
         kept, ours = self._find(places)
         return np.asarray(ours & (kept["height"] < FLOOR) & (self._gone - kept["seen_at"] < _RECENT))
 

@@ -1,4 +1,4 @@
-"""Update by ground that the vertical lidar saw before: a height reference where no floor is in sight."""
+"""Update of the filter's height by ground that the vertical lidar scanned before, where no floor is visible."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _LOWEST: Final = -0.1  # m over the floor, of points that are seen on the ground
 
 
 def remember_ground(state: FilterState, height: HeightSettings, turn: VerticalTurn) -> None:
-    """Remember the ground of a *turn* in which the floor was in sight."""
+    """Store the ground of a vertical *turn* (scan) in which the floor was visible."""
     near, heights = _ground_points(state, height, turn)
     state.built.ground_map.write(places_of(state, turn, near), heights)
 
@@ -67,10 +67,10 @@ def _known_ground(
 
 
 def update_by_ground(settings: FilterSettings, state: FilterState, height: HeightSettings, turn: VerticalTurn) -> None:
-    """Update by the ground that was seen before, where no floor shows the height.
+    """Update the height by ground that was scanned before, where no floor is visible.
 
-    What is wrong in it is the same in each turn. So it is used where the state is less sure of the height than the
-    ground is, never believed against the state, and corrects only where B is and how long lines are (Schmidt 1966).
+    Its errors are the same in each scan. So it is used where the state is less certain of the height than of the
+    ground, never overrules the state, and corrects only B's position and the line lengths (Schmidt 1966).
     """
     before = level_sigma(state)
     found = None if before < _LAID_SIGMA else _known_ground(state, height, turn, before)

@@ -1,7 +1,7 @@
-"""Update by horizontal lidars: each line's angle and distance to its wall, which also show the lidars' range biases.
+"""Filter update by horizontal lidars: angle and distance of each scanned line to its wall, and the range biases.
 
 Each is an equation rho(state) = 0 at the time when the beam passed the middle of the line, related to the current state
-by the rotations that encoders and gyro measured since. So a turn that arrives late is used at its own time.
+by the rotations that encoders and gyro measured since. So a scan that arrives late is used at its own time.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ Equation = tuple[Array, Array, Array]
 
 
 def extract(settings: FilterSettings, state: FilterState, scan: Scan) -> None:
-    """Find the lines in one turn of a horizontal lidar; `update`, in the next time step, uses them."""
+    """Find the straight lines in one scan of a horizontal lidar; `update`, in the next time step, uses them."""
     times, walls, lidar = scan.times, settings.machine.walls, settings.machine.lidars.index(scan.source)
     attitudes, motion = state.turns.attitudes.at(times), state.motion_since(times)
     moved = motion.displacement[-1] - motion.displacement  # (n, 3) m, world
@@ -49,7 +49,7 @@ def extract(settings: FilterSettings, state: FilterState, scan: Scan) -> None:
 
 
 def update(settings: FilterSettings, state: FilterState) -> None:
-    """Update by the lines of the extracted turn, one after another; the most certain match comes first."""
+    """Update the filter by the lines of the extracted scan, one after another; the most certain match comes first."""
     turn, state.turns.extracted = state.turns.extracted, None
     assert turn is not None
     walls = settings.machine.walls.room.walls
@@ -230,7 +230,7 @@ def _report(settings: FilterSettings, state: FilterState, turn: LidarTurn, used:
 
 
 def noise_factor(state: FilterState) -> float:
-    """Factor on the variance of a lidar's measurement: larger while swing and rates, which distort a turn, settle."""
+    """Return the factor on a lidar's variance: larger while swing and rates, which distort a scan, settle."""
     return _SETTLING_FACTOR if state.time - state.motion.settling_start < _SETTLING_TIME else 1.0
 
 

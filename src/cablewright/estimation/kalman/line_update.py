@@ -45,8 +45,8 @@ _UNKNOWN_SLACK_NOISE: Final = 0.02  # m per root metre that B moves, where it is
 def update_jacobian(settings: FilterSettings, state: FilterState, *, at_once: bool = False) -> None:
     """Compute the taut lines at B and the Jacobian of B by lengths, if they are old or *at_once*.
 
-    What changes as slowly is predicted with them: rates of stretch, what compliances did, and radii where layers of the
-    coils end.
+    Slow changes are predicted with them: rates of stretch, effects of compliances, and radii where layers of the coils
+    end.
     """
     if not at_once and state.time - state.hung.time < _JACOBIAN_INTERVAL:
         return
@@ -93,7 +93,7 @@ def _hang_weights(state: FilterState, weights: Array) -> None:
 
 
 def excess(state: FilterState) -> Array:
-    """Excess (m,), m, of each line over its taut length."""
+    """Return the excess (m,), m, of each line's length over its taut length."""
     assert state.taut is not None  # `update_jacobian` has run
     found = np.empty(len(state.taut.lengths))
     excess_of(state.mean.x, state.mean.at, state.taut.lengths, state.taut.toward, state.hung.position, found)
@@ -127,9 +127,9 @@ def _predict_layers(layers: CoilLayers, state: FilterState) -> None:
 def update(settings: FilterSettings, state: FilterState) -> None:
     """Update the filter by the measured angles of all lines, at most every 0.2 s.
 
-    The update changes lengths, position and accelerometer zeros. Of all line forces that balance the drum, the most
-    probable ones by excesses and angles are used. The one
-    combination of forces that the balance leaves open is not used.
+    The update changes lengths, position and accelerometer zeros. Of all line forces that balance the platform, the most
+    probable ones by excesses and angles are used. The one combination of forces that the balance leaves open is not
+    used.
     """
     if state.time - state.lines.last_angle_time < _ANGLE_INTERVAL or state.taut is None or state.hung.sag is None:
         return

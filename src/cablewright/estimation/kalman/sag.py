@@ -1,4 +1,4 @@
-"""Excess and angle of hanging lines by their horizontal forces, and the forces that balance the drum's weight.
+"""Excess length and angle of hanging lines by their horizontal forces, and the forces that balance the platform.
 
 A line with the horizontal force h hangs as a parabola: its excess over the taut length is a / h^2 for its sag less c h
 for its stretch, and near the platform it descends less steeply than the straight line by a slope of r / h. At the
@@ -22,13 +22,16 @@ _FREEDOMS: Final = 3
 
 
 class Sag(NamedTuple):
-    """The laws of all lines at one position of B."""
+    """Relations of force, excess length and angle of all lines at one position of B."""
 
     laws: Array  # (LAWS, m), see `kernels.filtering.sagging_lines`
 
     @classmethod
     def at(cls, sensors: SlacknessSettings, taut: Taut, compliances: Array) -> Sag:
-        """Return the laws of lines that are *taut* there, by *compliances* (m,) as shares of those described."""
+        """Return the relations of lines whose *taut* shapes are given.
+
+        *compliances* (m,): relative to those described.
+        """
         laws, straight = np.empty((kernel.LAWS, len(compliances))), (taut.angles, taut.free, taut.lengths, taut.toward)
         kernel.laws_of(sensors.model.packed.lines, *straight, compliances, sensors.from_platform, laws)
         return cls(laws)
@@ -45,7 +48,7 @@ class Sag(NamedTuple):
 
 
 class Balanced(NamedTuple):
-    """Horizontal forces that may be: a first one plus a share, from 0 to 1, of its change; and what is unsure in both.
+    """Possible horizontal forces: a first set plus a share, from 0 to 1, of a change; and the uncertainty of both.
 
     ``unsure``: how both change with q numbers of standard deviation 1.
     """
@@ -55,7 +58,7 @@ class Balanced(NamedTuple):
 
 
 def balanced(sensors: SlacknessSettings, taut: Taut, weight: float, weight_sigma: float) -> Balanced | None:
-    """Return the forces that hold a *weight*, N, at one position, known to *weight_sigma*, N, by at most four lines.
+    """Return the forces of at most four lines that hold a *weight*, N, at one position, known to *weight_sigma*, N.
 
     None for more lines, or where no forces of pulling lines hold it.
     """
@@ -88,6 +91,6 @@ def balanced(sensors: SlacknessSettings, taut: Taut, weight: float, weight_sigma
 
 
 def each_alone(forces: Array) -> Balanced:
-    """Return *forces* (m,), N, of which nothing is sure: a line's angle then shows its own excess alone."""
+    """Return *forces* (m,), N, as completely uncertain: a line's angle then shows its own excess alone."""
     own = np.diag(forces)
     return Balanced(np.stack([forces, np.zeros(len(forces))]), np.stack([own, np.zeros_like(own)]))

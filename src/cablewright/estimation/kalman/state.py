@@ -114,19 +114,20 @@ class FilterSettings:
 
     @cached_property
     def rolling(self) -> Array:
-        """Noise of a prediction by encoders, as `predict.roll` wants it."""
+        """Noise of a prediction by encoders, as the kernel `predict.roll` needs it."""
         return np.array([self.travel_noise, self.drift_noise, self.radius_noise, self.ground_noise])
 
     @cached_property
     def shown(self) -> Array:
-        """Standard deviations of an estimate besides the state's, as `estimate.tell` wants them."""
+        """Standard deviations of an estimate besides the state's, as the kernel `estimate.tell` needs them."""
         return np.array([self.velocity_sigma, self.attitude_sigma, self.swing_sigma, self.turn_rate_sigma])
 
 
 class FilterLayout(NamedTuple):
-    """Slices of the error state; ``range_bias`` has one entry for each horizontal lidar, then the vertical one.
+    """Positions (slices) of the parts of the error state.
 
-    From ``walls`` on they are constants of a machine as built: errors of its specified values.
+    ``range_bias`` has one entry for each horizontal lidar, then the vertical one. From ``walls`` on they are constants
+    of a machine as built: errors of its specified values.
     """
 
     position: slice
@@ -162,7 +163,7 @@ class FilterLayout(NamedTuple):
 
     @property
     def surveyed(self) -> slice:
-        """Indices of quantities that an owner measures by tape: walls and mounts of lidars."""
+        """Indices of quantities measured by tape: walls and mounts of lidars."""
         return slice(self.walls.start, self.vertical_mount.stop)
 
     @property
@@ -172,12 +173,12 @@ class FilterLayout(NamedTuple):
 
     @property
     def yaw(self) -> int:
-        """The last of the attitude."""
+        """Index of the yaw: the last coordinate of the attitude."""
         return int(self.attitude.stop) - 1
 
 
 class Mean(NamedTuple):
-    """State vector of the filter, packed like its error, for kernels."""
+    """State vector of the filter, packed in the order of its error, for kernels."""
 
     x: Array  # (size,)
     layout: FilterLayout
@@ -185,7 +186,7 @@ class Mean(NamedTuple):
 
     @classmethod
     def of(cls, layout: FilterLayout) -> Mean:
-        """Return the mean before the first state is found."""
+        """Return the state vector before the first state is found."""
         x = np.zeros(layout.size)
         x[layout.position] = np.nan
         return cls(x, layout, np.array([each.start if isinstance(each, slice) else each for each in layout]))
@@ -220,7 +221,7 @@ class _Number:
 
 
 class MotionSince(NamedTuple):
-    """Motion from k times until now."""
+    """Motion of the platform from k times until now."""
 
     rotation: Array  # (k, m) rad, of the winch drums
     coasting_time: Array  # (k,) s without encoders
@@ -229,7 +230,7 @@ class MotionSince(NamedTuple):
 
 @dataclass(eq=False)
 class DrumMotionState:
-    """Place and velocity of B, rotation of the drums, and when encoders were last relied on. Times are in s."""
+    """Position and velocity of B, rotation of the winch drums, and when encoders were last reliable. Times are in s."""
 
     position, velocity = _Part("position"), _Part("velocity")
 
@@ -248,7 +249,7 @@ class DrumMotionState:
 
 @dataclass(eq=False)
 class DrumAttitude:
-    """Attitude of the drum, by gyro and accelerometer. Times are in s."""
+    """Attitude of the platform, by gyro and accelerometer. Times are in s."""
 
     tilt, yaw = _Part("attitude", last=2), _Number("yaw")
 
@@ -267,7 +268,7 @@ class DrumAttitude:
 
 @dataclass(eq=False)
 class Lines:
-    """What is estimated of the m lines, and the times, s, of updates by their angles.
+    """Estimated state of the m lines, and the times, s, of updates by their angles.
 
     ``stretch_rates``: rates of the unstrained lengths, m/s; ``compliances``: compliances of lines with mounts, relative
     to those described.
@@ -286,7 +287,7 @@ class Lines:
 
 @dataclass(eq=False)
 class Hung:
-    """Linearised statics at the place of B where lines were last computed."""
+    """Linearised statics of the lines at the position of B where they were last computed."""
 
     position: Array = field(default_factory=lambda: np.zeros(3))
     time: float = -math.inf  # s
@@ -298,7 +299,7 @@ class Hung:
 
 @dataclass(eq=False)
 class AsBuilt:
-    """Errors of sensors and of specified values, and the ground.
+    """Estimated errors of sensors and of specified values, and the ground height.
 
     ``wall_errors``: (w, 2) m and rad; ``mount_errors``: (l, 3) m, m and rad; ``vertical_mount_error``: (6,) m and rad;
     ``clock_error``: s; ``ground_height``: m, under the valve.
@@ -317,7 +318,7 @@ class AsBuilt:
 
 @dataclass(eq=False)
 class Judged:
-    """Agreement of measurements with the state. Times are in s."""
+    """Record of how well measurements agree with the state. Times are in s."""
 
     consistency: Consistency = field(default_factory=Consistency)
     rejections: dict[str, int] = field(default_factory=dict)  # in a row, by measurement
@@ -343,12 +344,12 @@ class FilterState(ClockedState):
 
     @property
     def layout(self) -> FilterLayout:
-        """What is where in state and covariance."""
+        """The positions of all quantities in state and covariance."""
         return self.mean.layout
 
     @property
     def has_long_steps(self) -> bool:
-        """Whether steps are too long to integrate the gyro: those of a quasi-static plant."""
+        """Whether time steps are too long to integrate the gyro, as those of a quasi-static simulation."""
         return self.motion.max_gap > _LONG_GAP
 
     def motion_since(self, times: ArrayLike) -> MotionSince:
@@ -384,7 +385,7 @@ def kalman_update(
 
 
 def passes_gate(P: Array, H: Array, innovation: Array, R: Array) -> tuple[bool, float]:
-    """Whether an *innovation* (k,) passes the chi-square gate, and its normalised square (NIS)."""
+    """Return whether an *innovation* (k,) passes the chi-square gate, and its normalised square (NIS)."""
     nis = kernel.size_of(P, H, innovation, R)
     return nis <= _CHI2[len(innovation)], nis
 
@@ -399,7 +400,7 @@ def _chosen(states: _States, size: int) -> Mask:
 
 
 def update_state(state: FilterState, sensor: str, H: Array, innovation: Array, R: Array) -> None:
-    """Judge a *sensor* by one measurement, and update the state by it."""
+    """Update the state by one measurement of a *sensor*, and record its consistency."""
     judge(state, sensor, passes_gate(state.P, H, innovation, R)[1], len(innovation))
     apply_update(state, H, innovation, R)
 
@@ -414,7 +415,7 @@ def apply_update(
 
 
 def moving_velocity(state: FilterState) -> Array:
-    """Velocity (3,) of B, m/s: by the winches, or its own state while no encoder reports it."""
+    """Return the velocity (3,) of B, m/s: by the winches, or its own state while no encoder reports it."""
     return (
         state.motion.velocity
         if state.motion.coasting
@@ -440,14 +441,14 @@ def inject_correction(state: FilterState, correction: Array) -> None:
 
 
 def inflate_shaken(state: FilterState, most: float = math.inf) -> None:
-    """Take B to have moved without the encoders, at *most* so far, m, until it is measured again."""
+    """Add the uncertainty of a motion of B that encoders did not measure, *most* m so far, until it is measured."""
     position, deviation = state.layout.position, min(most, _SHAKEN_SIGMA)
     if float(np.trace(state.P[position, position])) < deviation**2:
         inflate_position(state, deviation)
 
 
 def inflate_position(state: FilterState, deviation: ArrayLike) -> None:
-    """Add a *deviation* of B, m, to the covariance, and the lengths' with it: along every axis, or (3,) along each."""
+    """Add a *deviation* of B, m, to the covariance, and to the lengths': along every axis, or (3,) along each."""
     lay = state.layout
     toward = np.zeros((len(state.lines.lengths), 3)) if state.taut is None else state.taut.toward
     spread = np.vstack([np.eye(3), toward]) * deviation

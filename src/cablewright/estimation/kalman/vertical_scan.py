@@ -1,4 +1,4 @@
-"""One turn of the vertical lidar: where its points are by the estimate, and what the mean height of some measures."""
+"""One scan of the vertical lidar: positions of its points by the estimate, and the mean height that some measure."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ GATE: Final = 3.0
 
 
 class VerticalTurn(NamedTuple):
-    """The rays of one turn that came back, and the pose of the drum at each."""
+    """The rays of one vertical lidar scan with an echo, and the platform's pose at each."""
 
     axis_cosine: Array  # (k,) cosine of each ray's angle from the drum's axis, downwards
     rays: Array  # (k, 3) unit, level, along the drum's axes
@@ -39,7 +39,7 @@ class VerticalTurn(NamedTuple):
 def turn_of(
     state: FilterState, height: HeightSettings, scan: Scan, attitudes: Array, motion: MotionSince
 ) -> VerticalTurn:
-    """Return the echoes of one *scan*, by *attitudes* (k, 3), rad, of the drum and its *motion* since each ray."""
+    """Return the rays of one *scan* with an echo, by *attitudes* (k, 3), rad, of the platform and its *motion*."""
     x, y = np.array(height.axes)
     good = np.flatnonzero(np.isfinite(scan.ranges) & (scan.ranges > 0.0))
     angles = scan.angles[good]
@@ -68,12 +68,12 @@ def turn_of(
 
 
 def moved(state: FilterState, turn: VerticalTurn) -> Array:
-    """Return by how much (3,), m, updates and clock corrections have moved B at the rays of a *turn*."""
+    """Return by how much (3,), m, updates and clock corrections have moved B at the rays of a scan."""
     return state.motion.position - turn.estimate - state.built.clock_error * moving_velocity(state)
 
 
 def heights_of(state: FilterState, height: HeightSettings, turn: VerticalTurn) -> Array:
-    """Heights (k,), m, of the points of a *turn* over the floor."""
+    """Return the heights (k,), m, above the floor of the points of a vertical scan."""
     place = turn.position + moved(state, turn)
     return np.asarray(
         place[:, 2] + turn.points[:, 2] - height.floor - float(state.built.range_bias[-1]) * turn.rays[:, 2]
@@ -81,7 +81,7 @@ def heights_of(state: FilterState, height: HeightSettings, turn: VerticalTurn) -
 
 
 def places_of(state: FilterState, turn: VerticalTurn, chosen: Mask) -> Array:
-    """Places (j, 2), m, world, of the *chosen* points (k,) of a *turn*, j of them."""
+    """Return the positions (j, 2), m, world, of the *chosen* points (k,) of a vertical scan, j of them."""
     c, s = np.cos(turn.yaw[chosen]), np.sin(turn.yaw[chosen])
     x, y, _ = turn.points[chosen].T
     away = np.stack([c * x - s * y, s * x + c * y], axis=1)
@@ -89,14 +89,14 @@ def places_of(state: FilterState, turn: VerticalTurn, chosen: Mask) -> Array:
 
 
 def range_sigma(settings: FilterSettings, height: HeightSettings) -> float:
-    """Standard deviation, m, of the noise of one range."""
+    """Return the standard deviation, m, of the noise of one range."""
     return height.sigma or settings.height_bias_sigma
 
 
 def mean_height(
     settings: FilterSettings, state: FilterState, height: HeightSettings, turn: VerticalTurn, good: Mask
 ) -> tuple[Array, Array]:
-    """Jacobian (1, n) of the mean height, m, of the *good* points, and the variance (1, 1), m^2, of its noise."""
+    """Return the Jacobian (1, n) of the mean height, m, of the *good* points, and its noise variance (1, 1), m^2."""
     lay, sigma = state.layout, range_sigma(settings, height)
     x, y, _ = turn.points[good].mean(axis=0).tolist()
     steep = turn.rays[good, 2]
@@ -118,12 +118,12 @@ def mean_height(
 
 
 def level_sigma(state: FilterState) -> float:
-    """Standard deviation, m, of the sum of errors of a vertical ray: height, range bias and mount."""
+    """Return the standard deviation, m, of the summed errors of a vertical ray: height, range bias and mount."""
     lay = state.layout
     below = [lay.position.start + 2, lay.range_bias.stop - 1, lay.vertical_mount.start + 2]
     return math.sqrt(max(0.0, float(state.P[np.ix_(below, below)].sum())))
 
 
 def coasting_variance(settings: FilterSettings, coasting_time: float) -> float:
-    """Variance, m^2, of B's position after a prediction without encoders over *coasting_time*, s."""
+    """Return the variance, m^2, of B's position after a prediction without encoders over *coasting_time*, s."""
     return settings.velocity_noise**2 * coasting_time**3

@@ -1,4 +1,4 @@
-"""Update by the vertical lidar: distances of floor, ground and walls, which also show its range bias.
+"""Filter update by the vertical lidar: distances of floor, ground and walls, and its range bias.
 
 The bias is the same in every range, so it changes the height the less the farther aside the floor is measured; and it
 changes the sum of the distances to two opposite walls, which is known.
@@ -54,7 +54,7 @@ _FLOOR_BAND: Final = 0.01  # m from the expected floor, besides the uncertainty 
 
 
 def update(settings: FilterSettings, state: FilterState, scan: Scan) -> None:
-    """Update by one turn of the vertical lidar."""
+    """Update the filter by one scan of the vertical lidar."""
     height = settings.machine.height
     if height is None:
         return

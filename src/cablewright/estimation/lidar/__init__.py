@@ -1,1 +1,1 @@
-"""Planar lidars: scans, the lines in them, and where in a room of known walls the lidar is."""
+"""Planar lidars: scans, the straight lines in them, and the lidar's position in a room of known walls."""

@@ -1,4 +1,4 @@
-"""From the lines in scans to candidate positions: constraints on x and y, and the solution of every pair of them.
+"""From the lines in lidar scans to candidate positions: constraints on x and y, and the solution of every pair.
 
 Merlet and Papegay 2023, III.A: a wall that bounds y gives a C-type constraint, one that bounds x a D-type one.
 """
@@ -25,7 +25,7 @@ _MAX_CONTRADICTION: Final = 0.5  # m; more is another object
 
 
 class Constraint(NamedTuple):
-    """One line matched with one wall: normal . (x, y) = offset, for the platform point."""
+    """One scanned line matched with one wall: normal . (x, y) = offset, for the platform point."""
 
     kind: str  # "C" or "D"
     wall: int  # index
@@ -49,7 +49,7 @@ class Candidate(NamedTuple):
 
 
 class Candidates(NamedTuple):
-    """k candidates as arrays."""
+    """Candidate poses of the platform, k of them, as arrays."""
 
     position: Array  # (k, 2) m
     yaw: Array  # (k,) rad
@@ -72,9 +72,9 @@ class Candidates(NamedTuple):
 def find_constraints(
     turns: Sequence[LidarTurn], visible: Mask, room: RoomMap, yaws: tuple[float, float]
 ) -> list[Constraint]:
-    """Match each line of the *turns* with each wall that it can be at a yaw from ``yaws[0]`` to ``yaws[1]``, rad.
+    """Match each scanned line with each wall that it can be at a yaw from ``yaws[0]`` to ``yaws[1]``, rad.
 
-    ``visible``: (l, w), which walls each lidar can see.
+    *turns*: lidar scans. ``visible``: (l, w), which walls each lidar can see.
     """
     found, first = [], 0
     middle, half = 0.5 * (yaws[0] + yaws[1]), 0.5 * (yaws[1] - yaws[0])
@@ -121,7 +121,7 @@ def contradicting_walls(constraints: Sequence[Constraint], room: RoomMap, gate: 
 def find_candidates(
     constraints: Sequence[Constraint], room: RoomMap, yaw_tolerance: float, margin: float
 ) -> Candidates:
-    """Solve each C with each D whose yaws agree within ``yaw_tolerance`` (rad) and three sigma.
+    """Solve each C-type with each D-type constraint whose yaws agree within ``yaw_tolerance`` (rad) and three sigma.
 
     Positions more than ``margin`` (m) beyond a wall are rejected. At most 40, with the smallest variance, are kept.
     """
@@ -156,7 +156,7 @@ def score_candidates(
     near_distance: float,
     recess: float,
 ) -> Candidates:
-    """Return *candidates* (poses) with the share of points that each explains, and its misfit to entered distances.
+    """Return, for each of the *candidates* (poses), the share of points on walls and the misfit to laser distances.
 
     ``points``: of each lidar, (n, 2) m in the platform's level frame, with the walls (w,) that the lidar can see. A
     point within ``near_distance`` (m) of a wall counts for a candidate. A point more than ``recess`` (m) beyond a wall

@@ -1,4 +1,4 @@
-"""Where a lidar sees its own housing or mount: short runs of nearly constant range that no straight wall explains."""
+"""Detection of a lidar's own housing in its scan: short runs of nearly constant range, not on a straight wall."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _STRAIGHT: Final = 0.4  # m, length from which a run that a line explains better
 
 
 class Housing(NamedTuple):
-    """A part of the device itself that hides a range of bearings."""
+    """A part of the device itself that hides a range of bearings of its lidar."""
 
     begin: float  # rad, half a ray before its first point
     end: float  # rad, counter-clockwise from there

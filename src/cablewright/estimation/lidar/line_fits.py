@@ -1,4 +1,4 @@
-"""Straight lines where the noise grows with range: what `draw` of the kernels does, with a sigma for each point.
+"""Straight lines in scans whose noise grows with range: as the kernel `draw`, with a sigma for each point.
 
 Clusters are sought among points of about one noise each, so that a near window stays apart from its wall while a noisy
 far wall stays in one piece.
@@ -50,7 +50,7 @@ _MERGE_SIGMAS: Final = 4.0  # of a cluster's ends from the line of another one
 
 
 class Rules(NamedTuple):
-    """Limits of `LineSearch`, and of clusters."""
+    """Limits of `LineSearch`, and of clusters, as numbers."""
 
     angle_sigma: float  # rad
     merge_distance: float  # m

@@ -1,6 +1,6 @@
 """Position and yaw of the platform from planar lidars in a room with known walls (Merlet, Papegay 2023, III.A).
 
-`step` takes one turn of one lidar: settings and state in, state and answer out.
+`step` takes one scan of one lidar: settings and state in, state and answer out.
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ class WallSettings:
 
 @dataclass(frozen=True)
 class WallState:
-    """State between two calls of `step`."""
+    """State of the localisation between two calls of `step`."""
 
     turns: tuple[LidarTurn, ...] = ()  # in the platform's frame at the last one's end
     yaw: float | None = None  # rad, the last one
@@ -118,7 +118,7 @@ class WallPose:
 
 
 def start() -> WallState:
-    """Return the state before the first scan."""
+    """Return the localisation's state before the first scan."""
     return WallState()
 
 

@@ -1,4 +1,4 @@
-"""How noisy a lidar's ranges are, and how that grows with range, from the differences of neighbours in one scan."""
+"""Noise of a lidar's ranges, and its growth with range, from the differences of neighbours in one scan."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _MAX_GROWTH: Final = 0.05  # m/m
 
 
 class Noise(NamedTuple):
-    """Standard deviation of a range r: ``at_zero + per_metre * r``."""
+    """Standard deviation of a lidar range r: ``at_zero + per_metre * r``."""
 
     at_zero: float  # m
     per_metre: float  # m/m
@@ -39,10 +39,10 @@ def estimate_noise(points: Points, low: float = 5e-4, high: float = 0.05) -> flo
 
 
 def estimate_noise_by_range(points: Points, low: float = 5e-4, high: float = 0.05) -> Noise:
-    """Return the noise as a line over range: of third differences grouped by range, the medians, fitted robustly.
+    """Return the noise as a linear function of range, fitted to one scan.
 
-    Without growth, or where the scan does not show it with two sigma, ``per_metre`` is 0 and ``at_zero`` is that of
-    `estimate_noise`.
+    The medians of third differences, grouped by range, are fitted robustly. Without growth, or where the scan does not
+    show it with two sigma, ``per_metre`` is 0 and ``at_zero`` is that of `estimate_noise`.
     """
     constant = Noise(estimate_noise(points, low, high), 0.0)
     if len(points) < 3 + 3 * _PER_GROUP:
@@ -53,7 +53,7 @@ def estimate_noise_by_range(points: Points, low: float = 5e-4, high: float = 0.0
 
 
 def refine_noise(far: Array, errors: Array, first: Noise, low: float = 5e-4, high: float = 0.05) -> Noise:
-    """Return the noise by the *errors* (n,), m, of ranges *far* (n,), m, of points on walls.
+    """Return a lidar's noise from the *errors* (n,), m, of ranges *far* (n,), m, of points on walls.
 
     *first* is that of all points, before walls were known. It stays where there is no growth with range, unless it is
     far too large: rays a degree apart see steps on a straight wall at a grazing angle.

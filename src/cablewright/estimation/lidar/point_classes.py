@@ -1,4 +1,4 @@
-"""What the points of a scan are that are on no wall: behind glass, on people or things, at corners, strays.
+"""Classes of scan points that are on no wall: behind glass, on people or objects, at corners, strays.
 
 Lines behind glass are no walls of the room: they are dropped.
 """
@@ -61,7 +61,7 @@ class _Crossing(NamedTuple):
 
 
 def on_walls(points: Points, sigmas: Array, lines: Sequence[WallLine]) -> Mask:
-    """Return which points (n,) are on one of the *lines*."""
+    """Return which points (n,) of a scan are on one of the *lines*."""
     on = np.zeros(len(points), np.bool_)
     for line in lines:
         on |= _crossing(points, sigmas, line).on
@@ -186,7 +186,7 @@ def _through_glass(points: Points, sigmas: Array, met: _Crossing) -> bool:
 
 
 def kinds_off_walls(points: Points, sigmas: Array, lines: Sequence[WallLine]) -> dict[Kind, int]:
-    """Return how many points on no wall are of each kind, those without any left out."""
+    """Return the number of points of each class that are on no wall, without empty classes."""
     kinds = np.full(len(points), "stray", dtype="<U6")
     off = ~on_walls(points, sigmas, lines)
     behind = behind_walls(points, sigmas, lines)

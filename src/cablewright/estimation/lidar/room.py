@@ -18,7 +18,7 @@ MAX_WALLS: Final = 24
 
 @dataclass(frozen=True)
 class RoomWall:
-    """The wall ``normal . p = distance``; its unit normal leaves the room. Sigmas are the survey's.
+    """A vertical wall ``normal . p = distance``; its unit normal points out of the room. Sigmas are the survey's.
 
     That of the distance holds ``reference`` m along the wall, from the foot of the origin's perpendicular and along the
     normal turned by a quarter to the left; the error of the direction is independent of it there.
@@ -33,7 +33,7 @@ class RoomWall:
 
     @property
     def along(self) -> tuple[float, float]:
-        """The normal turned by a quarter to the left: unit vector along the wall."""
+        """Unit vector along the wall: the normal rotated by a quarter to the left."""
         return -self.normal[1], self.normal[0]
 
     @property

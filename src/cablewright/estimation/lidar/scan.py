@@ -1,4 +1,4 @@
-"""One turn of a planar lidar: the model of the unit, its points, corrected for tilt and motion, and their clusters."""
+"""One scan of a planar lidar: model of the device, points corrected for tilt and motion, and their clusters."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class LidarModel:
 
 @dataclass(frozen=True)
 class Clustering:
-    """When points belong to one cluster.
+    """Rules by which points of a scan belong to one cluster.
 
     ``min_incidence``: rad, smallest angle between ray and wall at which the next point of a wall is expected.
     ``max_missing``: rays without an echo between two points of a cluster. ``reach``: m, distance to the two outer ones
@@ -77,7 +77,7 @@ class Clustering:
 
 
 class Points(NamedTuple):
-    """The points of one turn by rising bearing, beginning after the widest gap; level, in the lidar's frame."""
+    """The points of one scan by rising bearing, beginning after the widest gap; level, in the lidar's frame."""
 
     xy: Array  # (n, 2) m
     ray: Array  # (n, 2) unit, from the lidar to the point
@@ -89,10 +89,10 @@ class Points(NamedTuple):
 
 
 def drift_of(displacement: Array, yaws: Array, yaw: float) -> Array:
-    """Pose (n, 3), m and rad, of the platform at each ray relative to the end of the turn, along its level axes there.
+    """Return the pose (n, 3), m and rad, of the platform at each ray relative to the end of the scan.
 
-    ``displacement``: (n, 2) m, from the end, reference frame. ``yaws``: (n,) rad, from any direction; ``yaw``: rad, of
-    the platform at the end, reference frame.
+    Along the platform's level axes there. ``displacement``: (n, 2) m, from the end, reference frame. ``yaws``: (n,)
+    rad, from any direction; ``yaw``: rad, of the platform at the end, reference frame.
     """
     c, s = math.cos(yaw), math.sin(yaw)
     return np.column_stack([displacement @ np.array([[c, -s], [s, c]]), yaws - yaws[-1]])
@@ -105,7 +105,7 @@ def level_points(
     tilt: ArrayLike = (0.0, 0.0),
     drift: ArrayLike | None = None,
 ) -> Points:
-    """Return the level points of `levelled`, by name."""
+    """Return the valid points of a scan as `levelled` does, with their arrays by name."""
     return Points(*levelled(lidar, angles, ranges, tilt, drift))
 
 
@@ -182,7 +182,7 @@ def _deskewed(lidar: LidarModel, xy: Array, tilt: Array, drift: Array | None, la
 
 
 def level_mount(lidar: LidarModel, tilt: ArrayLike = (0.0, 0.0)) -> Array:
-    """Horizontal position (2,), m, of the lidar's centre from the platform point, in the level platform frame."""
+    """Return the horizontal position (2,), m, of the lidar's centre from the platform point, in the level frame."""
     tilts = np.asarray(tilt, dtype=np.float64).reshape(-1, 2)[-1:]
     return np.asarray(_tilted(np.array([lidar.mount[:2]]), lidar.mount[2], tilts)[0])
 

@@ -41,7 +41,7 @@ _NOT_FINITE: Final = {"nan": math.nan, "inf": math.inf, "infinity": math.inf, "-
 
 
 class FileScan(NamedTuple):
-    """A scan as read: bearings (rad, counter-clockwise) and ranges (m), NaN without an echo."""
+    """A scan as read from a file: bearings (rad, counter-clockwise) and ranges (m), NaN without an echo."""
 
     angles: Array  # (n,)
     ranges: Array  # (n,)
@@ -70,16 +70,15 @@ def read_scan(
     columns: Sequence[str] | None = None,
     device: str | None = None,
 ) -> FileScan:
-    """Read a scan. ``unit`` (m, mm, ..) and ``angle_unit`` (rad, deg, ..): where the file does not name them.
+    """Read a planar lidar's scan from a file.
 
-    CSV: a header with columns ``x, y`` or ``angle, distance``, or none and ``columns``; cells separated by comma,
-    semicolon, tab or blanks. JSON: a list of pairs x, y; of objects with these names, those with ``quality`` 0 left
-    out; an object of such lists; or the laser scan of ROS (``angle_min, angle_increment, ranges``) or Foxglove
-    (``start_angle, end_angle, ranges``), or several in a list or by name. YAML: scans as ROS prints them. A range
-    without an echo is 0, NaN, inf, null or an empty cell.
-
-    ``device`` chooses among several in one file by the name in a column ``device``, ``lidar``, ``sensor``, ``topic`` or
-    ``frame_id``, or in a key of that name. Of several scans of one device the first is read.
+    ``unit`` (m, mm, ..) and ``angle_unit`` (rad, deg, ..): where the file does not name them. CSV: a header with
+    columns ``x, y`` or ``angle, distance``, or none and ``columns``; cells separated by comma, semicolon, tab or
+    blanks. JSON: a list of pairs x, y; of objects with these names, those with ``quality`` 0 left out; an object of
+    such lists; or the laser scan of ROS (``angle_min, angle_increment, ranges``) or Foxglove (``start_angle, end_angle,
+    ranges``), or several in a list or by name. YAML: scans as ROS prints them. A range without an echo is 0, NaN, inf,
+    null or an empty cell. ``device`` chooses among several in one file by the name in a column ``device``, ``lidar``,
+    ``sensor``, ``topic`` or ``frame_id``, or in a key of that name. Of several scans of one device the first is read.
 
     Raises `InputError` where the file cannot be read, is over `MAX_BYTES` or `MAX_POINTS`, holds no such points, or
     several devices and none is chosen.

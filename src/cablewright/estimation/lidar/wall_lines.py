@@ -1,4 +1,4 @@
-"""Straight lines through clusters: clusters on one line are merged, outliers rejected, each line has a covariance.
+"""Straight lines through clusters of scan points, with covariances: clusters on one line merged, outliers rejected.
 
 Weighted total least squares: a range's noise is weighted by the angle between its ray and the line. `scanned` makes of
 a machine's scan the `LidarTurn` that estimators take.
@@ -36,7 +36,7 @@ _SHARES: Final = (np.arange(9) + 0.5) / 9.0  # of a line's rays
 
 @dataclass(frozen=True)
 class LineSearch:
-    """When clusters are one line, and when a line is a wall.
+    """Rules by which clusters are one line, and a line is a wall.
 
     ``merge_distance``: largest distance, m, of a cluster's ends from the line of another cluster with which it is
     merged. ``outlier_sigmas``: distance, in standard deviations, from which a point is rejected. ``min_points`` and
@@ -51,14 +51,14 @@ class LineSearch:
 
     @classmethod
     def for_noise(cls, sigma: float) -> LineSearch:
-        """Return a search for ranges with that noise, m; the default one up to a good lidar's noise."""
+        """Return the rules for ranges with that noise, m; the default ones up to a good lidar's noise."""
         usual = cls()
         clustering = replace(usual.clustering, reach=max(usual.clustering.reach, 20.0 * sigma))
         return replace(usual, clustering=clustering, merge_distance=max(usual.merge_distance, 4.0 * sigma))
 
 
 class WallLine(NamedTuple):
-    """A line n p = distance in the lidar's frame, n = (cos angle, sin angle) from the lidar towards it."""
+    """A straight line n . p = distance in the lidar's frame, n = (cos angle, sin angle) from the lidar towards it."""
 
     angle: float  # rad
     distance: float  # m, 0 or more
@@ -116,7 +116,7 @@ class LidarTurn:
 
     @classmethod
     def of(cls, lidar: int, mount: Array, points: Array, lines: Sequence[Figures]) -> LidarTurn:
-        """Return a turn of *points* (n, 2), m, and *lines* in the platform's frame, without times."""
+        """Return the `LidarTurn` of *points* (n, 2), m, and *lines* in the platform's frame, without times."""
         columns = [np.array(column) for column in zip(*lines, strict=True)] if lines else _NO_LINES
         return cls(lidar, mount, points, *columns)
 
@@ -133,7 +133,7 @@ def turn_of(
     tilt: ArrayLike = (0.0, 0.0),
     drift: ArrayLike | None = None,
 ) -> LidarTurn:
-    """Return the lines and points of a turn of the *lidar* of that *index*, without times; the rest as `levelled`."""
+    """Return the lines and points of a scan of the *lidar* of that *index*, without times; the rest as `levelled`."""
     points, mount = levelled(lidar, angles, ranges, tilt, drift), level_mount(lidar, tilt)
     c, s = math.cos(lidar.yaw), math.sin(lidar.yaw)
     turn = np.array([[c, s], [-s, c]])

@@ -1,4 +1,4 @@
-"""The radius at which cable leaves each winch drum: change of length over rotation of the drum.
+"""Estimate of each winch drum's radius: change of cable length over rotation of the drum.
 
 Merlet and Papegay 2023, III.C: from the last two lidar states (``rule = "paper"``). At their speed at most 3 cm are
 paid out in a second, and 2 mm of lidar noise are a tenth of that. So by default (``"filter"``) a Kalman filter for each
@@ -46,7 +46,7 @@ class RadiusSettings:
 
 
 class RadiusState(NamedTuple):
-    """Radii (m,), m; and lengths, drum angles and covariance at the last lidar state."""
+    """Estimated radii (m,), m, of the winch drums; and lengths, drum angles and covariance at the last lidar state."""
 
     radii: Array
     sigmas: Array  # (m,) m
@@ -56,7 +56,7 @@ class RadiusState(NamedTuple):
 
 
 def start(settings: RadiusSettings) -> RadiusState:
-    """Return the state before the first lidar state: bare drums."""
+    """Return the drum radii before the first lidar state: bare drums."""
     radii = np.array(settings.nominal)
     covariance = np.zeros((len(radii), 2, 2))
     covariance[:, 1, 1] = settings.sigma**2
@@ -69,7 +69,7 @@ def without_reference(state: RadiusState) -> RadiusState:
 
 
 def step(settings: RadiusSettings, state: RadiusState, lengths: Array, angles: Array, known: Mask) -> RadiusState:
-    """Return the state after a lidar state: unstrained *lengths* (m,), m, and drum *angles* (m,), rad, paid out.
+    """Update the drum radii by a lidar state: unstrained *lengths* (m,), m, and drum *angles* (m,), rad, paid out.
 
     Only lines whose length is *known* (m,) are updated.
     """

@@ -1,4 +1,4 @@
-"""Unstrained lengths that hang the drum at the lidars' position, with the slack that the accelerometers measure."""
+"""Unstrained lengths that bring the platform to the lidars' position, with slack measured by accelerometers."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _TOLERANCE: Final = 1e-4  # m, of the drum's position
 
 
 def visibly_slack(settings: SlacknessSettings, state: SlacknessState) -> Mask:
-    """Lines (m,) whose angle determines the excess: they have a reading, and sag enough for it.
+    """Return the lines (m,) whose measured angle determines the excess: they have a reading, and sag enough for it.
 
     That of a line with a counterweight is given by the weight.
     """
@@ -29,12 +29,12 @@ def visibly_slack(settings: SlacknessSettings, state: SlacknessState) -> Mask:
 
 
 def current_excess(settings: SlacknessSettings, state: SlacknessState, taut: Taut, lengths: Array) -> Array:
-    """Excess (m,), m: by the angle of lines that are visibly slack, by length of the others."""
+    """Return the excess length (m,), m: by the angle of lines that are visibly slack, by length of the others."""
     return np.where(visibly_slack(settings, state), state.excess, lengths - taut.lengths)
 
 
 def followed(tracker: Tracker, lengths: Array) -> Array:
-    """Return *lengths* (m,), m; lines with a counterweight have their length at the pose of *tracker*."""
+    """Return *lengths* (m,), m, of which counterweighted lines have their length at the pose of *tracker*."""
     hung = tracker.model.lines.counterweight > 0.0
     return np.where(hung, tracker.solved.lengths[0], lengths) if hung.any() else lengths
 
@@ -57,7 +57,7 @@ def _max_excess(settings: SlacknessSettings, state: SlacknessState, taut: Taut) 
 def hang_at(
     settings: SlacknessSettings, state: SlacknessState, target: Array, follow: TrackerSettings
 ) -> tuple[Tracker, Array] | str:
-    """Return a tracker with the drum at *target* (3,), m, and its lengths (m,), m; or a sentence why there is none."""
+    """Return a tracker with the platform at *target* (3,), m, and its lengths (m,), m; or a reason why not."""
     model, slackest = settings.model, _slackest(settings, state, taut_at(settings.model, target))
     held: Equilibrium | None = None
     if slackest is not None:
@@ -75,7 +75,7 @@ def hang_at(
 def move_to(
     settings: SlacknessSettings, state: SlacknessState, tracker: Tracker, lengths: Array, target: Array
 ) -> tuple[Array, Status]:
-    """Change *lengths* (m,), m, until *tracker* has the drum at *target* (3,), m. Returns lengths and status.
+    """Change *lengths* (m,), m, until *tracker* has the platform at *target* (3,), m. Returns lengths and status.
 
     The slackest line gets the excess of its angle; each other line changes as its straight tangent, with at most the
     excess that its angle allows.

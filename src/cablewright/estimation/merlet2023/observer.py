@@ -1,8 +1,8 @@
 """The estimator of Merlet and Papegay 2023, section III: `step` takes a frame and returns an estimate.
 
-About once a second lidars give the drum's pose and line accelerometers the slack line; from both follow the lengths
+About once a second lidars give the platform's pose and line accelerometers the slack line; from both follow the lengths
 (update). At every step in between encoders, and creep as described, predict the lengths, and a forward solve the
-drum's position.
+platform's position.
 """
 
 from __future__ import annotations
@@ -58,7 +58,10 @@ _MAX_ENCODER_GAP: Final = 0.1  # s without counts
 
 
 def start(settings: ObserverSettings) -> ObserverState:
-    """Return the state before the first frame. Runs the kernels once, so that no step waits for their compilation."""
+    """Return the estimator's state before the first frame.
+
+    Runs the kernels once, so that no step waits for their compilation.
+    """
     scene = settings.model.robot.scene
     middle = 0.5 * (np.array(scene.frame_min) + np.array(scene.frame_max))
     no_reading = slackness.start(settings.slackness)

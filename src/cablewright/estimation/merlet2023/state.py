@@ -23,8 +23,8 @@ from cablewright.solvers.continuation import Tracker
 class ObserverSettings(KnownMachine):
     """The machine as described, and the limits by which readings are accepted.
 
-    ``lasers``: an operator's distances at the start. ``deskew``: correct the rays of a turn for the drum's motion by
-    odometry, not for its tilt alone. ``gather_time``: s to wait for the other lidars' turns. ``gate``: m, by which a
+    ``lasers``: an operator's distances at the start. ``deskew``: correct the rays of a scan for the platform's motion
+    by odometry, not for its tilt alone. ``gather_time``: s to wait for the other lidars' scans. ``gate``: m, by which a
     lidar's position may differ from the expected one.
     """
 
@@ -38,7 +38,7 @@ class ObserverSettings(KnownMachine):
 
 @dataclass(eq=False)
 class Odometry:
-    """Position and yaw without lidars, by encoders and gyro."""
+    """Position and yaw of the platform without lidars, by encoders and gyro."""
 
     position: Array = field(default_factory=lambda: np.zeros(3))  # m
     yaw: float = 0.0  # rad
@@ -52,7 +52,7 @@ class Odometry:
 
 @dataclass(eq=False)
 class Located:
-    """Positions of the drum by lidars, as offsets from odometry, and the scans for finding lengths. Times in s."""
+    """Positions of the platform by lidars, as offsets from odometry, and the scans used to find lengths. Times in s."""
 
     wall_state: WallState
     wall_pose: WallPose | None = None

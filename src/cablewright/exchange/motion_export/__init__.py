@@ -1,1 +1,1 @@
-"""A job's motion as files of a firmware: points, winches, and what the job's own file has beside motion."""
+"""Export of a job's motion to firmware: points, winch angles, and the other commands of the job's file."""

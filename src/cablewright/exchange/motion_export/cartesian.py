@@ -1,8 +1,8 @@
 """A job in plain X Y Z for a firmware that computes the lengths itself, from straight lines to its anchors.
 
-What its model lacks, as sag, stretch and sheaves, is put into X Y Z: the place is commanded at which the lengths that
-the firmware then pays out bring the nozzle to the path. Lines are as taut at the first point as stated; from there the
-firmware adds differences of straight distances, in RepRapFirmware with its law of spools in float32.
+Effects that its model lacks, as sag, stretch and sheaves, are put into X Y Z: the position is commanded at which the
+lengths that the firmware then pays out bring the nozzle to the path. Lines are as taut at the first point as stated;
+from there the firmware adds differences of straight distances, in RepRapFirmware with its law of spools in float32.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def as_anchors(robot: Robot, job: Job) -> Robot:
 
 
 def rrf_turns(anchored: Robot, law: SpoolLaw) -> Turns:
-    """Return how RepRapFirmware turns its spools."""
+    """Return a function that computes RepRapFirmware's spool angles."""
     anchors = 1e3 * np.array([line.exit_point for line in anchored.lines])
     spans = np.array([line.advantage for line in anchored.lines], float)
     side_by_side = np.array([line.cables for line in anchored.lines], float)
@@ -60,7 +60,10 @@ def rrf_turns(anchored: Robot, law: SpoolLaw) -> Turns:
 
 
 def klipper_turns(anchored: Robot, rotation_distances: Array) -> Turns:
-    """Return how Klipper's winches turn; *rotation_distances* (m,): m of the nozzle's distance for a turn."""
+    """Return a function that computes the angles of Klipper's winches.
+
+    *rotation_distances* (m,): m of the nozzle's distance for a turn.
+    """
     anchors = np.array([line.exit_point for line in anchored.lines])
     return lambda at: 2.0 * np.pi * np.linalg.norm(at[:, None, :] - anchors, axis=2) / rotation_distances
 
@@ -85,7 +88,7 @@ class OwnModelPath:
 def own_model_path(
     model: Model, job: Job, drums: Sequence[WinchDrum], turns: Turns, path: WinchPath, progress: Progress = silent
 ) -> OwnModelPath:
-    """Return the places to command so that the firmware brings the nozzle along *path*.
+    """Return the positions to command so that the firmware brings the nozzle along *path*.
 
     Raises `AnswerError` where tensions would leave the limits of a line, or the nozzle's error exceeds `LARGEST`.
     """

@@ -24,7 +24,7 @@ def extent_notes(path: WinchPath, letters: Sequence[str], robot: Robot, extruded
 def motion_lines(
     path: WinchPath, letters: Sequence[str], besides: Beside, *, extruder: bool, mark: str = "; "
 ) -> Iterator[str]:
-    """Yield the lines of G-code to each point but the first, with the line of the job's file that each is of.
+    """Yield the G-code lines that move to each point but the first, with the line number of the job's file.
 
     Between them are those that *besides* has of the file, each before the first point of a later line.
     """

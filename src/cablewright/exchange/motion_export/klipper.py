@@ -93,6 +93,6 @@ def _corner_velocity(path: WinchPath, job: Job) -> float:
 
 
 def rates_of(path: WinchPath) -> Array:
-    """Return how far each winch turns per way of the nozzle (k - 1, m), deg/mm."""
+    """Return how far each winch turns per distance of the nozzle (k - 1, m), deg/mm."""
     way = 1e3 * np.diff(path.samples.distance)
     return np.asarray(np.degrees(np.diff(path.turns, axis=0)) / way[:, None])

@@ -1,6 +1,6 @@
-"""What a job's G-code has beside its motion: filament, temperatures, fans, objects, comments; and who understands it.
+"""Commands of a job's G-code besides motion, such as temperatures, fans and comments, and which targets take them.
 
-Lines of the file that move nothing are written where they stand between the points of the motion, if the target has
+Lines of the file that move nothing are written at their position between the points of the motion, if the target has
 the command; others are counted. Motors stay on and supply stays on: without them lines go slack and the platform falls.
 """
 
@@ -102,7 +102,7 @@ class Beside:
     dropped: dict[str, int] = field(default_factory=dict)
 
     def lines(self) -> Iterator[tuple[int, str]]:
-        """Yield lines of G-code with the number of the file's line that each is of, in order."""
+        """Yield the G-code lines without motion, with the number of the file's line that each is of, in order."""
         alone = iter((*self.alone, (1 << 62, 0.0, 0.0)))
         number, fed, speed = next(alone)
         if self.source is not None:
@@ -165,7 +165,7 @@ class Beside:
         return ""
 
     def notes(self) -> Iterator[str]:
-        """Yield sentences on the dropped codes, once all lines are read."""
+        """Yield sentences on the codes that were dropped, once all lines are read."""
         by_reason: dict[str, list[str]] = {}
         for code, count in self.dropped.items():
             why = HARMFUL.get(code, f"{self.target} has no such command, or it may move the platform")

@@ -1,4 +1,4 @@
-"""A machine's log as a bag of ROS 2: written, by the library rosbags (the extra ``ros``); ROS itself is not needed.
+"""Export of a machine's log as a ROS 2 bag by the library rosbags (the extra ``ros``), without ROS itself.
 
 A bag is a folder: one MCAP file of messages in CDR with the definitions of their types, and ``metadata.yaml``.
 """

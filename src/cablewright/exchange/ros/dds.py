@@ -21,7 +21,7 @@ _WAIT: Final = 5e-3  # s, the longest that a reader which is behind holds a mess
 
 
 def require_domain(domain: int) -> None:
-    """Raise `InputError` for no domain's number, `EnvironmentFault` without the extra."""
+    """Raise `InputError` for an invalid number of a domain, `EnvironmentFault` without the extra."""
     if domain not in DOMAINS:
         raise InputError(f"--ros2 = {domain}: a domain from {DOMAINS[0]} to {DOMAINS[-1]} is expected")
     if missing := [name for name in ("cyclonedds", "rosbags") if find_spec(name) is None]:
@@ -29,7 +29,7 @@ def require_domain(domain: int) -> None:
 
 
 class DdsWriter:
-    """Writes messages to a domain, for all who read there; reads nothing."""
+    """Publisher of ROS 2 messages in a DDS domain; reads nothing."""
 
     def __init__(self, domain: int) -> None:
         """Join a *domain*. Raises as `require_domain`, and `EnvironmentFault` where the network rejects it."""
@@ -54,7 +54,7 @@ class DdsWriter:
         self.classes: dict[str, Any] = {}
 
     def write(self, message: RosMessage) -> None:
-        """Write one message; a reader that has no room for it loses it."""
+        """Publish one message; a reader that has no room for it loses it."""
         from cyclonedds.core import DDSException
 
         if message.topic not in self._writers:

@@ -11,7 +11,7 @@ _TEXT: Final = "string"
 
 
 def filled(classes: Mapping[str, Any], store: Any, kind: str, given: Mapping[str, Any], *, lists: bool = False) -> Any:
-    """The message of the type *kind* with the *given* fields, and zeros where none is given.
+    """Return a message of the type *kind* with the *given* fields, and zeros for all others.
 
     *classes*: classes of the messages, by type. *store*: rosbags' store of types. *lists*: numbers in lists, not in
     arrays.

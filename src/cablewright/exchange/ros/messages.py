@@ -74,7 +74,7 @@ LEFT_OUT: Final = (
 
 
 class RosMessages:
-    """Makes the messages of one log, step by step."""
+    """Converts one log to ROS messages, step by step."""
 
     def __init__(self, head: LogHead) -> None:
         """For the robot and machine of *head*."""
@@ -84,7 +84,7 @@ class RosMessages:
         self._size = float(np.subtract(scene.frame_max, scene.frame_min).max())
 
     def of(self, entry: Entry) -> Iterator[RosMessage]:
-        """Yield the messages of one step."""
+        """Yield the ROS messages of one step."""
         for reading in entry.frame.readings:
             yield from self._reading(reading)
         if entry.truth is not None:

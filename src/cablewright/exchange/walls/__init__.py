@@ -1,1 +1,1 @@
-"""Robots in the plane of a wall or a board, on two belts from above: read from the settings of their firmwares."""
+"""Robots on two belts in the plane of a wall or board: import and export of their firmwares' settings."""

@@ -1,4 +1,4 @@
-"""A wall plotter of FluidNC (``kinematics: WallPlotter``): read. Lengths are mm, x to the right, y up the wall."""
+"""Import of a FluidNC wall plotter (``kinematics: WallPlotter``). Lengths are mm, x to the right, y up the wall."""
 
 from __future__ import annotations
 

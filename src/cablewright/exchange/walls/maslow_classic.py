@@ -1,4 +1,4 @@
-"""A Maslow of before 2023, on two chains: GroundControl's settings, or the firmware's own list. Lengths are mm.
+"""Import of a classic Maslow (before 2023, two chains) from GroundControl's or its firmware's settings. Lengths are mm.
 
 The origin is the middle of the sheet; x is to the right, y up the board. Chains pull along lines through the bit, as
 where they end on a ring or a linkage about it.

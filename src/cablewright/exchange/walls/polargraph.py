@@ -1,4 +1,4 @@
-"""Polargraphs of Marlin (``Configuration.h`` or M665) and of Makelangelo's own firmware (M101): read. Lengths are mm.
+"""Import of polargraphs: settings of Marlin (``Configuration.h`` or M665) and of Makelangelo (M101). Lengths are mm.
 
 Both have the belts' ends in the upper corners of the area that they draw on, x to the right, y up the wall.
 """
@@ -183,7 +183,7 @@ class _Defines:
         return holds is not bool(match[1])
 
     def metres(self, name: str) -> float:
-        """Return a length. Raises `InputError`."""
+        """Return a length of the settings, m. Raises `InputError`."""
         return 1e-3 * self._value(name, 0)
 
     def speeds(self) -> dict[int, float]:

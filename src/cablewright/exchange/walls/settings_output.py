@@ -1,4 +1,4 @@
-"""Robots in the plane of a wall or board as settings of their firmware: written, in the layout that this reads.
+"""Export of robots in the plane of a wall or board to their firmware's settings, in the layout of the imports.
 
 FluidNC's WallPlotter and Maslow 4, Marlin's polargraph and the classic Maslow. Lengths are mm, x to the right, y up.
 """

@@ -24,7 +24,7 @@ Place = tuple[float, float]
 
 @dataclass(frozen=True)
 class Wall:
-    """Two exit points above a platform that hangs on them.
+    """A platform that hangs on two belts from two exit points.
 
     ``left``, ``right``: m, where the belts leave; ``low``: m, the lowest y of the platform; None: unknown. ``lean``:
     rad, of the wall from the vertical. ``mass``: kg, ``cable``: its table; None: assumed. ``winches``: table of the

@@ -1,9 +1,9 @@
 """The messages between machine, estimation, control, log and viewer: readings, commands, estimates.
 
-Frozen values with read-only arrays, in SI units. Frames: **world**: the robot file's; **drum**: origin at B, where the
-lines meet, z up along its axis, parallel to the world's axes without tilt and yaw; of a rigid platform its own frame,
-whose origin is then B; **lidar**: its x-y plane is the scan's. Times are seconds since the machine's start, by its own
-clock. NaN: not measured.
+Frozen values with read-only arrays, in SI units. Frames: **world**: the robot file's; **drum** (platform): origin at B,
+where the lines meet, z up along its axis, parallel to the world's axes without tilt and yaw; of a rigid platform its
+own frame, whose origin is then B; **lidar**: its x-y plane is the scan's. Times are seconds since the machine's start,
+by its own clock. NaN: not measured.
 
 Each sensor's reading has a module of its own here, and is declared there: modules are found, not listed.
 """

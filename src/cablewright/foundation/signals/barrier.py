@@ -1,4 +1,4 @@
-"""Whether somebody is near."""
+"""Reading of the light barrier: whether a person is near the machine."""
 
 from dataclasses import dataclass
 

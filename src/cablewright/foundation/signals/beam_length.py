@@ -1,4 +1,4 @@
-"""How long a platform that retracts is."""
+"""Reading of the length of a platform that retracts."""
 
 from dataclasses import dataclass
 

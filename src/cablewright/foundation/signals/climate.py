@@ -1,4 +1,4 @@
-"""Temperature and humidity of the room."""
+"""Reading of temperature and humidity of the room."""
 
 from dataclasses import dataclass
 

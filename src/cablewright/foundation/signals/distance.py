@@ -1,4 +1,4 @@
-"""What the distance sensor under the valve measures."""
+"""Reading of the distance sensor under the valve."""
 
 from dataclasses import dataclass
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""What the winches' drives report."""
+"""Reports of the winches' drives."""
 
 from dataclasses import dataclass
 from enum import StrEnum

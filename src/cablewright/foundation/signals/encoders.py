@@ -1,4 +1,4 @@
-"""Counts of the encoders of the winches' motors."""
+"""Reading of the encoders of the winches' motors."""
 
 from dataclasses import dataclass
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""What a machine answers in one step."""
+"""All readings of a machine in one step."""
 
 from dataclasses import dataclass
 from typing import TypeVar
@@ -26,12 +26,12 @@ class SensorFrame:
     notices: tuple[Notice, ...] = ()
 
     def of(self, kind: type[_Kind]) -> tuple[_Kind, ...]:
-        """Return the readings of one kind: ``frame.of(Scan)``."""
+        """Return the frame's readings of one kind: ``frame.of(Scan)``."""
         return tuple(reading for reading in self.readings if isinstance(reading, kind))
 
 
 def frozen(values: ArrayLike) -> Array:
-    """Return a read-only copy as floats."""
+    """Return a read-only copy of an array as floats."""
     copy = np.array(values, dtype=np.float64)
     copy.flags.writeable = False
     return copy

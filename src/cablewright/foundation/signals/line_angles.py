@@ -1,4 +1,4 @@
-"""Angles of the lines at their accelerometers."""
+"""Reading of the cable angles at the accelerometers on the lines."""
 
 from dataclasses import dataclass
 from typing import Annotated

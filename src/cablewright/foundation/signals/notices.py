@@ -1,4 +1,4 @@
-"""What a machine reports besides readings."""
+"""Notices of a machine besides readings: conditions such as a slipping brake."""
 
 from dataclasses import dataclass
 from enum import StrEnum

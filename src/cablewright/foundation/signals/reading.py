@@ -1,4 +1,4 @@
-"""What a reading declares of its sensor: sources, streams of noise, topics, and which of its numbers are of lines."""
+"""Base of sensor readings: source, clock, log topic, random stream, and which fields are per line."""
 
 import functools
 from collections.abc import Mapping, Sequence
@@ -58,7 +58,7 @@ class Reading:
 
     @property
     def stamp(self) -> float:
-        """Time that a clock wrote on it, s."""
+        """Time that a clock wrote on the reading, s."""
         return self.time
 
     def stamped(self, time: float, rate: float = 1.0) -> Self:

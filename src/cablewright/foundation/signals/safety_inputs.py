@@ -1,4 +1,4 @@
-"""Inputs that concern the machine's safety."""
+"""Digital inputs that concern the machine's safety."""
 
 from dataclasses import dataclass
 

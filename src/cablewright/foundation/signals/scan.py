@@ -1,4 +1,4 @@
-"""Turns of planar lidars."""
+"""Reading of a planar lidar: one scan."""
 
 from dataclasses import dataclass, replace
 from typing import Self

@@ -1,4 +1,4 @@
-"""Where a machine is: truly, by estimation, and along its print."""
+"""True and estimated state of a machine, and the progress of its print."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -59,7 +59,7 @@ class Estimate:
 
     @property
     def yaw(self) -> float:
-        """Rotation of the drum about the vertical, rad, for small tilts."""
+        """Rotation of the platform about the vertical, rad, for small tilts."""
         return float(self.rotation[2])
 
 

@@ -1,4 +1,4 @@
-"""Where the swivelling sheaves look."""
+"""Reading of the angles of the swivelling sheaves."""
 
 from dataclasses import dataclass
 from typing import Annotated

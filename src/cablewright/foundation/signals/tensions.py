@@ -1,4 +1,4 @@
-"""Tensions of the lines."""
+"""Reading of the tensions of the lines."""
 
 from dataclasses import dataclass
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""How far a drive has turned a drum about its axis."""
+"""Reading of the angle by which a drive has turned the container about its axis."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from cablewright.foundation.signals.reading import Reading, Source
 
 @dataclass(frozen=True, eq=False)
 class YawAngle(Reading, sources=[Source("yaw_encoder", stream=15, topic="/yaw_encoder")]):
-    """Measured angle of a drum's yaw drive, relative to its suspension."""
+    """Measured angle of the container's yaw drive, relative to its suspension."""
 
     time: float  # s
     angle: float  # rad, counter-clockwise seen from above

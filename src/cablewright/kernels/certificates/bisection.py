@@ -1,4 +1,4 @@
-"""Choice of the bisection of a set of lengths for which no tube was proved, or too wide a one."""
+"""Choice of the direction in which a set of lengths is bisected, where no tube was proved or the tube is too wide."""
 
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.branch_tube import UNBOUNDED, reach_now, slopes
@@ -10,9 +10,10 @@ COUNTED = 6  # number of unknowns by which a bisection is judged
 
 @jit
 def worst_cut(packed, code, row, linear, slabs, cert, work):
-    """The slab (0 to K - 1) or length (from K) whose halving reduces the width of *row* most, or helps a proof most.
+    """Choose the slab or length to bisect: the one that reduces the width of *row*, or helps the proof, most.
 
-    *row* < 0: nothing was proved, see *code*. *linear*: the row is too wide by the linearisation, not by its error.
+    Returns the slab's index (0 to K - 1) or that of the length (from K). *row* < 0: nothing was proved, for the reason
+    *code*. *linear*: the row is too wide by the linearisation, not by its error.
     """
     pulls = work.base  # no longer needed
     pulls[:] = 0.0

@@ -68,7 +68,7 @@ SIDE_SLACK = 1e-14
 
 
 class TubeWork(NamedTuple):
-    """Scratch of one prover. N unknowns as in `CertificateWork`, K slabs."""
+    """Working memory of the proof of one tube, for N unknowns as in `CertificateWork` and K slabs."""
 
     left: NDArray[np.float64]  # (m,): lower ends of the set's lengths, relative to the centre
     right: NDArray[np.float64]  # (m,): upper ends
@@ -99,7 +99,7 @@ class TubeWork(NamedTuple):
 
 @jit(allocates=True)
 def tube_work(size, m, slabs):
-    """Scratch for *size* unknowns, *m* lines and a number of slabs."""
+    """Allocate a `TubeWork` for *size* unknowns, *m* lines and a number of slabs."""
     return TubeWork(
         np.zeros(m),
         np.zeros(m),
@@ -211,7 +211,7 @@ def _reach(packed, slabs, cert, work):
 
 @jit
 def slopes(cert, j, row):
-    """Write the derivatives of unknown *j* by the lengths to *row*: its entries of Y at the lines' length equations."""
+    """Write the derivatives of unknown *j* by the lengths to *row*: entries of the approximate inverse Y."""
     for i in range(row.shape[0]):
         row[i] = cert.inverse[j, cert.offsets[i] + 2]
 
@@ -235,13 +235,13 @@ def _end_slopes(packed, line, a, b, cert, work):
 
 @jit
 def reach_now(slabs, work):
-    """Bound of |work.row . (L - L_c)| over the set."""
+    """Return a bound of the change |work.row . (L - L_c)| of a linear function over the set of lengths L."""
     return max(reach_towards(-1.0, slabs, work), reach_towards(1.0, slabs, work))
 
 
 @jit
 def reach_towards(sign, slabs, work):
-    """Upper bound of *sign* work.row . (L - L_c) over the set."""
+    """Return an upper bound of *sign* * work.row . (L - L_c), a linear function, over the set of lengths L."""
     return upper_bound(work.row, sign, work.left, work.right, slabs, work.below, work.above, work.weights)
 
 

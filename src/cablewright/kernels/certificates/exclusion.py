@@ -1,8 +1,8 @@
-"""Whether a box of positions contains an equilibrium of a point load besides the known ones.
+"""Proof that a box of positions contains no equilibrium of a point load except the known ones.
 
-The leaves of each line give all forces with which it can end in the box. If these cannot sum to the load, the box is
-excluded. If all shapes of one label of each line only stiffen over a convex set of forces, two equilibria with such
-forces would contradict each other: `docs/theory/exhaustive.md`.
+The leaves of a line, computed before, contain all forces with which it can end in the box. If these cannot sum to the
+load, the box is excluded. If all shapes of one label of each line only stiffen over a convex set of forces, two
+equilibria with such forces would contradict each other: `docs/theory/exhaustive.md`.
 """
 
 from math import cos as float_cos
@@ -48,7 +48,7 @@ UP, DOWN, BACK = SIDES // 4, 3 * SIDES // 4, SIDES // 2
 
 
 class Atlases(NamedTuple):
-    """The leaves of all lines of a robot, and its known equilibria."""
+    """The leaves (possible shapes and forces) of all lines of a robot, and its known equilibria."""
 
     exits: NDArray[np.float64]  # (m, 3) exit points less platform points
     weights: NDArray[np.float64]  # (m,) N/m
@@ -62,7 +62,7 @@ class Atlases(NamedTuple):
 
 
 class PlaceWork(NamedTuple):
-    """Scratch of one judge."""
+    """Working memory of `judge`."""
 
     peaks: NDArray[np.float64]  # (m, KINDS, MAX_DIRECTIONS): largest component of forces along each direction
     hulls: NDArray[np.float64]  # (m, KINDS, SIDES): polygons of forces at the end, in the line's plane
@@ -78,7 +78,7 @@ class PlaceWork(NamedTuple):
 
 @jit(allocates=True)
 def place_work(m):
-    """Scratch for `judge`, for m lines."""
+    """Allocate a `PlaceWork` for *m* lines."""
     return PlaceWork(
         np.zeros((m, KINDS, MAX_DIRECTIONS)),
         np.zeros((m, KINDS, SIDES)),
@@ -95,7 +95,10 @@ def place_work(m):
 
 @jit
 def judge(box, atlases, work):
-    """Judge *box* (6,), low and high of x, y and z: EXCLUDED, SETTLED (known equilibria only) or OPEN; reason bits."""
+    """Decide whether *box* (6,), low and high of x, y and z, can contain an unknown equilibrium.
+
+    Returns EXCLUDED, SETTLED (known equilibria only) or OPEN, and bits with the reasons.
+    """
     m = atlases.exits.shape[0]
     count = _directions(box, atlases.exits, work.directions)
     for i in range(m):
@@ -124,7 +127,7 @@ def judge(box, atlases, work):
 
 @jit(allocates=True)
 def judge_rows(boxes, atlases, codes, reasons, first, last):
-    """Judge boxes (N, 6); codes and reasons (N,) are written."""
+    """Apply `judge` to boxes (N, 6); writes codes and reasons (N,)."""
     work = place_work(atlases.exits.shape[0])
     for j in range(first, last):
         codes[j], reasons[j] = judge(boxes[j], atlases, work)

@@ -55,14 +55,14 @@ FAR_BOUND, FAR_TAIL_BOUND = 2.05 * U, 4.25 * U
 
 @jit
 def down(c):
-    """Lower bound of all numbers that round to *c* in any rounding mode: -inf for NaN and for an overflow."""
+    """Return a lower bound of all numbers that round to *c* in any rounding mode: -inf for NaN and for an overflow."""
     bound = c - (PHI * abs(c) + ETA)
     return bound if bound == bound else -inf
 
 
 @jit
 def up(c):
-    """Upper bound of all numbers that round to *c*: inf for NaN and for an overflow."""
+    """Return an upper bound of all numbers that round to *c*: inf for NaN and for an overflow."""
     bound = c + (PHI * abs(c) + ETA)
     return bound if bound == bound else inf
 
@@ -80,19 +80,19 @@ def _ball(value, radius):
 
 @jit
 def point(x):
-    """The interval of the one number *x*; ENTIRE if it is not finite."""
+    """Return the interval that contains only the number *x*; ENTIRE if *x* is not finite."""
     return (x, x) if abs(x) < inf else ENTIRE
 
 
 @jit
 def neg(a):
-    """-a."""
+    """Return the interval of -a."""
     return (-a[1], -a[0])
 
 
 @jit
 def add(a, b):
-    """A + b."""
+    """Return the interval of a + b."""
     lo = down(a[0] + b[0])
     if lo < 0.0 and a[0] >= 0.0 and b[0] >= 0.0:
         lo = 0.0
@@ -101,13 +101,13 @@ def add(a, b):
 
 @jit
 def sub(a, b):
-    """A - b."""
+    """Return the interval of a - b."""
     return (down(a[0] - b[1]), up(a[1] - b[0]))
 
 
 @jit
 def mul(a, b):
-    """A b."""
+    """Return the interval of the product a b."""
     p, q, r, s = a[0] * b[0], a[0] * b[1], a[1] * b[0], a[1] * b[1]
     total = (p + q) + (r + s)
     if total != total:  # 0 times inf
@@ -124,7 +124,7 @@ def mul(a, b):
 
 @jit
 def div(a, b):
-    """A / b; ENTIRE if b holds zero."""
+    """Return the interval of a / b; ENTIRE if b contains zero."""
     if b[0] > 0.0:
         lo = down(a[0] / (b[1] if a[0] >= 0.0 else b[0]))
         if lo < 0.0 and a[0] >= 0.0:
@@ -137,7 +137,7 @@ def div(a, b):
 
 @jit
 def scale(a, factor):
-    """A times the exact number *factor*."""
+    """Return the interval of a times the exact number *factor*."""
     if factor >= 0.0:
         lo = down(a[0] * factor)
         return (0.0 if lo < 0.0 and a[0] >= 0.0 else lo, up(a[1] * factor))
@@ -146,7 +146,7 @@ def scale(a, factor):
 
 @jit
 def sqr(a):
-    """a^2."""
+    """Return the interval of a^2."""
     smallest, largest = mig(a), mag(a)
     lo = down(smallest * smallest)
     return (lo if lo > 0.0 else 0.0, up(largest * largest))
@@ -154,7 +154,7 @@ def sqr(a):
 
 @jit
 def root(a):
-    """sqrt(a)."""
+    """Return the interval of the square root of a."""
     if not (a[0] >= 0.0 and a[1] >= a[0]):
         return ENTIRE
     lo = down(sqrt(a[0]))
@@ -166,25 +166,25 @@ def root(a):
 
 @jit
 def hull(a, b):
-    """The smallest interval that contains a and b."""
+    """Return the smallest interval that contains a and b."""
     return (a[0] if a[0] <= b[0] else b[0], a[1] if a[1] >= b[1] else b[1])
 
 
 @jit
 def intersect(a, b):
-    """Intersection of a and b; lo > hi if it is empty."""
+    """Return the intersection of the intervals a and b; lo > hi if it is empty."""
     return (a[0] if a[0] >= b[0] else b[0], a[1] if a[1] <= b[1] else b[1])
 
 
 @jit
 def contains_zero(a):
-    """Whether a may contain zero; true for NaN."""
+    """Return whether the interval a may contain zero; true for NaN."""
     return not (a[0] > 0.0 or a[1] < 0.0)
 
 
 @jit
 def mag(a):
-    """The largest absolute value in a."""
+    """Return the largest absolute value in the interval a."""
     left, right = abs(a[0]), abs(a[1])
     if left != left or right != right:
         return inf
@@ -193,7 +193,7 @@ def mag(a):
 
 @jit
 def mig(a):
-    """The smallest absolute value in a."""
+    """Return the smallest absolute value in the interval a."""
     if a[0] > 0.0:
         return a[0]
     return -a[1] if a[1] < 0.0 else 0.0
@@ -201,7 +201,7 @@ def mig(a):
 
 @jit
 def inflate(a, r):
-    """A widened by *r* on either side."""
+    """Return the interval a, widened by *r* at either end."""
     return (down(a[0] - abs(r)), up(a[1] + abs(r)))
 
 
@@ -273,13 +273,13 @@ def _wave(a, quarters):
 
 @jit
 def sin(a):
-    """sin(a); tight within -/+ 1000."""
+    """Return the interval of sin(a); tight for angles within -/+ 1000 rad."""
     return _wave(a, 0)
 
 
 @jit
 def cos(a):
-    """cos(a); tight within -/+ 1000."""
+    """Return the interval of cos(a); tight for angles within -/+ 1000 rad."""
     return _wave(a, 1)
 
 
@@ -288,7 +288,7 @@ def cos(a):
 
 @jit
 def exp_point(x):
-    """Enclosure of exp(x); tight for |x| <= 700."""
+    """Return an interval that contains exp(x) of the number *x*; tight for |x| <= 700."""
     if not abs(x) <= 700.0:
         if x > 700.0:
             return (1e304, inf)
@@ -306,7 +306,7 @@ def exp_point(x):
 
 @jit
 def exp(a):
-    """exp(a)."""
+    """Return the interval of exp(a)."""
     lo, hi = exp_point(a[0])
     return (lo, hi) if a[0] == a[1] else (lo, exp_point(a[1])[1])
 
@@ -326,7 +326,7 @@ def _twice_atanh(z):
 
 @jit
 def log1p_point(x):
-    """Enclosure of log(1 + x)."""
+    """Return an interval that contains log(1 + x) of the number *x*."""
     if not -1.0 < x < inf:
         return ENTIRE
     if NEAR_LEFT <= x <= NEAR_RIGHT:
@@ -347,7 +347,7 @@ def log1p_point(x):
 
 @jit
 def log1p_ratio_point(d):
-    """Enclosure of log(1 + d) / d, which is 1 at d = 0."""
+    """Return an interval that contains log(1 + d) / d of the number *d*; it is 1 at d = 0."""
     if not d > -1.0:
         return ENTIRE
     if d == inf:
@@ -368,7 +368,7 @@ def log1p_ratio_point(d):
 
 @jit
 def log1p_ratio(a):
-    """log(1 + a) / a, decreasing, 1 at 0."""
+    """Return the interval of log(1 + a) / a, a decreasing function that is 1 at 0."""
     if not -1.0 < a[0] <= a[1]:
         return ENTIRE
     lo, hi = log1p_ratio_point(a[0])

@@ -1,4 +1,4 @@
-"""Interval arithmetic of values with their first derivatives, so that a formula is written once.
+"""Interval arithmetic of values together with their first derivatives (automatic differentiation).
 
 A jet is an array (1 + SLOTS, 2): the enclosure of a quantity over a box, then those of its derivatives by a line's own
 unknowns (slots 0 to 4) and by the pose (position 5 to 7, rotation 8 to 10). Where a value is not defined somewhere in
@@ -33,13 +33,13 @@ REFINEMENTS = 5  # each cubes the error of an angle's guess, at first below 0.34
 
 @jit
 def of(a, k):
-    """Interval *k* of a jet: 0 is its value, 1 + s its derivative by slot s."""
+    """Return interval *k* of a jet: 0 is its value, 1 + s its derivative by slot s."""
     return a[k, 0], a[k, 1]
 
 
 @jit(allocates=True)
 def constant(value):
-    """Jet of an interval that depends on nothing."""
+    """Return the jet of an interval whose derivatives are all zero."""
     out = np.zeros((1 + SLOTS, 2))
     out[0, 0], out[0, 1] = value
     return out
@@ -47,7 +47,7 @@ def constant(value):
 
 @jit(allocates=True)
 def variable(value, slot):
-    """Jet of the unknown in *slot*, whose box is the interval *value*."""
+    """Return the jet of the unknown in *slot*, whose range in the box is the interval *value*."""
     out = constant(value)
     out[1 + slot, 0] = out[1 + slot, 1] = 1.0
     return out
@@ -55,7 +55,7 @@ def variable(value, slot):
 
 @jit(allocates=True)
 def unbounded():
-    """Jet of a quantity that is not defined everywhere in the box."""
+    """Return the jet of a quantity that is not defined everywhere in the box: all of its intervals are unbounded."""
     out = np.empty((1 + SLOTS, 2))
     out[:, 0], out[:, 1] = ENTIRE
     return out
@@ -63,7 +63,7 @@ def unbounded():
 
 @jit(allocates=True)
 def plus(a, b):
-    """A + b."""
+    """Return the jet of a + b."""
     out = np.empty((1 + SLOTS, 2))
     for k in range(1 + SLOTS):
         out[k, 0], out[k, 1] = add(of(a, k), of(b, k))
@@ -72,7 +72,7 @@ def plus(a, b):
 
 @jit(allocates=True)
 def minus(a, b):
-    """A - b."""
+    """Return the jet of a - b."""
     out = np.empty((1 + SLOTS, 2))
     for k in range(1 + SLOTS):
         out[k, 0], out[k, 1] = sub(of(a, k), of(b, k))
@@ -81,7 +81,7 @@ def minus(a, b):
 
 @jit(allocates=True)
 def scaled(a, factor):
-    """A times the interval *factor*."""
+    """Return the jet a times the interval *factor*."""
     out = np.empty((1 + SLOTS, 2))
     for k in range(1 + SLOTS):
         out[k, 0], out[k, 1] = mul(of(a, k), factor)
@@ -90,7 +90,7 @@ def scaled(a, factor):
 
 @jit(allocates=True)
 def times(a, b):
-    """A b."""
+    """Return the jet of the product a b."""
     out = constant(mul(of(a, 0), of(b, 0)))
     for k in range(1, 1 + SLOTS):
         out[k, 0], out[k, 1] = add(mul(of(a, k), of(b, 0)), mul(of(a, 0), of(b, k)))
@@ -99,7 +99,7 @@ def times(a, b):
 
 @jit(allocates=True)
 def over(a, b):
-    """A / b; unbounded if b holds zero."""
+    """Return the jet of a / b; unbounded if b contains zero."""
     out = constant(div(of(a, 0), of(b, 0)))
     for k in range(1, 1 + SLOTS):
         out[k, 0], out[k, 1] = div(sub(of(a, k), mul(of(out, 0), of(b, k))), of(b, 0))
@@ -108,7 +108,7 @@ def over(a, b):
 
 @jit(allocates=True)
 def square_root(a):
-    """sqrt(a)."""
+    """Return the jet of the square root of a."""
     out = constant(root(of(a, 0)))
     for k in range(1, 1 + SLOTS):
         out[k, 0], out[k, 1] = div(of(a, k), add(of(out, 0), of(out, 0)))
@@ -117,7 +117,7 @@ def square_root(a):
 
 @jit(allocates=True)
 def cosine(a):
-    """cos(a)."""
+    """Return the jet of cos(a)."""
     out = scaled(a, neg(sin(of(a, 0))))
     out[0, 0], out[0, 1] = cos(of(a, 0))
     return out
@@ -125,7 +125,7 @@ def cosine(a):
 
 @jit(allocates=True)
 def sine(a):
-    """sin(a)."""
+    """Return the jet of sin(a)."""
     out = scaled(a, cos(of(a, 0)))
     out[0, 0], out[0, 1] = sin(of(a, 0))
     return out
@@ -133,7 +133,10 @@ def sine(a):
 
 @jit(allocates=True)
 def angle(x, y):
-    """Angle of the vector (x, y), rad: continuous in the box, and at its middle between -pi and pi."""
+    """Return the jet of the angle of the vector (x, y), rad.
+
+    The angle is continuous in the box, and between -pi and pi at the middle of the box.
+    """
     value = _angle(of(x, 0), of(y, 0))
     out = constant(value)
     square = add(sqr(of(x, 0)), sqr(of(y, 0)))
@@ -179,13 +182,13 @@ def cross(a, b):
 
 @jit(allocates=True)
 def along(a, factor):
-    """Vector *a*, a tuple of three jets, times the jet *factor*."""
+    """Return the vector *a*, a tuple of three jets, times the jet *factor*."""
     return times(a[0], factor), times(a[1], factor), times(a[2], factor)
 
 
 @jit(allocates=True)
 def unit(a):
-    """Vector *a*, a tuple of three jets, over its length."""
+    """Return the vector *a*, a tuple of three jets, divided by its length."""
     return along(a, over(constant(ONE), square_root(dot(a, a))))
 
 
@@ -203,5 +206,5 @@ def less(a, b):
 
 @jit(allocates=True)
 def fixed(a, b, c):
-    """Vector of three doubles as a tuple of three jets."""
+    """Return a constant vector of three numbers as a tuple of three jets."""
     return constant((a, a)), constant((b, b)), constant((c, c))

@@ -1,12 +1,10 @@
-"""A certificate of one equilibrium: Krawczyk's test around a numerical solution in interval arithmetic.
+"""A certificate of one equilibrium: Krawczyk's test around a numerical solution, in interval arithmetic.
 
-With F the equations, Y any matrix, and a box x +- r on which every Jacobian of F is within [J], let
-
-    k = |Y F(x)| + |I - Y [J]| r.
-
-If k < r in every component, F has exactly one zero in the box, and it is within k of x (Krawczyk 1969; Rump 2010,
-section 13). F(x) and [J] are enclosed with outward rounding, Y is an approximate inverse by blocks: one for each line,
-and the platform. The rounding of floating-point sums with Y is bounded by GAMMA times the sums of absolute values.
+With F the equations, Y any matrix, and a box x +- r on which every Jacobian of F is within [J], let k = |Y F(x)| + |I -
+Y [J]| r. If k < r in every component, F has exactly one zero in the box, and it is within k of x (Krawczyk 1969; Rump
+2010, section 13). F(x) and [J] are enclosed with outward rounding, Y is an approximate inverse by blocks: one for each
+line, and the platform. The rounding of floating-point sums with Y is bounded by GAMMA times the sums of absolute
+values.
 """
 
 from cablewright.kernels import jit
@@ -99,7 +97,7 @@ def _is_within(packed, tolerance, work):
 
 @jit
 def levers(packed, work):
-    """1 if every lever is proved stable over the certified box, -1 if one is proved unstable, else 0."""
+    """Return 1 if every lever is proved stable over the certified box, -1 if one is proved unstable, else 0."""
     sure = 1
     for i in range(packed.lines.shape[0]):
         for at in range(work.offsets[i] + BETA, work.offsets[i + 1]):  # of a line over a lever
@@ -112,7 +110,10 @@ def levers(packed, work):
 
 @jit
 def split(work):
-    """Write middles and half widths of the Jacobian's blocks; False where an entry is not bounded."""
+    """Write the midpoints and half widths of the blocks of an interval Jacobian.
+
+    Returns False where an entry is not bounded.
+    """
     bounded = True
     for block in work.blocks:
         for row in range(block[0], block[1]):
@@ -127,7 +128,10 @@ def split(work):
 
 @jit
 def invert(packed, work):
-    """Write Y from inverses of the lines' blocks and the platform's Schur complement. False if one is singular."""
+    """Write Y, an approximate inverse of the Jacobian, by blocks.
+
+    It uses the inverses of the lines' blocks and the platform's Schur complement. Returns False if one is singular.
+    """
     m, n = packed.lines.shape[0], packed.freedoms
     first = work.offsets[m]
     inverse, middle, columns = work.inverse, work.middle, work.columns
@@ -199,7 +203,7 @@ def _assemble(first, n, m, work):
 
 @jit
 def newton_bound(work):
-    """Write |Y F|, rounded outward; False where it is not bounded."""
+    """Write the bound |Y F| of the Newton step, rounded outward; False where it is not bounded."""
     size = work.step.shape[0]
     for row in range(size):
         total, bulk = 0.0, 0.0
@@ -220,7 +224,7 @@ def newton_bound(work):
 
 @jit
 def image(work):
-    """Write the bound |Y F| + |I - Y [J]| r, rounded outward."""
+    """Write Krawczyk's bound |Y F| + |I - Y [J]| r, rounded outward."""
     radius, inverse, size = work.radius, work.inverse, work.radius.shape[0]
     work.sums[:] = 0.0
     for block in work.blocks:

@@ -1,6 +1,6 @@
-"""Polytopes of lengths, a box intersected with slabs: bounds of linear forms, and points in it.
+"""Polytopes of cable lengths (a box intersected with slabs): bounds of linear functions, and points inside.
 
-The set is low <= x <= high, slab_low <= S (x - origin) <= slab_high. The bound of a linear form is that of weak
+The set is low <= x <= high, slab_low <= S (x - origin) <= slab_high. The bound of a linear function is that of weak
 duality: any weights of the slabs give a valid one, so that their choice affects its tightness only.
 """
 
@@ -17,7 +17,10 @@ HALVINGS = 20
 
 @jit
 def upper_bound(row, sign, left, right, slabs, below, above, weights):
-    """Upper bound of sign row . x for left <= x <= right, below <= slabs x <= above; writes its dual *weights*."""
+    """Return an upper bound of *sign* * row . x for left <= x <= right, below <= slabs x <= above.
+
+    Writes the *weights* of the slabs (dual variables) that prove the bound.
+    """
     m, count = left.shape[0], below.shape[0]
     weights[:] = 0.0
     for _ in range(SWEEPS if count > 1 else count):
@@ -69,7 +72,7 @@ def _rest(row, sign, slabs, weights, i):
 
 @jit
 def offset(slabs, k, origin, x):
-    """slabs[k] . (x - origin), and the sum of its absolute terms."""
+    """Return the position slabs[k] . (x - origin) of a point across slab *k*, and the sum of its absolute terms."""
     total, bulk = 0.0, 0.0
     for i in range(x.shape[0]):
         part = slabs[k, i] * (x[i] - origin[i])
@@ -80,7 +83,7 @@ def offset(slabs, k, origin, x):
 
 @jit
 def holds(low, high, slab_low, slab_high, slabs, origin, x, pads):
-    """Whether *x* is in the set with its slabs widened by half of *pads* on each side."""
+    """Return whether the point *x* is in the set, with its slabs widened by half of *pads* on each side."""
     for i in range(x.shape[0]):
         if not low[i] <= x[i] <= high[i]:
             return False
@@ -93,7 +96,10 @@ def holds(low, high, slab_low, slab_high, slabs, origin, x, pads):
 
 @jit
 def centre_of(low, high, slab_low, slab_high, slabs, origin, x, pads, inner):
-    """Write a point near the middle of the set to *x*; *inner* is a point of the set. Returns whether *x* is in it."""
+    """Write a point near the middle of the polytope to *x*, and return whether *x* is inside.
+
+    *inner* is a point known to be inside.
+    """
     for i in range(x.shape[0]):
         x[i] = 0.5 * (low[i] + high[i])
     for _ in range(ROUNDS):

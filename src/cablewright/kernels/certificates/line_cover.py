@@ -1,4 +1,4 @@
-"""A cover of all shapes of one line by leaves, over all directions and tensions at its sheave."""
+"""Cover of all possible shapes of one line by leaves: cells of direction and tension at its sheave."""
 
 from typing import NamedTuple
 
@@ -45,7 +45,7 @@ FULL = -1
 
 
 class AtlasWork(NamedTuple):
-    """Scratch of one atlas."""
+    """Working memory of `cover`."""
 
     shape: ShapeWork
     pool: NDArray[np.float64]  # (BOXES, 6): boxes of the waiting cells, then of the current cell
@@ -65,7 +65,7 @@ class AtlasWork(NamedTuple):
 
 @jit(allocates=True)
 def atlas_work():
-    """Scratch for `cover`."""
+    """Allocate an `AtlasWork`."""
     unknown = np.zeros((INNER, 5))
     unknown[0, 4] = 1.0
     return AtlasWork(
@@ -88,7 +88,7 @@ def atlas_work():
 
 @jit
 def cover(row, length, cell, box, grain, view, leaves, count, work):
-    """Cover *cell* (4,) of phi and log tension with leaves, written to *leaves* from row *count* on.
+    """Cover a *cell* (4,) of directions and log tensions of a line with leaves, added to *leaves* after row *count*.
 
     *box* (6,) contains all inner unknowns: low and high of dead length, psi, beta. *grain* (6,): width in phi and log
     tension of the largest leaf, of the smallest leaf, and of the largest leaf that ends out of view. *view* (4,): low

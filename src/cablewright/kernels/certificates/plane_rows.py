@@ -1,4 +1,4 @@
-"""Enclosures of the platform's rows in a plane: its position in the plane, and the balance within the plane.
+"""Interval enclosures of the balance of a platform that a plane carries.
 
 With N the packed normal, as its doubles are, and a the axis of its largest entry, the rows of the balance b become, for
 the other axes j, N_a b_j - N_j b_a, which no force along N changes, and in row a the plane's own equation N . p = d. Of
@@ -21,7 +21,10 @@ from cablewright.kernels.statics.platform_enclosure import (
 
 @jit
 def hold_residual(general, platform, pose, rows, work):
-    """Replace *rows* (n, 2), the balance at the *pose* (n,). *general*: see `Packed`."""
+    """Replace the platform's residual *rows* (n, 2) by those in the plane at the *pose* (n,).
+
+    *general*: see `Packed`.
+    """
     if general is None or platform[HELD] == 0.0:
         return
     a, n = axis_across(platform), pose.shape[0]
@@ -45,7 +48,10 @@ def hold_residual(general, platform, pose, rows, work):
 
 @jit
 def hold_jacobian(general, platform, omega, n, low, high, work):
-    """Replace the rows *low* and *high* (n, N) of the Jacobian for rotations of up to *omega*, rad."""
+    """Replace the platform's rows *low* and *high* (n, N) of the Jacobian by those in the plane.
+
+    They hold for rotations of up to *omega*, rad.
+    """
     if general is None or platform[HELD] == 0.0:
         return
     a, first = axis_across(platform), low.shape[1] - n

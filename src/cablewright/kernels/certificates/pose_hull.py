@@ -1,4 +1,4 @@
-"""A box that encloses the pose for all lengths within given errors, by a cover of the lengths with tubes.
+"""A box that contains the pose for all cable lengths within given errors, proved by bisection of the lengths.
 
 The box of lengths is bisected, by lengths and by slabs, until each part, a leaf, has a narrow enough tube
 (`branch_tube.prove_tube`). The two halves share a point whose solution is certified and shown to be in both tubes. By
@@ -47,7 +47,7 @@ HALF = 3.1  # rad: rotation vectors are unique up to this angle
 
 
 class Leaves(NamedTuple):
-    """The stack of parts to do: the set of each, and a solution of the branch in it."""
+    """Stack of the parts of the box of lengths that are not proved yet, each with a solution of the branch in it."""
 
     low: NDArray[np.float64]  # (D, m)
     high: NDArray[np.float64]
@@ -62,7 +62,7 @@ class Leaves(NamedTuple):
 
 
 class HullSearch(NamedTuple):
-    """Constants, results and scratch of a search."""
+    """Constants, results and working memory of the search for the box of poses."""
 
     origin: NDArray[np.float64]  # (m,): the point where slabs are zero
     slabs: NDArray[np.float64]  # (K, m)
@@ -82,7 +82,7 @@ class HullSearch(NamedTuple):
 
 @jit(allocates=True)
 def part_list(deepest, size, m, n, slabs):
-    """Stack of up to *deepest* parts with *size* unknowns."""
+    """Allocate a stack of up to *deepest* parts of the lengths, for *size* unknowns."""
     return Leaves(
         np.zeros((deepest, m)),
         np.zeros((deepest, m)),
@@ -99,7 +99,10 @@ def part_list(deepest, size, m, n, slabs):
 
 @jit(allocates=True)
 def search_of(packed, origin, slabs, pads, found):
-    """A search with *slabs* (K, m) from *origin* (m,). *found* (4, n): see `HullSearch`."""
+    """Return a `HullSearch` with *slabs* (K, m) through *origin* (m,).
+
+    *found* (4, n): see `HullSearch`.
+    """
     m, n = packed.lines.shape[0], packed.freedoms
     cert, own = unfold(packed, certificate_pool(packed)), unfold(packed, certificate_pool(packed))
     return HullSearch(
@@ -122,7 +125,10 @@ def search_of(packed, origin, slabs, pads, found):
 
 @jit
 def begin(nodes, low, high, reach, lengths, pose, states):
-    """Set the first part: the whole box from *low* to *high*, the *reach* (K,) of its slabs, a solution in it."""
+    """Start the search with the whole box of lengths from *low* to *high* and a solution in it.
+
+    *reach* (K,): half widths of its slabs.
+    """
     copy(low, nodes.low[0])
     copy(high, nodes.high[0])
     for k in range(reach.shape[0]):
@@ -135,9 +141,10 @@ def begin(nodes, low, high, reach, lengths, pose, states):
 
 @jit
 def explore(packed, nodes, tally, upto, tolerance, search):
-    """Continue until the box is covered or *upto* leaves are proved. Returns a code; the bounds are in search.found.
+    """Continue the search until the box of lengths is covered or *upto* leaves are proved.
 
-    A leaf is narrow enough if it exceeds the known poses by at most *tolerance*, a share of their width.
+    Returns a code; the bounds of the pose are in search.found. A leaf is narrow enough if it exceeds the known poses by
+    at most *tolerance*, a share of their width.
     """
     if tally[TESTS] == 0 and not _know(packed, nodes, 0, search):
         return UNCERTIFIED

@@ -1,4 +1,4 @@
-"""Lines out of the plane in the system of a certificate: their rows and their share of the platform's.
+"""Interval equations of lines that do not hang in a vertical plane, for certificates: their rows and wrenches.
 
 Nothing here is compiled for a robot without such lines: see `Packed`.
 """
@@ -15,9 +15,10 @@ from cablewright.kernels.statics.platform_enclosure import component
 
 @jit
 def enclose_spatial_line(general, row, y, length, pose, omega, i, at_solution, work):
-    """Enclose line *i*: its equations *at_solution*, or else the Jacobian's entries over the box. False if planar.
+    """Enclose the equations of line *i* *at_solution*, or else its Jacobian over the box.
 
-    The middles of its unknowns are written with the equations, which come first.
+    Returns False if the line hangs in a vertical plane. The midpoints of its unknowns are written with the equations,
+    which come first.
     """
     if general is None or row[GUIDE] == UPRIGHT:
         return False

@@ -1,7 +1,7 @@
-"""Enclosures of all equations of the machine and of their Jacobian: the lines' blocks and the platform's rows.
+"""Interval enclosures of all equilibrium equations of a robot and of their Jacobian.
 
-The equations are those of `equilibrium.evaluate`, and in a plane those of `held_rows`. Rotations are increments in
-world axes from the solution's rotation.
+The Jacobian has a block for each line and the platform's rows. The equations are those of `equilibrium.evaluate`, and
+in a plane those of `held_rows`. Rotations are increments in world axes from the solution's rotation.
 """
 
 from typing import NamedTuple
@@ -40,7 +40,7 @@ from cablewright.kernels.statics.platform_enclosure import (
 
 
 class CertificateWork(NamedTuple):
-    """Scratch of one certifier. N unknowns: those of each line, then the platform's n."""
+    """Working memory of one certificate, for N unknowns: those of each line, then the platform's n."""
 
     offsets: NDArray[np.int64]  # (m + 1,): index of each line's first unknown, and of the platform's
     coupled: NDArray[np.int64]  # (m, 2): a line's rows that the pose changes, and its unknowns that change its wrench
@@ -70,7 +70,7 @@ class CertificateWork(NamedTuple):
 
 @jit(allocates=True)
 def certificate_pool(packed):
-    """Memory of one certifier of *packed*; see `unfold`."""
+    """Allocate the memory of a certificate of *packed* as one array; see `unfold`."""
     n = packed.freedoms
     size = n
     for i in range(packed.lines.shape[0]):
@@ -86,7 +86,10 @@ def _frame(block, first, last, left, right):
 
 @jit(allocates=True)
 def unfold(packed, pool):
-    """Scratch that fits *packed*, in the memory of *pool*: one array is passed from Python faster than many."""
+    """Return the `CertificateWork` of *packed* as views of the array *pool*.
+
+    Python passes one array faster than many.
+    """
     m, n = packed.lines.shape[0], packed.freedoms
     offsets, blocks = np.zeros(m + 1, dtype=np.int64), np.zeros((3 * m + 1, 4), dtype=np.int64)
     coupled = np.zeros((m, 2), dtype=np.int64)
@@ -143,7 +146,7 @@ def unfold(packed, pool):
 
 @jit
 def residual_of_all(packed, lengths, pose, states, work):
-    """Enclose all equations at the solution itself."""
+    """Enclose the residuals of all equations at the solution itself."""
     m, n = packed.lines.shape[0], packed.freedoms
     first = work.offsets[m]
     work.radius[first:] = 0.0
@@ -208,7 +211,10 @@ def jacobian_of_all(packed, pose, states, work):
 
 @jit
 def place_line(row, pose, omega, n, radius, work):
-    """Enclose a line's plane over the box: ex, ey, and the platform point x, z in it; writes its arm to work.arm."""
+    """Enclose a line's vertical plane over the box: its direction ex, ey, and the platform point x, z in it.
+
+    Writes the arm of the platform point to work.arm.
+    """
     enclose_arm(row, n, omega, work.rotation, work.arm)
     dx, dy = _from_exit(row, pose, radius, work.arm, 0), _from_exit(row, pose, radius, work.arm, 1)
     reach = root(add(sqr(dx), sqr(dy)))

@@ -1,4 +1,4 @@
-"""Clearances of the lines of solved poses from each other, the platform, the frame and a part."""
+"""Signed distances of the lines of solved poses from each other, the platform, the frame and a part."""
 
 from math import cos, exp, sin, sqrt
 from typing import NamedTuple
@@ -34,7 +34,7 @@ STACK = 64
 
 
 class PartTree(NamedTuple):
-    """A part as pieces in a complete binary tree of boxes: node k has the children 2 k + 1 and 2 k + 2.
+    """A part as beads or triangles in a complete binary tree of boxes: node k has the children 2 k + 1 and 2 k + 2.
 
     A bead is a box: centre, unit vectors along two of its sides, its three half sides. A triangle is its corners. A
     piece exists from its entry of `births` on, in the same quantity as the queries' `now`. For triangles that is the
@@ -50,7 +50,7 @@ class PartTree(NamedTuple):
 
 
 class Surroundings(NamedTuple):
-    """Obstacles of the lines besides each other and the part."""
+    """Obstacles of the lines except each other and the part: boxes of the platform, beams and sheaves."""
 
     radii: NDArray[np.float64]  # (m,) m, of the cables
     shared: NDArray[np.int64]  # (m, m): SHARED_EXIT, SHARED_POINT or their sum
@@ -62,7 +62,7 @@ class Surroundings(NamedTuple):
 
 
 class Clearing(NamedTuple):
-    """Scratch of one thread."""
+    """Working memory of one thread of `clearance_rows`."""
 
     points: NDArray[np.float64]  # (m, MAX_POINTS, 3): lines as polylines
     counts: NDArray[np.int64]  # (m,)
@@ -82,7 +82,7 @@ class Clearing(NamedTuple):
 
 @jit(allocates=True)
 def clearing_scratch(m):
-    """Scratch for *m* lines."""
+    """Allocate a `Clearing` for *m* lines."""
     return Clearing(
         np.zeros((m, MAX_POINTS, 3)),
         np.zeros(m, np.int64),
@@ -308,10 +308,10 @@ def _from_part(i, radius, solid, now, skip, work, margins, pairs, places):
 
 @jit
 def nearest(solid, now, points, k, best, work):
-    """Signed distance of segment *k* of *points* from the nearest piece of a solid at *now*.
+    """Return the signed distance of segment *k* of *points* from the nearest piece of a part at *now*.
 
-    Only pieces nearer than *best* are searched. Returns distance, fraction and index of the piece, -1 if there is
-    none. For triangles the distance is 0 where the segment passes through one.
+    Only pieces nearer than *best* are searched. Returns distance, fraction and index of the piece, -1 if there is none.
+    For triangles the distance is 0 where the segment passes through one.
     """
     stack, squares = work.stack, work.squares
     leaves = solid.ranges.shape[0] - 1

@@ -14,7 +14,7 @@ PARALLEL = 1e-12  # squared sine of two directions under which rounding dominate
 
 @jit
 def vector(a, i, b, j):
-    """The vector from point *i* of *a* to point *j* of *b*."""
+    """Return the vector from point *i* of *a* to point *j* of *b*."""
     return b[j, 0] - a[i, 0], b[j, 1] - a[i, 1], b[j, 2] - a[i, 2]
 
 
@@ -58,7 +58,7 @@ def segment_segment(a, i, b, j):
 
 @jit
 def point_segment(x, y, z, qx, qy, qz, vx, vy, vz):
-    """Squared distance of a point from the segment from q to q + v, and the fraction at which it is reached."""
+    """Return the squared distance of a point from the segment from q to q + v, and the fraction where it is reached."""
     rx, ry, rz = x - qx, y - qy, z - qz
     square = vx * vx + vy * vy + vz * vz
     t = 0.0
@@ -159,7 +159,7 @@ def _face(px, py, pz, ux, uy, uz, hx, hy, hz, s, side):
 
 @jit
 def clipped(row, ceiling, polygon):
-    """Write to *polygon* (5, 3) the part of a triangle, nine numbers of *row*, at or below height *ceiling*, m.
+    """Cut a triangle, nine numbers of *row*, at height *ceiling*, m, and write the part below to *polygon* (5, 3).
 
     Written are the corners in order, then the first again. Returns the number of corners: 0, 3 or 4.
     """

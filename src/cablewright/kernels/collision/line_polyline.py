@@ -1,4 +1,4 @@
-"""A hanging line as a polyline whose chords stay within a stated distance of the curve.
+"""Polyline of a hanging line, with a bound of its distance from the curve.
 
 An arc of length l with curvature at most k that turns by less than a radian is nowhere farther than k l^2 / 8 from its
 chord; any arc is nowhere farther than l / 2. The curvature of a span with weight w per length, compliance c, tension T
@@ -69,7 +69,7 @@ def _walk(row, h, v, length, x0, z0, origin, plane, ends, tolerance, points, cut
 
 @jit
 def chord_error(h, v, length, weight, compliance):
-    """Bound of the distance between a span that starts with force (h, v) and its chord, m."""
+    """Return a bound of the distance, m, between a hanging span and its chord, from the force (h, v) at its start."""
     end = v + weight * length
     first, last = sqrt(h * h + v * v), sqrt(h * h + end * end)
     lowest = abs(h) if v * end < 0.0 else min(first, last)

@@ -1,1 +1,1 @@
-"""Steps of the control loop."""
+"""Computations of one step of the control loop: target on the path, rates of the cable lengths."""

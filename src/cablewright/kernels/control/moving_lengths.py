@@ -1,4 +1,4 @@
-"""The part of changes of lengths that moves the platform, by Householder's reflections."""
+"""Least squares by Householder's reflections: the part of changes of cable lengths that moves the platform."""
 
 from math import sqrt
 
@@ -9,10 +9,11 @@ DEPENDENT = 1e-12  # of the largest pivot: a column below that depends on those 
 
 @jit
 def split(work, moving, motion):
-    """Write the part *moving* (m,) of a change of lengths that moves the platform, and the *motion* (p,).
+    """Divide a change of cable lengths into the part that moves the platform and the rest.
 
-    *work* (m, p + 1): gradients of the lengths by the motions, and the change; it is overwritten. *motion* is the least
-    squares solution of gradients times motion = change, with 0 for a motion that depends on those before.
+    Writes that part, *moving* (m,), and the *motion* (p,). *work* (m, p + 1): gradients of the lengths by the motions,
+    and the change; it is overwritten. *motion* is the least squares solution of gradients times motion = change, with 0
+    for a motion that depends on those before.
     """
     m, all_columns = work.shape
     last = all_columns - 1

@@ -1,4 +1,4 @@
-"""A target on a path by its time law, and the offset of points from the path in plan view."""
+"""Target point of a control loop on a path with a time law, and distances from the path in plan view."""
 
 from math import copysign, inf, nan, sqrt
 from typing import NamedTuple
@@ -19,7 +19,10 @@ TARGET = 23
 
 
 class TrackArrays(NamedTuple):
-    """k - 1 straight pieces between k points, see `cablewright.printing.arc_length_path.Track`. Read-only arrays."""
+    """A path of k - 1 straight pieces between k points, as arrays; see `cablewright.printing.arc_length_path.Track`.
+
+    Read-only.
+    """
 
     positions: NDArray[np.float64]  # (k, 3) m
     distance: NDArray[np.float64]  # (k,) m
@@ -31,7 +34,7 @@ class TrackArrays(NamedTuple):
 
 
 class LawArrays(NamedTuple):
-    """The time law at the k points of a track: departure and arrival, s, and speed, m/s. Read-only arrays."""
+    """The time law of a path at its k points: times of arrival and departure, s, and speeds, m/s. Read-only arrays."""
 
     start: NDArray[np.float64]  # (k,)
     arrival: NDArray[np.float64]  # (k,)
@@ -67,13 +70,16 @@ def count_below(values, limit):
 
 @jit
 def piece_at(track, distance):
-    """Return the piece at a *distance*, m: of two the one that begins there, beyond the ends the first or last."""
+    """Return the index of the piece of the path at a *distance*, m, along it.
+
+    At a point between two pieces it is the one that begins there; beyond the ends the first or last.
+    """
     return min(max(count_until(track.distance, distance) - 1, 0), track.layer.shape[0] - 1)
 
 
 @jit
 def distance_at(track, law, time):
-    """Return the distance along the path, m, at a *time*, s, of the law.
+    """Return the distance along the path, m, at a *time*, s, of the time law.
 
     Cubic Hermite interpolation between two points: exact for constant acceleration or speed.
     """
@@ -90,7 +96,10 @@ def distance_at(track, law, time):
 
 @jit
 def accelerate(law, time, found):
-    """Write the acceleration (3,), m/s^2, at a *time*, s, of the law to *found*: between two points linear."""
+    """Write the acceleration vector (3,), m/s^2, at a *time*, s, of the time law to *found*.
+
+    It is linear between two points.
+    """
     i = min(max(count_until(law.arrival, time) - 1, 0), law.arrival.shape[0] - 2)
     left, reached = law.start[i], law.arrival[i + 1]
     share = min(max((time - left) / (reached - left), 0.0), 1.0)
@@ -100,7 +109,7 @@ def accelerate(law, time, found):
 
 @jit
 def put_place(track, distance, found):
-    """Write the place (3,), m, at a *distance*, m, clamped at both ends of the path, to *found*."""
+    """Write the position (3,), m, at a *distance*, m, along the path to *found*; clamped at both ends of the path."""
     i = piece_at(track, distance)
     begin = track.distance[i]
     whole = track.distance[i + 1] - begin
@@ -111,9 +120,9 @@ def put_place(track, distance, found):
 
 @jit
 def advance(track, law, begin, end, dt, lead, factor, height, found):
-    """Write the numbers (TARGET,) of a target that moves from *begin* to *end*, s, of the law in *dt*, s.
+    """Write the target (TARGET,) on the path that moves from *begin* to *end*, s, of the time law in *dt*, s.
 
-    *lead*: s, of the pressure advance; *factor*: of the law's speed; *height*: m, over the path.
+    *lead*: s, of the pressure advance; *factor*: of the law's speed; *height*: m, above the path.
     """
     now, then = distance_at(track, law, begin), distance_at(track, law, end)
     put_place(track, now, found[HERE:])

@@ -1,4 +1,4 @@
-"""A step of the velocity control of a point platform: the rates of its lengths."""
+"""One step of the velocity control of a point platform: rates of the cable lengths."""
 
 from math import exp, hypot, isfinite, sqrt
 from typing import NamedTuple
@@ -34,11 +34,11 @@ class PointGains(NamedTuple):
 
 @jit(allocates=True)
 def hold(packed, mass, position, velocity, accelerations, dt, near, known, lengths, tensions):
-    """Write the lengths (HELD, m), m, that hold a point of *mass*, kg, on its path, and tensions (m,), N, at rest.
+    """Compute the cable lengths (HELD, m), m, and tensions (m,), N, that hold a point of *mass*, kg, on its path.
 
     *packed* is a batch of one row. *accelerations* (2, 3), m/s^2: now and after *dt*, s. The rows of a point that is
-    not accelerated are 0. NaN where no tensions hold it. *near* (m, 6): states of the lines at rest, where *known*
-    those at a place nearby; they become those here. Returns whether these are known.
+    not accelerated are 0. NaN where no tensions hold it. *near* (m, 6): states of the lines at rest; where *known*,
+    those at a position nearby. They become those here. Returns whether these are known.
     """
     m = packed.lines.shape[1]
     own = Packed(packed.freedoms, packed.lines[0], packed.platform[0].copy(), packed.general)
@@ -82,10 +82,11 @@ def _solve(own, pose, states, work, known):
 
 @jit(allocates=True)
 def follow(packed, free, gains, held, position, target, velocity, swing, dt, rates):
-    """Write the rates (m,), m/s, that lead a point to its *target* (3,), m, at a *velocity* (3,), m/s.
+    """Write the rates (m,), m/s, of the lengths that move a point to its *target* (3,), m, at a *velocity* (3,), m/s.
 
-    *free* (3, p): motions that it may make. *held* (HELD, m): lengths, see `hold`; *swing* (3,), m/s: at which it
-    follows its drum. Returns directions (m, 3) and lengths (m,), m, of straight lines in the middle of the step.
+    *free* (3, p): motions that it may make. *held* (HELD, m): lengths, see `hold`; *swing* (3,), m/s: velocity at which
+    it follows its swinging platform. Returns directions (m, 3) and lengths (m,), m, of straight lines in the middle of
+    the step.
     """
     m = packed.lines.shape[0]
     middle, found, planes = position + 0.5 * dt * velocity, np.empty((m, FOUND)), np.empty((m, 4))
@@ -123,9 +124,10 @@ def pursue(
     packed, hosts, free, gains, held, chosen, rest, position, target, velocity, swing, excess, tensions, dt,
     planned, line, rates,
 ):  # fmt: skip
-    """Write the *rates* (m,), m/s, of `follow` and `balance`; *rest* (3,), m: where *held* lengths hold the point.
+    """Write the *rates* (m,), m/s, of the lengths that follow the path and balance the tensions.
 
-    Returns whether all lines have tangents, and the largest error of a tension, see `balance`.
+    They are those of `follow` and `balance`; *rest* (3,), m: position at which *held* lengths hold the point. Returns
+    whether all lines have tangents, and the largest error of a tension, see `balance`.
     """
     toward, whole = follow(packed, free, gains, held, position, target, velocity, swing, dt, rates)
     if not np.isfinite(toward).all():
@@ -137,10 +139,10 @@ def pursue(
 
 @jit(allocates=True)
 def calm(rotation, mean, share, faster, most):
-    """Return the velocity (x, y), m/s, at which a point follows its drum of *rotation* (3,), rad, of which it hangs.
+    """Return the velocity (x, y), m/s, at which a point follows the platform that swings below it, to damp the swing.
 
-    *mean* (2,): of the drum's axis in plan view, NaN at first, goes to the present one by a *share*. *faster*: m/s for
-    each unit between both; *most*: m/s.
+    *rotation* (3,), rad: of that platform. *mean* (2,): mean direction of its axis in plan view, NaN at first; it moves
+    to the present one by a *share*. *faster*: m/s for each unit of their difference; *most*: largest speed, m/s.
     """
     turned = np.empty((3, 3))
     matrix(rotation, turned)
@@ -159,7 +161,7 @@ def calm(rotation, mean, share, faster, most):
 def balance(
     packed, hosts, free, gains, held, chosen, toward, whole, target, excess, tensions, dt, planned, line, rates
 ):
-    """Add to *rates* (m,) those that balance the lines among each other, towards *chosen* tensions (m,), N, or slack.
+    """Add to *rates* (m,) changes of length that bring the tensions to *chosen* ones (m,), N, or leave a line slack.
 
     *hosts* (w,): lines with a winch. *toward*, *whole*: of `follow`. *excess* (m,), m, is estimated, and *tensions*
     (m,), N, or empty, are measured. *planned* (m,), m, and the slack *line* (1,) change. Returns the largest error of a

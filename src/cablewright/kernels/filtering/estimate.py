@@ -1,4 +1,4 @@
-"""The estimate of the filter: its state at the present time, and the covariance of that in space."""
+"""The output of the filter: position, velocity and their covariance at the present time."""
 
 from math import cos, sin
 
@@ -18,7 +18,7 @@ BY_VELOCITY, BY_ATTITUDE, BY_SWING, BY_TURN = 0, 1, 2, 3
 
 @jit
 def excess_of(x, at, taut_lengths, toward, there, excess):
-    """Write the *excess* (m,), m, of lengths over those of lines that were taut with B *there* (3,), m."""
+    """Write the *excess* (m,), m: cable lengths less those of taut lines, with point B at *there* (3,), m."""
     p, first = at[POSITION], at[LENGTHS]
     for i in range(excess.shape[0]):
         excess[i] = x[first + i] - taut_lengths[i]
@@ -28,11 +28,11 @@ def excess_of(x, at, taut_lengths, toward, there, excess):
 
 @jit(allocates=True)
 def tell(x, P, at, jacobian, taut_lengths, toward, there, rates, angular_rate, sigmas, late, coasting, found):
-    """Write the numbers *found* of an estimate, and, unless B is *coasting*, its velocity into the state *x* (n,).
+    """Write the *found* numbers of an estimate, and the velocity of point B to the state *x* (n,).
 
-    *jacobian* (3, m), *taut_lengths* (m,), *toward* (m, 3) at a place *there* (3,); *rates* (m,), rad/s of the drums;
-    *angular_rate* (3,), rad/s; *sigmas* (4,). *late* (3,), s: since the last counts and the last turn rate, and the
-    longest time over which these are relied on.
+    The velocity stays while B is *coasting*. *jacobian* (3, m), *taut_lengths* (m,), *toward* (m, 3) at a position
+    *there* (3,); *rates* (m,), rad/s of the winch drums; *angular_rate* (3,), rad/s; *sigmas* (4,). *late* (3,), s:
+    time since the last counts and the last turn rate, and the longest time over which these are relied on.
     """
     m, p, v = rates.shape[0], at[POSITION], at[VELOCITY]
     size = at[RADII] + m  # of the states that pose and velocity depend on, which come first

@@ -1,4 +1,4 @@
-"""Smoothed angles of lines near the platform, and the excess that these show."""
+"""Smoothed angles of the cables near the platform, and the excess lengths that follow from them."""
 
 from math import cos, expm1, isfinite, isnan, nan, tan
 
@@ -32,9 +32,10 @@ MIN_SLOPE = 1e-6  # difference of slopes below which a line counts as straight
 
 @jit
 def smooth(rows, angles, straight, now, dt, smoothing_time, gate, timeout):
-    """Update *rows* (KNOWN, m) but the excess by *angles* (m,), rad, read at *now*, s, *dt*, s, after those before.
+    """Smooth measured cable *angles* (m,), rad, read at *now*, s, in the *rows* (KNOWN, m) of the filter's memory.
 
-    *straight* (m,): rad, of taut lines. *smoothing_time*, *timeout*: s; *gate*: rad.
+    *dt*, s: since the last ones. The excess stays. *straight* (m,): angles of taut lines, rad. *smoothing_time*,
+    *timeout*: s; *gate*: rad.
     """
     for i in range(angles.shape[0]):
         angle, before, last = angles[i], rows[DIFFERENCE, i], rows[LAST_ANGLE, i]
@@ -66,7 +67,10 @@ def smooth(rows, angles, straight, now, dt, smoothing_time, gate, timeout):
 
 @jit(allocates=True)
 def show_excess(rows, lines, angles, free, lengths, toward, from_platform, now, timeout):
-    """Write the excess into *rows* (KNOWN, m): NaN where the last reading is older than *timeout*, s, at *now*, s."""
+    """Write the excess length by the smoothed angles to *rows* (KNOWN, m).
+
+    NaN where the last reading is older than *timeout*, s, at *now*, s.
+    """
     parabolic_excess(lines, angles, free, lengths, toward, from_platform, rows[DIFFERENCE], rows[EXCESS])
     for i in range(rows.shape[1]):
         if now - rows[LAST_TIME, i] > timeout:
@@ -75,14 +79,17 @@ def show_excess(rows, lines, angles, free, lengths, toward, from_platform, now, 
 
 @jit(allocates=True)
 def step(rows, read, lines, angles, free, lengths, toward, from_platform, now, dt, smoothing_time, gate, timeout):
-    """Update *rows* (KNOWN, m) by angles *read* (m,), rad, where lines are straight so: see `smooth`, `show_excess`."""
+    """Process new cable angles *read* (m,), rad: smooth them in *rows* (KNOWN, m) and write the excess lengths.
+
+    *angles*, *free*, *lengths*, *toward*: of straight lines. See `smooth`, `show_excess`.
+    """
     smooth(rows, read, angles, now, dt, smoothing_time, gate, timeout)
     show_excess(rows, lines, angles, free, lengths, toward, from_platform, now, timeout)
 
 
 @jit(allocates=True)
 def parabolic_excess(lines, angles, free, lengths, toward, from_platform, differences, excess):
-    """Write the *excess* (m,), m, of lines that hang as parabolas, by how their angles differ, rad, from straight ones.
+    """Write the *excess* (m,), m, of sagging cables from the difference, rad, of their angles from straight ones.
 
     With horizontal force h the slope grows by w / h per metre, which from mid-span to the sensor gives the difference
     of slopes. The span is w^2 x^2 c cos^2 / 24 h^2 longer than its chord c, less the elastic stretch.

@@ -1,4 +1,4 @@
-"""Predictions of the filter's state: by the winches' encoders, by the gyro, and what fades."""
+"""Predictions of the filter's state: by the winches' encoders, by the gyro, and the decay of quantities that drift."""
 
 from math import exp, sqrt
 
@@ -14,11 +14,11 @@ TRAVEL, DRIFT, RADIUS, UNDERGROUND = 0, 1, 2, 3
 
 @jit(allocates=True)
 def roll(x, P, at, jacobian, toward, hung, rotation, creep, noise, dt, gain, loosened, coasted, rates):
-    """Predict lengths, B and the covariance by the *rotation* (m,), rad, of the winch drums in *dt*, s.
+    """Predict lengths, position B and covariance from the *rotation* (m,), rad, of the winch drums in *dt*, s.
 
     *jacobian* (3, m), *toward* (m, 3): of taut lines. *hung* (m,): lines with a counterweight, which follow B. *creep*
-    (m,): 1/s, of lengths; *noise* (4,). In place: *loosened* (m,), m of excess; *coasted* (4,): what no count shows;
-    *rates* (m,), rad/s of the drums, smoothed by a *gain*.
+    (m,): 1/s, of lengths; *noise* (4,). In place: *loosened* (m,), m of excess; *coasted* (4,): motion that no encoder
+    measures; *rates* (m,), rad/s of the drums, smoothed by a *gain*.
     """
     m = rotation.shape[0]
     paid, stretched, moved, unseen = np.empty(m), np.empty(m), np.zeros(3), np.zeros(3)
@@ -61,10 +61,10 @@ def roll(x, P, at, jacobian, toward, hung, rotation, creep, noise, dt, gain, loo
 
 @jit
 def sink(x, P, at, rising, toward, force, sigma, loosened, coasted):
-    """Predict B by a *force* upwards, N, of which no encoder shows that it stretches the lines.
+    """Predict the motion of B under a change of *force* upwards, N, which stretches the lines and no encoder measures.
 
     *rising* (3,), m/N; *toward* (m, 3): of taut lines; *sigma*: of the motion, as a share of it. In place: *loosened*
-    (m,), m of excess; *coasted* (4,): what no count shows. Returns the square of the motion, m^2.
+    (m,), m of excess; *coasted* (4,): motion that no encoder measures. Returns the square of the motion, m^2.
     """
     p, squared = at[POSITION], 0.0
     for k in range(3):
@@ -81,10 +81,10 @@ def sink(x, P, at, rising, toward, force, sigma, loosened, coasted):
 
 @jit(allocates=True)
 def turn(x, P, at, rate, dt, noise, angular_rate):
-    """Predict the attitude by the gyro's *rate* (3,), rad/s, over *dt*, s, with a *noise*, rad per root second.
+    """Predict the attitude of the platform from the gyro's *rate* (3,), rad/s, over *dt*, s.
 
-    Tilts are along axes that turn with the drum, and all three angles drift by the gyro's biases. Writes the
-    *angular_rate* (3,), rad/s, of tilt and yaw.
+    *noise*: rad per root second. Tilts are along axes that turn with the platform, and all three angles drift by the
+    gyro's biases. Writes the *angular_rate* (3,), rad/s, of tilt and yaw.
     """
     first, gyro = at[ATTITUDE], at[GYRO]
     wx, wy, wz = rate[0] - x[gyro], rate[1] - x[gyro + 1], rate[2] - x[gyro + 2]
@@ -102,7 +102,7 @@ def turn(x, P, at, rate, dt, noise, angular_rate):
 
 @jit(allocates=True)
 def spread(x, P, at, jacobian, by_compliance, loosened, dt, time, sigma):
-    """Predict rates of stretch over *dt*, s, and what they and compliances did to the covariance of lengths and B.
+    """Predict the rates of cable stretch over *dt*, s, and the covariance of lengths and B that follows from them.
 
     A rate is a Gauss-Markov process, correlated for a *time*, s, with the deviation *sigma*, 1/s, of lengths. A line
     that is more compliant than its stiffness k says moves B by less for a change e of its excess: (u'Ku) dp = u e dk,
@@ -129,9 +129,10 @@ def spread(x, P, at, jacobian, by_compliance, loosened, dt, time, sigma):
 
 @jit
 def fade(P, begin, end, share, variances):
-    """Predict the covariance *P* (n, n) of states from *begin* to *end* over a *share* of their time.
+    """Predict the covariance *P* (n, n) of states *begin* to *end*, which return to their prior with time.
 
-    They are a Gauss-Markov process: *variances* (end - begin,) where nothing is known. Returns the factor of means.
+    They are a Gauss-Markov process; *share*: of its correlation time that passes; *variances* (end - begin,): prior
+    ones, of unknown states. Returns the factor of means.
     """
     keep = exp(-share)
     for i in range(begin, end):

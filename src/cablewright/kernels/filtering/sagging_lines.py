@@ -1,4 +1,4 @@
-"""Lines with sag at one position of B, for the filter: their laws, how B moves with lengths, and likely forces."""
+"""Sagging lines in the filter, with the platform point B at one position: sag, stiffness, possible forces."""
 
 from math import atan, cos, exp, inf, log, nan, tan
 
@@ -34,9 +34,9 @@ BY_STRETCH, BY_EXCESS, BY_ANGLE, BY_ZERO, REPEATS = 0, 1, 2, 3, 4
 
 @jit(allocates=True)
 def laws_of(lines, angles, free, lengths, toward, compliances, from_platform, laws):
-    """Write the *laws* (LAWS, m) of *lines* (m, COLUMNS) that are straight so, see `taut.draw`.
+    """Write the force-length *laws* (LAWS, m) of *lines* (m, COLUMNS) from their straight shapes, see `taut.draw`.
 
-    *compliances* (m,): shares of those described; *from_platform*: m, of the sensors.
+    *compliances* (m,): shares of those described; *from_platform*: distance of the sensors along the cable, m.
     """
     m = lines.shape[0]
     softness = np.empty((m, SOFTNESS))
@@ -52,7 +52,7 @@ def laws_of(lines, angles, free, lengths, toward, compliances, from_platform, la
 
 @jit
 def force_at(laws, i, excess):
-    """Return the horizontal force, N, of line *i* with an *excess*, m, by a table with `FORCES` rows."""
+    """Return the horizontal force, N, of line *i* with an *excess* length, m, from a table with `FORCES` rows."""
     step = log(MOST_FORCE / LEAST_FORCE) / (FORCES - 1)
     low, high = 0, FORCES - 1
     if excess >= _excess(laws, i, LEAST_FORCE):
@@ -72,7 +72,7 @@ def force_at(laws, i, excess):
 
 @jit
 def forces_of(laws, excess, forces):
-    """Write the horizontal *forces* (m,), N, of lines with an *excess* (m,), m."""
+    """Write the horizontal *forces* (m,), N, of lines with an *excess* (m,) of length, m."""
     for i in range(excess.shape[0]):
         forces[i] = force_at(laws, i, excess[i])
 
@@ -87,11 +87,11 @@ def _excess(laws, i, force):
 def soften_at(
     lines, hung, angles, free, lengths, toward, compliances, laws, excess, stiffness, jacobian, by_compliance
 ):
-    """Write how B moves with lengths at the laws of `laws_of`, with an *excess* (m,), m, of each line.
+    """Write how point B moves with the cable lengths, for lines with an *excess* (m,), m, and the laws of `laws_of`.
 
-    *hung* (m,): lines with a counterweight, which hold nothing.
-    *stiffness* (3, 3), N/m, of all lines at B; *jacobian* (3, m): motion of B per length; *by_compliance* (3, m): per
-    excess and logarithm of a compliance. Returns whether lines hold B in every direction: if not, none of these count.
+    *hung* (m,): lines with a counterweight, which do not stiffen. *stiffness* (3, 3), N/m, of all lines at B;
+    *jacobian* (3, m): motion of B per length; *by_compliance* (3, m): per excess and logarithm of a compliance. Returns
+    whether lines hold B in every direction: if not, none of these is valid.
     """
     m = lines.shape[0]
     softness, own, solved = np.empty((m, SOFTNESS)), np.empty(m), np.empty((3, m))
@@ -121,7 +121,7 @@ def soften_at(
 
 @jit(allocates=True)
 def hang(lines, x, at, hung, from_platform, there, angles, free, lengths, toward, laws, jacobian, by_compliance):
-    """Write the laws of lines that are straight so with B *there* (3,), m, and how B moves with lengths.
+    """Write the laws of sagging lines with point B at *there* (3,), m, and how B moves with their lengths.
 
     *x* (n,): the state, with its parts from *at* on; all others as of `laws_of` and `soften_at`. Returns the motion
     (3,) of B, m/N, per force upwards; NaN where lines do not hold B in every direction.
@@ -140,7 +140,7 @@ def hang(lines, x, at, hung, from_platform, there, angles, free, lengths, toward
 
 @jit
 def share_at(place):
-    """Return the share of the range at a *place* from 0 to 1: dense at both ends, where a line is slack."""
+    """Map *place*, from 0 to 1, to a share of a range, with more points near both ends, where a line is slack."""
     near = min(place, 1.0 - place)
     share = LEAST_SHARE * (0.5 / LEAST_SHARE) ** (2.0 * near)
     return share if place <= 0.5 else 1.0 - share
@@ -148,12 +148,13 @@ def share_at(place):
 
 @jit(allocates=True)
 def weigh_forces(laws, may_be, unsure, known, now, measured, sigmas, mean, noise, spread, forces):
-    """Write the moments of the innovations of m excesses and j angles, over all horizontal forces that may be.
+    """Write mean and covariance of the innovations of m excesses and j angles, averaged over all possible forces.
 
-    *may_be* (2, m), N: first forces and their change over the range; *unsure* (2, m, q): how both change with q numbers
-    of standard deviation 1. *known* (m + j, m + j): covariance by the state; *now* (m,), m, the excess. *measured* (j,
-    4): line, angle, variance and zero. *mean* (m + j,), *noise*, *spread* (m + j, m + j), *forces* (m,), N. The grid of
-    forces is refined until several of them are about as likely. Returns the normalised square of the likeliest one.
+    *may_be* (2, m), N: first horizontal forces and their change over the range; *unsure* (2, m, q): how both change
+    with q numbers of standard deviation 1. *known* (m + j, m + j): covariance by the state; *now* (m,), m, the excess.
+    *measured* (j, 4): line, angle, variance and zero. *mean* (m + j,), *noise*, *spread* (m + j, m + j), *forces* (m,),
+    N. The grid of forces is refined until several of them are about as likely. Returns the normalised square of the
+    likeliest one.
     """
     m, d, last = now.shape[0], known.shape[0], PLACES - 1
     at, shares, cost, sizes = np.empty(PLACES), np.empty(PLACES), np.empty(PLACES), np.empty(PLACES)

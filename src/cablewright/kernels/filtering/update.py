@@ -17,7 +17,7 @@ MOST_COMPLIANCE = 0.5  # ... and of a compliance, as logarithms
 
 @jit(allocates=True)
 def entering(H):
-    """Return the indices of the states that enter a measurement by *H* (k, n): few do."""
+    """Return the indices of the states that a measurement with the matrix *H* (k, n) depends on."""
     k, n = H.shape
     found, count = np.empty(n, np.int64), 0
     for j in range(n):
@@ -33,7 +33,7 @@ def entering(H):
 def project(P, H, R, used, S):
     """Return the covariances (k, n) of a measurement with the state, and write *S* (k, k), that of its innovation.
 
-    *H* (k, n), of which only the columns *used* are not 0; *R* (k, k).
+    *H* (k, n) is 0 except in the columns *used*; *R* (k, k): noise.
     """
     k, n = H.shape
     PH = np.zeros((k, n))
@@ -52,7 +52,7 @@ def project(P, H, R, used, S):
 
 @jit(allocates=True)
 def size_of(P, H, innovation, R):
-    """Return the normalised square of an *innovation* (k,) of a measurement; infinity where its covariance is 0."""
+    """Return the squared Mahalanobis distance of an *innovation* (k,); infinity where its covariance is 0."""
     k = H.shape[0]
     S, solved = np.empty((k, k)), np.empty((k, 1))
     project(P, H, R, entering(H), S)
@@ -109,7 +109,10 @@ def correct(P, H, innovation, R, spread, considered, correction):
 
 @jit
 def inject(x, at, correction):
-    """Add a *correction* of the error state to the state *x*, both (n,); that of radii and compliances is a share."""
+    """Add a *correction* of the error state to the state *x*, both (n,).
+
+    The corrections of radii and compliances are relative.
+    """
     for i in range(x.shape[0]):
         x[i] += correction[i]
     for i in range(at[RADII], at[GYRO]):

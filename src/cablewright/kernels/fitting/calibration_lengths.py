@@ -1,4 +1,4 @@
-"""Lengths of a calibration's lines at poses, and how far their ends give."""
+"""Cable lengths of a calibration's lines at poses, and the compliance of their ends."""
 
 from cablewright.kernels import jit
 from cablewright.kernels.fitting.calibration_residuals import place_unknowns, platform_arm, reading
@@ -21,7 +21,10 @@ def lengths_at(rows, theta, poses, lengths):
 
 @jit(allocates=True)
 def given_at(rows, theta, poses, given):
-    """Write the compliance of the ends of each line, m of cable per tension, (N, m) m/N, at *poses* (N, n)."""
+    """Write the compliance of the ends (mount and spring) of each line, m of cable per tension, (N, m), m/N.
+
+    *poses* (N, n).
+    """
     work = reading(rows)
     place_unknowns(rows, theta, work)
     for j in range(poses.shape[0]):

@@ -1,4 +1,4 @@
-"""Residuals of a calibration's measurements and their derivatives, for straight, stiff lines over sheaves."""
+"""Residuals of calibration measurements and their derivatives, for straight lines over sheaves."""
 
 from math import atan2, floor, pi, sqrt
 from typing import NamedTuple
@@ -76,7 +76,7 @@ class MeasurementRows(NamedTuple):
 
 
 class RowReading(NamedTuple):
-    """Scratch of one row: derivatives by the pose, and the nonzero ones by unknowns."""
+    """Working memory of one measurement: its derivatives by the pose, and the nonzero ones by unknowns."""
 
     slope: NDArray[np.float64]  # (6,)
     gradient: NDArray[np.float64]  # (m * COLUMNS + 2 * NUMBERS,)
@@ -93,7 +93,7 @@ class RowReading(NamedTuple):
 
 @jit(allocates=True)
 def reading(rows):
-    """Scratch for *rows*."""
+    """Allocate a `RowReading` for *rows*."""
     m, numbers = rows.lines.shape[0], rows.lines.size + 2 * NUMBERS
     return RowReading(
         np.zeros(6),
@@ -111,7 +111,7 @@ def reading(rows):
 
 @jit
 def place_unknowns(rows, theta, work):
-    """Write all values of the lines and the bodies to *work*, unknowns from *theta* (k,)."""
+    """Write all values of the lines and the bodies to *work*, with the unknowns taken from *theta* (k,)."""
     for i in range(work.lines.shape[0]):
         for c in range(COLUMNS):
             at = rows.target[i, c]
@@ -121,7 +121,10 @@ def place_unknowns(rows, theta, work):
 
 @jit
 def read_row(rows, i, j, value, pose, work):
-    """Residual of row *i* at pose *j*, NaN where undefined, and the number of derivatives by unknowns in *work*."""
+    """Return the residual of measurement *i* at pose *j*, and the number of its derivatives in *work*.
+
+    The residual is NaN where it is not defined.
+    """
     kind = rows.kind[i]
     work.slope[:] = 0.0
     if kind == ENCODER:
@@ -161,7 +164,7 @@ def _put(rows, work, count, line, column, amount):
 
 @jit
 def platform_arm(work, line):
-    """Platform point of a line from the platform's origin, world."""
+    """Return the vector from the platform's origin to the platform point of a line, world axes, m."""
     row = work.lines[line]
     return rotate(work.rotation, row[POINT], row[POINT + 1], row[POINT + 2])
 

@@ -1,4 +1,4 @@
-"""A straight, stiff line over a swivelling sheave: its numbers, length and direction, and what its exit's mount gives.
+"""A straight line over a swivelling sheave, for calibration: length, direction, and compliance of its exit's mount.
 
 Length: Wang, Caro 2021, Eqs. 1 to 10, with the sign of Eq. 11 as in Eqs. 3 and 6, and either side of wrap. Its
 derivative by the platform point is the unit vector u along the free cable, by the exit point -u.
@@ -33,7 +33,10 @@ MIN_DISTANCE = 1e-9  # m: shorter distances have no direction
 
 @jit
 def over_sheave(line, x, y, z, free):
-    """Write the *line* to the point (x, y, z) to *free*. Its length is NaN where the point is inside the sheave."""
+    """Write the straight cable from the sheave of *line* to the point (x, y, z) to *free*.
+
+    Its length is NaN where the point is inside the sheave.
+    """
     ax, ay, az = line[AXIS], line[AXIS + 1], line[AXIS + 2]
     dx, dy, dz = x - line[EXIT], y - line[EXIT + 1], z - line[EXIT + 2]
     rise = dx * ax + dy * ay + dz * az
@@ -64,10 +67,10 @@ def over_sheave(line, x, y, z, free):
 
 @jit
 def swivel_frame(line):
-    """Unit vectors across the swivel's axis: that of angle 0, and that of a right angle about the axis.
+    """Return two unit vectors across the swivel's axis: at the angle 0, and at a right angle.
 
-    Angle 0 is along world x as far as that is across the axis, of an axis nearly along x along y. Angles of a vertical
-    axis are azimuths, whichever way it points.
+    Angle 0 is along world x as far as that is across the axis; if the axis is nearly along x, along y. Angles of a
+    vertical axis are azimuths, whichever way it points.
     """
     ax, ay, az = line[AXIS], line[AXIS + 1], line[AXIS + 2]
     if abs(az) > 1.0 - MIN_TILT:
@@ -82,7 +85,7 @@ def swivel_frame(line):
 
 @jit
 def paid_out(line, counted):
-    """True length of *counted*, m, and its derivatives by the scale, the build-up and the offset.
+    """Return the true length paid out for the *counted* one, m, and its derivatives by scale, build-up and offset.
 
     The square of the spool's radius falls linearly with the length paid out, so the radius with its angle: the true
     radius, of which the scale is the share. The build-up is per true metre, as that of a robot file.
@@ -100,10 +103,11 @@ def paid_out(line, counted):
 
 @jit
 def per_tension(line, free):
-    """Return the length that mount and spring add beyond the winch per tension, m/N, after `over_sheave`, negated.
+    """Return by how much mount and spring lengthen the cable beyond the winch per tension, m/N, negated.
 
-    The force on the mount is p times the tension of one cable: of all spans, and of the cable that comes to the exit.
-    The mount moves by its compliance times that force, and these cables become shorter by p times how far it moves.
+    Call it after `over_sheave`. The force on the mount is p times the tension of one cable: of all spans, and of the
+    cable that comes to the exit. The mount moves by its compliance times that force, and these cables become shorter by
+    p times that displacement.
     """
     energy, _, _, _, _ = by_mount(line, free)
     return PER_NEWTON * line[PULL] / line[SPANS] * energy + line[SPRING]
@@ -111,9 +115,10 @@ def per_tension(line, free):
 
 @jit
 def by_mount(line, free):
-    """Energy p C p, m/kN, of the force p of one cable on its exit point over its tension; and its derivatives.
+    """Return the energy p C p, m/kN, of the force p that one cable exerts on its exit point, and its derivatives.
 
-    The last is C p without what is along u: its product with a change of u is that of C p.
+    p is relative to the cable's tension. The last derivative is C p without the part along u: its product with a change
+    of u is that of C p.
     """
     spans, own = line[SPANS], line[COMPLIANCE]
     fx, fy, fz = line[FROM], line[FROM + 1], line[FROM + 2]
@@ -128,7 +133,7 @@ def by_mount(line, free):
 
 @jit
 def gives(line):
-    """Whether the line has a compliant mount or a spring."""
+    """Return whether the line has a compliant mount or a spring."""
     if line[COMPLIANCE] != 0.0:
         return True
     for at in range(MOUNT, SPRING + 1):
@@ -139,7 +144,10 @@ def gives(line):
 
 @jit
 def turning(line, free, bx, by, bz):
-    """Derivatives of u along a fixed direction (bx, by, bz), by the platform point and by the radius of the sheave."""
+    """Return derivatives of the cable's direction u along a fixed direction (bx, by, bz).
+
+    They are by the platform point and by the radius of the sheave.
+    """
     rho, c, s = max(free[6], MIN_DISTANCE), free[7], free[8]
     ex, ey, ez = free[9], free[10], free[11]
     px, py, pz = line[AXIS], line[AXIS + 1], line[AXIS + 2]

@@ -24,7 +24,7 @@ NO_BETTER = 1e-8  # m: size of a rejected step after which only rounding is left
 
 
 class StopRule(NamedTuple):
-    """Stop criteria and initial damping of a run."""
+    """Stop criteria and initial damping of a least squares run."""
 
     step: float  # m, rad: a step all of whose entries are smaller ends the run
     fall: float  # relative decrease of the cost: a smaller one ends the run
@@ -33,7 +33,7 @@ class StopRule(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Scratch of one run."""
+    """Working memory of one least squares run."""
 
     row: RowReading
     U: NDArray[np.float64]  # (k, k)
@@ -52,7 +52,7 @@ class Scratch(NamedTuple):
 
 @jit(allocates=True)
 def scratch(rows, n, k):
-    """Scratch for *rows*, *n* coordinates of a pose and *k* unknowns."""
+    """Allocate a `Scratch` for *rows*, *n* coordinates of a pose and *k* unknowns."""
     poses, p = rows.start.shape[0] - 1, rows.freedoms
     return Scratch(
         reading(rows),
@@ -73,7 +73,7 @@ def scratch(rows, n, k):
 
 @jit
 def cost(rows, theta, poses, values, weights, work):
-    """Half the sum of squared weighted residuals; infinite where one is undefined."""
+    """Return half the sum of squared weighted residuals; infinite where one is undefined."""
     place_unknowns(rows, theta, work.row)
     total = 0.0
     for j in range(poses.shape[0] + 1):
@@ -144,7 +144,10 @@ def _add(work, j, count, weight, off, n, alone):
 
 @jit
 def reduce_poses(work, damping, k, n):
-    """Write the lower triangle of S and its right side to `step`, with all poses eliminated. False if one fails."""
+    """Eliminate all poses: write the Schur complement S, lower triangle, and right side to `step`.
+
+    False if singular.
+    """
     S, rhs = work.S, work.step
     copy(work.g, rhs)
     for a in range(k):
@@ -181,7 +184,7 @@ def reduce_poses(work, damping, k, n):
 
 @jit
 def pushed_out(limits, theta, work):
-    """Whether an unknown is at a bound that the cost pushes it out of."""
+    """Return whether an unknown is at a bound and the cost decreases beyond it."""
     for a in range(theta.shape[0]):
         if (theta[a] <= limits[0, a] and work.g[a] < 0.0) or (theta[a] >= limits[1, a] and work.g[a] > 0.0):
             return True
@@ -190,7 +193,7 @@ def pushed_out(limits, theta, work):
 
 @jit
 def hold_at_bounds(limits, theta, work):
-    """Take such unknowns out of the reduced equations."""
+    """Remove unknowns that the cost pushes out of their bounds from the reduced equations."""
     for a in range(theta.shape[0]):
         if (theta[a] <= limits[0, a] and work.g[a] < 0.0) or (theta[a] >= limits[1, a] and work.g[a] > 0.0):
             for b in range(theta.shape[0]):
@@ -247,7 +250,10 @@ def _try_step(free, limits, theta, poses, damping, work):
 
 @jit
 def adjust(rows, free, limits, theta, poses, values, weights, settings, work):
-    """Move *theta* (k,) and *poses* (N, n) to the nearest minimum of the cost. Returns code, steps taken and cost."""
+    """Move the unknowns *theta* (k,) and *poses* (N, n) to the nearest minimum of the cost.
+
+    Returns a code, the number of steps and the cost.
+    """
     k, n = theta.shape[0], rows.freedoms
     now = cost(rows, theta, poses, values, weights, work)
     if not now < inf:
@@ -292,10 +298,11 @@ def adjust(rows, free, limits, theta, poses, values, weights, settings, work):
 
 @jit(allocates=True)
 def adjust_runs(rows, free, limits, theta, poses, values, weights, settings, codes, steps, costs):
-    """Repeat `adjust`: theta (B, k), poses (B, N, n), values, weights (B or 1, R); writes codes, steps, costs (B,).
+    """Run `adjust` for B starts or sets of values.
 
-    *free* (n, p): an orthonormal basis of the directions in which poses are free. *limits* (2, k): min and max of the
-    unknowns. They stand apart from the rows, which are handed on for every reading.
+    theta (B, k), poses (B, N, n), values, weights (B or 1, R); writes codes, steps, costs (B,). *free* (n, p): an
+    orthonormal basis of the directions in which poses are free. *limits* (2, k): min and max of the unknowns. They are
+    an argument of their own, since the rows are passed on for every reading.
     """
     work = scratch(rows, poses.shape[2], theta.shape[1])
     for run in range(theta.shape[0]):

@@ -1,4 +1,4 @@
-"""One turn of a planar lidar: clusters of its points, straight lines through them, and scores of candidate positions.
+"""One scan of a planar lidar: clusters of its points, straight lines through them, and scores of candidate positions.
 
 The rules of `cut` and `draw` are explained in `Clustering` and `LineSearch` of cablewright.estimation.
 """
@@ -29,7 +29,7 @@ MIN_STEEPNESS = 0.3  # sine of the angle between ray and line: noise is not redu
 
 @jit
 def cut(xy, distance, step, rules, work, marks, members, first, size, sums):
-    """Divide the ordered points *xy* (n, 2), m, of a turn into clusters; returns the number of clusters.
+    """Divide the points *xy* (n, 2), m, of a lidar scan, in order of angle, into clusters; return their number.
 
     *distance* (n,), m, and *step* (n,), rad to the next point, as in `Points`. Points of cluster i are
     ``members[first[i]:first[i] + size[i]]``; *sums* (n // 2, SUMS). Scratch: *work* (4, n), *marks* (2, n).
@@ -72,7 +72,7 @@ def cut(xy, distance, step, rules, work, marks, members, first, size, sums):
 
 @jit
 def median(values, n, scratch):
-    """Median of values[:n], n > 0, by Hoare's selection; *scratch* (n,) is overwritten."""
+    """Return the median of values[:n], n > 0, by Hoare's selection; *scratch* (n,) is overwritten."""
     for i in range(n):
         scratch[i] = values[i]
     middle, low, high = n // 2, 0, n - 1
@@ -192,16 +192,19 @@ def _sum(x, y, begin, end, row):
 
 @jit
 def axis(xx, xy, yy):
-    """Total least squares from sums about the mean: angle of the major axis, rad, and the scatter along it, m^2."""
+    """Fit a line by total least squares: angle of the major axis, rad, and scatter along it, m^2.
+
+    The sums are about the mean of the points.
+    """
     return 0.5 * atan2(2.0 * xy, xx - yy), 0.5 * (xx + yy + hypot(xx - yy, 2.0 * xy))
 
 
 @jit
 def draw(xy, ray, distance, members, first, size, sums, rules, work, marks, found):
-    """Fit straight lines through the k clusters of `cut` and the points near; returns the number of lines.
+    """Fit straight lines through the k clusters of `cut` and the points near them; return the number of lines.
 
-    Clusters on the line of the largest one are merged with it first. *ray* (n, 2): unit vectors to the points.
-    *found*: (max lines, COLUMNS). Scratch: *work* (6, n), *marks* (2, n).
+    Clusters on the line of the largest one are merged with it first. *ray* (n, 2): unit vectors to the points. *found*:
+    (max lines, COLUMNS). Scratch: *work* (6, n), *marks* (2, n).
     """
     k, lines = size.shape[0], 0
     free, group = marks[0], marks[1]
@@ -346,10 +349,11 @@ def _fit(work, n, mx, my, ax, ay, rules, row):
 
 @jit
 def explain(turned, level, xy, sees, near, recess, work, scores):
-    """Add to the *scores* (k,) of candidate poses the number of points *xy* (2, n), m, that each explains.
+    """Score candidate poses by the number of lidar points *xy* (2, n), m, that lie on the walls seen from each.
 
-    ``turned[k, w] . xy + level[k, w]``: distance of a point beyond wall w, m. A point adds 1 if it is within *near* (m)
-    of a visible wall, *sees* (w,), and -1 if it is more than *recess* (m) beyond any wall. Scratch: *work* (2, n).
+    The numbers are added to *scores* (k,). ``turned[k, w] . xy + level[k, w]``: distance of a point beyond wall w, m. A
+    point adds 1 if it is within *near* (m) of a visible wall, *sees* (w,), and -1 if it is more than *recess* (m)
+    beyond any wall. Scratch: *work* (2, n).
     """
     x, y, nearest, farthest = xy[0], xy[1], work[0], work[1]
     for k in range(scores.shape[0]):

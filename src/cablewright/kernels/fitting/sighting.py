@@ -1,9 +1,9 @@
-"""Edges of tags in a picture: residuals and derivatives by the pose, by camera and lens, and by the tag.
+"""Edges of square tags in a camera picture: residuals, and derivatives by the pose, camera, lens and tag.
 
 The camera looks along its z axis, with x to the right and y down the picture. Lens: two focal lengths, the principal
 point, and Brown's distortion (1966) k1, k2, p1, p2, k3, in the order of OpenCV. The corners of a tag go round it from
-its top left, as seen in the picture: an edge runs from one corner to the next. Of an edge the distance from its line in
-the picture is measured at both ends: the sum and the difference of the two have independent errors.
+its top left, as seen in the picture: an edge runs from one corner to the next. The residuals of an edge are its
+distances from its line in the picture at both ends: the sum and the difference of the two have independent errors.
 """
 
 from math import nan
@@ -26,7 +26,10 @@ MIN_DEPTH = 1e-3  # m: nearer to the camera, or behind it, there is no picture
 
 @jit
 def place_body(body, one, two):
-    """Write rotation and left Jacobian of a *body* (BODY_COLUMNS,) to it; *one*, *two* (3, 3) are scratch."""
+    """Write rotation and left Jacobian of a camera or tag, *body* (BODY_COLUMNS,), into its own row.
+
+    *one*, *two* (3, 3) are scratch.
+    """
     matrix(body[TURN : TURN + 3], one)
     left_jacobian(body[TURN : TURN + 3], two)
     for a in range(3):
@@ -70,9 +73,10 @@ def _add_turn(body, by, gx, gy, gz, ax, ay, az):
 
 @jit
 def in_picture(lens, x, y, nx, ny, by):
-    """Add the derivatives of n (u, v) by the *lens* (9,) to *by*. Returns n (u, v), and its gradient by x and y.
+    """Project a point into the picture: return n (u, v), and its gradient by x and y.
 
-    x, y: the direction of a point, over its depth; u, v: its pixel; n = (nx, ny).
+    x, y: the direction of a point, over its depth; u, v: its pixel; n = (nx, ny). The derivatives by the *lens* (9,)
+    are added to *by*.
     """
     k1, k2, p1, p2, k3 = lens[4], lens[5], lens[6], lens[7], lens[8]
     r = x * x + y * y
@@ -155,9 +159,10 @@ def _add_pose(slope, gx, gy, gz, ax, ay, az):
 
 @jit
 def edge(bodies, camera, tag, extra, pose, rotation, slope, by):
-    """Sum or difference of n (u, v) at the ends of an edge; writes derivatives by the pose and by both bodies.
+    """Return the sum or difference of the distances n (u, v) at both ends of an edge; write its derivatives.
 
-    *extra*: number of the first corner; +1 for the sum, -1 for the difference; n. *by* (2, NUMBERS): by camera, tag.
+    They are by the pose and by both bodies. *extra*: number of the first corner; +1 for the sum, -1 for the difference;
+    n. *by* (2, NUMBERS): by camera, tag.
     """
     by[:, :] = 0.0
     slope[:] = 0.0
@@ -169,7 +174,7 @@ def edge(bodies, camera, tag, extra, pose, rotation, slope, by):
 
 @jit
 def place_bodies(known, target, theta, bodies, one, two):
-    """Write all numbers of the bodies to *bodies*, unknowns from *theta* (k,)."""
+    """Write all numbers of the cameras and tags to *bodies*, with the unknowns taken from *theta* (k,)."""
     for i in range(bodies.shape[0]):
         copy(known[i], bodies[i])
         for c in range(NUMBERS):

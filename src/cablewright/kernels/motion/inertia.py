@@ -1,4 +1,4 @@
-"""Forces of inertia on a platform that does not turn."""
+"""Inertial forces on a platform that does not rotate."""
 
 import numpy as np
 
@@ -8,11 +8,10 @@ from cablewright.kernels.rotation import matrix, rotate
 
 @jit(allocates=True)
 def push(poses, accelerations, mass, centre, found):
-    """Write to *found* the wrenches (k, 6), N and N m, by which a body at *poses* (k, 6) resists its acceleration.
+    """Write the inertial wrenches (k, 6), N and N m, of a body that accelerates without rotation to *found*.
 
-    They are in the world's axes, about the origin of the body.
-
-    *accelerations* (k, 3), m/s^2; *mass*, kg; *centre* (3,), m, of the mass, platform frame.
+    *poses* (k, 6). The wrenches are in the world's axes, about the origin of the body. *accelerations* (k, 3), m/s^2;
+    *mass*, kg; *centre* (3,), m, of the mass, platform frame.
     """
     rotation = np.empty((3, 3))
     for j in range(poses.shape[0]):

@@ -1,4 +1,4 @@
-"""Modes of small systems without allocation: Jacobi's method, begun at the modes of a neighbour."""
+"""Vibration modes of small systems, without allocation: Jacobi's method, started from the modes of a neighbour."""
 
 from math import sqrt
 

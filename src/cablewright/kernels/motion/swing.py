@@ -28,7 +28,7 @@ CARRIED = 5
 
 
 class SwingWork(NamedTuple):
-    """Scratch for f degrees of freedom and o outputs: the nozzle's three coordinates, and the tensions of the lines."""
+    """Working memory of `swing_rows`, for f degrees of freedom and o outputs: nozzle coordinates and tensions."""
 
     lower: NDArray[np.float64]  # (f, f)
     system: NDArray[np.float64]  # (f, f)

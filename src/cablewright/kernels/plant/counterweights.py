@@ -22,7 +22,7 @@ COUNTERWEIGHT = 5
 
 @jit
 def hang(weights, lines, states, dt, lengths, after):
-    """Give each line with a counterweight the spring and the length (m) that are its mass for a step of *dt* (s).
+    """Replace each counterweight by an equivalent spring and length (m) for a step of *dt* (s).
 
     *weights* (m, COUNTERWEIGHT). *lengths* and *after* (m,) are set, and the springs in *lines*.
     """
@@ -39,7 +39,10 @@ def hang(weights, lines, states, dt, lengths, after):
 
 @jit
 def rise(weights, lines, states, dt, lengths, moved):
-    """Set *lengths* (m,), m, and speeds after the step whose midpoint *states* are; not *moved*: each stands still."""
+    """Set the *lengths* (m,), m, and speeds of counterweights after a step with the midpoint *states*.
+
+    Not *moved*: each stands still.
+    """
     for i in range(weights.shape[0]):
         own = weights[i]
         if own[MASS] == 0.0 or is_slack(lines[i], states[i]):

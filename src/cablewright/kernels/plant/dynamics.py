@@ -60,7 +60,10 @@ MOTION = 12
 
 
 class Swing(NamedTuple):
-    """Scratch of one moving body with n degrees of freedom: 6, or 3 of a drum on a point platform."""
+    """Working memory of the dynamics of one body with n degrees of freedom.
+
+    n is 6, or 3 of a body that hangs from a point platform.
+    """
 
     system: NDArray[np.float64]  # (6, 6)
     rhs: NDArray[np.float64]  # (6, 1)
@@ -80,7 +83,7 @@ class Swing(NamedTuple):
 
 @jit(allocates=True)
 def moving_workspace(packed):
-    """Scratch for the lines and degrees of freedom of *packed* in their balance, and of the body."""
+    """Allocate a `Swing` for the lines of *packed*, the degrees of freedom of their balance, and those of the body."""
     n, m = packed.freedoms, packed.lines.shape[0]
     swing = Swing(
         np.zeros((6, 6)),

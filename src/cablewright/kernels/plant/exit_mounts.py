@@ -27,11 +27,12 @@ RELAXED = 20  # rounds with scaled steps
 
 @jit
 def give(packed, states, planes, ratio, compliance, displaced, steps, guide):
-    """Move the exit points of *packed* towards where their forces put them; return by how much at most, m.
+    """Move the exit points of *packed* by one Newton step towards the deflection under their forces.
 
-    *ratio* (m,): tension of each dead span over that of its free span; *compliance* (m, 3, 3), m/N. *displaced* (m, 3),
-    m, and the exit points and winches in its lines are updated in place; *steps* (m, 3), m, are written. One step of
-    Newton's method for each line between a fixed winch and a fixed platform, whose tension falls as its exit gives.
+    Returns the largest step, m. *ratio* (m,): tension of each dead span over that of its free span; *compliance* (m, 3,
+    3), m/N. *displaced* (m, 3), m, and the exit points and winches in its lines are updated in place; *steps* (m, 3),
+    m, are written. Each line runs between a fixed winch and a fixed platform, and its tension falls as its exit point
+    yields.
     """
     most = propose(packed, states, planes, ratio, compliance, displaced, steps, guide)
     move(packed, planes, steps, 1.0, displaced)
@@ -40,7 +41,7 @@ def give(packed, states, planes, ratio, compliance, displaced, steps, guide):
 
 @jit
 def propose(packed, states, planes, ratio, compliance, displaced, steps, guide):
-    """Write the *steps* of the mounts towards equilibrium and return the largest, m."""
+    """Write the *steps* of compliant exit points towards equilibrium and return the largest, m."""
     most = 0.0
     for i in range(packed.lines.shape[0]):
         found = directions_of_line(packed.lines[i], states[i], planes[i], guide, packed.general)
@@ -84,13 +85,12 @@ def move(packed, planes, steps, scale, displaced):
 
 @jit(allocates=True)
 def close(packed, lengths, pose, states, ratio, compliance, displaced, work):
-    """Displace exit points until they are in equilibrium with lines and platform.
+    """Displace exit points until their mounts are in equilibrium with lines and platform.
 
-    All but *lengths* and *ratio* change in place.
-
-    *pose* and *states* are an equilibrium for the exit points of now, evaluated in *work*. Steps are scaled by how the
-    last one answered, since the platform is not fixed (Aitken relaxation: Kuettler and Wall 2008, Computational
-    Mechanics 43), and no more where that does not help. Returns a code.
+    All but *lengths* and *ratio* change in place. *pose* and *states* are an equilibrium for the present exit points,
+    evaluated in *work*. Steps are scaled by the response to the last one, since the platform is not fixed (Aitken
+    relaxation: Kuettler and Wall 2008, Computational Mechanics 43), and no more where that does not help. Returns a
+    code.
     """
     steps, last, scale = np.zeros_like(displaced), np.zeros_like(displaced), 1.0
     guide = np.zeros(GUIDE_SIZE)

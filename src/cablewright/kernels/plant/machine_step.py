@@ -1,4 +1,4 @@
-"""One period of a moving machine: winches, retraction, body, line vibration; and the readings of lines' sensors."""
+"""One period of a simulated machine: winches, retraction, body, cable vibration, and readings of the lines' sensors."""
 
 from math import atan2, cos, exp, nan, pi, sin, sqrt
 from typing import NamedTuple
@@ -34,7 +34,7 @@ PUSHED = 2.0 / pi  # share of its end's acceleration that excites a line's first
 
 
 class Drive(NamedTuple):
-    """Drive that retracts a platform; its *beam* is empty without one."""
+    """State and parameters of the drive that retracts a platform; its *beam* is empty without one."""
 
     beam: NDArray[np.float64]  # (BEAM,) or (0,)
     moved: NDArray[np.float64]  # (m,): 1 of lines whose platform points move
@@ -68,13 +68,13 @@ def advance(
     swing,
     after,
 ):
-    """Advance by len(*noise*) steps of *dt* (s). Arguments from *motion* on are updated in place.
+    """Advance the simulated machine by len(*noise*) steps of *dt* (s).
 
-    *speeds* (m,): commanded speeds of the winch drums, rad/s. *drive*: that of the retraction. *vibration* (3,):
-    parameters of the lines' first mode; *noise* (k, m): standard normal numbers that excite it; *vibrations* (m, 2):
-    its displacement (m) and speed at mid-span. *acceleration* (6,): of the body's origin and of its rotation in the
-    last step, m/s^2 and rad/s^2. For other arguments see `winding.turn_winches`. Returns a code; during a failed step
-    the body stands still.
+    Arguments from *motion* on are updated in place. *speeds* (m,): commanded speeds of the winch drums, rad/s. *drive*:
+    that of the retraction. *vibration* (3,): parameters of the lines' first mode; *noise* (k, m): standard normal
+    numbers that excite it; *vibrations* (m, 2): its displacement (m) and speed at mid-span. *acceleration* (6,): of the
+    body's origin and of its rotation in the last step, m/s^2 and rad/s^2. For other arguments see
+    `winding.turn_winches`. Returns a code; during a failed step the body stands still.
     """
     code = OK
     for k in range(noise.shape[0]):
@@ -121,7 +121,10 @@ def _retract(packed, body, drive, dt, states, work):
 
 @jit
 def carry_ends(motion, acceleration, arms, ends):
-    """Write the acceleration of each platform point (m, 3), m/s^2, at its arm (m, 3), m, world, from the origin."""
+    """Write the acceleration (m, 3), m/s^2, of each platform point of a moving body.
+
+    Its arm (m, 3), m, is in world axes, from the body's origin.
+    """
     wx, wy, wz = motion[RATE], motion[RATE + 1], motion[RATE + 2]
     ex, ey, ez = acceleration[3], acceleration[4], acceleration[5]
     square = wx * wx + wy * wy + wz * wz
@@ -135,7 +138,7 @@ def carry_ends(motion, acceleration, arms, ends):
 
 @jit
 def retry(packed, body, motion, before, after, dt, states, work, swing):
-    """Repeat the step from guessed line states."""
+    """Repeat a failed dynamic step from newly guessed line states."""
     share = load_scale(packed) / packed.lines.shape[0]
     pose_of(motion[PLACE : PLACE + 3], motion[TURN : TURN + 3], swing.place)
     place_platform(swing.place, work.rotation)
@@ -151,7 +154,7 @@ def retry(packed, body, motion, before, after, dt, states, work, swing):
 
 @jit
 def vibrate(row, y, heading, acceleration, noise, vibration, dt, shape):
-    """Advance the first transverse mode of a line's span in its plane, along *heading*, by *dt* (s).
+    """Advance the first transverse vibration mode of a cable in its plane, along *heading*, by *dt* (s).
 
     *shape* (2,) is its displacement and speed. The mode is that of a taut string, excited by its moving end and by
     *noise*; exact for constant excitation. *acceleration* (3,): that of the platform point, m/s^2.
@@ -182,9 +185,10 @@ def _normal(h, end, tension, heading, acceleration):
 
 @jit
 def show_lines(packed, states, pose, work, ends, vibrations, vibration, sensors_at, scratch, shown):
-    """Write each line's readings to *shown* (m, SHOWS); accelerometers are *sensors_at* (m,), m before the platform.
+    """Write the simulated readings of each line's sensors to *shown* (m, SHOWS).
 
-    *pose* (n,): at which the lines are placed in *work*. *ends* (m, 3): acceleration of each platform point, m/s^2.
+    Accelerometers are *sensors_at* (m,), m before the platform. *pose* (n,): at which the lines are placed in *work*.
+    *ends* (m, 3): acceleration of each platform point, m/s^2.
     """
     for i in range(packed.lines.shape[0]):
         row, y, acceleration, sensor_at = packed.lines[i], states[i], ends[i], sensors_at[i]
@@ -239,7 +243,10 @@ def observe(
 
 @jit
 def over_ground(motion, point, rotation):
-    """Return where in plan view a *point* (3,), m, of the drum or body is, m, world; *rotation* (3, 3) is scratch."""
+    """Return the position (x, y), m, world, of a *point* (3,), m, of the body in plan view.
+
+    *rotation* (3, 3) is scratch.
+    """
     matrix(motion[TURN : TURN + 3], rotation)
     x, y, _ = rotate(rotation, point[0], point[1], point[2])
     return motion[PLACE] + x, motion[PLACE + 1] + y
@@ -247,10 +254,10 @@ def over_ground(motion, point, rotation):
 
 @jit(allocates=True)
 def feel(rotation, place, acceleration, rate, gravity, axes, measured):
-    """Add to *measured* (6,) the specific force, m/s^2, and turn rate, rad/s, at a *place* (3,), m, of a body.
+    """Add to *measured* (6,) the reading of an accelerometer and gyro at *place* (3,), m, on a moving body.
 
-    *rotation* (3, 3), *acceleration* (6,), m/s^2 and rad/s^2, and *rate* (3,), rad/s, world: of the body. *axes* (3,
-    3): of the unit, in the body's frame.
+    They are the specific force, m/s^2, and the turn rate, rad/s. *rotation* (3, 3), *acceleration* (6,), m/s^2 and
+    rad/s^2, and *rate* (3,), rad/s, world: of the body. *axes* (3, 3): of the unit, in the body's frame.
     """
     force = np.empty(3)
     x, y, z = rotate(rotation, place[0], place[1], place[2])

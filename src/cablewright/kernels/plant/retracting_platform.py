@@ -1,4 +1,4 @@
-"""A platform that retracts: a drive that moves some platform points, and a part of the mass, along the body."""
+"""A platform that retracts: a drive moves some platform points, and a part of the mass, along the body."""
 
 from math import exp
 
@@ -22,10 +22,10 @@ BEAM = 14
 
 @jit
 def turn_drive(beam, speed, pull, dt, flags):
-    """Move the drive for *dt* (s) towards the commanded *speed* (m/s, growing) against a *pull* (N).
+    """Move the retraction drive for *dt* (s) towards the commanded *speed* (m/s) against a *pull* (N).
 
-    *pull*, of lines and weight, is positive where it lengthens. *flags* (1,) receive LIMITED, STALLED and DRUM_END.
-    Returns the acceleration.
+    Positive speeds lengthen the platform. *pull*, of lines and weight, is positive where it lengthens. *flags* (1,)
+    receive LIMITED, STALLED and DRUM_END. Returns the acceleration.
     """
     target = min(max(speed, -beam[MAX_SPEED]), beam[MAX_SPEED])
     if target != speed:
@@ -47,7 +47,10 @@ def turn_drive(beam, speed, pull, dt, flags):
 
 @jit
 def pull_along(packed, body, beam, moved, states, planes, rotation):
-    """Force (N) with which lines and weight lengthen the platform; *moved* (m,): 1 of lines whose points move."""
+    """Return the force (N) with which lines and weight pull the retracting platform longer.
+
+    *moved* (m,): 1 of lines whose points move.
+    """
     x, y, z = rotate(rotation, beam[ALONG], beam[ALONG + 1], beam[ALONG + 2])
     pull = -beam[MOVING_MASS] * packed.platform[PLATFORM_WEIGHT] / body[MASS] * z
     for i in range(packed.lines.shape[0]):
@@ -63,7 +66,10 @@ def pull_along(packed, body, beam, moved, states, planes, rotation):
 
 @jit
 def set_points(lines, beam, moved, fixed, length):
-    """Put the platform points that move to where they are at a *length* (m); *fixed* (m, 3): at a length of 0."""
+    """Write the positions of the platform points that move, for a *length* (m) of the platform.
+
+    *fixed* (m, 3): at a length of 0.
+    """
     for i in range(lines.shape[0]):
         if moved[i] == 0.0:
             continue
@@ -73,7 +79,7 @@ def set_points(lines, beam, moved, fixed, length):
 
 @jit
 def set_part(body, beam, acceleration):
-    """Write the effect of the moving part on the *body*'s balance."""
+    """Write the position, momentum and inertial force of the platform's moving part to *body*."""
     for k in range(3):
         body[THRUST + k] = beam[MOVING_MASS] * acceleration * beam[ALONG + k]
         body[MOMENTUM + k] = beam[MOVING_MASS] * beam[SPEED] * beam[ALONG + k]

@@ -1,4 +1,4 @@
-"""Sliding over sheaves: by the way of the cable, which part of the friction acts (Maxwell slip) and which way."""
+"""Friction of cables that slide over sheaves, by Maxwell slip elements: how much acts, and in which direction."""
 
 from math import exp
 
@@ -9,7 +9,7 @@ from cablewright.kernels.statics.line.solved_line import turn_line
 
 @jit
 def slide(packed, states, planes, turned, guide, rate, sticks, before, elements, ratio, stretch):
-    """Slide the lines of *packed* to where they are by their *states*, monotonously since the last call.
+    """Compute the friction of cables over sheaves after a monotonous slide from the last call to the present *states*.
 
     *planes* (m, 4): of the lines, as placed; *turned* (m,), rad: by which cables turn before their exit points;
     *guide* (GUIDE_SIZE,): scratch. *rate*: coefficient of friction; *sticks* (k,), m: way from rest until an element

@@ -1,4 +1,4 @@
-"""Winches: a motor that follows a commanded speed, and a drum on which each turn of cable has its own radius."""
+"""Simulated winches: motors that follow commanded speeds, and drums whose turns of cable differ in radius."""
 
 from math import cos, exp, floor, nan, pi, sin, sqrt
 
@@ -85,7 +85,7 @@ def turn_winches(winches, motor, radii, wound, sideways, speeds, tensions, dt, l
 
 @jit
 def torque_of(winches, radii, tensions, i):
-    """Return the torque, N m, of all cables on the drum of line *i*; a positive one pays out."""
+    """Return the torque, N m, of all cables on the winch drum of line *i*; a positive one pays out."""
     own = winches[i]
     torque = tensions[i] * own[RATIO] * radius_at(own, radii[i])
     if own[MATES] > 0.0:
@@ -97,12 +97,12 @@ def torque_of(winches, radii, tensions, i):
 
 @jit
 def slip_of(own, radius, pull):
-    """Angle (rad) by which a drum slips in its closed brake under a *pull* (N), so that the brake holds it after that.
+    """Return the angle (rad) by which a drum slips in its closed brake under a *pull* (N), until the brake holds.
 
     Coulomb friction of a drum without inertia, which a line can only pay out: the length that stretches the line beyond
-    the force of the brake, and by which its ends move apart. Where a last one is known a pull is that half way through
-    a step (`dynamics.midpoint_step`): two of them and the length paid out give the motion of the ends and the present
-    pull.
+    the force of the brake, and by which its ends move apart. Where the last pull is known, a pull is that half way
+    through a step (`dynamics.midpoint_step`): two of them and the length paid out give the motion of the ends and the
+    present pull.
     """
     apart, over = 0.0, own[SOFT] * (pull - own[BRAKE] / radius)
     if own[PULL] > 0.0:
@@ -116,7 +116,7 @@ def slip_of(own, radius, pull):
 
 @jit
 def radius_at(own, radii):
-    """Radius (m) at which cable leaves a drum."""
+    """Return the radius (m) at which cable leaves a winch drum."""
     turn = min(int(own[ANGLE] / TURN), radii.shape[0] - 2)
     share = own[ANGLE] / TURN - turn
     return radii[turn] + share * (radii[turn + 1] - radii[turn]) + crossing(own, turn, share)[0]
@@ -158,7 +158,10 @@ def _wound_at(radii, wound, turns, angle):
 
 @jit
 def radii_by(radii, turns, angles, found):
-    """Write the radii (m,), m, at which lines leave their drums with *angles* (m,), rad, wound; NaN without one."""
+    """Write the radii (m,), m, at which cables leave their winch drums with *angles* (m,), rad, wound.
+
+    NaN for a line without a drum.
+    """
     for i in range(turns.shape[0]):
         found[i] = nan
         if turns[i] > 0:
@@ -169,9 +172,9 @@ def radii_by(radii, turns, angles, found):
 
 @jit
 def count(winches, hosts, begin, counts_per_turn, counts):
-    """Write the *counts* (w,) of the motors of *hosts* (w,) since their angles were *begin* (m,), rad; out: positive.
+    """Write the encoder *counts* (w,) of the motors of *hosts* (w,) since their drum angles were *begin* (m,), rad.
 
-    *counts_per_turn* (2,): turns of a motor per radian of its drum, and counts of its turn.
+    Paying out counts up. *counts_per_turn* (2,): turns of a motor per radian of its drum, and counts of its turn.
     """
     for j in range(hosts.shape[0]):
         turned = begin[hosts[j]] - winches[hosts[j], ANGLE]
@@ -180,9 +183,10 @@ def count(winches, hosts, begin, counts_per_turn, counts):
 
 @jit
 def crossing(own, turn, share):
-    """Height (m) at a *share* of a *turn* by which its cable lies on the one below, and length (m) wound by that.
+    """Return by how much a cable is lifted where it crosses the turn below, m, and the length wound by that, m.
 
-    A bump in each turn, a raised cosine, whose integral over a turn is half its height times the angle that it takes.
+    *share*: position in a *turn*. The lift is a bump in each turn, a raised cosine, whose integral over a turn is half
+    its height times the angle that it takes.
     """
     if own[CROSSING] == 0.0 or turn < own[CROSSING_FROM]:
         return 0.0, 0.0

@@ -1,1 +1,1 @@
-"""Lines on one drum: tensions and lengths that fit it."""
+"""Inverse problem of robots with several lines on one winch drum: tensions and lengths that agree with the drum."""

@@ -1,6 +1,6 @@
-"""Lengths of lines solved at their pulls, and how they change with the pull and with the pose, for shared winches.
+"""Lengths of lines that are solved at a given pull, and their derivatives, for shared winches.
 
-The changes are those of lines whose pulls are held while the platform moves, and of lines at a platform that is held.
+The derivatives are by the motion of the platform with pulls held, and by the pull with the platform held.
 """
 
 from typing import NamedTuple
@@ -19,7 +19,7 @@ from cablewright.kernels.statics.underactuated import evaluate_at_pulls
 
 
 class LengthWork(NamedTuple):
-    """Lengths of all lines and their changes."""
+    """Lengths of all lines and their derivatives by pull and pose."""
 
     lengths: NDArray[np.float64]  # (m,): unstrained, m
     by_pull: NDArray[np.float64]  # (m,): change per logarithm of the line's pull, m
@@ -28,7 +28,7 @@ class LengthWork(NamedTuple):
 
 @jit(allocates=True)
 def length_workspace(n, m):
-    """Scratch for *m* lines of a platform with *n* coordinates."""
+    """Allocate a `LengthWork` for *m* lines of a platform with *n* coordinates."""
     return LengthWork(np.zeros(m), np.zeros(m), np.zeros((m, n)))
 
 

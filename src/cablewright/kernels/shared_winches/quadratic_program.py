@@ -31,7 +31,10 @@ LONGEST_STEP = 0.3  # m or rad
 
 
 class SharedWork(NamedTuple):
-    """Scratch of the program. With s lines on another's drum it has m + n columns and n + s rows."""
+    """Working memory of the quadratic program.
+
+    With s lines on another's drum it has m + n columns and n + s rows.
+    """
 
     given: NDArray[np.float64]  # (n,): coordinates of the pose, NaN where free
     structure: NDArray[np.float64]  # (n + s, m + n)
@@ -55,7 +58,7 @@ class SharedWork(NamedTuple):
 
 @jit(allocates=True)
 def shared_workspace(packed, shares):
-    """Scratch that fits *packed* and the (s, 4) table of *shares*."""
+    """Allocate a `SharedWork` for *packed* and the (s, 4) table of *shares*."""
     m, n, s = packed.lines.shape[0], packed.freedoms, shares.shape[0]
     return SharedWork(
         np.zeros(n),
@@ -81,14 +84,14 @@ def shared_workspace(packed, shares):
 
 @jit
 def missed(shares, r, lengths):
-    """Return the residual of lengths (m,) in the equation of row *r* of *shares*, m."""
+    """Return by how much lengths (m,) miss the equation of a shared drum, row *r* of *shares*, m."""
     share = shares[r]
     return share[OFFSET] + share[SENSE] * lengths[int(share[OTHER])] - lengths[int(share[LINE])]
 
 
 @jit
 def begin_program(own):
-    """Forget the last solve."""
+    """Reset step limits, multipliers and curvatures before the first program of a solve."""
     own.scales[:], own.moves[:] = 0.0, 0.0
     own.reach[0] = LONGEST_STEP
     forget_multipliers(own)
@@ -103,7 +106,10 @@ def forget_multipliers(own):
 
 @jit
 def fill_program(packed, shares, pose, states, work, own):
-    """Write the program at evaluated and measured lines. False where rigid cables do not fit their drums."""
+    """Write the quadratic program, linearised at the present pulls and pose.
+
+    The lines are evaluated and measured before. Returns False where rigid cables do not fit their drums.
+    """
     n, m, most = pose.shape[0], packed.lines.shape[0], 0.0
     for i in range(m):
         most = max(most, work.pulls[i])

@@ -1,4 +1,4 @@
-"""Inverse problem with lines that share winches: pose to tensions and lengths that fit the drums.
+"""Inverse problem with lines that share winches: from a pose to tensions and lengths that agree with the drums.
 
 As in `inverse`, tensions of least norm within limits are found by a sequence of quadratic programs (`program`).
 Coordinates of the pose may be free: as many at least as there are fewer winches than degrees of freedom.

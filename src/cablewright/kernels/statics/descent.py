@@ -1,8 +1,8 @@
-"""Forward solves from far away: descent of the potential over the platform's pose, each line solved at every trial.
+"""Forward solves far from the solution: the platform descends its potential, with each line solved at every trial.
 
 For a point load on eyelet lines the potential is convex (docs/theory/statics.md), so the descent converges from
-anywhere; for other robots it is a robust local minimisation. Line laws: SPRING, a massless unilateral spring of
-the line's stiffness, cheap and good for a first guess; EXACT, the line itself.
+anywhere; for other robots it is a robust local minimisation. Line laws: SPRING, a massless unilateral spring of the
+line's stiffness, cheap and good for a first guess; EXACT, the line itself.
 """
 
 from math import sqrt
@@ -178,7 +178,7 @@ def _is_at_exit(row, pose):
 def place_below(packed, lengths, pose):
     """Set the position of *pose* below the centroid of the exit points as a first guess; its rotation stays.
 
-    Where the platform has a plane, in that.
+    Where a plane carries the platform, the position is in that plane.
     """
     m = packed.lines.shape[0]
     pose[:3] = 0.0

@@ -1,4 +1,7 @@
-"""All lines and the platform: Newton on F(x, y) = 0 with each line's block eliminated to an n x n system."""
+"""Equilibrium of all lines and the platform, by Newton's method; each line's unknowns are eliminated.
+
+The equations are F(x, y) = 0 with the pose x and the line unknowns y; an n x n system for the pose remains.
+"""
 
 from typing import NamedTuple
 
@@ -45,7 +48,7 @@ SHORTEST_ARM = 1e-9  # m: of a platform without arms, which has no moments
 
 
 class Work(NamedTuple):
-    """Scratch of one solver, allocated once and used by one thread at a time."""
+    """Working memory of one equilibrium solver, allocated once and used by one thread at a time."""
 
     blocks: NDArray[np.float64]  # (m, 6, 6)
     steps: NDArray[np.float64]  # (m, 6, 4): a line's block inverse times residual, x, z and, while moving, length
@@ -64,13 +67,13 @@ class Work(NamedTuple):
 
 @jit(allocates=True)
 def workspace(packed):
-    """Scratch that fits *packed*."""
+    """Allocate a `Work` for the robot *packed*."""
     return workspace_of(packed.general, packed.freedoms, packed.lines.shape[0])
 
 
 @jit(allocates=True)
 def workspace_of(general, n, m):
-    """Scratch for *n* degrees of freedom and *m* lines; *general*: see `Packed`."""
+    """Allocate a `Work` for *n* degrees of freedom and *m* lines; *general*: see `Packed`."""
     return Work(
         np.zeros((m, STATE, STATE)),
         np.zeros((m, STATE, 4)),
@@ -119,9 +122,9 @@ def evaluate(packed, lengths, pose, states, work):
 
 @jit
 def condense(packed, states, work):
-    """Eliminate the evaluated lines: leaves the balance after each line's own Newton step and the tangent stiffness.
+    """Eliminate the evaluated lines from the platform's equations: leave balance and tangent stiffness in *work*.
 
-    False where a line's block is singular.
+    The balance is that after each line's own Newton step. Returns False where a line's block is singular.
     """
     for i in range(packed.lines.shape[0]):
         row, y = packed.lines[i], states[i]
@@ -140,7 +143,7 @@ def _arm_of_weight(packed):
 
 @jit
 def unbalanced(packed, arms, wrench):
-    """Largest force (N) of a *wrench* on the platform, its moments divided by the longest of the *arms*."""
+    """Return the largest force (N) of a *wrench* on the platform, its moments divided by the longest of the *arms*."""
     reach = _arm_of_weight(packed)
     for i in range(arms.shape[0]):
         reach = max(reach, abs(arms[i, 0]), abs(arms[i, 1]), abs(arms[i, 2]))
@@ -160,7 +163,10 @@ def _unbalanced(wrench, reach):
 
 @jit
 def refine(packed, lengths, pose, states, work):
-    """Run Newton from *pose* and *states*, updated in place. Returns code, iterations, residual (m)."""
+    """Solve the equilibrium by Newton's method from *pose* and *states*, updated in place.
+
+    Returns code, iterations, residual (m).
+    """
     stalled, worst = False, 0.0
     size, grain = grains(lengths, pose)
     for iteration in range(NEWTON_STEPS):
@@ -180,7 +186,7 @@ def refine(packed, lengths, pose, states, work):
 
 @jit
 def grains(lengths, pose):
-    """Size, up to 1 m, with which tolerances of lengths are multiplied, and the resolution of a coordinate, m."""
+    """Return the scale of length tolerances (up to 1 m), and the floating-point resolution of a coordinate, m."""
     return min(1.0, largest(lengths, lengths.shape[0])), 4e-16 * largest(pose, 3)
 
 
@@ -204,9 +210,9 @@ def newton_step(packed, pose, states, work):
 
 @jit
 def judge(packed, states, planes, spatial):
-    """Code of a solved equilibrium: OK if the machine can have it; OVERSTRETCHED only if nothing else is wrong.
+    """Return the status code of a solved equilibrium: OK if it is valid and the machine can have it.
 
-    *planes* and *spatial*: of the lines as evaluated, see `Work`.
+    OVERSTRETCHED only if nothing else is wrong. *planes* and *spatial*: of the lines as evaluated, see `Work`.
     """
     code = OK
     for i in range(packed.lines.shape[0]):
@@ -220,7 +226,7 @@ def judge(packed, states, planes, spatial):
 
 @jit
 def judge_stability(packed, states, work):
-    """Code of an evaluated equilibrium: OK if it is stable.
+    """Return the status code of an equilibrium: OK if it is stable.
 
     A point load with taut dead spans always is, unless a cable leaves its sheave backwards; see
     `docs/theory/uniqueness.md`. Where a dead span hangs in a loop, cable may still run through its eyelet by itself:
@@ -246,7 +252,7 @@ def _all_slack(packed, states):
 
 @jit
 def judge_pivot(pivot):
-    """Code of an equilibrium whose stiffness has this smallest pivot: OK, SINGULAR or UNSTABLE."""
+    """Return the status code of an equilibrium by the smallest pivot of its stiffness: OK, SINGULAR or UNSTABLE."""
     if pivot > NEUTRAL:
         return OK
     return SINGULAR if pivot > -NEUTRAL else UNSTABLE

@@ -1,4 +1,4 @@
-"""Forward problem: unstrained lengths to the pose, from a neighbouring solution or without any guess."""
+"""Forward problem: from unstrained lengths to the pose, from a neighbouring solution or without any guess."""
 
 from cablewright.kernels import jit
 from cablewright.kernels.dense_systems import copy, copy_rows
@@ -29,7 +29,10 @@ UPRIGHT = 0.6  # rad: a solution rotated by less than this ends the search
 
 @jit
 def solve_warm(packed, lengths, pose, states, work):
-    """Solve from *pose* and *states*, updated in place. Returns code, iterations, residual (m)."""
+    """Solve the forward problem from the guesses *pose* and *states*, updated in place.
+
+    Returns code, iterations, residual (m).
+    """
     if packed.platform[MASSLESS] > 0.0:
         iterations, residual = 1, 0.0
         if not descend(packed, lengths, pose, states, work, EXACT, FORCE_TOLERANCE, packed.freedoms):
@@ -87,7 +90,10 @@ def _is_found(packed, code):
 
 @jit(allocates=True)
 def solve_near(packed, lengths, pose, states, work):
-    """Solve from *pose* alone, guessing line states there; without a guess if that fails. Returns as `solve_warm`."""
+    """Solve the forward problem from a guessed *pose* alone; if that fails, without a guess.
+
+    Returns as `solve_warm`.
+    """
     code, iterations, residual = _solve_at(packed, lengths, pose, states, work)
     if _is_found(packed, code):
         return code, iterations, residual
@@ -167,7 +173,10 @@ def _solve_at(packed, lengths, pose, states, work):
 
 @jit(allocates=True)
 def solve_by_homotopy(packed, lengths, pose, states, work):
-    """Start from lengths that leave no line slack at *pose*, and pay the slack lines out. Returns as `solve_warm`."""
+    """Solve the forward problem from lengths that leave no line slack at *pose*, paying slack lines out by steps.
+
+    Returns as `solve_warm`.
+    """
     m = packed.lines.shape[0]
     taut = lengths.copy()
     for i in range(m):

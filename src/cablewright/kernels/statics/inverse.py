@@ -1,4 +1,4 @@
-"""Inverse problem: pose to unstrained lengths and tensions, under tension limits.
+"""Inverse problem: from a pose to unstrained lengths and tensions, within tension limits.
 
 The unknown of each line is its pull (`upright_pull.pull_of`), its tension where cables are straight. The solution has
 the least norm of the pulls, or of their distances from preferred pulls. With sag it is found by a sequence of quadratic
@@ -84,7 +84,10 @@ def solve_inverse(packed, pose, states, work, known):
 
 @jit
 def judge_held(packed, pose, states, work, code, violation):
-    """Return code and violation (N) of a solution, by counterweights and stability; mark slack lines."""
+    """Return status code and violation (N) of an inverse solution, by counterweights and stability.
+
+    Marks slack lines.
+    """
     if code == OK:
         code, violation = _judge_hung(packed, states)
     if code == OK and packed.platform[MASSLESS] > 0.0:
@@ -163,7 +166,7 @@ def _least_infeasible(packed, pose, states, work):
 
 @jit
 def stays(packed, pose, states, work):
-    """Code of the platform in equilibrium at *pose*: OK if it is stable at constant lengths."""
+    """Return the status code of the platform at *pose*: OK if its equilibrium is stable at constant lengths."""
     elastic = none_rigid(packed, work)
     for i in range(packed.lines.shape[0]):
         added = elastic.lines[i, FREE_COMPLIANCE] - packed.lines[i, FREE_COMPLIANCE]
@@ -178,7 +181,7 @@ def stays(packed, pose, states, work):
 
 @jit
 def none_rigid(packed, work):
-    """The robot with very stiff cables in place of rigid ones."""
+    """Return the robot with very stiff cables in place of rigid ones."""
     for i in range(packed.lines.shape[0]):
         copy(packed.lines[i], work.lines[i])
         work.lines[i, FREE_COMPLIANCE] = max(packed.lines[i, FREE_COMPLIANCE], STIFFEST)
@@ -187,7 +190,7 @@ def none_rigid(packed, work):
 
 @jit
 def balances(packed, states, work):
-    """Whether the solved lines balance the platform: programs can converge to an ill-conditioned result."""
+    """Return whether the solved lines balance the platform: programs can converge to an ill-conditioned result."""
     base = work.base
     start_balance(packed, base.rotation, base.wrench, base.stiffness)
     scale = packed.platform[PLATFORM_WEIGHT]
@@ -271,7 +274,7 @@ def _least_violation(packed, pose, states, work):
 
 @jit
 def would_push(packed, pulls, required):
-    """Whether some line is *required* to push although its pull has been reduced to almost nothing."""
+    """Return whether some line would have to push: its pull is required although it has fallen to almost nothing."""
     share = load_scale(packed) / packed.lines.shape[0]
     for i in range(packed.lines.shape[0]):
         if required[i] <= 0.0 and pulls[i] < MIN_PULL * max(share, packed.lines[i, TENSION_MIN]):
@@ -281,7 +284,10 @@ def would_push(packed, pulls, required):
 
 @jit
 def begin(packed, pose, states, work, known):
-    """Place all lines; unless *states* are *known*, guess straight lines that share the load. Returns a code."""
+    """Place all lines and guess their states: straight lines that share the load, unless *states* are *known*.
+
+    Returns a code.
+    """
     base = work.base
     if not known:
         work.multipliers[:] = 0.0
@@ -350,10 +356,10 @@ def _linearise_line(packed, i, pose, y, work):
 
 @jit
 def curve(program, multipliers, before, column, i, pull, preferred):
-    """Store line *i*'s *column* of the structure, and the curvature of the Lagrangian from the last program's column.
+    """Store line *i*'s *column* of the structure matrix, and its curvature (Hessian entry) for the next program.
 
-    A line's force depends on its own pull alone, so that the Hessian is diagonal and a secant gives its entries.
-    *multipliers* and the pulls *before* (m,), N, are those of the last program.
+    A line's force depends on its own pull alone, so that the Hessian is diagonal and a secant through the last
+    program's column gives its entries. *multipliers* and the pulls *before* (m,), N, are those of the last program.
     """
     step = pull - before[i]
     if abs(step) > MIN_SECANT * pull and before[i] > 0.0:

@@ -1,4 +1,4 @@
-"""Scratch of the inverse problem, allocated once and used by one thread at a time."""
+"""Working memory of the inverse problem, allocated once and used by one thread at a time."""
 
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ from cablewright.kernels.statics.equilibrium import Work, workspace
 
 
 class InverseWork(NamedTuple):
-    """Scratch of the inverse problem in addition to that of the equilibrium."""
+    """Working memory of the inverse problem in addition to that of the equilibrium."""
 
     base: Work
     structure: NDArray[np.float64]  # (n, m): wrench per pull, reversed
@@ -35,7 +35,7 @@ class InverseWork(NamedTuple):
 
 @jit(allocates=True)
 def inverse_workspace(packed):
-    """Scratch that fits *packed*."""
+    """Allocate an `InverseWork` for the robot *packed*."""
     m, n = packed.lines.shape[0], packed.freedoms
     return InverseWork(
         workspace(packed),

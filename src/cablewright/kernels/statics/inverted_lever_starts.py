@@ -1,4 +1,4 @@
-"""Initial guesses for equilibria other than the usual one: with inverted levers, which point away from their pull."""
+"""Initial guesses for rare equilibria, in which levers are upside down: they point away from their pull."""
 
 from math import cos, log, pi, sin
 
@@ -26,7 +26,10 @@ from cablewright.kernels.statics.platform import load_scale
 
 @jit
 def start_at(packed, lengths, pose, heads, pull, states, work):
-    """Guess line states with the levers of *heads* (m,) inverted, see `forward.guess_states`. False if impossible."""
+    """Guess line states with the levers of *heads* (m,) upside down, see `forward.guess_states`.
+
+    False if impossible.
+    """
     if not guess_states(packed, lengths, pose, states, work, pull):
         return False
     share = pull * load_scale(packed) / packed.lines.shape[0]

@@ -1,4 +1,4 @@
-"""Linearisation at an equilibrium: motion of the platform per change of a line's length or parameters."""
+"""Linearisation at an equilibrium: motion of the platform, and change of tensions, per line length or parameter."""
 
 from cablewright.kernels import jit
 from cablewright.kernels.dense_systems import copy, solve

@@ -31,14 +31,14 @@ IN_PLANE = pi / 5.0  # rad: between the start rotations of a body in a plane
 
 @jit(inline=True)
 def place_platform(pose, rotation):
-    """Write the *rotation* (3, 3) of the *pose* of a rigid body; a point has none, and it stays as it is."""
+    """Write the *rotation* matrix (3, 3) of the *pose* of a rigid body; a point has none, and it stays as it is."""
     if pose.shape[0] == 6:
         matrix(pose[3:], rotation)
 
 
 @jit
 def pose_of(position, rotation, pose):
-    """Write the *pose* (n,) of a platform at a *position* (3,), of a body with its *rotation* vector (3,)."""
+    """Write the *pose* (n,) from a *position* (3,) and, of a rigid body, a *rotation* vector (3,)."""
     copy(position, pose[:3])
     if pose.shape[0] == 6:
         copy(rotation, pose[3:])
@@ -46,7 +46,7 @@ def pose_of(position, rotation, pose):
 
 @jit
 def place_arm(lines, i, pose, rotation, arm):
-    """Write the *arm* (3,) of line *i*, from the platform's origin to its point, world."""
+    """Write the *arm* (3,) of line *i*: from the platform's origin to its platform point, world axes, m."""
     arm[0], arm[1], arm[2] = lines[i, POINT_X], lines[i, POINT_Y], lines[i, POINT_Z]
     if pose.shape[0] == 6:
         arm[0], arm[1], arm[2] = rotate(rotation, arm[0], arm[1], arm[2])
@@ -87,7 +87,7 @@ def between(start, end, shift):
 
 @jit
 def move_freely(free, pose, step, moved):
-    """Write the *pose* (n,) after a *step* (p,) in its *free* directions, the columns of (n, p), to *moved*."""
+    """Write to *moved* the *pose* (n,) after a *step* (p,) in its *free* directions, the columns of (n, p)."""
     n, p = free.shape
     copy(pose, moved)
     if p == n:
@@ -101,7 +101,7 @@ def move_freely(free, pose, step, moved):
 
 @jit
 def may_be_another(shift):
-    """Whether a *shift* (n,) from the expected equilibrium is so large that it is another one. Never of a point."""
+    """Return whether a *shift* (n,) is so large that another equilibrium was found. Never for a point."""
     return shift.shape[0] == 6 and largest(shift, 6) > MAX_DEVIATION
 
 
@@ -127,7 +127,7 @@ def move_platform(pose, work):
 
 @jit
 def starts_of(packed):
-    """Return the number of rotations to start from, see `turn_to_start`: 1 of a point."""
+    """Return the number of rotations to try as starts, see `turn_to_start`: 1 of a point."""
     return STARTS if packed.freedoms == 6 else 1
 
 
@@ -152,9 +152,10 @@ def turn_to_start(packed, pose, start):
 
 @jit
 def load_scale(packed):
-    """Force (N) with which imbalances and guesses are compared: weight, external force and moment over its longest arm.
+    """Return the force (N) to which imbalances are compared: weight plus external force plus moment over arm.
 
-    The largest minimum tension takes their place where it is larger, or 1 N where all of them are 0.
+    The arm is the platform's longest. The largest minimum tension takes their place where it is larger, or 1 N where
+    all of them are 0.
     """
     platform = packed.platform
     if is_held(packed.general, platform):
@@ -170,7 +171,7 @@ def load_scale(packed):
 
 @jit
 def own_load(packed, rotation, wrench):
-    """Set *wrench* (n,) to the platform's own load. Returns the arm of its weight, world; a point's load has none."""
+    """Set *wrench* (n,) to weight and external wrench. Returns the arm of the weight, world; a point's has none."""
     platform = packed.platform
     for k in range(packed.freedoms):
         wrench[k] = platform[WRENCH + k]
@@ -197,7 +198,7 @@ def start_balance(packed, rotation, wrench, stiffness):
 
 @jit
 def weight_without_moment(packed):
-    """Return the weight (N) of which `own_load` has no moment: that of a point platform."""
+    """Return the weight (N) that causes no moment in `own_load`: that of a point platform, else 0."""
     return packed.platform[PLATFORM_WEIGHT] if packed.freedoms == 3 else 0.0
 
 
@@ -230,7 +231,7 @@ def _add_moment(wrench, rx, ry, rz, fx, fy, fz):
 
 @jit
 def add_turning(stiffness, first, rx, ry, rz, fx, fy, fz):
-    """Add -[f]x [r]x, minus the derivative of the moment r x f by a rotation of the arm under constant force.
+    """Add minus the derivative of the moment r x f by a rotation of arm r under constant force f: -[f]x [r]x.
 
     To the columns of the rotations in *stiffness*, in the rows that begin with *first*.
     """
@@ -277,7 +278,7 @@ def add_lever(stiffness, rx, ry, rz, xx, xy, xz, yx, yy, yz, zx, zy, zz):
 
 @jit(inline=True)
 def is_held(general, platform):
-    """Whether a plane carries the platform; *general*: see `Packed`."""
+    """Return whether a plane carries the platform; *general*: see `Packed`."""
     if general is None:
         return False
     return platform[HELD] > 0.0
@@ -333,7 +334,7 @@ def keep_free_part(packed, stiffness):
 
 @jit
 def hold(packed, wrench, stiffness):
-    """Leave the balance in the free directions; the others become as stiff as these, so that nothing moves there."""
+    """Leave the balance in the free directions; give the others a similar stiffness, so that nothing moves there."""
     if not is_held(packed.general, packed.platform):
         return
     keep_free(packed, wrench)
@@ -355,7 +356,7 @@ def hold(packed, wrench, stiffness):
 
 @jit
 def into_plane(packed, pose):
-    """Move the position of *pose* into the plane."""
+    """Move the position of *pose* into the plane that carries the platform."""
     if not is_held(packed.general, packed.platform):
         return
     x, y, z = _normal(packed)
@@ -367,7 +368,7 @@ def into_plane(packed, pose):
 
 @jit
 def least_and_arm(packed):
-    """Largest minimum tension (N), and longest arm (m) of a platform point along an axis; infinite of a point."""
+    """Largest minimum tension (N) of the lines; longest arm (m) of the platform along an axis, infinite of a point."""
     least, arm = 0.0, 0.0
     for i in range(packed.lines.shape[0]):
         row = packed.lines[i]
@@ -393,7 +394,7 @@ def load_in_plane(packed):
 
 @jit
 def axes(packed):
-    """Two unit vectors in the plane; along the world's axes where the plane is."""
+    """Return two unit vectors in the plane that carries the platform; along the world's axes where the plane is."""
     x, y, z = _normal(packed)
     if abs(x) <= abs(y) and abs(x) <= abs(z):
         u, v, w = 1.0 - x * x, -x * y, -x * z
@@ -408,7 +409,7 @@ def axes(packed):
 
 @jit
 def free_rows(packed, table, scale, rows):
-    """Replace each of the first *rows* of *table*, wrenches (n,), by its parts in the free directions; their number.
+    """Replace the first *rows* of *table*, wrenches (n,), by components in the free directions; return their number.
 
     Forces along both axes of the plane, and of a body the moment about the normal; so is *scale* (n,).
     """
@@ -430,7 +431,7 @@ def free_rows(packed, table, scale, rows):
 
 @jit
 def free_side(packed, half, k):
-    """Entry *k* of the half sides (n,) of a box of wrenches, in the free directions; exact in a plane along axes."""
+    """Return half side *k* of a box of wrenches, (n,), in the free directions; exact in a plane along axes."""
     if not is_held(packed.general, packed.platform):
         return half[k]
     a, b, c, d, e, f = axes(packed)
@@ -444,7 +445,7 @@ def free_side(packed, half, k):
 
 @jit
 def add_reactions(packed, matrix, column):
-    """Append columns of the plane's own force and moments to the square *matrix* (n, n), from *column* on."""
+    """Append columns of the plane's reaction force and moments to the square *matrix* (n, n), from *column* on."""
     if not is_held(packed.general, packed.platform):
         return
     n = packed.freedoms

@@ -1,4 +1,4 @@
-"""Enclosures of the platform: where it is, its arms, its load and what forces on it do, as `statics.platform` has them.
+"""Interval enclosures of the platform: position, arms, load, and wrenches of forces on it, as `statics.platform`.
 
 A vector is an array (3, 2) of its components' lower and upper ends. Rotations are increments in world axes from the
 pose's own rotation, of which *omega*, rad, bounds the size.
@@ -42,21 +42,21 @@ def component(vector, k):
 
 @jit
 def cross_component(a, b, k):
-    """Component *k* of a cross product."""
+    """Return component *k* of a cross product of two interval vectors."""
     i, j = (k + 1) % 3, (k + 2) % 3
     return sub(mul(component(a, i), component(b, j)), mul(component(a, j), component(b, i)))
 
 
 @jit
 def enclose_place(pose, rotation):
-    """Enclose the *rotation* (3, 3, 2) of the *pose* of a body; a point has none, and it stays as it is."""
+    """Enclose the *rotation* matrix (3, 3, 2) of a body's *pose*; a point has none, and it stays as it is."""
     if pose.shape[0] == 6:
         enclose_rotation(pose, rotation)
 
 
 @jit
 def enclose_rotation(pose, out):
-    """Enclose the matrix of the pose's rotation vector (Rodrigues)."""
+    """Enclose the rotation matrix of the pose's rotation vector (Rodrigues)."""
     x, y, z = point(pose[3]), point(pose[4]), point(pose[5])
     square = add(add(sqr(x), sqr(y)), sqr(z))
     if square[1] > 1e-8:
@@ -89,7 +89,10 @@ def _write(out, i, j, value):
 
 @jit
 def enclose_arm(row, n, omega, rotation, arm):
-    """Enclose the *arm* (3, 2) of a line: from the origin of a platform with *n* coordinates to its point, world."""
+    """Enclose the *arm* (3, 2) of a line, from the platform's origin to its platform point, world.
+
+    *n*: coordinates of the pose.
+    """
     if n == 3:
         for k in range(3):
             arm[k, 0] = arm[k, 1] = row[POINT_X + k]
@@ -99,7 +102,7 @@ def enclose_arm(row, n, omega, rotation, arm):
 
 @jit
 def turn(x, y, z, omega, rotation, out):
-    """Enclose a point of the platform rotated with the pose, and by up to *omega* more."""
+    """Enclose a point of the platform after the pose's rotation and further rotations by up to *omega*."""
     size = (abs(x) + abs(y) + abs(z)) * omega * ROUNDING
     for k in range(3):
         a = mul((rotation[k, 0, 0], rotation[k, 0, 1]), point(x))
@@ -205,7 +208,7 @@ def _product(a, b, i, j):
 
 @jit
 def axis_across(platform):
-    """The axis of the largest entry of the normal."""
+    """Return the axis (0, 1 or 2) of the largest entry of the plane's normal."""
     a = 0
     for k in range(1, 3):
         if abs(platform[NORMAL + k]) > abs(platform[NORMAL + a]):
@@ -215,7 +218,7 @@ def axis_across(platform):
 
 @jit
 def share_balance(general, platform, row, wrench):
-    """Write the entries of a *row* (n,) of Y at the balance itself to *wrench* (6,), from those at `held_rows`.
+    """Convert a *row* (n,) of Y from the rows of `held_rows` to those of the balance itself: *wrench* (6,).
 
     Returns the sum of the absolute values that were added up, for rounding, and of the entries at the rows of a tilt.
     """
@@ -242,7 +245,10 @@ def share_balance(general, platform, row, wrench):
 
 @jit
 def bend_of_tilt(packed):
-    """Bound of the second derivatives of the rows of a tilt by a small rotation: |N|^2 of a body in a plane, else 0."""
+    """Return a bound of the second derivatives of the tilt equations by a small rotation.
+
+    It is |N|^2 of a body in a plane, else 0.
+    """
     body = packed.platform
     if packed.freedoms < 6 or body[HELD] == 0.0:
         return 0.0
@@ -251,7 +257,10 @@ def bend_of_tilt(packed):
 
 @jit
 def width_that_counts(platform, found, k):
-    """Width of pose coordinate *k* of *found* (2.., n), low and high; in a plane the widest of its kind."""
+    """Return the width of pose coordinate *k* of the box *found* (2.., n), low and high.
+
+    In a plane it is the widest of its kind.
+    """
     first, last = k, k + 1
     if platform[HELD] != 0.0:
         first = 3 * (k // 3)

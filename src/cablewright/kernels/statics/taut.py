@@ -1,4 +1,4 @@
-"""Straight lines to a platform: their angles, lengths and directions."""
+"""Straight cables from their exit points to the platform: angles, lengths, directions and compliance."""
 
 from math import cos, nan, sin
 
@@ -31,12 +31,13 @@ SOFTNESS = 3
 
 @jit(allocates=True)
 def draw(packed, pose, found, planes, toward, per_motion):
-    """Write the straight lines of *packed* at *pose* (n,), levers as without weight.
+    """Write angles, lengths and directions of the straight lines of *packed* at *pose* (n,), with weightless levers.
 
     *found* (m, FOUND); *planes* (m, 4) as `vertical_plane.place` has them, along the free span; *toward* (m, 3): the
     derivative of a line's length by the motion of its end: for one span the unit vector away from the sheave.
-    *per_motion* (m, n): what a tension of 1 pulls, which is that by the motion of the platform, but for cable that
-    comes aslant into a groove: see `docs/machine.md`. NaN for a line without a tangent to its end.
+    *per_motion* (m, n): the wrench of a unit tension, which is the derivative of the length by the motion of the
+    platform, except for cable that enters a groove obliquely: see `docs/machine.md`. NaN for a line without a tangent
+    to its end.
     """
     work, y = workspace(packed), np.zeros(STATE)
     place_lines(packed, pose, work)
@@ -66,10 +67,10 @@ def draw(packed, pose, found, planes, toward, per_motion):
 
 @jit
 def soften(lines, lengths, toward, softness):
-    """Write the compliance of straight *lines* (m, COLUMNS): *softness* (m, SOFTNESS), m/N.
+    """Write the compliances *softness* (m, SOFTNESS), m/N, of straight *lines* (m, COLUMNS): cable, spring and mount.
 
-    *lengths* (m,), m, from the winch, and *toward* (m, 3): as `draw` writes them. The mount of an exit is pulled along
-    the free span and, where it is modelled, along the dead span, by all cables of the line.
+    *lengths* (m,), m, from the winch, and *toward* (m, 3): as `draw` writes them. The mount of an exit point is pulled
+    along the free span and, where it is modelled, along the dead span, by all cables of the line.
     """
     for i in range(lines.shape[0]):
         row = lines[i]

@@ -1,8 +1,8 @@
 """Inverse problem with fewer lines than degrees of freedom: m coordinates are given, gravity decides the others.
 
-The platform is first hung on springs with the lengths of a guessed pose, which gives the free coordinates and the
-pulls. Newton on the platform's balance in these n unknowns follows, with each line solved at its pull.
-In a plane the coordinates that it holds are given too, and what it carries are the unknowns instead.
+The platform first hangs on springs with the lengths of a guessed pose, which gives the free coordinates and the pulls.
+Newton on the platform's balance in these n unknowns follows, with each line solved at its pull. In a plane the
+coordinates across it are also given, and the reactions of the plane are the unknowns instead.
 """
 
 from math import exp, isnan, nan, pi, sqrt
@@ -114,7 +114,7 @@ def _judge_failure(packed, states, work):
 
 @jit
 def keep(given, pose):
-    """Write the given degrees of freedom to *pose*."""
+    """Write the given coordinates back to *pose*."""
     for k in range(pose.shape[0]):
         if not isnan(given[k]):
             pose[k] = given[k]
@@ -122,7 +122,7 @@ def keep(given, pose):
 
 @jit
 def hang(packed, given, pose, states, work):
-    """Set the free coordinates of *pose* and the pulls by descents on springs with the lengths of the pose."""
+    """Guess the free coordinates of *pose* and the pulls by descents on springs with the lengths of the pose."""
     base, m = work.base, packed.lines.shape[0]
     elastic = none_rigid(packed, work)
     for _ in range(SPRING_ROUNDS):
@@ -212,7 +212,7 @@ def _mix(packed, given, pose, work):
 
 @jit
 def evaluate_at_pulls(packed, pose, states, work, restart):
-    """Evaluate the balance at *pose*, its stiffness with the pulls held, and its change per log of each pull.
+    """Evaluate balance and stiffness at *pose* with the pulls held, and their derivatives by the log of each pull.
 
     *restart*: start from straight lines. False where a line has no solution.
     """

@@ -1,1 +1,1 @@
-"""Straight, massless lines: structure matrix, tension distributions, margins."""
+"""Wrench feasibility with straight, massless lines: structure matrix, tension distributions, margins."""

@@ -28,7 +28,7 @@ from cablewright.kernels.wrench_feasibility.structure_matrix import (
 
 
 class Facets(NamedTuple):
-    """Scratch of one thread."""
+    """Working memory of one thread of `capacity_rows`."""
 
     structure: StructureScratch
     columns: NDArray[np.float64]  # (m, n): A, transposed
@@ -45,7 +45,7 @@ class Facets(NamedTuple):
 
 @jit(allocates=True)
 def facet_scratch(packed):
-    """Scratch that fits a batch."""
+    """Allocate a `Facets` that fits the robots of a batch."""
     n, m = packed.freedoms, packed.lines.shape[1]
     return Facets(
         structure_scratch(packed.general, m),
@@ -64,10 +64,11 @@ def facet_scratch(packed):
 
 @jit
 def capacity_at(packed, pose, half, length, work):
-    """Status code, margin (N) and rank at *pose*: the min over all wrenches within *half* (n,) of the platform's own.
+    """Return status code, capacity margin (N) and rank of the structure matrix at *pose*.
 
-    Moments are divided by *length*. Where A is rank-deficient the margin is measured within its column space, and a
-    wrench outside that space has minus its distance from it as margin.
+    The margin is the smallest over all wrenches within *half* (n,) of the platform's own. Moments are divided by
+    *length*. Where A is rank-deficient the margin is measured within its column space, and a wrench outside that space
+    has minus its distance from it as margin.
     """
     m, structure = packed.lines.shape[0], work.structure
     code = structure_at(packed, pose, structure)
@@ -250,7 +251,7 @@ def _distance(packed, n, m, held, work):
 
 @jit(allocates=True)
 def capacity_rows(packed, poses, half, length, margins, ranks, codes, first, last):
-    """Write margins, ranks and codes (N,) of poses (N, n); see `capacity_at`.
+    """Write capacity margins (N), ranks and codes (N,) of poses (N, n); see `capacity_at`.
 
     *half* (n,): half sides of the box of wrenches about the platform's own, N and N m. Lines and platform of *packed*
     have one row or N each.

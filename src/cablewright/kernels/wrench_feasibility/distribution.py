@@ -31,7 +31,7 @@ UNBOUNDED = 1e3  # of the mean tension: upper limit of a null vector's entries f
 
 
 class Distributing(NamedTuple):
-    """Scratch of one thread."""
+    """Working memory of one thread of `distribute_rows`."""
 
     structure: StructureScratch
     exchange: Exchange
@@ -48,7 +48,7 @@ class Distributing(NamedTuple):
 
 @jit(allocates=True)
 def distributing_scratch(packed):
-    """Scratch that fits a batch."""
+    """Allocate a `Distributing` that fits the robots of a batch."""
     n, m = packed.freedoms, packed.lines.shape[1]
     return Distributing(
         structure_scratch(packed.general, m),
@@ -253,12 +253,12 @@ def _closure(n, m, work):
 
 @jit(allocates=True)
 def distribute_rows(packed, poses, method, curvature, bias, tensions, margins, codes, first, last):
-    """Write tensions (N, m), margins (N,) and codes (N,) of poses (N, n) by *method*.
+    """Write tensions (N, m), margins (N,) and codes (N,) at poses (N, n) by a *method* of tension distribution.
 
     A margin is the smallest distance of a tension from its limits, N; negative: the largest violation; -inf: no
-    tensions of any size balance the load. *curvature* and *bias* (m,) are the objective of LEAST. CLOSURE writes
-    the null vector of mean 1 with the largest min entry, which is its margin. Lines and platform of *packed* have
-    one row or N each.
+    tensions of any size balance the load. *curvature* and *bias* (m,) are the objective of LEAST. CLOSURE writes the
+    null vector of mean 1 with the largest min entry, which is its margin. Lines and platform of *packed* have one row
+    or N each.
     """
     work = distributing_scratch(packed)
     _distribute_each(packed, poses, method, curvature, bias, tensions, margins, codes, first, last, work)
@@ -326,7 +326,7 @@ def _structure_each(packed, poses, structures, wrenches, codes, work):
 
 @jit
 def robot_view(packed, j):
-    """The robot of problem *j*; to be called only from kernels without reference counting."""
+    """Return the robot of problem *j* as views; call it only from kernels without reference counting."""
     line = j if packed.lines.shape[0] > 1 else 0
     platform = j if packed.platform.shape[0] > 1 else 0
     return Packed(packed.freedoms, packed.lines[line], packed.platform[platform], packed.general)

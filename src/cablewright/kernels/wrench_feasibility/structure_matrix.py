@@ -1,7 +1,7 @@
-"""Straight massless lines at a pose: the structure matrix A of A t + w = 0, and all tensions that solve it.
+"""Structure matrix A of straight massless lines, A t + w = 0, and all tensions that solve it.
 
-Column i of A (n, m) is the wrench that line i exerts on the platform per newton of tension: u along the line from
-the platform to where it leaves its mounting, and r x u about the platform's origin.
+Column i of A (n, m) is the wrench that line i exerts on the platform per newton of tension: u along the line from the
+platform to the point where it leaves its mounting, and r x u about the platform's origin.
 """
 
 from typing import NamedTuple
@@ -26,7 +26,7 @@ ASIDE = 1e-9  # of the load: largest distance of a balanced load from the column
 
 
 class StructureScratch(NamedTuple):
-    """Scratch of one pose: the two sides of A t = -w, one column of them in each row of `table`.
+    """Working memory of one pose: the two sides of A t = -w, one column of them in each row of `table`.
 
     After `reduce`, t[i] = table[m, i] - sum table[j, i] t[j] over rank <= j < m, for i < rank, lines as in `order`.
     """
@@ -40,7 +40,7 @@ class StructureScratch(NamedTuple):
 
 @jit(allocates=True)
 def structure_scratch(general, m):
-    """Scratch for *m* lines; *general*: see `Packed`."""
+    """Allocate a `StructureScratch` for *m* lines; *general*: see `Packed`."""
     return StructureScratch(
         np.zeros((m + 1 + WIDTH, WIDTH)),
         np.ones(WIDTH),

@@ -21,9 +21,10 @@ AGREED = 1e-9  # of the largest tension: largest difference of upper bound and m
 
 
 class Exchange(NamedTuple):
-    """Scratch: d of each line outside the reference = start + coefficients w, with w >= 0 the slacks of those inside.
+    """Working memory of the exchange method.
 
-    The bound is s = s0 - weights w. One additional line represents s <= the smallest half width.
+    d of each line outside the reference = start + coefficients w, with w >= 0 the slacks of those inside. The bound is
+    s = s0 - weights w. One additional line represents s <= the smallest half width.
     """
 
     middle: NDArray[np.float64]  # (m,): of the limits, in the order of the reduced structure
@@ -40,7 +41,7 @@ class Exchange(NamedTuple):
 
 @jit(allocates=True)
 def exchange_scratch(m):
-    """Scratch for *m* lines."""
+    """Allocate an `Exchange` for *m* lines."""
     return Exchange(
         np.zeros(m),
         np.zeros(m + 1),
@@ -57,9 +58,10 @@ def exchange_scratch(m):
 
 @jit
 def widest(table, rank, m, work):
-    """Largest margin, and whether it is proved; writes the tensions with that margin as `work.shift` + `work.middle`.
+    """Find the tensions with the largest margin to their limits; return that margin, N, and whether it is proved.
 
-    *table* is that of a structure reduced to *rank*; `work.middle` and `work.half` hold the limits.
+    The tensions are `work.shift` + `work.middle`. *table* is that of a structure reduced to *rank*; `work.middle` and
+    `work.half` hold the limits.
     """
     free = m - rank
     min_half, max_half = 1e300, 0.0
@@ -85,7 +87,7 @@ def widest(table, rank, m, work):
 
 @jit
 def min_slack(half, shift, m):
-    """Smallest distance of a tension from its limits, N; negative where one is violated."""
+    """Return the smallest distance of a tension from its limits, N; negative where one is violated."""
     slack = 1e300
     for i in range(m):
         slack = min(slack, half[i] - abs(shift[i]))

@@ -1,1 +1,1 @@
-"""Real machines: their lengths kept over a loss of power, sessions with their drives, and prints on them."""
+"""Real machines: line lengths kept over a loss of power, sessions with their drives, and prints on them."""

@@ -1,4 +1,4 @@
-"""What people do with the drives of a machine besides printing."""
+"""Actions on the drives of a real machine besides printing: scan, write, enable, tension, home, jog."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ OpenPort = Callable[[], Port] | None
 
 
 def scan(robot: Robot, settings: MachineSettings, port: OpenPort = None) -> BusScan:
-    """Ask all nodes of the machine's bus who they are. Raises `EnvironmentFault`."""
+    """Ask all nodes of the machine's bus for their identity. Raises `EnvironmentFault`."""
     drives = drives_of(robot, settings, port)
     lines = {axis.node: axis.name for axis in drives.axes}
     found = tuple(Found(each, lines.get(each.node)) for each in drives.scan())
@@ -57,7 +57,10 @@ def show(robot: Robot, settings: MachineSettings, port: OpenPort = None) -> Driv
 
 
 def write(robot: Robot, settings: MachineSettings, state: Path, port: OpenPort = None) -> DriveSession:
-    """Write all that drives watch, and read it back; nothing is enabled. Raises `EnvironmentFault`, `InputError`."""
+    """Write the drives' supervision settings and read them back; nothing is enabled.
+
+    Raises `EnvironmentFault`, `InputError`.
+    """
     machine = RealMachine.of(robot, settings, state, port)
     machine.machine.open()
     try:
@@ -89,7 +92,7 @@ def enable(
 
 
 def tension(robot: Robot, settings: MachineSettings, state: Path, port: OpenPort = None) -> DriveSession:
-    """Take up all slack. Raises as `write`."""
+    """Take up all slack of the lines. Raises as `write`."""
     machine = RealMachine.of(robot, settings, state, port)
     operator = SessionOperator(PERSON, Order(OrderKind.TAKE_UP))
     return _session(machine, "tension", operator, {PrintState.TENSIONING: taking_up(machine)})
@@ -98,9 +101,9 @@ def tension(robot: Robot, settings: MachineSettings, state: Path, port: OpenPort
 def home(
     robot: Robot, settings: MachineSettings, state: Path, place: Array | None = None, port: OpenPort = None
 ) -> DriveSession:
-    """Take up slack and test the saved lengths, or find them by a measured *place*. Raises as `write`.
+    """Home a real machine: take up slack, then test the saved lengths, or find them from a measured *place*.
 
-    *place*: (3,) m, or of a rigid platform (6,) m and rad, of which (3,) is unrotated.
+    Raises as `write`. *place*: (3,) m, or of a rigid platform (6,) m and rad, of which (3,) is unrotated.
     """
     if place is not None:
         _require_inside(robot, place)
@@ -120,7 +123,7 @@ def jog_winch(
     ends: Callable[[], bool],
     port: OpenPort = None,
 ) -> DriveSession:
-    """Turn the winch that is named for one *line*, m/s of cable, while *held*; positive pays out. Raises as `write`."""
+    """Turn the winch of one *line* at a speed, m/s of cable, while *held*; positive pays out. Raises as `write`."""
     machine = RealMachine.of(robot, settings, state, port)
     names = list(robot.winch_names)
     if line not in names:

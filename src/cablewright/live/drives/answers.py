@@ -1,4 +1,4 @@
-"""What the commands for drives answer."""
+"""Results of the commands for drives."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Found:
     line: str | None
 
     def row(self) -> dict[str, object]:
-        """Return the node as a row of the table."""
+        """Return the drive as a row of the table."""
         own = self.identity
         return {
             "node": own.node,
@@ -44,7 +44,7 @@ class Found:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class BusScan(Result):
-    """Devices that answer on a bus."""
+    """Result of a scan: devices that answer on a bus."""
 
     FIGURES: ClassVar = (
         Figure("machine", "", "Name of the machine."),
@@ -58,13 +58,13 @@ class BusScan(Result):
 
     @property
     def refusal(self) -> str:
-        """The missing drives, in a sentence."""
+        """Sentence on the missing drives; empty if there are none."""
         return f"no drive answers for {', '.join(self.missing)}" if self.missing else ""
 
 
 @dataclass(frozen=True)
 class Value:
-    """One object of one drive."""
+    """One object of one drive, with its present and its required value."""
 
     line: str
     object: str
@@ -75,7 +75,7 @@ class Value:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DriveValues(Result):
-    """Objects of all drives, as they are and as they should be."""
+    """Objects of all drives, with present and required values."""
 
     FIGURES: ClassVar = (
         Figure("machine", "", "Name of the machine."),
@@ -94,13 +94,13 @@ class DriveValues(Result):
 
     @property
     def different(self) -> int:
-        """Number of objects that are not as they should be."""
+        """Number of objects whose value is not the required one."""
         return sum(not each.agrees for each in self.values)
 
 
 @dataclass(frozen=True)
 class DriveLine:
-    """A drive at the end of a session."""
+    """State of a drive at the end of a session."""
 
     line: str
     state: DriveState
@@ -110,7 +110,7 @@ class DriveLine:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DriveSession(Result):
-    """A session with drives that has ended, with brakes closed."""
+    """Result of a session with drives, which has ended with brakes closed."""
 
     FIGURES: ClassVar = (
         Figure("machine", "", "Name of the machine."),

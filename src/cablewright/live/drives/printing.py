@@ -1,4 +1,4 @@
-"""A job printed on a real machine, in a run folder, by the orders of a person."""
+"""A job printed on a real machine, in a run folder, commanded by a person."""
 
 from __future__ import annotations
 
@@ -76,9 +76,10 @@ WORDS: Final = {
 
 @dataclass(eq=False)
 class PersonOperator:
-    """An `Operator`: whoever types. ``typed`` returns the lines since the last call, ``over`` whether no more come.
+    """An `Operator`: a person who types orders.
 
-    ``age``: returns that of those lines, s, as they may have been typed while the control hung.
+    ``typed`` returns the lines since the last call, ``over`` whether no more come. ``age``: returns that of those
+    lines, s, as they may have been typed while the control hung.
     """
 
     typed: Callable[[], list[str]]
@@ -234,7 +235,7 @@ def _run(
 
 
 def taken_up(folder: Path) -> tuple[dict[str, Snapshot], datetime, float]:
-    """The progress of the print in *folder*, the UTC of its time 0, and the time now, s, after all that is logged.
+    """Return progress of the print in *folder*, UTC of its time 0, and the time after its last logged step, s.
 
     Raises `InputError` where one of them is lost.
     """

@@ -1,4 +1,4 @@
-"""Lengths of a machine's lines by the counts of its winches: kept on disk, and trusted once homing has passed them."""
+"""Lengths of a machine's lines by the counts of its winches, kept on disk, and valid once homing has accepted them."""
 
 from __future__ import annotations
 
@@ -44,7 +44,10 @@ class _File(CountsFile):
 
 
 class LengthKeeper:
-    """Lengths of the last homing, by counts. They hold in the epoch of those counts alone, see `Remembering`."""
+    """Lengths at the last homing, by encoder counts.
+
+    They are valid in the epoch of those counts alone, see `Remembering`.
+    """
 
     def __init__(self, path: Path, robot: Robot, settings: MachineSettings) -> None:
         """The file at *path*, which need not be there. Raises `InputError` for one that is damaged or of another."""
@@ -60,11 +63,11 @@ class LengthKeeper:
 
     @property
     def pose(self) -> Array | None:
-        """Pose of the platform at the last homing, (n,) m and rad; None: it never was homed."""
+        """Pose of the platform at the last homing, (n,) m and rad; None: it was never homed."""
         return None if self._saved is None else np.array([*self._saved.position, *(self._saved.rotation or ())])
 
     def lengths(self, counts: NDArray[np.int64]) -> Array | None:
-        """Lengths (m,), m, at *counts* (w,); None where nothing valid is saved, or a drum cannot have turned so far."""
+        """Return lengths (m,), m, at *counts* (w,); None if none are saved, or a drum cannot have turned that much."""
         if self._saved is None or self.machine is None or self._saved.epoch != self.machine.epoch or self.doubt:
             return None
         reckoning = self.reckoning
@@ -78,7 +81,7 @@ class LengthKeeper:
         return None if paid is None else np.asarray(out + paid)
 
     def tensions(self, torques: Array, lengths: Array, expected: Array) -> Array:
-        """Tensions (m,), N, by *torques* (w,), N m, of the drums, where *lengths* (m,), m, are out.
+        """Return tensions (m,), N, from *torques* (w,), N m, of the drums, with *lengths* (m,), m, paid out.
 
         *expected* (m,), N: see `WinchLines.tensions`.
         """
@@ -90,7 +93,7 @@ class LengthKeeper:
         return reckoning.winches.tensions(torques, arms, expected)
 
     def accept(self, lengths: Array, counts: NDArray[np.int64], pose: Array) -> None:
-        """Take lengths (m,), m, that homing has passed at *counts*, with their *pose* (n,), and write them.
+        """Store lengths (m,), m, that homing has accepted at *counts*, with their *pose* (n,), on disk.
 
         Raises `AnswerError`.
         """
@@ -127,7 +130,7 @@ class LengthKeeper:
 
 
 class KeptEstimator:
-    """The estimator of a machine whose lengths are known since it was homed; before that no position is valid.
+    """The estimator of a real machine; positions are valid once it was homed.
 
     Nothing of it is saved with a print: it starts again by homing.
     """
@@ -225,7 +228,7 @@ class KeptEstimator:
 
     @property
     def searches(self) -> bool:
-        """Whether the cause of that is still looked for."""
+        """Return whether the estimator still searches for the cause of the danger."""
         found = self._keeper.found
         return found is not None and found.searches
 

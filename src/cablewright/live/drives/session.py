@@ -52,7 +52,7 @@ _OVER: Final = 1.2  # of a drive's own limit: where the guard stops
 
 @dataclass(eq=False)
 class RealMachine:
-    """A machine on drives, with its files on disk: its counts, and its lengths."""
+    """A machine on drives, with its two files on disk: encoder counts and lengths."""
 
     robot: Robot
     settings: MachineSettings
@@ -65,7 +65,7 @@ class RealMachine:
     def of(
         cls, robot: Robot, settings: MachineSettings, state: Path, port: Callable[[], Port] | None = None
     ) -> RealMachine:
-        """Return the machine on drives. *state*: path of its two files, without suffix. Raises `InputError`."""
+        """Return the machine on drives. Raises `InputError`. *state*: path of its two files, without suffix."""
         require_robot(settings, robot.name)
         require(robot, Capability.HOMING)
         known = require_drives(settings, robot)
@@ -103,9 +103,9 @@ class RealMachine:
         return np.array([axis.scale.radii[0] * axis.scale.cables for axis in self.drives.axes])
 
     def homing(self, guess: Array, place: Array | None = None) -> Homing:
-        """The procedure that homes it, near *guess* (n,) if nothing is saved; *place* (n,): measured by a person.
+        """Return the procedure that homes the machine, near *guess* (n,) if nothing is saved.
 
-        Both in m and rad.
+        *place* (n,): pose measured by a person. Both in m and rad.
         """
         keeper, counted = self.keeper, self.machine  # which a sitting may pace
         near = guess if keeper.pose is None else keeper.pose
@@ -130,16 +130,16 @@ class RealMachine:
 
     @property
     def estimator(self) -> str:
-        """Name of the estimator: of a rigid platform the filter, whose torques correct its lengths."""
+        """Name of the estimator to use: for a rigid platform the filter, whose torques correct its lengths."""
         return "encoders" if self.robot.n == 3 else "filter"
 
     @property
     def delay(self) -> float:
-        """Time from an order to the motion, s."""
+        """Time from an order to the start of the motion, s."""
         return _ORDER_PERIODS * self.settings.period + self.settings.winch.lag
 
     def by_hand(self, plan: ManualSettings) -> ManualSettings:
-        """Limits of motions by hand, with those of the drives."""
+        """Limits of jogs, with those of the drives."""
         own = self.settings.drives
         assert own is not None
         return replace(plan, deceleration=own.jog_deceleration, max_run_out=own.jog_run_out, delay=self.delay)
@@ -151,7 +151,7 @@ class RealMachine:
         manual.require_run_out(speed, own.jog_deceleration, self.delay, own.jog_run_out)
 
     def winch_jog(self, winch: int, speed: float) -> WinchJog:
-        """The procedure that turns one winch by hand at *speed*, m/s of cable. Raises `InputError`."""
+        """Return the procedure that jogs one winch at *speed*, m/s of cable. Raises `InputError`."""
         own, scale = self.settings.drives, self.drives.axes[winch].scale
         assert own is not None
         most = own.jog_tension or own.tension
@@ -167,7 +167,7 @@ class RealMachine:
         saved: Mapping[str, Snapshot] | None = None,
         begin: float = 0.0,
     ) -> Printer:
-        """The loop on this machine, whose clock begins at *begin*, s.
+        """Return the control loop on this machine, whose clock begins at *begin*, s.
 
         Raises `InputError` for a path too fast for its drives, `AnswerError` for one out of reach.
         """
@@ -194,7 +194,7 @@ class RealMachine:
         )
 
     def reckon_powder(self, printer: Printer) -> None:
-        """Subtract from now on the powder that *printer* lays from the drum; without a valve nothing leaves it."""
+        """Let *printer* subtract the powder that it lays from the container; without a valve nothing leaves it."""
         assert self.settings.drives is not None
         if self.settings.drives.valve is not None and printer.plan.flow > 0.0:
             self.keeper.laid = lambda: printer.load.poured
@@ -214,7 +214,7 @@ class RealMachine:
 
 
 def session_path(robot: Robot, pose: Array | None) -> TimedPath:
-    """A `still_path` about *pose* (n,), m and rad, or the middle of the frame; a rigid platform is unrotated there."""
+    """Return a `still_path` about *pose* (n,), m and rad, or the middle of the frame, without rotation there."""
     scene = robot.scene
     middle = 0.5 * (np.array(scene.frame_min) + np.array(scene.frame_max))
     place = (middle if pose is None else pose[:3]) + np.array(robot.platform.nozzle)
@@ -275,7 +275,7 @@ class SessionOperator:
 
 @dataclass(eq=False)
 class Watching:
-    """A recorder that keeps the last step, and rejections of orders."""
+    """A recorder that keeps the last step, and which orders were rejected."""
 
     last: Step | None = None
     refusals: list[str] = field(default_factory=list)
@@ -287,5 +287,5 @@ class Watching:
 
 
 def taking_up(machine: RealMachine) -> TakeUp:
-    """The procedure that takes up slack."""
+    """Return the procedure that takes up slack."""
     return TakeUp(machine.take_up)

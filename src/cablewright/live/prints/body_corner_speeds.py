@@ -1,8 +1,8 @@
-"""How slowly a rigid platform takes corners and changes speed, so that what swings leaves its tensions in their limits.
+"""Speed limits of a rigid platform at corners and speed changes, so that its swing keeps tensions within limits.
 
 At a corner the nozzle's velocity jumps by v. The lengths follow, late by the lag of the winches, and the platform
-swings about where they would hold it: mode k, with the shape s (unit modal mass) and w rad/s, by s^T M v / w times what
-the lag leaves of it. A sudden acceleration moves it by up to twice its static displacement.
+swings about the pose where they would hold it: mode k, with the shape s (unit modal mass) and w rad/s, by s^T M v / w
+times the share that the lag leaves of it. A sudden acceleration moves it by up to twice its static displacement.
 Tensions change in proportion. There is no damping here, and the modes of a corner add as if they met; swings of one
 corner and of one change of speed are added, those of several are not.
 """
@@ -35,7 +35,7 @@ _TIMES: Final = 200  # at which a swing is looked at, in its first period
 
 
 def calmed(model: Model, narrow: Model, path: TimedPath, settings: MachineSettings) -> TimedPath:
-    """Return the *path*, slower where it would swing the platform beyond the limits of tension of *model*.
+    """Return the *path*, slower where its swing would exceed the tension limits of *model*.
 
     *narrow*: the model with the limits that control keeps at rest. Where these leave no room to swing in, the nozzle
     stops in corners, and a tenth of the job's acceleration remains. A shaped path swings in no corner, and by its
@@ -62,7 +62,7 @@ def calmed(model: Model, narrow: Model, path: TimedPath, settings: MachineSettin
 
 
 def told(job: TimedPath, calmed: TimedPath) -> tuple[str, ...]:
-    """Return in a sentence by how much a *calmed* path is slower than that of the *job*; none where it is not."""
+    """Return a sentence that says by how much a *calmed* path is slower than that of the *job*; none if not."""
     shaped = calmed.shaping is not None  # whose corners are others
     slower = np.zeros(0, np.int64) if shaped else np.flatnonzero(calmed.speed < job.speed * (1.0 - _SAME))
     if calmed.acceleration == job.acceleration and not len(slower):

@@ -1,4 +1,4 @@
-"""What a rigid platform must be able to do along a path, checked before anything moves, and the tensions it keeps."""
+"""Checks of a rigid platform's path before anything moves: frame, equilibria, speeds, accelerations, tensions."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _STOPS: Final = 0.5  # share of the least tension under which a print stops
 
 
 def require_fit(robot: Robot, job: Job, owner: MachineSettings, law: LawName) -> None:
-    """Raise `InputError` where robot, job and machine do not go together."""
+    """Raise `InputError` where robot, job and machine do not fit together."""
     turns = any(step.rotation is not None for step in job.schedule)
     if robot.n == 3:
         if turns:
@@ -57,7 +57,7 @@ def require_fit(robot: Robot, job: Job, owner: MachineSettings, law: LawName) ->
 def poses_at(model: Model, path: TimedPath, places: Array) -> tuple[Array, Array | None]:
     """Return poses (k, n) and retraction lengths (k,), or None, with the nozzle at *places* (k, 3), m.
 
-    NaN is what equilibrium decides, with fewer winches than degrees of freedom.
+    With fewer winches than degrees of freedom, NaN marks coordinates that equilibrium decides.
     """
     if path.attitude is None:
         return places, None
@@ -68,14 +68,14 @@ def poses_at(model: Model, path: TimedPath, places: Array) -> tuple[Array, Array
 
 
 def with_tour(path: TimedPath, owner: MachineSettings, estimator: str) -> TimedPath:
-    """Return the path with the tour of a machine whose *estimator* learns from it."""
+    """Return the path preceded by the machine's tour, if its *estimator* learns from a tour."""
     if path.attitude is None or owner.body is None or estimator == "encoders":
         return path
     return replace(path, tour=np.array(owner.body.tour).reshape(-1, 3))
 
 
 def tour_places(path: TimedPath) -> Array:
-    """Return places (k, 3), m, along the tour, from where the path begins and back to there."""
+    """Return positions (k, 3), m, along the tour, from the beginning of the path and back to it."""
     begin = path.track.positions[:1]
     corners = np.concatenate([begin, path.tour, begin])
     parts = [
@@ -86,7 +86,7 @@ def tour_places(path: TimedPath) -> Array:
 
 
 def check_tour(model: Model, path: TimedPath) -> None:
-    """Raise `AnswerError` at the first place of the tour that is out of the frame or cannot be held."""
+    """Raise `AnswerError` at the first position of the tour that is out of the frame or cannot be held."""
     if not len(path.tour):
         return
     poses, retraction = poses_at(model, path, tour_places(path))
@@ -109,7 +109,7 @@ def _inside(robot: Robot, poses: Array) -> NDArray[np.bool_]:
 def check_held(model: Model, path: TimedPath) -> tuple[Equilibrium, Linearisation]:
     """Return the equilibria along the path, and their linearisation.
 
-    Raises `AnswerError` at the first place that is out of the frame, not held, or where the platform moves freely.
+    Raises `AnswerError` at the first position that is out of the frame, not held, or where the platform moves freely.
     """
     poses, retraction = poses_at(model, path, path.track.positions)
     inside = _inside(model.robot, poses)
@@ -130,7 +130,7 @@ def check_held(model: Model, path: TimedPath) -> tuple[Equilibrium, Linearisatio
 
 
 def check_accelerations(path: TimedPath, held: Equilibrium, linear: Linearisation) -> None:
-    """Raise `AnswerError` where the path's acceleration needs tensions that lines cannot give."""
+    """Raise `AnswerError` where the path's acceleration needs tensions beyond the lines' limits."""
     size = path.acceleration * tensions_by_acceleration(held, linear)
     left = held.tensions - size
     if not (left > 0.0).all():
@@ -163,16 +163,16 @@ def check_speeds(model: Model, path: TimedPath, settings: MachineSettings) -> No
 
 
 def chosen_places(path: TimedPath) -> Array:
-    """Return places (k, 3), m, of the tour and all along the path, at which tensions are judged."""
+    """Return positions (k, 3), m, of the tour and along the path, at which tensions are checked."""
     places = path.track.positions[held_tensions.chosen_rows(len(path.track.positions))]
     return np.concatenate([tour_places(path), places]) if len(path.tour) else places
 
 
 def with_margin(model: Model, path: TimedPath, settings: MachineSettings) -> tuple[Model, tuple[str, ...]]:
-    """Return the model whose tensions control holds along the whole path and tour: see `held_tensions`.
+    """Return the model with narrower tension limits, which control keeps along the whole path and tour.
 
-    Where nothing measures tensions they are kept as far from the limits as the machine's accuracy moves them, or as
-    far as lines allow; notes say which.
+    See `held_tensions`. Where nothing measures tensions they are kept as far from the limits as the machine's accuracy
+    moves them, or as far as lines allow; notes say which.
     """
     if model.robot.winches <= model.freedoms:
         return model, ()
@@ -207,7 +207,7 @@ def _told_of(off: Array, share: float) -> tuple[str, ...]:
 
 
 def least_tensions(robot: Robot) -> Array:
-    """Return the tensions (m,), N, under which a print stops."""
+    """Return the tensions (m,), N, below which a print stops."""
     return np.array([_STOPS * line.tension_limits[0] for line in robot.lines])
 
 

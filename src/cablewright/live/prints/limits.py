@@ -1,4 +1,4 @@
-"""Path, speeds and limits of a print, from the owner's settings of the machine: checked before anything moves."""
+"""Path, speeds and limits of a print, from the owner's settings of the machine, checked before anything moves."""
 
 from __future__ import annotations
 
@@ -63,9 +63,9 @@ def path_of(
     law: LawName = "model",
     layers: int | None = None,
 ) -> TimedPath:
-    """Return the path of the first *layers* of a *job*, by its driven *samples*, for the machine of *owner*.
+    """Return the path of the first *layers* of a *job*, from its *samples*, for the machine of *owner*.
 
-    Raises `InputError` where robot, job and machine do not go together.
+    Raises `InputError` where robot, job and machine do not fit together.
     """
     body_limits.require_fit(robot, job, owner, law)
     lift = owner.drum.valve if owner.extrusion is not None and owner.drum is not None else 0.0

@@ -1,4 +1,4 @@
-"""Statistics of each line in a print: time taut, tensions, excess, cable wound and paid out."""
+"""Statistics of each line in a print: time taut, tensions, excess length, cable wound and paid out."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class LineStatistics:
         self._wound += np.nan_to_num(np.where(np.isfinite(measured), measured, true)).sum(axis=0)
 
     def spools(self) -> tuple[SpoolRadii, ...]:
-        """Return the radii of each drum."""
+        """Return the radii of each winch drum by length paid out."""
         return self._spools.result()
 
     def result(

@@ -1,4 +1,4 @@
-"""The control loop of a print: a machine, its guard, estimation, supervision and control.
+"""The control loop of a print: machine, guard, estimation, supervision and control, step by step.
 
 Nothing here knows what kind of machine it is: see `cablewright.machine.interface`.
 """
@@ -53,7 +53,7 @@ MakeEstimator = Callable[[Array, Array], Estimator]
 
 @runtime_checkable
 class Learning(Protocol):
-    """An estimator whose state is saved with a print, and which may find that the machine is to stop."""
+    """An estimator whose state is saved with a print, and which may find a reason to stop the machine."""
 
     SAVED: ClassVar[Saved]
 
@@ -93,7 +93,7 @@ class PrintPlan:
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """One step: its command, the sensor frame at its end, the orders, and estimate and progress from that frame."""
+    """One step of a print: its command, the sensor frame at its end, the orders, and estimate and progress after it."""
 
     command: Command
     frame: SensorFrame
@@ -103,7 +103,7 @@ class Step:
 
 
 class Printer:
-    """Runs one machine through one plan. `step` raises nothing, whatever a frame contains."""
+    """The control loop of one print. `step` raises nothing, whatever a frame contains."""
 
     SAVED = ("guide", "load", "supervisor", "yaw", "_powder_out_time", "last_pose", "radii")
 
@@ -174,18 +174,18 @@ class Printer:
 
     @property
     def tensions(self) -> Array | None:
-        """Tensions (m,), N, by which the control holds lines: as measured, or of a rigid platform by the lengths."""
+        """Tensions (m,), N, that the control uses: as measured, or of a rigid platform by the lengths."""
         measured = None if self._measuring is None else self._measuring.measured
         return measured if measured is not None or self.plan.path.attitude is None else self.estimator.tensions
 
     def refilled(self) -> None:
-        """Set the drum to full."""
+        """Record that the container is full."""
         self.load.refill()
 
     def place_measured(self, place: Array, *, by_tensions: bool = False) -> None:
-        """Pass the measured position of the standing platform to the estimator, (3,) m.
+        """Pass the measured position (3,), m, of the standing platform to the estimator.
 
-        *by_tensions*: see `dead_reckoning.placed`. Raises `InputError` if it takes no place.
+        *by_tensions*: see `dead_reckoning.placed`. Raises `InputError` if it takes no position.
         """
         if not isinstance(self.estimator, DeadReckoning):
             raise InputError("a measured position needs the estimator of encoders alone: --estimator encoders")

@@ -12,11 +12,12 @@ from cablewright.printing.arc_length_path import Track
 
 @dataclass
 class PlaceVisits:
-    """Each visit has ``stops`` places, which divide the length of the layer where it begins evenly.
+    """Schedule of stops of a print at which the platform's position is measured.
 
-    ``layers``: a visit begins after each so many; 0: never. ``every``: s of machine time; 0: never; the first is where
-    the path begins. A print that is resumed goes on with the next visit by time, and leaves out what was left of the
-    last; a visit by layers goes on.
+    Each visit has ``stops`` positions, which divide the length of the layer where it begins evenly. ``layers``: a visit
+    begins after each so many; 0: never. ``every``: s of machine time; 0: never; the first is where the path begins. A
+    print that is resumed goes on with the next visit by time, and leaves out the rest of the last; a visit by layers
+    goes on.
     """
 
     layers: int = 0
@@ -28,7 +29,7 @@ class PlaceVisits:
     _left: list[tuple[float, int]] = field(default_factory=list, repr=False)  # m along the path; mm from its layer on
 
     def is_due(self, track: Track, target: Target, now: float) -> bool:
-        """Whether the platform is to stop at its *target* on the *track*, at *now*, s."""
+        """Return whether the platform must stop at its *target* on the *track*, at *now*, s."""
         if not self.layers and not self.every:
             return False
         if not self._left:
@@ -36,7 +37,7 @@ class PlaceVisits:
         return bool(self._left) and target.distance >= self._left[0][0]
 
     def stopped(self) -> int:
-        """Return which place it is where the platform stopped as was due, by its way along the layer in mm."""
+        """Return the identifier of the position where the platform stopped: its distance along the layer in mm."""
         return self._left.pop(0)[1]
 
     def _begin(self, track: Track, target: Target, now: float) -> None:

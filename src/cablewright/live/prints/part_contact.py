@@ -1,4 +1,4 @@
-"""Whether a line of a rigid platform would touch what its own print has laid by then, before anything moves."""
+"""Check, before anything moves, that no line of a rigid platform touches material that its own print has laid."""
 
 from __future__ import annotations
 
@@ -21,10 +21,11 @@ _BLOCK: Final = 4096  # samples at a time
 
 
 def check_clear(model: Model, job: Job, layers: int | None) -> None:
-    """Raise `AnswerError` at the first place of the first *layers* of a *job* (None: all) where a line touches them.
+    """Raise `AnswerError` at the first position of a *job* where a line touches laid material.
 
-    Strands are as wide and high as the part's beads; lines hang as the full model has them. The last 0.1 m of a line at
-    its platform point are left out: a platform point may be level with the nozzle.
+    *layers*: how many of the job's layers are checked (None: all). Strands are as wide and high as the part's beads;
+    lines hang as the full model has them. The last 0.1 m of a line at its platform point are left out: a platform point
+    may be level with the nozzle.
     """
     toolpath = job.toolpath()
     samples = _first_layers(job.samples(toolpath), layers)

@@ -18,7 +18,7 @@ _MAX_ERROR: Final = 0.1  # m, range of the histogram
 
 
 class PathErrors:
-    """Accumulates the errors of true or estimated positions from the path near the current distance."""
+    """Sums of the errors of true or estimated positions from the path near the current distance."""
 
     def __init__(self, track: Track, print_speed: float, prefix: str) -> None:
         """*prefix* of the columns of positions and velocities: ``true_``, or empty for estimates."""
@@ -30,7 +30,7 @@ class PathErrors:
         self._speeds = Histogram(0.0, 2.0 * print_speed, 240)
 
     def add(self, rows: Rows) -> tuple[Array, Array]:
-        """Add *rows* that print; return cross-track errors (k,), m, and speeds along the path (k,), m/s."""
+        """Add *rows* of steps that print; return cross-track errors (k,), m, and speeds along the path (k,), m/s."""
         places, distance = rows[f"{self._prefix}position"], rows["distance"]
         reached, error = nearest_of_each(self._track, places, distance, _SEARCH)
         known = np.isfinite(reached)

@@ -113,7 +113,7 @@ class PrintOptions:
 
 @dataclass(frozen=True, eq=False)
 class Upon:
-    """What a print goes on from: the robot of which its machine is built, and the ground; None: an empty floor.
+    """Initial conditions of a print: the robot of which its machine is built, and the ground; None: an empty floor.
 
     ``inputs``: hashes of further files that identify the print.
     """
@@ -245,10 +245,10 @@ def _intruded(settings: TwinSettings, choices: PrintOptions, duration: float) ->
 
 
 def plan_print(twin: MachineTwin) -> PrintPlan:
-    """Return the plan.
+    """Return the plan of a print.
 
     Raises `AnswerError` where the path leaves the frame, lines cannot hold the platform, or those of a rigid one would
-    touch what was laid.
+    touch laid material.
     """
     owner, simulation, choices = twin.settings.owner, twin.settings.simulation, twin.choices
     period = owner.period if choices.plant == "dynamic" else simulation.quasi_static_period

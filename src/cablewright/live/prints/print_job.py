@@ -68,7 +68,7 @@ class LearntLine(Result):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PrintedJob(Result):
-    """A print that has ended: its final state, its record, and where its log and report are."""
+    """Result of a print that has ended: final state, record, and paths of its log and report."""
 
     FIGURES: ClassVar = (
         Figure("robot", "", "Name of the robot.", "record.head.robot.name"),
@@ -110,7 +110,7 @@ class PrintedJob(Result):
 
     @property
     def refusal(self) -> str:
-        """Reason for a no, in a sentence."""
+        """Sentence with the reason if the print was not finished."""
         return "" if self.finished else f"{self.status}: {self.run.reason}"
 
     @property

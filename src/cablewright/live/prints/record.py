@@ -1,4 +1,4 @@
-"""The record of a print, from its log alone, in one pass with bounded memory.
+"""The record of a print, computed from its log alone, in one pass with bounded memory.
 
 Errors are cross-track, seen from above, positive left of the path, of the steps that printed: true ones where the log
 has the truth, and estimated ones. Each is measured to the path near the current distance, so that another branch at a
@@ -87,7 +87,7 @@ def finish(
 
 
 class Recorder:
-    """Accumulates the steps of a print. Its memory grows only with the number of layers."""
+    """Computes the record of a print from its steps. Its memory grows only with the number of layers."""
 
     def __init__(self, head: LogHead, track: Track, print_speed: float, attitude: Attitude | None = None) -> None:
         """Start with no steps; arguments: see `record`."""
@@ -113,7 +113,7 @@ class Recorder:
         self._structure = None if lidar is None else StructureScans(lidar, track)
 
     def add(self, entry: Entry) -> None:
-        """Add one step."""
+        """Add one step of the print."""
         if not self._steps:
             self._start_time = entry.frame.time
         self._steps += 1
@@ -195,7 +195,10 @@ class Recorder:
         self._rows.add(rows.view(np.float64).reshape(len(rows), -1))
 
     def finish(self, true_structure: HeightField | None = None, notes: tuple[str, ...] = ()) -> PrintRecord:
-        """Return the record. *true_structure*: the true structure at the end, if known; *notes*: notes of the log."""
+        """Return the record of the print.
+
+        *true_structure*: the true structure at the end, if known; *notes*: notes of the log.
+        """
         self._flush()
         rows = self._rows.rows.view(row_type(self.head.robot.m)).ravel()
         masses = self.head.settings.carrier.empty_mass + rows["left"]

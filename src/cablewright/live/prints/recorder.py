@@ -1,4 +1,4 @@
-"""What a run folder keeps of a print while it runs: its log, its checkpoint, and the durations of its steps."""
+"""Files of a running print in its run folder: log, checkpoint, and durations of the control steps."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class Timing:
 
 @dataclass
 class FolderRecorder:
-    """A `StepRecorder`: each step in the log, a checkpoint at most half a second old, and progress."""
+    """A `StepRecorder` that writes each step to the log, a checkpoint at least every half second, and progress."""
 
     log: LogWriter
     writer: SnapshotWriter
@@ -92,7 +92,7 @@ class FolderRecorder:
 
 
 def checkpoint_of(printer: Printer) -> dict[str, Snapshot]:
-    """The print at one time, and the machine with it if it can save its whole state."""
+    """Return the checkpoint of a print at one time, with its machine if that can save its whole state."""
     snapshot = printer.machine.abilities.snapshot
     whole = {} if snapshot is None else {"machine": snapshot()}
     learnt = {} if printer.learning is None else {"estimator": save(printer.learning)}
@@ -100,9 +100,10 @@ def checkpoint_of(printer: Printer) -> dict[str, Snapshot]:
 
 
 def read_checkpoint(path: Path) -> dict[str, Snapshot]:
-    """Return the data of `checkpoint_of`. Raises `InputError` for another file, or one of another user.
+    """Return the data of a checkpoint, see `checkpoint_of`.
 
-    So it does for one that another version of this program wrote in another layout.
+    Raises `InputError` for another file, or one of another user. So it does for one that another version of this
+    program wrote in another layout.
     """
     found = read_snapshots(path, is_signed=is_signed)
     if "print" not in found:

@@ -54,7 +54,7 @@ class Span:
 
 @dataclass(frozen=True, repr=False)
 class StateUse(Result):
-    """Time that a print spent in one state."""
+    """Time that a print spent in one state, and how often."""
 
     FIGURES: ClassVar = (
         Figure("state", "", "State of the print."),
@@ -73,7 +73,7 @@ class StateUse(Result):
 
 @dataclass(frozen=True, eq=False)
 class LayerErrors:
-    """Cross-track errors for each of v visits of layers, (v,); NaN where nothing was printed."""
+    """Cross-track errors for each of v visits of layers, (v,), m; NaN where nothing was printed."""
 
     number: NDArray[np.int32]
     begin: Array  # m along the path
@@ -85,7 +85,7 @@ class LayerErrors:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PathFollowing(Result):
-    """Path-following errors of all steps that printed. Positive: left of the path."""
+    """Path-following errors of all steps that printed. Positive: left of the path. m."""
 
     FIGURES: ClassVar = (
         Figure("mean_path_error", "m", "Mean distance beside the path, seen from above; left of it is positive.",

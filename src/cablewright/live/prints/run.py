@@ -1,8 +1,8 @@
 """A whole print on a simulated machine, in a run folder from which an interrupted print can be resumed.
 
-While it runs the folder holds ``manifest.json`` (what is printed), the log's segments, and ``checkpoint.bin``: machine
-and print at one time, at most half a second old. A resumed print starts with the machine as in the checkpoint,
-estimates the platform's position, returns to its place on the path and continues.
+While it runs the folder holds ``manifest.json`` (the inputs), the log's segments, and ``checkpoint.bin``: machine and
+print at one time, at most half a second old. A resumed print starts with the machine as in the checkpoint, estimates
+the platform's position, returns to its position on the path and continues.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ class PrintRun:
 
     @property
     def state(self) -> PrintState:
-        """Present state."""
+        """Present state of the print."""
         return self.printer.supervisor.state
 
     @property
@@ -150,14 +150,14 @@ def run_print(
 
 
 def folder_log(path: Path, head: LogHead, *, drops: bool) -> AbstractContextManager[LogWriter]:
-    """Return a log of a run folder, in a thread; *drops*: see `LogWriter`."""
+    """Open a log in a run folder, written by a thread; *drops*: see `LogWriter`."""
     return write_log(path, head, flush_every=CHECKPOINT_INTERVAL, clock=time.monotonic, threaded=True, drops=drops)
 
 
 def log_epoch(folder: Path, real_time: bool) -> datetime | None:
     """Return the UTC of time 0 of a print: that of the log in *folder*, or now for one that begins in real time.
 
-    None for a print that waits for no time: its log is a function of its input.
+    None for a simulation faster than real time: its log is a function of its input.
     """
     if any(folder.glob("log*.mcap")):
         with suppress(InputError), read_log(folder) as log:  # one that was never flushed has no head
@@ -184,7 +184,7 @@ def _run(run: PrintRun, choices: PrintOptions, recorder: FolderRecorder, real_ti
 
 
 def alone_in(folder: Path) -> AbstractContextManager[None]:
-    """Hold the lock of *folder*, which the system releases when the program ends, even if it is killed.
+    """Lock *folder* for this program; the system releases the lock when the program ends, even if it is killed.
 
     Raises `EnvironmentFault` where another program holds the lock, or where it cannot be made: a link is not followed.
     """
@@ -192,13 +192,13 @@ def alone_in(folder: Path) -> AbstractContextManager[None]:
 
 
 def started(robot: Robot, path: TimedPath) -> Robot:
-    """Return *robot* with the retraction with which *path* begins."""
+    """Return *robot* with the retraction at the beginning of *path*."""
     length = path.start_retraction
     return robot if math.isnan(length) else robot.retracted(length)
 
 
 def begin_print(twin: MachineTwin, plan: PrintPlan) -> tuple[SimulatedMachine, Printer]:
-    """Return machine and print at the start of the path."""
+    """Return the machine and the control loop of a print at the start of the path."""
     choices, begin = twin.choices, twin.path.start_pose
     machine = SimulatedMachine(_described(twin), twin.settings, begin, seed=choices.seed, plant=choices.plant)
     if twin.upon is not None and twin.upon.ground is not None:
@@ -262,7 +262,7 @@ def _maker(twin: MachineTwin, machine: SimulatedMachine) -> Callable[[Array, Arr
 
 
 def require_folder(folder: Path, manifest: Mapping[str, Any], option: str) -> None:
-    """Raise `InputError` unless *folder* may hold a new print, or with an *option* holds the print that it is for."""
+    """Raise `InputError` unless *folder* may hold a new print, or, with an *option*, holds the same print already."""
     if option:
         kept = read_manifest(folder)
         if kept is None or kept["command"] != "print":
@@ -289,7 +289,7 @@ def make_folder(folder: Path) -> None:
 
 
 def clear_folder(folder: Path) -> None:
-    """Remove checkpoint and log of an earlier print, so that they are not taken for those of the new one."""
+    """Remove checkpoint and log of an earlier print, so that they cannot be mistaken for those of the new one."""
     try:
         (folder / CHECKPOINT).unlink(missing_ok=True)  # first: a log without it is rejected by --resume
         for file in log_files(folder) if _has_log(folder) else ():

@@ -1,4 +1,4 @@
-"""The operator of a simulated machine, who sees what a person there would: the powder, and where the platform is."""
+"""The simulated operator of a simulated machine, who sees the powder and the platform as a person would."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ _NAME = "attendant"
 class Attendant:
     """Resets and starts the machine, refills it, and resumes once the light barrier is clear.
 
-    It also stops the machine where its ``visits`` are due, and by ``measure``, with the layer and which place of it
-    this is, reports the position of the platform.
+    It also stops the machine where its ``visits`` are due, and reports the platform's position by ``measure``, with the
+    layer and the number of the stop.
     """
 
     refill_drum: Callable[[], None]
@@ -40,7 +40,7 @@ class Attendant:
         return tuple(Order(kind, _NAME, now) for kind in self._kinds(printer, now))
 
     def is_over(self, printer: Printer) -> bool:
-        """Whether the path has ended, or the machine has stopped and knows why: an attendant asks no further."""
+        """Return whether the path has ended, or the machine has stopped with a cause: an attendant tries no further."""
         stopped = printer.supervisor.state in (PrintState.STOPPED, PrintState.FAULT)
         return printer.finished or (stopped and not printer.searches)
 
@@ -85,7 +85,7 @@ class Attendant:
 
 
 def attendant_of(machine: SimulatedMachine, printer: Printer, choices: PrintOptions) -> Attendant:
-    """Return the attendant of a print on a simulated machine, who measures places with their standard deviation."""
+    """Return the simulated operator of a print, who measures positions with their standard deviation."""
 
     def measure(layer: int, along: int) -> None:
         noise = np.random.default_rng([choices.seed, 9, layer, along]).normal(0.0, choices.place_sigma, 3)

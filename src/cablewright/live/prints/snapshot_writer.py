@@ -1,4 +1,4 @@
-"""Writes snapshots in a background thread, so that a control loop does not wait for the disk."""
+"""Thread that writes snapshots of a print, so that a control loop does not wait for the disk."""
 
 from __future__ import annotations
 
@@ -24,7 +24,10 @@ class SnapshotWriter:
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="snapshots")
 
     def put(self, snapshots: Mapping[str, Snapshot], after: Future[None] | None = None) -> None:
-        """Write *snapshots* soon, in place of any that wait, once *after* has ended. Raises the last write's fault."""
+        """Write *snapshots* soon, in place of any that wait, once *after* has ended.
+
+        Raises the error of the last write.
+        """
         if not self._last.cancel() and self._last.done():
             self._last.result()
         self._last = self._thread.submit(self._write, snapshots, after)

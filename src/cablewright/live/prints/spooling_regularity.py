@@ -27,7 +27,7 @@ _MIN_BINS: Final = 10  # for an irregularity
 
 @dataclass(frozen=True, eq=False)
 class SpoolRadii:
-    """Radii by length paid out, of the b bins with data; NaN where unknown."""
+    """Radii of a winch drum by length paid out, of the b bins with data; NaN where unknown."""
 
     lengths: Array  # (b,) m, unstrained, winch to platform
     radii: Array  # (b,) m, estimated
@@ -38,7 +38,7 @@ class SpoolRadii:
 
 
 class SpoolStatistics:
-    """Mean radii of m lines by bins of length paid out."""
+    """Mean drum radii of m lines by bins of length paid out."""
 
     def __init__(self, robot: Robot, settings: WinchSettings) -> None:
         """Start with no radii."""

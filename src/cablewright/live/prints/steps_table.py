@@ -1,4 +1,4 @@
-"""Steps of a print as rows of a structured array, from a log's entries, for the record of the print."""
+"""Steps of a print as rows of a structured array, from the log's entries."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def in_state(rows: Rows, state: PrintState) -> Mask:
 
 
 class StepsTable:
-    """Fills rows one by one; sensors' last readings are held."""
+    """Converts log entries to rows; the last reading of each sensor is held."""
 
     def __init__(self, robot: Robot, settings: MachineSettings, period: float, capacity: int) -> None:
         """For a *robot* that steps every *period* (s), *capacity* rows at a time."""
@@ -77,21 +77,21 @@ class StepsTable:
 
     @property
     def full(self) -> bool:
-        """Whether `take` is due."""
+        """Whether the table is full, so that `take` is due."""
         return self._count == len(self._rows)
 
     @property
     def temperature(self) -> float:
-        """Degrees Celsius, last reading."""
+        """Last temperature reading, degrees Celsius."""
         return float(self._held["temperature"])
 
     @property
     def broken(self) -> bool:
-        """Whether the light barrier is interrupted, last reading."""
+        """Whether the light barrier is interrupted, by its last reading."""
         return bool(self._held["broken"] == 1.0)
 
     def take(self) -> Rows:
-        """Return the rows and start again."""
+        """Return the rows and empty the table."""
         taken, self._count = self._rows[: self._count].copy(), 0
         return taken
 

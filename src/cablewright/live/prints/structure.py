@@ -62,7 +62,7 @@ class StructureScans:
         self._count = 0
 
     def set_pose(self, estimate: Estimate, distance: float) -> None:
-        """Record the estimated pose of the drum, *distance* (m) along the path."""
+        """Record the estimated pose of the platform, *distance* (m) along the path."""
         if estimate.valid and np.isfinite(estimate.position).all() and np.isfinite(estimate.rotation).all():
             self._poses.add(estimate.time, np.concatenate([estimate.position, estimate.rotation]))
         visit = int(np.searchsorted(self._track.visits.begin, distance, side="right")) - 1
@@ -70,7 +70,7 @@ class StructureScans:
             self._before, self._points, self._count, self._visit = self._points, [], 0, visit
 
     def add(self, scan: Scan) -> None:
-        """Add one scan."""
+        """Add one scan of the vertical lidar."""
         if scan.time - self._last < EVERY - 1e-6 or not len(self._poses) or self._count >= _MAX_POINTS:
             return
         self._last = scan.time
@@ -88,7 +88,7 @@ class StructureScans:
         self._count += int(np.count_nonzero(kept))
 
     def heights(self, like: HeightField) -> HeightField | None:
-        """Return the structure over the cells of *like*; None if none was scanned."""
+        """Return the heights of the structure over the cells of *like*; None if none was scanned."""
         points = self._before + self._points
         if not points:
             return None
@@ -132,7 +132,7 @@ def _floor_correction(heights: Array, sigma: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class CrossSection:
-    """Heights across the path at one place; NaN: unknown. Positive offsets are left of the path."""
+    """Heights across the path at one position; NaN: unknown. Positive offsets are left of the path."""
 
     title: str
     distance: float  # m along the path
@@ -195,7 +195,7 @@ class PrintedStructure(Result):
 
     @property
     def mass(self) -> float:
-        """True mass, kg; NaN: unknown."""
+        """True mass of the structure, kg; NaN: unknown."""
         return math.nan if self.true is None else self.true.volume * self.density
 
     @property
@@ -230,7 +230,7 @@ class PrintedStructure(Result):
 
     @property
     def highest(self) -> float:
-        """Greatest height, m; NaN: unknown."""
+        """Greatest height of the structure, m; NaN: unknown."""
         return math.nan if self.best is None else float(np.nanmax(self.best.heights, initial=-np.inf))
 
 
@@ -242,7 +242,7 @@ def structure_of(
     density: float,
     bead: Bead | None,
 ) -> PrintedStructure | None:
-    """Return the structure after *distance* (m) of *track*, of *density* (kg/m^3); None if nothing is known."""
+    """Return the structure after *distance* (m) of *track*, of *density* (kg/m^3); None if nothing is known of it."""
     estimated = None if scans is None else scans.heights(_cells(track, true))
     if estimated is None and true is None:
         return None

@@ -22,7 +22,7 @@ from cablewright.robot import Robot
 
 @dataclass(frozen=True, repr=False)
 class WholeErrors(Result):
-    """True values over every step; NaN where the log has no truth."""
+    """True tracking errors over every step of a print; NaN where the log has no truth."""
 
     FIGURES: ClassVar = (
         Figure("position_rms", "m", "Root mean square distance in space of the printing point from its target, "
@@ -50,7 +50,7 @@ class WholeErrors(Result):
 
 
 class WholeErrorSums:
-    """Accumulates them, block by block."""
+    """Sums of tracking errors, block by block of steps."""
 
     def __init__(self, robot: Robot, attitude: Attitude | None) -> None:
         """*attitude*: rotation of a rigid platform along the path; None for a point, or if it is not known."""

@@ -30,7 +30,7 @@ _MIN_SPREAD: Final = 0.2  # K, standard deviation
 
 @dataclass(frozen=True, eq=False)
 class VibrationRecord:
-    """Frequencies of w windows by line, and their dependence on temperature. NaN: unknown."""
+    """Frequencies of each line in w time windows, and their dependence on temperature. NaN: unknown."""
 
     times: Array  # (w,) s
     temperatures: Array  # (w,) degrees Celsius
@@ -41,7 +41,7 @@ class VibrationRecord:
 
 
 class VibrationWindows:
-    """Collects readings in windows, and finds each window's peak frequency."""
+    """Collects accelerometer readings in time windows, and finds each window's peak frequency."""
 
     def __init__(self, m: int) -> None:
         """Start with no readings of *m* lines."""
@@ -66,7 +66,7 @@ class VibrationWindows:
         return len(self._times) == 1
 
     def drop(self) -> None:
-        """Discard the window."""
+        """Discard the present window."""
         self._times.clear()
         self._angles.clear()
 

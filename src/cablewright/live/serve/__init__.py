@@ -1,1 +1,1 @@
-"""A machine that people watch and operate from elsewhere: its control, and what goes to and fro."""
+"""A machine that people watch and operate from a page: its control process, and the messages between both."""

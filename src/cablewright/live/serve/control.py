@@ -1,4 +1,4 @@
-"""The control of a machine that people operate: sitting after sitting, whatever becomes of those who watch."""
+"""The control process of a machine that people operate: one run of the loop after another, whoever watches."""
 
 from __future__ import annotations
 
@@ -47,9 +47,9 @@ _BINS: Final = np.array([-np.inf, 0.0, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2, 0.1, 
 
 @dataclass(eq=False)
 class Control:
-    """Runs a station for those at the other end of the link. ``folder``: folder of jobs, runs and orders.
+    """Runs a machine for the operator's page at the other end of the link.
 
-    ``ready``: called once, when the machine of the first sitting is made.
+    ``folder``: folder of jobs, runs and orders. ``ready``: called once, when the machine of the first sitting is made.
     """
 
     station: Station

@@ -1,4 +1,4 @@
-"""What happened at a machine: events for those who watch, and every order in a file."""
+"""Log of events at a machine for the operator's page, and of every order in a file."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ KEPT: Final = 60
 
 @dataclass(eq=False)
 class Events:
-    """Events, the latest last, and every order in a file: a line of JSON each."""
+    """Events, the latest last, and a file of all orders: a line of JSON each."""
 
     path: Path
     file: FileIO
@@ -44,7 +44,10 @@ class Events:
         self.told.append((self._count, time.time(), kind, text))
 
     def keep(self, order: dict[str, Any]) -> None:
-        """Write an order with its UTC to the file. On an error an event reports it, and the work continues."""
+        """Write an order with its UTC to the file of orders.
+
+        On an error an event reports it, and the work continues.
+        """
         stamp = {"utc": datetime.now(UTC).isoformat(timespec="milliseconds")}
         try:
             if not os.fstat(self.file.fileno()).st_nlink:  # it was removed: writes to it are lost

@@ -1,4 +1,4 @@
-"""Jobs that people send: each in a folder of its own, of which it can name no file but its own G-code.
+"""Uploaded jobs, each in its own folder; a job can name no file but its own G-code.
 
 A folder has ``part.gcode`` or ``job.toml`` or both, and, once it was checked, ``check.json`` with the answer.
 """
@@ -39,7 +39,7 @@ _NUMBER: Final = re.compile(r"[0-9a-f]{16}")
 
 
 class JobCheck(BaseModel):
-    """Answer of a check of a job. ``subject`` identifies its robot and files."""
+    """Result of the check of an uploaded job. ``subject`` identifies its robot and files."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -60,9 +60,9 @@ class JobCheck(BaseModel):
     """SHA-256 of the robot; empty: not kept, as by earlier versions."""
 
     def refusal(self, subject: str, confirmed: str, robot: str = "") -> str:
-        """Why the job may not be loaded; an empty text: it may. *confirmed*: the subject that a person has read of.
+        """Return the reason why the job may not be loaded; empty: it may.
 
-        *subject* and *robot*: the present files and robot.
+        *confirmed*: the subject that a person has read of. *subject* and *robot*: the present files and robot.
         """
         if self.answer == "failed":
             return f"its check did not come to an answer: {self.why}"
@@ -84,9 +84,9 @@ def folder_of(jobs: Path, number: str) -> Path:
 
 
 def load_served(folder: Path, name: str) -> Job:
-    """Return the job in *folder*; of G-code alone with the defaults. Its path is its own file, for any settings.
+    """Return the uploaded job in *folder*; of G-code alone with the defaults.
 
-    Raises `InputError`: for settings that name another file too.
+    Its path is its own file, for any settings. Raises `InputError`: for settings that name another file too.
     """
     table: dict[str, object] = {"name": name}
     origin = name
@@ -109,12 +109,12 @@ def _is_plain(named: object) -> bool:
 
 
 def digest_of(robot: Robot) -> str:
-    """SHA-256 of a robot."""
+    """Return the SHA-256 of a robot's description."""
     return hashlib.sha256(robot.model_dump_json().encode()).hexdigest()
 
 
 def subject_of(folder: Path, robot: Robot) -> str:
-    """SHA-256 of the job's files and the robot: identifies the subject of a check. Raises `InputError`."""
+    """Return the SHA-256 of the job's files and the robot: identifies the subject of a check. Raises `InputError`."""
     whole = hashlib.sha256(robot.model_dump_json().encode())
     for name, most in MAX_BYTES.items():
         data = read_bytes(folder / name, most, name) if is_file(folder / name) else b""
@@ -123,7 +123,7 @@ def subject_of(folder: Path, robot: Robot) -> str:
 
 
 def read_check(folder: Path) -> JobCheck | None:
-    """Return the answer of the job's check; None: none yet."""
+    """Return the result of the job's check; None: none yet."""
     try:
         return JobCheck.model_validate_json(read_bytes(folder / CHECK, _MAX_CHECK, "check"))
     except (InputError, ValidationError):
@@ -131,7 +131,7 @@ def read_check(folder: Path) -> JobCheck | None:
 
 
 def forget_check(folder: Path) -> None:
-    """Remove answer, scene and report of an earlier check, if there are any. Raises `EnvironmentFault`."""
+    """Remove result, scene and report of an earlier check, if there are any. Raises `EnvironmentFault`."""
     try:
         for name in (CHECK, SCENE):
             (folder / name).unlink(missing_ok=True)
@@ -142,5 +142,5 @@ def forget_check(folder: Path) -> None:
 
 
 def write_check(folder: Path, check: JobCheck) -> None:
-    """Keep an answer. Raises `EnvironmentFault`."""
+    """Write the result of a job's check to its folder. Raises `EnvironmentFault`."""
     write_whole(folder / CHECK, check.model_dump_json().encode())

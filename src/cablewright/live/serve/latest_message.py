@@ -1,4 +1,4 @@
-"""A place in memory shared by two processes that holds the latest message only: who writes never waits for a reader."""
+"""Shared memory of two processes that holds the latest message only: the writer never waits for a reader."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _TRIES: Final = 4
 
 
 class Latest:
-    """Two slots that are written in turn, so that the latest whole message can be read while the next is written."""
+    """Two memory slots, written in turn, so that the latest whole message can be read while the next is written."""
 
     def __init__(self, number: int, size: int) -> None:
         """On the file *number* that `shared` made, for messages of at most *size* bytes."""
@@ -24,7 +24,7 @@ class Latest:
         self._written = 0
 
     def write(self, message: bytes) -> bool:
-        """Replace the message; whether it fits."""
+        """Replace the message; return whether it fits."""
         if len(message) > self._size:
             return False
         self._written += 1
@@ -37,7 +37,7 @@ class Latest:
         return True
 
     def read(self) -> tuple[int, bytes]:
-        """The number of the latest message, from 1 on, and the message; 0 and nothing where there is none."""
+        """Return the number of the latest message, from 1 on, and the message; 0 and nothing where there is none."""
         for _ in range(_TRIES):
             (latest,) = _HEAD.unpack_from(self._memory, 0)
             if not latest:
@@ -61,7 +61,7 @@ class Latest:
 
 
 def shared(size: int) -> Latest:
-    """A new place for messages of at most *size* bytes, on a file without a name that a child process can inherit."""
+    """Return new shared memory for messages of at most *size* bytes, on an unnamed file that a child can inherit."""
     if hasattr(os, "memfd_create"):
         number = os.memfd_create("cablewright")
     else:

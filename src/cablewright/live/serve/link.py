@@ -1,4 +1,4 @@
-"""The link between the control and the page's server, both ends: states one way, messages the other.
+"""The link between the control process and the page's server: states one way, messages the other.
 
 Neither end ever waits for the other: states are replaced, messages that do not fit are rejected immediately. Stops have
 a channel of their own, so that no other message is before them.
@@ -85,9 +85,10 @@ class ControlLink:
         return max(0.0, self.clock() - message.at)
 
     def untimely(self, message: Message) -> str:
-        """Why a message is obeyed no more: a stop overtook it, its lease has ended, or it is old; or an empty text.
+        """Return why a message must not be carried out; empty: it may.
 
-        How old an order is, the loop judges by the machine's clock.
+        Reasons: a stop overtook it, its lease has ended, or it is old. The loop judges the age of an order by the
+        machine's clock.
         """
         if message.at < self._stopped:
             return "it was ordered before the last stop"
@@ -114,7 +115,7 @@ class ControlLink:
 
 @dataclass(eq=False)
 class ServerLink:
-    """The server's end, on files and sockets that it inherited."""
+    """The server's end of the link, on files and sockets that it inherited."""
 
     state: Latest
     sitting: Latest
@@ -125,7 +126,7 @@ class ServerLink:
 
     @classmethod
     def of(cls, state: int, sitting: int, lease: int, orders: int, stops: int) -> ServerLink:
-        """Return the link by the file descriptors."""
+        """Return the server's end of the link from file descriptors."""
         ends = [socket.socket(fileno=number) for number in (orders, stops)]
         for each in ends:
             each.setblocking(False)

@@ -1,4 +1,4 @@
-"""What the page's server may ask of the control: messages, a line of JSON each, that are checked here once more.
+"""Messages from the page's server to the control: a line of JSON each, checked here once more.
 
 Times of messages are by the computer's monotonic clock, which both processes share.
 """
@@ -31,7 +31,7 @@ class _Message(BaseModel):
 
 
 class OrderMessage(_Message):
-    """An order as the seam has it: see `cablewright.foundation.signals.Order`."""
+    """An order from the page, as defined by `cablewright.foundation.signals.Order`."""
 
     kind: OrderKind
     arguments: Annotated[dict[_Name, tuple[_Number, ...]], Field(max_length=4)] = {}

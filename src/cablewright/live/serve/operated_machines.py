@@ -1,7 +1,7 @@
-"""Machines that can be operated: simulated ones at the pace of the clock, and those on drives.
+"""Machines that a page can operate: simulated ones in real time, and those on drives.
 
-A sitting is one run of the control loop: with a job to be printed, or without, to take up, home and move by hand.
-Each begins in a fault with brakes closed, as `cablewright.live.prints.loop.Printer` does.
+A sitting is one run of the control loop: with a job to be printed, or without, to take up slack, home and jog. Each
+begins in a fault with brakes closed, as `cablewright.live.prints.loop.Printer` does.
 """
 
 from __future__ import annotations
@@ -48,10 +48,10 @@ _BY_HAND: Final = Motion(print_speed=0.1, travel_speed=0.1, acceleration=0.2)  #
 
 @dataclass(eq=False)
 class Sitting:
-    """One run of the loop.
+    """One run of the control loop.
 
-    ``refill``: fills the drum where the machine is simulated. ``lateness``: s, of its steps. ``notes``: what whoever
-    starts it has to know of the machine.
+    ``refill``: fills the container where the machine is simulated. ``lateness``: s, of its steps. ``notes``: notes on
+    the machine for the person who starts it.
     """
 
     printer: Printer
@@ -68,20 +68,20 @@ class Sitting:
 
     @property
     def procedures(self) -> tuple[str, ...]:
-        """States of the procedures that it has."""
+        """States of the procedures that the sitting offers."""
         return tuple(state.value for state in self.printer.plan.procedures)
 
 
 class Station(Protocol):
-    """A machine that can be operated."""
+    """Interface of a machine that a page can operate."""
 
     robot: Robot
 
     def sitting(self, job: Job | None, run: Path | None = None) -> Sitting:
-        """Begin a sitting, from where the last one ended; *run*: folder of a run of the job that goes on.
+        """Begin a run of the control loop, from where the last one ended.
 
-        Raises `InputError` and `AnswerError` for a job that it cannot print, `EnvironmentFault` for a machine that is
-        not there.
+        *run*: folder of a run of the job that goes on. Raises `InputError` and `AnswerError` for a job that it cannot
+        print, `EnvironmentFault` for a machine that is not available.
         """
 
 
@@ -92,7 +92,10 @@ def resting_pose(robot: Robot, place: Array | None = None) -> Array:
 
 @dataclass(eq=False)
 class SimulatedStation:
-    """A simulated machine. It is made again for each sitting, with a full drum, where the platform was left."""
+    """A simulated machine for the page.
+
+    It is made again for each sitting, with a full container, where the platform was left.
+    """
 
     robot: Robot
     settings: TwinSettings
@@ -102,7 +105,7 @@ class SimulatedStation:
     _last: tuple[SimulatedMachine, Printer] | None = field(default=None, repr=False)
 
     def sitting(self, job: Job | None, run: Path | None = None) -> Sitting:
-        """As `Station`; one whose run goes on is the machine of its checkpoint."""
+        """As `Station.sitting`; a run that goes on uses the machine of its checkpoint."""
         saved = None if run is None else read_checkpoint(run / CHECKPOINT)
         if self._last is not None:
             machine, printer = self._last
@@ -150,9 +153,9 @@ class SimulatedStation:
 
 @dataclass(eq=False)
 class DriveStation:
-    """A machine on drives. ``state``: path, without suffix, of the files with its counts and lengths.
+    """A machine on drives for the page.
 
-    ``port``: port of a bus in this process.
+    ``state``: path, without suffix, of the files with its counts and lengths. ``port``: port of a bus in this process.
     """
 
     robot: Robot

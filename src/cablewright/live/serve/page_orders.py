@@ -1,4 +1,4 @@
-"""Whoever gives orders from the page: messages become orders of the loop, and answers go back."""
+"""The operator at the page: messages become orders of the loop, and their results go back."""
 
 from __future__ import annotations
 
@@ -35,7 +35,10 @@ _AT_REST: Final = (
 
 @dataclass(eq=False)
 class PageOperator:
-    """An `Operator`. ``may_load``: why a job may not be taken up, or an empty text. ``ends``: whether all ends."""
+    """An `Operator` at the page.
+
+    ``may_load``: why a job may not be taken up, or an empty text. ``ends``: whether all ends.
+    """
 
     link: ControlLink
     events: Events

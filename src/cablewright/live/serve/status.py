@@ -52,12 +52,12 @@ _LENGTHS: Final = struct.Struct("=II")
 
 
 def packed_state(state: bytes, topics: bytes) -> bytes:
-    """State and topics as one message."""
+    """Return state and topics as one message of bytes."""
     return _LENGTHS.pack(len(state), len(topics)) + state + topics
 
 
 def unpacked_state(message: bytes) -> tuple[bytes, bytes]:
-    """The JSON of the state, and that of the topics."""
+    """Return the JSON of the state, and that of the topics, from one message."""
     first, second = _LENGTHS.unpack_from(message, 0)
     begin = _LENGTHS.size
     return message[begin : begin + first], message[begin + first : begin + first + second]
@@ -107,7 +107,7 @@ class Telling:
         return self._steps > 0
 
     def gives_up(self, printer: Printer) -> bool:
-        """Whether the sitting ends, as its run cannot be kept: after the winches came to rest and brakes closed."""
+        """Whether the sitting ends because its run cannot be saved: once the winches are at rest and brakes closed."""
         if self.lost is None:
             return False
         brakes = WinchMode.OFF in printer.machine.abilities.modes
@@ -248,12 +248,10 @@ def told_sitting(
     *,
     resumed: bool = False,
 ) -> bytes:
-    """Return the constant data of a sitting, as JSON.
+    """Return the data of a sitting that stay constant, as JSON.
 
-    *job*: number of its folder. *run*: name of the run's folder.
-
-    *rejected*: number of a job that the machine could not take up before this sitting, and why. *resumed*: the run was
-    cut off, and goes on.
+    *job*: number of its folder. *run*: name of the run's folder. *rejected*: number of a job that the machine could not
+    take up before this sitting, and why. *resumed*: the run was cut off, and goes on.
     """
     printer, path, owner = sitting.printer, sitting.path, sitting.head.settings
     plan, numbers = printer.plan, np.unique(path.track.layer[path.track.laying])
@@ -295,7 +293,7 @@ def _plane_of(plane: Plane) -> dict[str, Any]:
 
 
 def allowed_orders() -> dict[str, list[str]]:
-    """Return the states in which each order has an effect, by the table of the supervisor, which makes the decision."""
+    """Return the states in which each order is allowed, from the supervisor's table."""
     found = {kind.value: [state.value for state in PrintState if (state, kind) in TRANSITIONS] for kind in OrderKind}
     found[OrderKind.RESUME.value] = [PrintState.PAUSED.value, PrintState.STOPPED.value]
     found[OrderKind.REFILLED.value] = [PrintState.REFILLING.value]
@@ -307,7 +305,10 @@ def _path_of(path: TimedPath, numbers: NDArray[np.int32]) -> dict[str, Any]:
 
 
 def waiting_state(number: int, what: str, events: Events, *, opening: bool = False) -> bytes:
-    """The state between two sittings, in which no machine is open: nothing moves. *opening*: the next one begins."""
+    """Return the state between two sittings, in which no machine is open: nothing moves.
+
+    *opening*: the next one begins.
+    """
     told = {
         "sitting": number,
         "clock": time.monotonic(),

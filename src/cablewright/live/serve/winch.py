@@ -1,4 +1,4 @@
-"""One winch by hand from the page: the procedure of tensioning takes up slack, or turns the winch that was chosen."""
+"""Jog of one winch from the page: the tensioning procedure takes up slack, or turns the winch that was chosen."""
 
 from __future__ import annotations
 
@@ -20,7 +20,10 @@ HELD: Final = "held"
 
 @dataclass(eq=False)
 class WinchByHand:
-    """A `Procedure`. ``take_up``: the procedure without a chosen winch. ``jog_of``: makes the jog of a winch, m/s."""
+    """A `Procedure` that takes up slack or jogs one winch.
+
+    ``take_up``: the procedure without a chosen winch. ``jog_of``: makes the jog of a winch, m/s.
+    """
 
     take_up: Procedure
     jog_of: Callable[[int, float], WinchJog]
@@ -29,7 +32,7 @@ class WinchByHand:
     _next: WinchJog | None = None  # what was chosen since it began
 
     def choose(self, given: tuple[float, ...] | None) -> str:
-        """Choose what begins next: one winch as in `WINCH`, or to take up slack (None); return why not, or nothing."""
+        """Choose the next action: jog one winch as in `WINCH`, or take up slack (None); return why not, or nothing."""
         self._next = None
         if given is None:
             return ""
@@ -42,7 +45,7 @@ class WinchByHand:
         return ""
 
     def hold(self, given: tuple[float, ...]) -> None:
-        """Go on with the winch that turns, as long as it is held at its speed; any other one, such as 0, lets go."""
+        """Continue the jog of a winch as long as it is held at its speed; any other speed, such as 0, ends it."""
         if self._jog is not None and len(given) == 2 and given[0] == self._jog.settings.line:
             if given[1] == self._jog.settings.speed:
                 self._jog.lease()

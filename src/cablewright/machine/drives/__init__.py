@@ -1,1 +1,1 @@
-"""Winches of a real machine, on CANopen drives: their bus, their states, and the machine made of them."""
+"""Real winches on CANopen or EtherCAT drives: their bus, their states, and the machine made of them."""

@@ -1,4 +1,4 @@
-"""Acyclic requests to drives: single objects that are read or written outside the cycles, on any bus."""
+"""Acyclic requests to drives: single objects read or written outside the bus cycles, on any bus."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ _POLL: Final = 0.01  # s
 
 
 class Carrier(Protocol):
-    """Carries out the transfers of drives."""
+    """Interface of a bus that carries out acyclic transfers of drives."""
 
     def now(self) -> float:
-        """The time, s."""
+        """The time by the bus's clock, s."""
 
     def wait(self, seconds: float) -> None:
-        """Wait for this time, s."""
+        """Wait until this time, s."""
 
     def finish(self, axis: Axis) -> None:
         """Finish all waiting transfers, however long they take."""
 
 
 def bring_off(carrier: Carrier, axes: Sequence[Axis], limit: float) -> None:
-    """Stop drives that were left under torque, by ramp and brake, before their supervision is changed.
+    """Stop drives that an earlier program left under torque, by ramp and brake, before their settings are changed.
 
     Raises `EnvironmentFault` for one that is still under torque after *limit*, s.
     """

@@ -1,4 +1,4 @@
-"""The drives that a machine file gives to the winches of a robot."""
+"""Assignment of the drives in a machine file to the winches of a robot."""
 
 from __future__ import annotations
 

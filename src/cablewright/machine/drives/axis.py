@@ -1,4 +1,4 @@
-"""One winch's drive as the bus shows it."""
+"""State of one winch's drive, as its messages on the bus report it."""
 
 from __future__ import annotations
 
@@ -88,22 +88,22 @@ class Axis:
         return fault_line(self.error_code) if self.state in IN_FAULT else ""
 
     def rests(self, now: float) -> bool:
-        """Whether the drive is known to be without torque for so long that its brake has closed."""
+        """Whether the drive is known to be without torque long enough that its brake has closed."""
         return now - self.state_heard <= FRESH and now - self.energised >= self.rest
 
     def begin(self, now: float) -> None:
-        """Forget its reported state: it may have torque."""
+        """Forget the reported state: the drive may have torque."""
         self.statusword, self.mode, self.restarted = 0, 0, False
         self.heard = self.state_heard = self.inputs_heard = -math.inf
         self.energised = now
         self.notes.clear()
 
     def begin_cycle(self) -> None:
-        """Begin a cycle: all PDOs are expected."""
+        """Begin a bus cycle: all PDOs (process data) of the drive are expected."""
         self.pending = (1 << len(o.FROM_DRIVES)) - 1
 
     def take_pdo(self, which: int, data: bytes, now: float) -> bool:
-        """Process a PDO; False: it has a wrong length."""
+        """Process a PDO (process data) of the drive; False: it has a wrong length."""
         values = o.unpacked(o.FROM_DRIVES[which], data)
         if values is None:
             return False
@@ -127,13 +127,13 @@ class Axis:
 
     @property
     def mapped(self) -> tuple[tuple[o.Object, ...], ...]:
-        """Objects that its PDOs carry to the drive."""
+        """Objects that the PDOs carry to the drive."""
         return o.TO_DRIVE_WITH_VALVE if self.valve else o.TO_DRIVES
 
     def commands(self, setpoint: Setpoint, now: float, *, reset: bool) -> tuple[bytes, bytes]:
-        """The PDOs that ask for *setpoint* at *now*, s; *reset*: whether to reset a fault, once the brake has closed.
+        """Return the PDOs that command *setpoint* at *now*, s.
 
-        The valve is open only of a drive that is enabled.
+        *reset*: whether to reset a fault, once the brake has closed. The valve is open only of a drive that is enabled.
         """
         rests, moves = self.rests(now), setpoint.wish is Wish.ENABLED
         held = self.mode == Mode.VELOCITY and abs(self.velocity) < STANDS
@@ -150,14 +150,14 @@ class Axis:
         return control, o.TARGET_TORQUE.pack(torque) + outputs
 
     def check(self, parameters: list[ObjectParameter], *, write: bool) -> None:
-        """Read parameters, after writing them if *write*; `failure` has the reason of an error."""
+        """Start to read parameters back, after writing them if *write*; `failure` has the reason of an error."""
         for each in parameters:
             written = self.transfers.add(Transfer(each.object, each.value)) if write and not each.given else None
             self.checks.append((each, written, self.transfers.add(Transfer(each.object))))
 
     @property
     def checking(self) -> bool:
-        """Whether parameters are being transferred; finished ones are judged."""
+        """Return whether parameters are still being transferred; judge finished ones."""
         while self.checks and self.checks[0][2].done:
             self._judge(*self.checks.popleft())
         return bool(self.checks)

@@ -1,4 +1,4 @@
-"""Frames of a CAN bus, and the port by which a program takes part in one, in real or in virtual time."""
+"""Frames of a CAN bus, and the interface (port) to a bus, in real or in virtual time."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class CanFrame(NamedTuple):
 
 
 class Port(Protocol):
-    """An open end of a bus."""
+    """Interface by which a program sends and receives frames on a bus."""
 
     def now(self) -> float:
         """The time, s, by the clock of `receive`."""

@@ -42,7 +42,7 @@ def open_port(settings: WinchDriveSettings) -> Port:
 
 
 class CanopenDrives:
-    """The drives of a robot's winches, as its machine file has them."""
+    """The CANopen drives of a robot's winches, from its machine file."""
 
     def __init__(self, robot: Robot, settings: MachineSettings, port: Callable[[], Port] | None = None) -> None:
         """*port* opens the bus; None: that of the file. Raises `InputError` for a file that does not fit the robot."""
@@ -78,7 +78,7 @@ class CanopenDrives:
         return self._bus.port.now()
 
     def connect(self) -> Network:
-        """Open the bus, listen, and ask all nodes who they are; nothing is written. Raises as `open`."""
+        """Open the bus, listen, and ask all nodes for their identity; nothing is written. Raises as `open`."""
         self._network = Network(self._make_port(), self.axes, self.settings.host, self.settings.heartbeat_timeout)
         try:
             self._network.listen()
@@ -108,9 +108,9 @@ class CanopenDrives:
             self._leave()
 
     def read(self) -> dict[str, list[tuple[ObjectParameter, int | None]]]:
-        """Return the parameters to write with each drive's value, by line; None: a drive lacks the object.
+        """Return the parameters to write with each drive's present value, by line.
 
-        Raises as `open`.
+        None: a drive lacks the object. Raises as `open`.
         """
         bus = self.connect()
         try:
@@ -119,7 +119,7 @@ class CanopenDrives:
             self._leave()
 
     def parameters(self, axis: Axis) -> list[ObjectParameter]:
-        """All that is written into a drive."""
+        """Return all parameters that are written into a drive."""
         return self._communication(axis) + self._guards(axis)
 
     def _communication(self, axis: Axis) -> list[ObjectParameter]:

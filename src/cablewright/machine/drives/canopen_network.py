@@ -1,4 +1,4 @@
-"""CANopen drives on one bus: who is there, their parameters, and the cycle of SYNC and PDOs."""
+"""CANopen drives on one bus: identification, parameters, and the cycle of SYNC and PDOs."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Network:
         self._interval, self._beaten = heartbeat_timeout / _HEARTBEATS, -float("inf")
 
     def listen(self) -> None:
-        """Hear whether another master is on the bus. Raises `EnvironmentFault` where one is, or the bus fails."""
+        """Listen for another master on the bus. Raises `EnvironmentFault` where one is active, or the bus fails."""
         self.pump(self.port.now() + LISTEN)
         self.require_alone()
 
@@ -72,7 +72,7 @@ class Network:
             self.send(CanFrame(o.HEARTBEAT + self.host, bytes([o.OPERATIONAL])))
 
     def pump(self, until: float, *, answers: bool = False) -> None:
-        """Take frames until that time, s; with *answers* no longer than until all drives have answered the SYNC."""
+        """Process frames until that time, s; with *answers* no longer than until all drives have answered the SYNC."""
         while not (answers and not any(axis.pending for axis in self.axes)):
             self._transfer()
             try:
@@ -142,7 +142,7 @@ class Network:
         return told.identity(asked.axis.node, twice=asked.answers > requests)
 
     def scan(self) -> tuple[Identity, ...]:
-        """Ask all nodes of the bus who they are."""
+        """Ask all nodes of the bus for their identity."""
         asked = {node: _stranger(node) for node in range(1, o.MAX_NODE + 1) if node != self.host}
         own, self._by_node = self._by_node, asked
         try:

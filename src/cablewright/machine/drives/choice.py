@@ -13,5 +13,8 @@ from cablewright.robot import Robot
 
 
 def drives_of(robot: Robot, settings: MachineSettings, port: Callable[[], Port] | None = None) -> WinchDrives:
-    """Return the drives of a machine; *port* opens a CAN bus in place of the file's own. Raises `InputError`."""
+    """Return the CANopen or EtherCAT drives of a machine; *port* opens a CAN bus in place of the file's own.
+
+    Raises `InputError`.
+    """
     return EthercatDrives(robot, settings) if settings.kind == "ethercat" else CanopenDrives(robot, settings, port)

@@ -1,4 +1,4 @@
-"""The state machine of CiA 402 (IEC 61800-7-201): a drive's state from its statusword, and the controlword to go on."""
+"""The state machine of CiA 402 (IEC 61800-7-201): a drive's state from its statusword, and the next controlword."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def shown(state: PowerState) -> DriveState:
 
 
 class Wish(IntEnum):
-    """The state to which a drive is to be brought."""
+    """The state to which a drive must be brought."""
 
     OFF = 0  # no torque, brake closed
     SWITCHED_ON = 1  # all but enabled
@@ -92,7 +92,7 @@ _NEXT: Final = {
 
 
 def controlword(wish: Wish, state: PowerState, *, rests: bool, held: bool = False) -> int:
-    """The controlword that leads a drive in that *state* towards the *wish*, a transition at a time.
+    """Return the controlword that leads a drive from its *state* towards the *wish*, one transition at a time.
 
     *rests*: it has had no torque for as long as its brake needs to close; until then nothing is sent that could cut
     the torque: no shutdown, and never "disable voltage". *held*: it stands under torque, and would be commanded to

@@ -10,7 +10,7 @@ from cablewright.machine.drives.settings import WinchDriveSettings
 
 
 class OffWatch:
-    """A drive that does not obey or answer must stop by itself: it is then left without heartbeat."""
+    """Watch over drives that must be disabled: if one does not obey or answer, the heartbeat ends, so that it stops."""
 
     def __init__(self, axes: Sequence[Axis], settings: WinchDriveSettings) -> None:
         """*settings*: how long each may take."""

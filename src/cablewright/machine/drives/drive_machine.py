@@ -53,7 +53,7 @@ _RESET_TIME: Final = 0.3  # s
 
 
 class DriveMachine:
-    """A `Machine`. Its clock is at ``begin``, s, when it is opened."""
+    """A `Machine` of real winches on drives. Its clock is at ``begin``, s, when it is opened."""
 
     def __init__(self, drives: WinchDrives, settings: MachineSettings) -> None:
         """*settings* with a table ``[drives]``. Raises `InputError` for sensors that its drives do not have."""

@@ -1,4 +1,4 @@
-"""Identity of a drive, by its own identity object."""
+"""Identity of a drive, from its identity object: vendor, product, serial number."""
 
 from __future__ import annotations
 
@@ -47,14 +47,14 @@ class Identity(NamedTuple):
 
 
 class Asked:
-    """A drive that has been asked who it is."""
+    """A drive whose identity was requested."""
 
     def __init__(self, transfers: Transfers) -> None:
         """Ask by *transfers*, which are not carried out yet."""
         self._found = {each: transfers.add(Transfer(each)) for each in _ASKED}
 
     def identity(self, node: int, *, twice: bool = False) -> Identity | None:
-        """The identity reported by the drive at *node*, or None. *twice*: whether two devices have answered."""
+        """Return the identity reported by the drive at *node*, or None. *twice*: whether two devices have answered."""
         profile, rated = self._number(o.DEVICE_TYPE), self._number(o.RATED_TORQUE)
         if profile is None:
             return None

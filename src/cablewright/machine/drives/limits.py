@@ -1,4 +1,4 @@
-"""What a machine file allows its drives, held against the robot's file: before anything is sent."""
+"""Check of the drive limits of a machine file against the robot's file, before anything is sent."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _STOP: Final = 0.25  # m of cable in which a drive stops from full speed
 def require_limits(robot: Robot, settings: MachineSettings, origin: str = "") -> None:
     """Raise `InputError` for tensions or times of a machine file that exceed limits of the robot.
 
-    *origin*: what to call the file in messages.
+    *origin*: name of the file in messages.
     """
     drives, where = settings.drives, origin or f"machine {settings.name!r}"
     assert drives is not None

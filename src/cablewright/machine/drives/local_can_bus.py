@@ -38,7 +38,7 @@ def _waits(end: socket.socket, until: float) -> bool:
 
 
 class LoopbackPort:
-    """A `Port` that takes part in the bus of a hub."""
+    """A `Port` of a process that takes part in the bus of a hub."""
 
     def __init__(self, number: int) -> None:
         """Join the hub at that UDP port of this computer. Raises `EnvironmentFault` where none answers."""

@@ -1,4 +1,4 @@
-"""Single objects of a drive to be read and written, beside the cyclic traffic, whatever carries them."""
+"""Acyclic transfers: single objects of a drive to read or write beside the cyclic traffic, on any bus."""
 
 from __future__ import annotations
 
@@ -36,7 +36,10 @@ _ABSENT: Final = (0x06020000, 0x06090011)
 
 @dataclass(eq=False)
 class Transfer:
-    """One object read, or written where there is a ``value``. ``failure``: why not; empty: success, if done."""
+    """One object to read, or to write where there is a ``value``.
+
+    ``failure``: reason of a failure; empty: success, if done.
+    """
 
     object: Object
     value: int | None = None

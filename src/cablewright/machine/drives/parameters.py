@@ -1,4 +1,4 @@
-"""Parameters written into a drive and read back: PDOs, its own supervision, and how it stops."""
+"""Parameters written into a drive and read back: PDOs, its own supervision, and its stop options."""
 
 from __future__ import annotations
 
@@ -28,10 +28,11 @@ Mapped = tuple[tuple[Object, ...], ...]
 
 
 class ObjectParameter(NamedTuple):
-    """A value of an object. ``mask``: bits of it that count. ``optional``: a drive may lack it.
+    """A required value of a drive's object.
 
-    ``lasts``: whether it still holds once all is written; others are intermediate steps. ``given``: whether the drive
-    and its motor determine the value: it is compared, and never written.
+    ``mask``: bits of it that count. ``optional``: a drive may lack it. ``lasts``: whether it still holds once all is
+    written; others are intermediate steps. ``given``: whether the drive and its motor determine the value: it is
+    compared, and never written.
     """
 
     object: Object
@@ -42,12 +43,15 @@ class ObjectParameter(NamedTuple):
     given: bool = False
 
     def agrees(self, found: int) -> bool:
-        """Whether a value that was read back is this one."""
+        """Return whether a value that was read back equals this one."""
         return not (found ^ self.value) & self.mask
 
 
 def communication(settings: WinchDriveSettings, node: NodeSettings, to_drive: Mapped) -> list[ObjectParameter]:
-    """PDOs and heartbeats of a *node*, to be written before it is operational; *to_drive*: objects sent to it."""
+    """Return the PDO and heartbeat parameters of a *node*, to be written before it is operational.
+
+    *to_drive*: objects sent to it.
+    """
     consumer = settings.host << 16 | round(1e3 * settings.heartbeat_timeout)
     found = [ObjectParameter(o.CONSUMER_HEARTBEAT, consumer), ObjectParameter(o.PRODUCER_HEARTBEAT, _DRIVE_HEARTBEAT)]
     to_drives, from_drives = (o.CONTROL_PDO, o.TORQUE_PDO), (o.STATE_PDO, o.LOAD_PDO, o.INPUT_PDO)
@@ -114,12 +118,15 @@ def guards(settings: WinchDriveSettings, scale: Scale, counts: int, period: floa
 
 
 def speed_limit(scale: Scale, speed: float) -> ObjectParameter:
-    """Return the parameter that limits the motor's speed to that at a drum speed of *speed*, rad/s."""
+    """Return the parameter that limits the motor's speed to that at a drum *speed*, rad/s."""
     return ObjectParameter(o.MAX_MOTOR_SPEED, math.ceil(speed * scale.ratio * _MOTOR_TURN))
 
 
 def shut(valve: int) -> list[ObjectParameter]:
-    """Return the parameters that shut the valve's output and command it alone; *valve*: its bit, as a mask, 0: none."""
+    """Return the parameters that close the valve's output and allow commands of this output alone.
+
+    *valve*: its bit, as a mask, 0: none.
+    """
     return [ObjectParameter(o.OUTPUTS, 0, mask=valve), ObjectParameter(o.OUTPUT_MASK, valve)] if valve else []
 
 

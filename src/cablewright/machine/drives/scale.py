@@ -1,4 +1,4 @@
-"""Units of one winch: from radians, rad/s and N m of its drum to the numbers of its drive, and back."""
+"""Conversion of one winch's units: rad, rad/s and N m of its drum to the integers of its drive, and back."""
 
 from __future__ import annotations
 
@@ -42,16 +42,16 @@ class Scale:
         return self.max_speed * self.radii[1]
 
     def tension(self, torque: float) -> float:
-        """Tension, N, that a *torque* (N m, of the drum) holds, at the smallest radius: it is never understated."""
+        """Return the tension, N, that a *torque* (N m, of the drum) holds at the smallest radius: never understated."""
         return -torque / (self.radii[0] * self.cables)
 
     def torque_of(self, tension: float) -> float:
-        """Torque, N m of the drum, at which the *tension*, N, is not exceeded at any radius."""
+        """Return the torque, N m of the drum, at which the *tension*, N, is not exceeded at any radius."""
         return -tension * self.radii[0] * self.cables
 
 
 def scales_of(robot: Robot, settings: MachineSettings) -> tuple[Scale, ...]:
-    """The scale of each winch of *robot*. Raises `InputError` for limits that a drive cannot be given.
+    """Return the unit conversion of each winch of *robot*. Raises `InputError` for limits that a drive cannot take.
 
     The limit of a drum's speed is the least of the machine's and the robot's, that of the cable at the largest radius;
     of its torque the least of both and of its lines' largest tensions at the smallest radius.

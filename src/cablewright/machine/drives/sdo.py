@@ -1,7 +1,7 @@
-"""Service data objects on CAN: single objects of a drive read and written.
+"""Service data objects (SDO) on CAN: requests to read or write single objects of a drive.
 
-A client is a small state machine that is fed with frames, so that it never blocks. Numbers go in one frame each;
-texts, which are only read, in segments.
+A client is a small state machine that is fed with frames, so that it never blocks. Numbers go in one frame each; texts,
+which are only read, in segments.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _MAX_TEXT: Final = 256  # bytes
 
 
 class SdoClient:
-    """Carries out the *transfers* with a *node*."""
+    """SDO client that carries out the *transfers* with a *node*."""
 
     def __init__(self, node: int, transfers: Transfers) -> None:
         """Begin with the first."""
@@ -26,7 +26,7 @@ class SdoClient:
         self._since, self._text, self._toggle = math.nan, b"", 0
 
     def due(self, now: float) -> CanFrame | None:
-        """The frame to send at *now*, s, if any. A drive that does not answer in time fails the transfer."""
+        """Return the frame to send at *now*, s, if any. A drive that does not answer in time fails the transfer."""
         if self._now is not None and self._now is not self.transfers.first:
             self._now = None  # it was dropped
         if self._now is not None and now - self._since > TIMEOUT:

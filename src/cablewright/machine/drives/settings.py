@@ -1,4 +1,4 @@
-"""The table ``[drives]`` of a machine file: the bus, its nodes, and what the drives themselves watch."""
+"""Settings of the table ``[drives]`` of a machine file: bus, nodes, and supervision by the drives themselves."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ class WinchDriveSettings(Description):
 
     @property
     def valve_notes(self) -> tuple[str, ...]:
-        """The warning to the operator at the start of a print: properties that the file does not state of the valve."""
+        """Warning to the operator at the start of a print about valve properties that the file does not state."""
         if self.valve is None:
             return ("drives.valve: is not named: the platform moves, but no valve opens: nothing is laid",)
         if self.valve.closes_alone:
@@ -119,7 +119,7 @@ class WinchDriveSettings(Description):
 
     @property
     def jog_deceleration(self) -> float:
-        """Deceleration of a jog that is let go, m/s^2: that of a stop, unless it would make the load swing."""
+        """Deceleration of a jog whose key is released, m/s^2: that of a stop, unless the load would swing."""
         return min(self.deceleration, _GENTLE)
 
     @model_validator(mode="after")

@@ -1,4 +1,4 @@
-"""What happened on a bus: cycles, frames that were missed, late or of others, and how late the computer was."""
+"""Statistics of a bus: cycles, missed, late or foreign frames, and delays of the computer."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class BusStatistics:
 
 
 def cyclic_load(drives: int, period: float, bitrate: int) -> float:
-    """Share of a bus that the cyclic frames of *drives* drives take, one of them with the valve's output."""
+    """Return the share of a bus's capacity that cyclic frames of *drives* drives use, one with the valve's output."""
     sizes = (7, 2, 7, 8, 8)
     bits = drives * sum(_STUFFED * (_BITS + 8 * size) for size in sizes) + 2.0 * _STUFFED * (_BITS + 8)
     bits += _STUFFED * 32

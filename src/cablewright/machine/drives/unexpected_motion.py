@@ -1,4 +1,4 @@
-"""Winches that turn otherwise than commanded, which their own drives may not see."""
+"""Detection of winches that turn otherwise than commanded, which their own drives may not detect."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ _TOO_FAR: Final = 5e-3  # m that a winch may go beyond its speed limit under tor
 
 
 class StrayWatch:
-    """Adds up how far each winch is from where its commands led, by its counts.
+    """Watch over each winch's deviation from its commanded motion, by encoder counts.
 
-    Its deviation is forgotten along the commanded motion, so that small errors of speeds do not add up, and never
-    while a winch is held: a creep is seen however slow it is. Under torque it is the way beyond the speed limit.
+    The deviation is forgotten along the commanded motion, so that small errors of speeds do not add up, and never while
+    a winch is held: a creep is detected however slow it is. Under torque it is the way beyond the speed limit.
     """
 
     def __init__(self, settings: WinchDriveSettings) -> None:
@@ -36,7 +36,7 @@ class StrayWatch:
         self._before = None
 
     def judge(self, axes: Sequence[Axis], setpoints: Sequence[Setpoint], time: float) -> str:
-        """Return a sentence on a winch that deviates, by the answers of *time*, s; empty: none."""
+        """Return a sentence on a winch that deviates, from the answers at *time*, s; empty: none."""
         if any(axis.pending for axis in axes):
             return ""
         counts = np.array([axis.counts for axis in axes], dtype=np.int64)
@@ -69,10 +69,10 @@ class StrayWatch:
 
 
 def astray(name: str, length: float) -> str:
-    """Report that the winch of the line called *name* deviates by a *length*, m."""
+    """Return a sentence: the winch of the line called *name* deviates by a *length*, m."""
     return f"{name}: its winch is {1e3 * length:.0f} mm from where it was commanded"
 
 
 def slipping(stray: str) -> str:
-    """Return the sentence *stray* of `astray` with the addition that the brake is closed."""
+    """Return the sentence of `astray` with the addition that the brake is closed."""
     return f"{stray}, which its brake should hold: secure the load"

@@ -1,4 +1,4 @@
-"""What a set of winch drives is to the machine that is made of them, whatever bus they are on."""
+"""Interface of a set of winch drives to the machine made of them, whatever bus they are on."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from cablewright.models.winch_lines import WinchLines
 
 
 class WinchDrives(Protocol):
-    """The drives of all winches, in the order of the lines that these are named for."""
+    """Interface of the drives of all winches, in the order of the lines that these are named for."""
 
     def scan(self) -> tuple[Identity, ...]:
         """List all devices on the bus, of this machine or not; no parameter is written. Raises `EnvironmentFault`."""
 
     def read(self) -> dict[str, list[tuple[ObjectParameter, int | None]]]:
-        """Return the parameters to write with each drive's present value, by line; None: a drive lacks the object.
+        """Return the parameters to write with each drive's present value, by line.
 
-        Raises as `open`.
+        None: a drive lacks the object. Raises as `open`.
         """
 
     @property
@@ -46,7 +46,7 @@ class WinchDrives(Protocol):
     def open(self) -> None:
         """Find the drives, and write and read back the settings of their own supervision; nothing is enabled.
 
-        Raises `EnvironmentFault` where the bus cannot be had or somebody else commands it, `InputError` for drives
+        Raises `EnvironmentFault` where the bus is not available or another master commands it, `InputError` for drives
         that are not those of the machine file.
         """
 
@@ -70,5 +70,5 @@ class WinchDrives(Protocol):
     def close(self, *, proven: bool) -> None:
         """Leave the drives and the bus; raises nothing.
 
-        *proven*: all are known to be off, so that they need not watch this computer any more.
+        *proven*: all drives are confirmed to be disabled, so that they need not watch this computer any more.
         """

@@ -1,4 +1,4 @@
-"""Writes a log in a thread of its own, so that a control loop does not wait for the disk."""
+"""Thread that writes a log, so that a control loop does not wait for the disk."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ MAX_WAITING: Final = 256
 
 
 class DiskThread:
-    """Make the given calls in order, in a thread. Once a call has failed, the later ones are left out, and fail too."""
+    """Thread that makes the given calls in order.
+
+    Once a call has failed, the later ones are left out, and fail too.
+    """
 
     def __init__(self) -> None:
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="log")
@@ -31,11 +34,11 @@ class DiskThread:
         self._waiting.append(self._thread.submit(self._call, write))
 
     def last(self) -> Future[None] | None:
-        """Return the last call that was put, or None where none waits."""
+        """Return the last call that waits, or None."""
         return self._waiting[-1] if self._waiting else None
 
     def wait(self) -> None:
-        """Wait for all calls. Raises the error of a call."""
+        """Wait until all calls are made. Raises the error of a call."""
         while self._waiting:
             self._waiting[0].result()  # it still waits where this is interrupted
             self._waiting.popleft()

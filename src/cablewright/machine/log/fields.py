@@ -1,4 +1,4 @@
-"""Kinds of values in a log's messages: the JSON schema of each, and its conversions from a signal's value and back."""
+"""Kinds of values in a log's messages: the JSON schema of each, and its conversions from and to Python."""
 
 from __future__ import annotations
 
@@ -40,14 +40,15 @@ def array_schema(of: Any) -> dict[str, Any]:
 
 
 def as_it_is(value: Any) -> Any:
-    """Write a value that is JSON."""
+    """Return the value unchanged: it is JSON already."""
     return value
 
 
 class FieldKind(NamedTuple):
-    """A kind of value. ``read`` converts a JSON value, None for a missing key; it raises `ValueError`, a sentence.
+    """A kind of value in a log's messages.
 
-    ``write`` returns None for a value that leaves its key out.
+    ``read`` converts a JSON value, None for a missing key; it raises `ValueError`, a sentence. ``write`` returns None
+    for a value that leaves its key out.
     """
 
     schema: dict[str, Any]

@@ -1,4 +1,4 @@
-"""Heads of logs of schema 1, which did not separate the owner's settings from those of the simulation."""
+"""Conversion of log metadata of schema 1, which did not separate the owner's settings from the simulation's."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ _TABLES: Final[Mapping[str, type[Description]]] = {
 
 
 def from_first_schema(head: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a *head* of schema 1, without its key ``schema``, as one of schema 2 of a simulated machine.
+    """Convert a *head* of schema 1, without its key ``schema``, to schema 2 of a simulated machine.
 
-    What has no place in one stays where it is, so that it is rejected there by name. Raises `InputError` for keys of
+    A key without a counterpart stays where it is, so that it is rejected there by name. Raises `InputError` for keys of
     schema 2.
     """
     for key in ("kind", "simulation", "versions", "epoch"):

@@ -90,7 +90,7 @@ _EDGES: Final = tuple((a, b) for a in range(8) for b in range(a + 1, 8) if (a ^ 
 
 
 class Views:
-    """Makes the messages of one log, in the order of its steps."""
+    """Generator of the Foxglove messages of one log, in the order of its steps."""
 
     def __init__(self, head: LogHead) -> None:
         """For the robot and machine of *head*."""
@@ -109,14 +109,14 @@ class Views:
     def messages(
         self, time: float, truth: Truth | None, estimate: Estimate | None, progress: Progress | None
     ) -> Iterator[tuple[str, bytes]]:
-        """Yield topic and JSON of the messages due at *time*, s; nothing while no pose is known."""
+        """Yield topic and JSON of the Foxglove messages due at *time*, s; nothing while no pose is known."""
         for topic, content in self.content(time, truth, estimate, progress):
             yield topic, to_json(content)
 
     def content(
         self, time: float, truth: Truth | None, estimate: Estimate | None, progress: Progress | None
     ) -> Iterator[tuple[str, dict[str, Any]]]:
-        """Yield topic and content of the messages due at *time*, s; nothing while no pose is known."""
+        """Yield topic and content of the Foxglove messages due at *time*, s; nothing while no pose is known."""
         if time < self._due - 1e-9:
             return
         told = estimate if estimate is not None and estimate.valid else None
@@ -269,7 +269,7 @@ def _between(stamp: Any, parent: str, child: str, place: Any, turn: Any) -> dict
 
 
 def quaternion(R: Array) -> dict[str, float]:
-    """The unit quaternion of a rotation matrix, by the largest of its four parts."""
+    """Return the unit quaternion of a rotation matrix, computed from the largest of its four parts."""
     rows = R.tolist()
     (a, _, c), (d, e, f), (g, h, i) = rows
     squares = (1.0 + a - e - i, 1.0 - a + e - i, 1.0 - a - e + i, 1.0 + a + e + i)

@@ -1,4 +1,4 @@
-"""The head of a log: what machine it is of, and how and when it was made."""
+"""Metadata (head) of a log: its machine, robot, time and software versions."""
 
 from __future__ import annotations
 
@@ -84,13 +84,13 @@ class LogHead:
 
     @property
     def nozzle(self) -> tuple[float, float, float]:
-        """Position of the nozzle, (3,) m, platform frame: below the drum that hangs from a point platform."""
+        """Position of the nozzle, (3,) m, platform frame; below the container that hangs from a point platform."""
         drum = self.settings.drum
         return self.robot.platform.nozzle if drum is None else (0.0, 0.0, -drum.valve)
 
     @property
     def origin(self) -> str:
-        """Origin of the log in a few words."""
+        """Origin of the log in a few words: the plant and seed of a simulation, or the kind of machine."""
         if self.kind != "simulated" or self.plant is None:
             return f"{self.kind} machine"
         return f"{self.plant} plant" + ("" if self.seed is None else f", seed {self.seed}")
@@ -102,7 +102,7 @@ class LogHead:
 
     @property
     def built(self) -> str | None:
-        """The meaning of the simulated machine's severity in words; None of any other machine."""
+        """The simulated machine's severity in words; None of any other machine."""
         return None if self.severity is None else MEANINGS[self.severity]
 
 

@@ -1,4 +1,4 @@
-"""Joins the segments of a log into one file that other programs can read."""
+"""Joining of a log's segments into one file that other programs can read."""
 
 from __future__ import annotations
 

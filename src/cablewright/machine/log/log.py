@@ -47,7 +47,7 @@ _Kind = TypeVar("_Kind")
 
 @dataclass(frozen=True, eq=False)
 class Entry:
-    """One step: the command, the frame, and, where the log has them, truth, estimate and progress at its end."""
+    """One step of a log: the command, the frame, and, where known, truth, estimate and progress at its end."""
 
     frame: SensorFrame
     command: Command | None
@@ -144,9 +144,9 @@ class LogWriter:
         add(CLOSING_TOPIC, now, now, encode_frame(frame))
 
     def flush(self) -> Future[None] | None:
-        """Hand all that was written to the operating system, which keeps it even if this program is killed.
+        """Pass all that was written to the operating system, which keeps it even if this program is killed.
 
-        A log that drops steps does not wait for that: it returns what ends when it is done.
+        A log that drops steps does not wait for that: it returns a future that ends when it is done.
         """
         with self._writing():
             self._writer.flush()
@@ -207,7 +207,10 @@ def write_log(
     threaded: bool = False,
     drops: bool = False,
 ) -> Iterator[LogWriter]:
-    """A log in a new file at *path*, as `LogWriter`. Raises `EnvironmentFault` where it cannot be written."""
+    """Open a log for writing in a new file at *path*, as `LogWriter`.
+
+    Raises `EnvironmentFault` where it cannot be written.
+    """
     file = open_no_link(path)
     try:
         with LogWriter(file, head, flush_every=flush_every, clock=clock, threaded=threaded, drops=drops) as log:
@@ -291,9 +294,10 @@ class Log:
             self.notes.append(f"steps are left out in {behind} places: the disk was slower than the log")
 
     def scans_at(self, times: Sequence[float]) -> Iterator[tuple[Scan, ...]]:
-        """Yield for each of *times*, s, which rise, the last scan of each lidar by then. Once, in place of `entries`.
+        """Yield for each of *times*, s, which rise, the last scan of each lidar before it.
 
-        Only what is yielded is decoded. Raises `InputError` for a scan with invalid content.
+        Once, in place of `entries`. Only scans that are yielded are decoded. Raises `InputError` for a scan with
+        invalid content.
         """
         topics, left = {*TOPICS_OF[Scan], CLOSING_TOPIC}, list(times)[::-1]
         newest: dict[str, RawMessage] = {}

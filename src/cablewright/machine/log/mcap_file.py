@@ -1,4 +1,4 @@
-"""One MCAP file of a machine's log, as far as it is intact, as messages that are not decoded yet."""
+"""Reader of one MCAP file of a log, as far as it is intact; messages are not decoded."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ BROKEN: Final = (
 
 
 class RawMessage(NamedTuple):
-    """A message as stored; times in ns."""
+    """A message of a log as stored; times in ns."""
 
     topic: str
     logged: int

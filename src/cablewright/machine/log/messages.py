@@ -1,4 +1,4 @@
-"""Signals as the JSON messages of a log, and back, exactly."""
+"""Conversion of signals to the JSON messages of a log, and back, exactly."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def _plain(signal: Signal, topic: Topic) -> dict[str, Any]:
 
 
 def encode_frame(frame: SensorFrame) -> bytes:
-    """Return JSON of the message that closes a step: its time, notices and number of readings."""
+    """Return the JSON of the message that closes a step: its time, notices and number of readings."""
     values = {"time": frame.time, "readings": len(frame.readings), "notices": NOTICES.write(frame.notices)}
     return _dump(values)
 

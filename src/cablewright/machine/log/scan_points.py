@@ -1,4 +1,4 @@
-"""Where in the world the points are that the lidars of a log saw: by the pose of the platform while they turned."""
+"""World positions of the lidar points in a log, from the platform's pose during each scan."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ def seen_points(
     rotation: Array,
     point: Array,
 ) -> Array:
-    """Return the points (k, 3), m, world, of the *scans* that are not old at time *now*, s.
+    """Return the points (k, 3), m, world, of the *scans* that are recent at time *now*, s.
 
-    *way*: times (j,), s, and places (j, 3), m, of a *point* (3,), m, platform frame; a ray's is between two of them.
+    *way*: times (j,), s, and positions (j, 3), m, of a *point* (3,), m, platform frame; a ray's is between two of them.
     *rotation* (3,), rad: of the platform, taken as the same for the whole scan. Of each scan every so-many-th ray, at
     most `MOST` of them.
     """

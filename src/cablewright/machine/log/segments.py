@@ -31,7 +31,7 @@ _NAME: Final = re.compile(r"log-(\d{3,9})\.mcap")
 
 @dataclass(frozen=True)
 class Segment:
-    """One file, and the time, ns, from which a later one supersedes it."""
+    """One file of a log, and the time, ns, from which a later one supersedes it."""
 
     path: Path
     head: Mapping[str, str]

@@ -1,4 +1,4 @@
-"""A log that has one of so many steps, and what it keeps of the others."""
+"""Thinned logs: one of every N steps is written, with the readings and notices of those between."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _MOST_SCANS: Final = 500  # that wait for a step: they are one step of a log, wh
 
 
 class Logged(NamedTuple):
-    """One step, as it is logged."""
+    """One step of a log, as it is written."""
 
     frame: SensorFrame
     command: Command | None
@@ -35,8 +35,8 @@ class Logged(NamedTuple):
 class ThinnedSteps:
     """Chooses one of *every* steps, and all with an order, a new state, or 500 scans since the last chosen one.
 
-    A chosen step also has what the steps since the last brought: all scans, the last reading of each other source, and
-    all notices. ``last``: the last step, where it was not chosen.
+    A chosen step also has data of the steps since the last: all scans, the last reading of each other source, and all
+    notices. ``last``: the last step, where it was not chosen.
     """
 
     def __init__(self, every: int) -> None:

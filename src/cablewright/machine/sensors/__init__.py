@@ -1,4 +1,4 @@
-"""Sensors of a machine as their data sheets and a tape measure have them: where they sit, rates, ranges and noise.
+"""Sensors of a machine by data sheet and tape measure: positions, rates, ranges and noise.
 
 A deviation is the noise of one reading; a bias is constant for one unit, and its number is the standard deviation over
 all units of the kind. Each sensor has a module here: modules are found, not listed.

@@ -8,7 +8,7 @@ from cablewright.machine.sensors.sensor import Sensor, SensorSheet, moved_flaws
 
 
 class BarrierSensor(SensorSheet):
-    """The light barrier around the machine."""
+    """Data of the light barrier around the machine."""
 
     MOVED: ClassVar[Mapping[str, str]] = moved_flaws("barrier") | {"intrusions": "[simulation.barrier]"}
 

@@ -8,7 +8,7 @@ from cablewright.machine.sensors.sensor import Sensor, SensorSheet, moved_flaws
 
 
 class ClimateSensor(SensorSheet):
-    """Temperature and relative humidity."""
+    """Data of the sensor of temperature and relative humidity."""
 
     MOVED: ClassVar[Mapping[str, str]] = moved_flaws("climate_sensor")
 

@@ -8,7 +8,7 @@ from cablewright.machine.sensors.sensor import Sensor, SensorSheet, moved_flaws
 
 
 class DistanceSensor(SensorSheet):
-    """Distance from the valve along the drum's axis."""
+    """Data of the sensor of the distance from the valve along the platform's axis."""
 
     MOVED: ClassVar[Mapping[str, str]] = moved_flaws("distance")
 

@@ -8,7 +8,7 @@ from cablewright.machine.sensors.sensor import Sensor, SensorSheet, moved_flaws
 
 
 class Encoder(SensorSheet):
-    """Encoders of the winches' motors."""
+    """Data of the encoders of the winches' motors."""
 
     MOVED: ClassVar[Mapping[str, str]] = moved_flaws("encoders")
 

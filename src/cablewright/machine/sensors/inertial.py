@@ -1,4 +1,4 @@
-"""Data sheet of the inertial unit on the drum."""
+"""Data sheet of the inertial unit on the platform."""
 
 from collections.abc import Mapping
 from typing import Annotated, ClassVar, Final
@@ -11,7 +11,10 @@ from cablewright.machine.sensors.sensor import Sensor, SensorSheet, moved_flaws
 
 
 class InertialSensor(SensorSheet):
-    """Accelerometer and gyro at ``place``. ``turn_deviation``: rad, of its mounting about each axis."""
+    """Data of the accelerometer and gyro at ``place``.
+
+    ``turn_deviation``: rad, of its mounting about each axis.
+    """
 
     MOVED: ClassVar[Mapping[str, str]] = moved_flaws("inertial")
 

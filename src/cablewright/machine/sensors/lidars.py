@@ -1,4 +1,4 @@
-"""Data sheets of the planar lidars on the drum."""
+"""Data sheets of the planar lidars on the platform."""
 
 from collections.abc import Mapping
 from typing import Annotated, ClassVar, Final, Literal, Self
@@ -17,10 +17,10 @@ _Axis = tuple[float, float, float]
 
 
 class LidarSettings(Description):
-    """A planar lidar on the drum. ``axes``: x and y of its plane in the drum's frame; ``masks``: masked angles, rad.
+    """Data of a planar lidar on the platform.
 
-    ``place_deviation``, m, and ``turn_deviation``, rad: standard deviations of where it is mounted, along and about
-    each axis of the drum.
+    ``axes``: x and y of its plane in the platform's frame; ``masks``: masked angles, rad. ``place_deviation``, m, and
+    ``turn_deviation``, rad: standard deviations of its mounting, along and about each axis of the platform.
     """
 
     MOVED: ClassVar[Mapping[str, str]] = moved_flaws("lidars.NAME")

@@ -11,7 +11,10 @@ from cablewright.machine.sensors.sensor import Sensor, SensorSheet, moved_flaws
 
 
 class LineSensor(SensorSheet):
-    """Accelerometers on the lines, ``from_platform`` along the cable before B. ``bias``: rad, of each one's zero."""
+    """Data of the accelerometers on the lines, ``from_platform`` along the cable before B.
+
+    ``bias``: rad, of each one's zero.
+    """
 
     MOVED: ClassVar[Mapping[str, str]] = moved_flaws("line_angles")
 

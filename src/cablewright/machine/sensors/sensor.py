@@ -1,4 +1,4 @@
-"""What the declaration of a sensor's data sheet says: whose readings it is about, and where a machine file has it."""
+"""Declaration of a sensor: its data sheet, the source of its readings, and its table in a machine file."""
 
 from __future__ import annotations
 
@@ -41,10 +41,10 @@ class Sensor(Generic[_SheetT]):
 
     @property
     def stream(self) -> int:
-        """Number of the sensor's random numbers, and its place among others."""
+        """Number of the sensor's stream of random numbers, which also orders the sensors."""
         return SOURCES[self.source].stream
 
 
 def moved_flaws(table: str) -> dict[str, str]:
-    """Return where the flaws of one unit, once keys of its *table*, belong now."""
+    """Return the new tables for flaws of one unit that older files give among the keys of its *table*."""
     return dict.fromkeys(("dropout", "outliers"), f"[simulation.{table}]")

@@ -10,7 +10,10 @@ from cablewright.machine.sensors.sensor import Sensor, SensorSheet
 
 
 class SwivelSensor(SensorSheet):
-    """Angles at which the swivelling sheaves stand, rad. ``bias``: standard deviation of each angle's zero, rad."""
+    """Data of the encoders of swivelling sheaves, whose angles are in rad.
+
+    ``bias``: standard deviation of each angle's zero, rad.
+    """
 
     rate: Rate
     deviation: NonNegative[Angle]

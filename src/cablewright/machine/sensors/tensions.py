@@ -22,7 +22,7 @@ class TensionSensor(SensorSheet):
 
     @property
     def walk(self) -> float:
-        """Random walk of a zero in an hour, as specified or assumed, N."""
+        """Random walk of a zero in an hour, as specified or else assumed, N."""
         return 0.1 * self.gain_deviation * self.most if self.drift is None else self.drift
 
 

@@ -1,4 +1,4 @@
-"""Data sheet of the encoder of a drum's yaw drive."""
+"""Data sheet of the encoder of the platform's yaw drive."""
 
 from typing import Final
 
@@ -8,7 +8,7 @@ from cablewright.machine.sensors.sensor import Sensor, SensorSheet
 
 
 class YawEncoder(SensorSheet):
-    """The encoder of the drive that turns a drum about its axis, after its gear. ``deviation``: rad."""
+    """Data of the encoder of the drive that turns the container about its axis, after its gear. ``deviation``: rad."""
 
     rate: Rate
     deviation: NonNegative[Angle] = 0.0

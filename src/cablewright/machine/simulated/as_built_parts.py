@@ -1,4 +1,4 @@
-"""Equipment of a robot as built: room, mounts, masses, zeros and scales, with deviations within the tolerances.
+"""Equipment of a robot as built: room, mounts, masses, zeros and scales, with random deviations in the tolerances.
 
 Each error has a random generator of its own, so that changing one tolerance changes no other error. A tolerance of 0
 leaves the owner's own value, to the bit.
@@ -38,12 +38,12 @@ _SHORT: Final = 1.0  # m: a shorter wall is not turned, as errors at its ends wo
 
 
 def drawn(seed: int, *which: int) -> np.random.Generator:
-    """Return the generator of one error of the machine that *seed* builds."""
+    """Return the random generator of one error of the machine that *seed* builds."""
     return np.random.default_rng([seed, 6, *which])
 
 
 def as_built_machine(twin: TwinSettings, seed: int) -> TwinSettings:
-    """Return the machine whose owner would know everything: room, mounts and masses as they are, by *seed*."""
+    """Return the true machine built by *seed*: room, mounts and masses with their errors."""
     owner, tolerances = twin.owner, twin.simulation.tolerances
     empty, powder = mass_factors(tolerances, seed)
     carrier = owner.carrier
@@ -61,18 +61,18 @@ def as_built_machine(twin: TwinSettings, seed: int) -> TwinSettings:
 
 
 def mass_factors(tolerances: Tolerances, seed: int) -> tuple[float, float]:
-    """Return the masses of the empty drum and of its powder, relative to the specified ones."""
+    """Return the true masses of the empty container and of its powder, relative to the specified ones."""
     empty, powder = (1.0 + tolerances.mass * drawn(seed, _MASS).standard_normal(2)).tolist()
     return empty, powder
 
 
 def home_errors(tolerances: Tolerances, seed: int, lines: int) -> Array:
-    """Return by how much each line is longer at the start than where the platform would rest, (m,) m."""
+    """Return by how much each line is longer at the start than for the platform's assumed position, (m,) m."""
     return np.asarray(tolerances.home_length * drawn(seed, _HOME).uniform(-1.0, 1.0, lines))
 
 
 def mounting(source: str, tolerances: Tolerances, seed: int) -> Array:
-    """Return the rotation (3, 3) of a sensor on the drum from where it should look, by angles about the drum's axes."""
+    """Return the true rotation (3, 3) of a sensor on the platform from its nominal one, by angles about the axes."""
     rotation = np.eye(3)
     if tolerances.mount_turn:
         matrix(tolerances.mount_turn * drawn(seed, _TURN, SOURCES[source].stream).standard_normal(3), rotation)
@@ -90,7 +90,7 @@ def places_along(tolerances: Tolerances, seed: int, lines: int) -> Array:
 
 
 def tension_gains(source: str, tolerances: Tolerances, seed: int, lines: int) -> Array:
-    """Return the share that each load cell or torque of a *source* shows too much, (m,)."""
+    """Return the relative error of the scale of each load cell or torque of a *source*, (m,)."""
     random = drawn(seed, _GAINS, SOURCES[source].stream)
     return np.asarray(tolerances.tension_gain * random.standard_normal(lines))
 

@@ -1,4 +1,4 @@
-"""The room as lidars find it: walls as they stand, some of glass or dark, and who walks about."""
+"""The true room for simulated lidars: walls as they stand, some of glass or dark, and people in it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _BODY: Final = 0.5 * WIDTH * np.column_stack([np.cos(_CORNERS), np.sin(_CORNERS)
 
 
 class FoundRoom:
-    """Faces (j, 4) for a lidar's kernel, x and y of both ends, m, world; each reaches from the floor to the ceiling."""
+    """Wall faces (j, 4) for the lidar kernel: x and y of both ends, m, world; from the floor to the ceiling."""
 
     def __init__(
         self, room: RoomSettings, simulation: SimulationSettings, low: Array, high: Array, radius: float, seed: int
@@ -43,26 +43,26 @@ class FoundRoom:
             self._behind[i] = np.concatenate([start - along, end + along]) + np.tile(_BEHIND * outward, 2)
 
     def faces(self, time: float, drum: Array) -> Array:
-        """All faces at *time*, s, with the drum at (2,), m: those of the walls first, then of a person."""
+        """Return all faces at *time*, s, with the platform at (2,), m: those of the walls first, then of a person."""
         place = self._visits.place(time, drum)
         if place is None:
             return self._walls
         return np.vstack([self._walls, np.hstack([place + _BODY[:-1], place + _BODY[1:]])])
 
     def behind_glass(self, faces: Array) -> Array:
-        """The *faces*, with those seen through glass in its place."""
+        """Return the *faces* with glass replaced by the faces seen through it."""
         return np.vstack([self._behind, faces[len(self._walls) :]])
 
     def without(self, kind: str, faces: Array) -> Array | None:
-        """The *faces* without those of a *kind*, ``glass`` or ``dark``; None where there are none of it."""
+        """Return the *faces* without those of a *kind*, ``glass`` or ``dark``; None where there are none of it."""
         own = self._glass if kind == "glass" else self._dark
         return np.delete(faces, own, axis=0) if own else None
 
     def random(self, source: int, turn: int) -> np.random.Generator:
-        """Return the random generator for the rays of one *turn* of one lidar."""
+        """Return the random generator for the rays of one scan of one lidar."""
         return drawn(self._seed, ROOM, source, turn)
 
 
 def detours(random: np.random.Generator, share: float, count: int) -> Array:
-    """Return the excess range of each of *count* rays, m; not 0 for a *share* of them."""
+    """Return the excess range of each of *count* rays, m; it is not 0 for a *share* of them."""
     return np.where(random.random(count) < share, random.exponential(_DETOUR, count), 0.0)

@@ -1,4 +1,4 @@
-"""The floor below the machine, with the deposited material."""
+"""The floor below the simulated machine, with the deposited material."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Ground:
         self._max_height = 0.0
 
     def take_over(self, other: Ground) -> None:
-        """Take what lies on an *other* ground of the same size."""
+        """Copy the material on an *other* ground of the same size."""
         self.field.heights[:] = other.field.heights
         self.outside_mass, self._max_height = other.outside_mass, other._max_height
 
@@ -57,7 +57,7 @@ class Ground:
         return np.array([x + 0.5 * cell, y + 0.5 * cell, cell, self._max_height])
 
     def distance(self, place: tuple[float, float, float], way: Array, most: float) -> float:
-        """Return how far it is from *place*, m, along *way* (3,), a unit vector; infinite beyond *most*."""
+        """Return the distance from *place*, m, along *way* (3,), a unit vector, to the ground; inf beyond *most*."""
         return float(ray_to_floor(*place, *way.tolist(), most, self.grid, self.heights))
 
     def deposit(self, start: tuple[float, float], end: tuple[float, float], mass: float) -> None:

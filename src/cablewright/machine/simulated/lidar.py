@@ -1,4 +1,4 @@
-"""Simulated planar lidar on the drum: its rays are cast one after another while the drum moves."""
+"""Simulated planar lidar on the platform: its rays are cast one after another while the platform moves."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _FIRST: Final = -math.pi  # rad, of a turn's first ray
 
 
 class SimulatedLidar:
-    """One lidar; its bias is drawn once."""
+    """One simulated lidar; its bias is drawn once."""
 
     SAVED = ("_poses", "_count", "_random")
 
@@ -50,7 +50,7 @@ class SimulatedLidar:
         self._poses, self._count = np.zeros((self._steps + 1, 7)), 0  # time and pose at so many steps of this turn
 
     def read(self, state: RigState) -> Scan | None:
-        """Record the drum's pose; return a scan at the end of each turn of the lidar, otherwise None."""
+        """Record the platform's pose; return a scan at the end of each revolution of the lidar, otherwise None."""
         truth = state.truth
         pose = self._poses[self._count]
         pose[0], pose[1:4], pose[4:] = truth.time, truth.position, truth.rotation

@@ -23,7 +23,7 @@ _MESSAGES: Final = TypeAdapter(
 
 
 class Gaps:
-    """Times without connection: planned ones, and ones at random, which the seed alone determines."""
+    """Times without connection: planned ones, and random ones, which the seed alone determines."""
 
     def __init__(self, settings: Link, seed: int, number: int) -> None:
         """*number*: number of the link; each link has gaps of its own."""
@@ -32,7 +32,7 @@ class Gaps:
         self._spells = Spells(every, (length, length), seed, GAPS, number) if every and length else None
 
     def end(self, time: float) -> float:
-        """Return when there is a connection again from *time* on, s: *time*, or the end of a gap."""
+        """Return the next time with a connection from *time* on, s: *time*, or the end of a gap."""
         while True:
             later = time
             for begin, end in self._planned:
@@ -67,7 +67,7 @@ def decode_readings(messages: Any) -> deque[tuple[float, Reading]]:
 
 
 class Channel:
-    """One link with the readings in transit."""
+    """One simulated link with the readings in transit."""
 
     SAVED = (Coded("_sent", encode_readings, decode_readings), "_next_arrival", "last_arrival_time", "_random")
 
@@ -79,7 +79,7 @@ class Channel:
         self.last_arrival_time = 0.0  # s
 
     def send(self, now: float, reading: Reading) -> None:
-        """Send *reading* at *now*, s."""
+        """Send a *reading* over the link at *now*, s."""
         delay, lost = self._random.exponential(), self._random.random()
         if lost < self.settings.loss:
             return

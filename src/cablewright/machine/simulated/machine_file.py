@@ -1,4 +1,4 @@
-"""The machine file for any robot: its own numbers where its file has them, else assumed ones."""
+"""Generation of a machine file for any robot: numbers from its own file, else assumed ones."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SIZE: Final = 0.02  # radius of gyration of the platform, over the frame's width
 
 
 def machine_file(robot: Robot) -> str:
-    """Return the text of a machine file for *robot*, each number with where it is from.
+    """Return the text of a machine file for *robot*, each number with its source in a comment.
 
     Sensors are encoders and a light barrier: with them `print` uses dead reckoning. A body has load cells and an
     inertial unit besides. Raises `InputError` for a robot that cannot be simulated: see `models.support_table`.

@@ -1,4 +1,4 @@
-"""People in the room: when somebody walks there, and where."""
+"""Simulated people in the room: times and paths of their visits."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ _TRIES: Final = np.radians([0.0, *(side * angle for angle in range(15, 181, 15) 
 
 
 class Visits:
-    """One person after another, who walk straight legs through the room and around the drum.
+    """Visits of people, one after another, who walk straight legs through the room and around the platform.
 
-    What happens follows from the seed and the time alone, so that there is no state to keep.
+    They follow from the seed and the time alone, so that there is no state to keep.
     """
 
     def __init__(self, share: float, low: Array, high: Array, radius: float, seed: int) -> None:
@@ -41,9 +41,9 @@ class Visits:
         self._walk: tuple[int, Array, Array] | None = None  # of a visit: times (k,), s, and places (k, 2), m
 
     def place(self, time: float, drum: Array) -> Array | None:
-        """Return the position (2,), m, of a person at *time*, s, with the drum at (2,) m; None: the room is empty.
+        """Return the position (2,), m, of a person at *time*, s, with the platform at (2,) m; None: the room is empty.
 
-        Who would come too near the drum walks around it; a room that is too small for that is empty.
+        A person who would come too near walks around the platform; a room that is too small for that is empty.
         """
         visit = None if self.visits is None else self.visits.at(time)
         if visit is None:

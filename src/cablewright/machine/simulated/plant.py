@@ -1,4 +1,4 @@
-"""Two plants that advance a rig: dynamic, in substeps of milliseconds, or from equilibrium to equilibrium."""
+"""Two simulations of motion (plants): dynamic, in substeps of milliseconds, or from equilibrium to equilibrium."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _TOLERANCE: Final = 1e-6  # m and rad, to which equilibria of bodies are certifi
 
 
 class Plant(Protocol):
-    """Interface of a plant, which advances a rig in time."""
+    """Interface of a plant, which advances a rig (the true state) in time."""
 
     @property
     def period(self) -> float:
@@ -39,7 +39,7 @@ class Plant(Protocol):
 
 
 class DynamicPlant:
-    """Drum or body swings; lines hang as in statics at each time, with a vibration of their first mode added."""
+    """The platform moves by its dynamics; lines hang as in statics, with a vibration of their first mode."""
 
     SAVED = ("_lengths_after", "_random")
 
@@ -97,7 +97,10 @@ class DynamicPlant:
 
 
 class QuasiStaticPlant:
-    """Each period ends in the equilibrium followed from the last one. A drum hangs upright and turns only in yaw."""
+    """Each period ends in the equilibrium followed from the last one.
+
+    A container hangs upright and turns only in yaw.
+    """
 
     SAVED = ("_lengths_after", "_solved", "_pose")
 
@@ -212,7 +215,7 @@ class QuasiStaticPlant:
         return (0, [*told, Notice(Condition.UNCERTIFIED)]) if code == Code.UNCERTIFIED else (code, told)
 
     def after_load(self) -> None:
-        """Fit to the lines of a rig that was loaded before."""
+        """Adapt to the lines of a rig that was loaded before."""
         self._fit()
 
     def _retract(self) -> None:

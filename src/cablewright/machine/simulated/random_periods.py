@@ -1,4 +1,4 @@
-"""Spells: periods of random begin and duration in which an effect acts: a link outage, a push, a visit."""
+"""Random periods (spells) during which an effect acts: a link outage, a push, a visit."""
 
 from __future__ import annotations
 

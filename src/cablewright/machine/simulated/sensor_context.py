@@ -1,4 +1,4 @@
-"""The machine as built, for the sensors that are mounted on it."""
+"""Data of the machine as built that its simulated sensors need."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cablewright.robot import Robot
 
 @dataclass(frozen=True, eq=False)
 class Mounted:
-    """Data of the machine for its simulated sensors. A step has the length *period*, s."""
+    """Data of the machine for its simulated sensors. A step takes *period*, s."""
 
     robot: Robot  # as built
     nozzle: Array  # (3,) m, drum
@@ -26,11 +26,11 @@ class Mounted:
     seed: int
 
     def random(self, source: str) -> np.random.Generator:
-        """Return a sensor's own generator: leaving out one sensor changes no other."""
+        """Return a sensor's own random generator: leaving out one sensor changes no other."""
         return np.random.default_rng([self.seed, 5, SOURCES[source].stream])
 
     def mounting(self, source: str) -> Array:
-        """Return the rotation (3, 3) of a sensor on the drum from where it should look."""
+        """Return the true rotation (3, 3) of a sensor on the platform from its nominal one."""
         return mounting(source, self.tolerances, self.seed)
 
     def angle_zeros(self) -> Array:
@@ -38,5 +38,5 @@ class Mounted:
         return angle_zeros(self.tolerances, self.seed, self.robot.m)
 
     def tension_gains(self, source: str) -> Array:
-        """Return the share that each load cell or torque of a source shows too much, (m,)."""
+        """Return the relative error of the scale of each load cell or torque of a source, (m,)."""
         return tension_gains(source, self.tolerances, self.seed, self.robot.m)

@@ -1,7 +1,7 @@
-"""What only a simulation has of a machine: the table ``[simulation]`` of its file.
+"""Settings of a simulated machine alone: the table ``[simulation]`` of its file.
 
 Tolerances of the machine as built, laws of the plant, flaws of single sensors, links and planned faults. Nothing of it
-is for estimation, control or plans, which see `cablewright.machine.settings` alone; an import contract holds that.
+is for estimation, control or plans, which see `cablewright.machine.settings` alone; an import contract enforces that.
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ class Tolerances(Description):
 
 
 class DrumMotion(Description):
-    """Resistance to the drum's motion and the twist of its lines; dampings in N m s/rad."""
+    """Resistance to the hanging container's motion and the twist of its lines; dampings in N m s/rad."""
 
     swing_damping: Size
     yaw_stiffness: Size
@@ -156,10 +156,11 @@ class ClimateLaw(Description):
 
 
 class RoomLaw(Description):
-    """The room as it is found. ``cell``: m, of the grid on which material lies.
+    """True properties of the room.
 
-    ``glass`` and ``dark``: names of faces of the room. A ray that meets glass passes with the chance ``glass_share``,
-    to a face 3 m behind; one that meets a dark face has no echo with the chance ``dark_share``.
+    ``cell``: m, of the grid on which material lies. ``glass`` and ``dark``: names of faces of the room. A ray that
+    meets glass passes with the chance ``glass_share``, to a face 3 m behind; one that meets a dark face has no echo
+    with the chance ``dark_share``.
     """
 
     cell: Annotated[Length, Field(ge=1e-3, le=1.0)] = 0.02
@@ -176,7 +177,7 @@ class People(Description):
 
 
 class DrumClockLaw(Description):
-    """Jumps of the clock on the drum: time and size of each, s."""
+    """Jumps of the platform's clock: time and size of each, s."""
 
     jumps: Annotated[tuple[tuple[Delay, _Jump], ...], Field(max_length=MAX_FAULTS)] = ()
 
@@ -303,10 +304,10 @@ else:
 
 
 class SimulationSettings(_WithSensors):
-    """All that only a simulation has. ``substep``: s, of the dynamic plant within a step of the machine.
+    """All settings that only a simulation has.
 
-    ``quasi_static_period``: length of a step of the quasi-static plant, s. ``severity``: size of the values of keys
-    that are not given, see `severity_tables`.
+    ``substep``: s, of the dynamic plant within a step of the machine. ``quasi_static_period``: length of a step of the
+    quasi-static plant, s. ``severity``: size of the values of keys that are not given, see `severity_tables`.
     """
 
     faults: Annotated[tuple[FaultPlan, ...], Field(max_length=MAX_FAULTS)] = ()
@@ -367,9 +368,9 @@ class TwinSettings(Description):
 
 
 def load_twin(name_or_path: str | Path) -> TwinSettings:
-    """Return the machine of that library name, or of that TOML file, with its table ``[simulation]``.
+    """Return the simulated machine of that library name or TOML file, with its table ``[simulation]``.
 
-    Raises `InputError`, one line; also for a file without that table, of which nothing can be simulated.
+    Raises `InputError`, one line; also for a file without that table, which cannot be simulated.
     """
     return twin_of_table(*machine_table(name_or_path))
 

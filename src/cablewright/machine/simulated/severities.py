@@ -1,4 +1,4 @@
-"""A simulated machine by a severity, and by which severity it is.
+"""Severities: sizes of a simulated machine's errors by name, and the name for given sizes.
 
 An owner who knows how good the survey was knows the standard deviations, and nothing else.
 """
@@ -21,8 +21,8 @@ def with_severity(twin: TwinSettings, name: SeverityName, parts: Collection[str]
     """Return the machine with the errors of severity *name*, and an owner who knows their standard deviations.
 
     Other values of these keys are replaced: in ``simulation`` those of `SEVERITIES`, and of ``owner`` the deviations of
-    walls, mounts, zeros, scales and the drum's clock. ``ideal``: all are 0. With some of the `PARTS` alone, the others
-    are as in ``ideal``. Raises `UnknownName`.
+    walls, mounts, zeros, scales and the platform's clock. ``ideal``: all are 0. With some of the `PARTS` alone, the
+    others are as in ``ideal``. Raises `UnknownName`.
     """
     _require_known(name, parts)
     chosen = {key for part in parts for key in PARTS[part]}
@@ -65,7 +65,10 @@ def _known(twin: TwinSettings, off: Mapping[str, float]) -> dict[str, Any]:
 
 
 def severity_of(simulation: SimulationSettings) -> str:
-    """Return the severity whose numbers the *simulation* has; `OWN` where there is none, or a clock is to jump."""
+    """Return the name of the severity whose numbers the *simulation* has.
+
+    `OWN` where there is none, or a clock jump is planned.
+    """
     for name, tables in SEVERITIES.items():
         pairs = ((getattr(simulation, key), values) for key, values in tables.items())
         same = all(getattr(table, key) == value for table, values in pairs for key, value in values.items())

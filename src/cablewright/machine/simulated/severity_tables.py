@@ -1,7 +1,7 @@
-"""The numbers of severities: deviations of a simulated machine, its room and its sensors from their description.
+"""Tables of severities: standard deviations of a simulated machine, its room and its sensors, for three names.
 
-One of three names, fixed before anything was estimated with them. An owner who knows how good the survey was knows the
-standard deviations, and nothing else.
+They were fixed before anything was estimated with them. An owner who knows how good the survey was knows the standard
+deviations, and nothing else.
 """
 
 from __future__ import annotations

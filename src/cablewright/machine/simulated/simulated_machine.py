@@ -64,7 +64,7 @@ _LINK_TIMEOUT: Final = 0.5  # s without a message, after which the wireless link
 
 
 class SimulatedMachine:
-    """A `Machine`. `truth` and `rig` are for the evaluation of estimates, not for estimation or control."""
+    """A simulated `Machine`. `truth` and `rig` are for the evaluation of estimates, not for estimation or control."""
 
     SAVED = (
         "_start",
@@ -131,7 +131,7 @@ class SimulatedMachine:
 
     @property
     def settings(self) -> MachineSettings:
-        """The owner's settings; of a quasi-static machine with its slower sensors."""
+        """The owner's settings; of a quasi-static machine with slower sensors."""
         return self._twin.owner
 
     @property
@@ -165,16 +165,16 @@ class SimulatedMachine:
 
     @property
     def truth(self) -> Truth:
-        """The true state."""
+        """The true state at the end of the last step."""
         return self._rig_state.truth
 
     @property
     def robot(self) -> Robot:
-        """The robot as built, with the drum as full as at the start."""
+        """The robot as built, with the container as full as at the start."""
         return self.rig.robot
 
     def refill(self, powder: float) -> None:
-        """Set the *powder* in the drum, kg, as it is weighed. Raises `InputError` for more than its capacity."""
+        """Set the *powder* in the container, kg, as it is weighed. Raises `InputError` for more than its capacity."""
         capacity, what = self.settings.carrier.capacity, "drum" if self.settings.body is None else "hopper"
         if not 0.0 <= powder <= capacity:
             raise InputError(f"powder = {powder:g} kg: the {what} takes 0 to {capacity:g} kg")

@@ -1,4 +1,7 @@
-"""The true state of the simulated machine: lines, winches, drum or body, falling powder, what is laid, and climate."""
+"""The true state of the simulated machine: lines, winches, platform, falling and laid powder, climate.
+
+What sensors measure is computed from it.
+"""
 
 from __future__ import annotations
 
@@ -65,7 +68,7 @@ class RigState(NamedTuple):
 
 
 class Rig:
-    """The true robot, winches, drum or body, and surroundings. Plants change its arrays in place."""
+    """The true robot, winches, platform and surroundings. Plants change its arrays in place."""
 
     SAVED: tuple[str, ...] = (
         "powder",
@@ -156,7 +159,7 @@ class Rig:
         self._upright = np.array([line.has_upright_swivel for line in robot.lines])
 
     def after_load(self) -> None:
-        """Place the lines where the platform is; their planes are those of the last step."""
+        """Place the lines at the platform of a loaded state; their planes are those of the last step."""
         planes = self.work.planes.copy()
         self.swing.place[:] = self.pose
         place_lines(self.packed, self.swing.place, self.work)
@@ -216,7 +219,7 @@ class Rig:
         self.body[dynamics.YAW_REST] = rest + self.yaw.angle
 
     def advance_unmodelled(self, time: float, period: float) -> None:
-        """Advance the unmodelled effects by the *period*, s, that has passed from *time*, s, on, for the next one."""
+        """Advance creep, friction and other unmodelled effects by the *period*, s, since *time*, s."""
         place, air = self.motion[:3], Air(*air_at(self.settings.simulation.climate, time))
         self.unmodelled.advance(self.packed, self.states, self.work.planes, self.winches, place, period, air)
 
@@ -249,7 +252,7 @@ class Rig:
         return notices
 
     def observe(self, time: float) -> RigState:
-        """Return the present state, at *time*, s."""
+        """Return the present quantities that sensors measure, at *time*, s."""
         told, rotation = np.empty(machine_step.LINES + machine_step.OF_EACH * self.robot.m), np.empty((3, 3))
         machine_step.observe(
             self.packed, self.states, self.swing.place, self.work, self.swing.ends, self.vibrations, self.vibration,
@@ -303,7 +306,7 @@ class Rig:
         return rotation
 
     def fill(self, powder: float) -> None:
-        """Set the *powder*, kg, in the drum or hopper."""
+        """Set the *powder*, kg, in the container or hopper."""
         self.powder = powder
         self._weigh()
 
@@ -318,10 +321,10 @@ class Rig:
 
 
 def start_pose(robot: Robot, start: ArrayLike) -> Array:
-    """Return the pose (n,) at which a machine of *robot* starts; of a body (3,) is a place without rotation.
+    """Return the start pose (n,) of a machine of *robot*; of a body (3,) is a position without rotation.
 
-    With fewer winches than degrees of freedom, what equilibrium decides is NaN.
-    Raises `InputError` for any other size.
+    With fewer winches than degrees of freedom, NaN marks coordinates that equilibrium decides. Raises `InputError` for
+    any other size.
     """
     given = np.array(start, dtype=np.float64)
     if robot.n == 6 and given.shape in {(3,), (6,)}:
@@ -335,7 +338,10 @@ def start_pose(robot: Robot, start: ArrayLike) -> Array:
 
 
 def air_at(law: ClimateLaw, time: float) -> tuple[float, float]:
-    """Return temperature (degrees Celsius) and relative humidity at *time*, s; both begin at their means."""
+    """Return temperature (degrees Celsius) and relative humidity of the room at *time*, s.
+
+    Both begin at their means.
+    """
     wave = math.sin(2.0 * math.pi * time / _DAY)
     humidity = min(1.0, max(0.0, law.humidity - law.humidity_swing * wave))
     return law.temperature + law.swing * wave, humidity

@@ -93,7 +93,7 @@ class Winches:
         return np.array([winding.length_out(*row) for row in rows])
 
     def by_line(self, of_winches: NDArray[_Number]) -> NDArray[_Number]:
-        """Return numbers *of_winches* (w,) at the lines that these are named for, (m,), and zeros at others."""
+        """Convert numbers *of_winches* (w,) to (m,): each at the line that its winch is named for, else zeros."""
         if self.lines.plain:
             return of_winches
         found = np.zeros(len(self.state), dtype=of_winches.dtype)
@@ -141,7 +141,7 @@ class Winches:
         self.state[torques == 0.0, winding.PULL : winding.SLIP_BEFORE + 1] = 0.0
 
     def set_unmodelled(self, ratio: Array, stretch: Array | float, lag: Array | float) -> None:
-        """Set the ratio (m,) of drum pull to tension at the platform, *ratio*, and the correction of the length out.
+        """Set the ratio (m,) of drum pull to tension at the platform, *ratio*, and corrections of the length paid out.
 
         *stretch* (m,): m, of the cable before the sheave by that tension; *lag* (m,): rad, of drums behind motors.
         """

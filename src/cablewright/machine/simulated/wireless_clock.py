@@ -1,4 +1,4 @@
-"""The clock on the drum, which stamps the readings that come over the wireless link."""
+"""The simulated clock on the platform, which stamps readings over the wireless link."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from cablewright.machine.simulated.settings import SimulationSettings
 
 
 class DrumClock:
-    """A clock that is ahead by an offset, runs too fast by a share, and jumps when it is planned to."""
+    """A clock with an offset, a relative rate error, and planned jumps."""
 
     def __init__(self, simulation: SimulationSettings, seed: int) -> None:
         """Draw offset and rate by *seed*."""
@@ -23,11 +23,11 @@ class DrumClock:
         self._is_right = not (self.offset or self.drift or self._times)
 
     def shown(self, time: float) -> float:
-        """Return the drum clock's time at a *time* of the machine's clock, s."""
+        """Return the time that the platform's clock shows at a *time* of the machine's clock, s."""
         return (1.0 + self.drift) * time + self.offset + self._sums[bisect.bisect_right(self._times, time)]
 
     def stamped(self, reading: Reading) -> Reading:
-        """Return the *reading* with the time that this clock shows; of a scan, at its begin."""
+        """Return the *reading* stamped with the time of this clock; of a scan, at its begin."""
         if self._is_right:
             return reading
         return reading.stamped(self.shown(reading.stamp), 1.0 + self.drift)

@@ -1,1 +1,1 @@
-"""Many calls of one function, here, in processes or on a cluster, with results kept on disk."""
+"""Executors: many calls of one function, here, in processes or on a cluster, with results stored on disk."""

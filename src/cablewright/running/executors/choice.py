@@ -1,4 +1,4 @@
-"""The executor that people choose by two options: how many processes, or a cluster's address."""
+"""Choice of the executor by two options: how many processes, or a cluster's address."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Executors: who computes chunks. The one here computes them in this program, one after the other."""
+"""Interface of executors, which compute chunks of work; and the serial one, which computes in this program."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from cablewright.running.executors.task import Chunk, Computed, run_chunk
 
 
 class Executor(Protocol):
-    """Computes chunks of work: each free worker takes the next chunk."""
+    """Interface of an executor: each free worker takes the next chunk."""
 
     @property
     def workers(self) -> int:
@@ -29,7 +29,7 @@ class Executor(Protocol):
 
 
 class Serial:
-    """Computes in this program, with all threads."""
+    """Executor that computes in this program, with all threads."""
 
     workers = 1
 

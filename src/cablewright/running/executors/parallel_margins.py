@@ -1,4 +1,4 @@
-"""The margins of a workspace's criterion, computed by an executor: blocks of places are items, with results on disk."""
+"""Workspace margins computed by an executor: blocks of positions are items, with results on disk."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class _Question(NamedTuple):
 
     @classmethod
     def of(cls, asked: Criterion) -> _Question:
-        """Return that of a criterion."""
+        """Return the data of a criterion that workers need."""
         box, wrenches = (_numbers(asked.box.low), _numbers(asked.box.high)), asked.wrench_box
         return cls(
             asked.model,
@@ -51,7 +51,7 @@ class _Question(NamedTuple):
 
     @property
     def criterion(self) -> Criterion:
-        """The criterion."""
+        """Return the criterion from these data."""
         low, high = map(np.array, self.box)
         wrenches = None if self.wrench_box is None else (np.array(self.wrench_box[0]), np.array(self.wrench_box[1]))
         turns = np.array(self.orientations).reshape(-1, 3)
@@ -82,7 +82,7 @@ class SharedMargin:
 
 
 def margins_of(question: _Question, item: str) -> str:
-    """Return the margins at the places of an *item*, both as text of their bytes."""
+    """Return the margins at the positions of an *item*, both as text of their bytes."""
     return _text(question.criterion.margin(_array(item).reshape(-1, 3)))
 
 

@@ -1,4 +1,4 @@
-"""The spread of errors at many places, computed by an executor: blocks of places are items, with results on disk."""
+"""Spread of nozzle errors at many positions, computed by an executor: blocks of positions are items."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class SharedMethod:
 
 
 def spread_of(question: _Question, item: tuple[Any, ...]) -> dict[str, Any]:
-    """Return the spread at the places of an *item*, as lists by name."""
+    """Return the spread of errors at the positions of an *item*, as lists by name."""
     model, ranges, method, _ = question
     commanded, wanted, pose, states, lines, platform = (np.array(each, dtype=np.float64) for each in item)
     none = np.zeros(len(pose), dtype=np.int64)

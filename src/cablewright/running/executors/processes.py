@@ -1,4 +1,4 @@
-"""Processes on this machine: started afresh, one thread each, replaced when they die."""
+"""Executor of worker processes on this machine: one thread each, replaced when they die."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ class _Worker:
         other.close()  # or its end would not be seen here
 
     def begin(self, chunk: Chunk) -> bool:
-        """Send the chunk; return whether the worker is alive."""
+        """Send a chunk to the worker; return whether it is alive."""
         try:
             self.pipe.send(chunk)
         except OSError:
@@ -105,7 +105,7 @@ class _Worker:
         return answer
 
     def end(self) -> None:
-        """End the process."""
+        """End the worker process."""
         self.pipe.close()
         self._process.kill()
         self._process.join()

@@ -1,4 +1,4 @@
-"""Results on the client's disk, by key: a file to which a line is added for each, so that a study can be resumed."""
+"""Results of a study on disk, by key: a file that grows by a line for each, so that a study can be resumed."""
 
 from __future__ import annotations
 

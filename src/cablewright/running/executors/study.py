@@ -87,7 +87,7 @@ class _Chunks:
         self._size = 1
 
     def took(self, count: int, seconds: float) -> None:
-        """Choose the size of the next chunks by one that is done."""
+        """Choose the size of the next chunks from the duration of a finished one."""
         if seconds > 0.0:
             self._size = min(MAX_ITEMS, max(1, math.floor(CHUNK_TIME * count / seconds)))
 

@@ -1,4 +1,4 @@
-"""What workers do: a function of this package on one item after the other, by programs of the same version."""
+"""Work of executors: a function of this package on many items, by programs of the same version."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ def digest(value: Any) -> str:
 
 @dataclass(frozen=True)
 class Task:
-    """One function, of a module of this package, and the common arguments of its calls.
+    """One function of a module of this package, and the common arguments of its calls.
 
-    ``function(shared, item)`` returns what JSON can hold. ``shared`` and the items are frozen values that can be
-    pickled and hashed by `digest`; ``noun`` is what one item is called.
+    ``function(shared, item)`` returns a value that JSON can hold. ``shared`` and the items are frozen values that can
+    be pickled and hashed by `digest`; ``noun`` is what one item is called.
     """
 
     function: Callable[[Any, Any], Any]
@@ -70,7 +70,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Chunk:
-    """Items that one worker computes in a row; ``numbers``: which of all they are."""
+    """Items that one worker computes in a row; ``numbers``: their indices among all items."""
 
     task: Task
     key: str  # of the task as the client knows it
@@ -114,7 +114,7 @@ def _sources() -> str:
 
 
 def unlike(here: dict[str, str], there: dict[str, str]) -> str:
-    """Return how the programs of a worker differ from those here, in words; empty if they do not."""
+    """Return words for how the programs of a worker differ from those here; empty if they do not."""
     for name, own in here.items():
         if there.get(name) != own:
             what = "other sources of cablewright" if name == "sources" else f"{name} {there.get(name)}"
@@ -147,5 +147,5 @@ def _computed(task: Task, item: Any) -> Outcome:
 
 
 def faults(outcomes: Iterable[Outcome]) -> list[str]:
-    """Return the reasons why items have no result."""
+    """Return the reasons why items have no result, as a sentence."""
     return [each.fault for each in outcomes if each.fault]

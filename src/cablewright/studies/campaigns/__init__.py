@@ -1,1 +1,1 @@
-"""The same print on many machines that the tolerances allow."""
+"""Print campaigns: the same print on many simulated machines, built within the tolerances."""

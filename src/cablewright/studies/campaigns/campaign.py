@@ -1,4 +1,4 @@
-"""`campaign`: the same print on N machines as built, and the effect of each tolerance on it."""
+"""`campaign`: the same print on N simulated machines as built, and the effect of each tolerance on it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One print of a campaign: on a machine as its seed builds it, with one tolerance met exactly or with none."""
+"""One print of a campaign: on the machine that a seed builds, with all tolerances or with one set to zero."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class CampaignPrint:
         return {name: value for name in Tolerances.model_fields if (value := float(getattr(own, name))) > 0.0}
 
     def exact_in(self, tolerance: str) -> TwinSettings:
-        """Return the machine with one tolerance met exactly; an empty name: with none."""
+        """Return the machine with one tolerance set to zero; an empty name: with all tolerances."""
         if not tolerance:
             return self.machine
         own = self.machine.simulation.tolerances

@@ -19,7 +19,7 @@ CONFIDENCE: Final = 0.95
 
 @dataclass(frozen=True)
 class MachinePrint:
-    """The print of one machine."""
+    """Result of the print on one machine of a campaign."""
 
     seed: int
     finished: bool
@@ -43,7 +43,7 @@ class MachinePrint:
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """Change of the result if one tolerance is met exactly, on the same machines."""
+    """Change of the campaign's result if one tolerance is set to zero, on the same machines."""
 
     tolerance: str
     value: float  # SI
@@ -67,7 +67,7 @@ class Sensitivity:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Campaign(Pictured):
-    """Prints on N machines, and on some of them with one tolerance at a time met exactly."""
+    """Result of a campaign: prints on N machines, and on some of them with one tolerance at a time set to zero."""
 
     FIGURES: ClassVar = (
         Figure("status", "", "ok: every machine succeeded; some-failed, or all-failed."),
@@ -117,7 +117,7 @@ class Campaign(Pictured):
 
     @property
     def success_interval(self) -> tuple[float, float]:
-        """The exact interval of a binomial share."""
+        """Confidence interval of the success rate: the exact interval of a binomial share."""
         from scipy.stats import binomtest
 
         found = binomtest(self.succeeded, len(self.prints)).proportion_ci(CONFIDENCE, "exact")
@@ -130,20 +130,20 @@ class Campaign(Pictured):
 
     @property
     def refusal(self) -> str:
-        """Reason for a no: not one machine succeeds."""
+        """Sentence with the reason if not one machine succeeds."""
         return "" if self.succeeded else "no machine finishes the print within the allowed error"
 
     def quantile(self, share: float) -> float | None:
-        """Return the largest error, m, within which so large a *share* of the machines stay; None where none has one.
+        """Return the largest error, m, of this *share* of the machines; None where none has one.
 
-        The smallest of the errors for which that holds: nothing between two machines is guessed.
+        The smallest of the errors for which that holds: nothing between two machines is interpolated.
         """
         known = np.sort(self.errors[np.isfinite(self.errors)])
         return float(np.quantile(known, share, method="inverted_cdf")) if len(known) else None
 
 
 def succeeds(found: MachinePrint, allowed: float) -> bool:
-    """Whether a print counts as a success."""
+    """Return whether a print counts as a success of the campaign."""
     return found.finished and found.max_error <= allowed
 
 

@@ -19,7 +19,7 @@ _BLOCK: Final = 256  # steps
 
 
 class TrueErrors:
-    """A `StepRecorder` that keeps the sums of the errors alone: the same as the record of the print's log has."""
+    """A `StepRecorder` that keeps only the sums of the true errors, equal to those of a print's record."""
 
     def __init__(self, twin: MachineTwin, machine: SimulatedMachine) -> None:
         path = twin.path

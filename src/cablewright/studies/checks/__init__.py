@@ -1,1 +1,1 @@
-"""`check`: a sliced part on a robot, and one verdict."""
+"""`check`: whether a robot can print a sliced part, with one verdict."""

@@ -50,7 +50,10 @@ TOO_LARGE: Final = 5.0
 
 
 def bytes_each(robot: Robot, room: Path | None = None) -> float:
-    """Return the memory of a check for each sample, whose arrays have a *room*: benchmarks/path_memory.py."""
+    """Return the bytes of memory that a check needs for each sample, whose arrays have a *room*.
+
+    See benchmarks/path_memory.py.
+    """
     return 420.0 + 270.0 * robot.m if room is None else IN_ROOM
 
 

@@ -1,4 +1,4 @@
-"""What the fastest motion within the limits of a job would take."""
+"""Shortest duration of a job's path within its limits and those of the winches."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from cablewright.solvers.path_speeds import winch_speeds
 
 @dataclass(frozen=True)
 class Fastest:
-    """Times of a path without the feeds of its file."""
+    """Durations of a path without the feed rates of its file."""
 
     duration: float  # s, of its time law
     bound: float  # s: no motion within the limits of speed is faster
@@ -28,7 +28,7 @@ class Fastest:
     def of(
         cls, robot: Robot, job: Job, toolpath: Toolpath, beads: Beads, samples: Samples, lengths: Array, room: Room
     ) -> Self | None:
-        """Return the times of a path along *samples* (k,); None where nothing limits a speed.
+        """Return the durations of a path along *samples* (k,); None where nothing limits a speed.
 
         *lengths* (k, m): m, of the lines at the samples, by which winches limit the speed.
         """

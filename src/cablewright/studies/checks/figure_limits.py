@@ -1,4 +1,4 @@
-"""Limits of a check that no robot file contains: straight lines, the nozzle's speed, the sum of errors."""
+"""Limits of a check that no robot file contains: bounds of straight lines, the nozzle's speed, the sum of errors."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def paces(samples: Samples, law: TimeLaw, segments: slice) -> Array:
 
 
 def line_findings(robot: Robot, samples: Samples, law: TimeLaw, statics: PathStatics) -> Iterator[Finding]:
-    """Yield each line's length against that of a straight line, m, and its winch's speed, m/s.
+    """Yield the limit of each line's length by a straight line, m, and of its winch's speed by straight lines, m/s.
 
     A winch is as fast as straight lines between the samples need, or as the nozzle times the spans, and a tenth of the
     latter more. Samples that are not held do not count.

@@ -122,7 +122,7 @@ class _Largest:
         self.rows, self._values = np.zeros(0, np.intp), np.zeros(0)
 
     def take(self, first: int, values: Array) -> None:
-        """Include the *values* of the rows from the *first* on; NaN is ignored."""
+        """Include the *values* of the rows from the *first* on in the maximum; NaN is ignored."""
         rows = np.concatenate([self.rows, first + np.arange(len(values))])
         values = np.concatenate([self._values, np.nan_to_num(values)])
         kept = np.argsort(-values, kind="stable")[:MEASURED]

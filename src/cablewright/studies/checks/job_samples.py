@@ -1,4 +1,4 @@
-"""The samples of a job, walked block by block: statics, motion of the platform, distances of lines, expected error."""
+"""The samples of a job, processed block by block: statics, motion, distances of lines, expected error."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ the progress."""
 
 @dataclass(frozen=True, eq=False)
 class Walked:
-    """Results along the path; None where they were not requested."""
+    """Results at the samples of a path; None where they were not requested."""
 
     poses: Array  # (k, n), complete: as asked, and as equilibrium decides where it does
     statics: PathStatics
@@ -72,7 +72,7 @@ class JobPath:
         seed: int,
         report: Progress,
     ) -> Walked:
-        """Solve the inverse and forward problems, and look for all that is not in *skip*.
+        """Solve the inverse and forward problems along the path, and all checks that are not in *skip*.
 
         Raises `AnswerError` where the nozzle cannot be held at *zeroed_at*.
         """
@@ -120,7 +120,7 @@ class JobPath:
         return Walked(poses, replace(solved, lines=lines), drop, rise, clearances, search)
 
     def with_margin(self, full: Model) -> Model:
-        """Return the model whose tensions a print holds: see `held_tensions`."""
+        """Return the model with the tensions that a print holds: see `held_tensions`."""
         rows = chosen_rows(len(self.poses))
         return with_margin(full, self.poses[rows], None if self.retraction is None else self.retraction[rows])[0]
 
@@ -138,12 +138,12 @@ class JobPath:
         return 0.5 * (np.where(laid, wide, np.inf) if laid.any() else wide)
 
     def judged(self, robot: Robot, found: Walked) -> tuple[Finding, ...]:
-        """Compare with the limits of the robot's file."""
+        """Compare the results with the limits of the robot's file."""
         of = found.statics
         return judge(robot, found.poses[:, :3], of.codes, of.violations, of.lines, of.plane_force)
 
     def bounded(self, model: Model, found: Walked) -> Iterator[Finding]:
-        """Compare with the bounds of straight lines, the nozzle's speed and the sampling.
+        """Compare the results with the bounds of straight lines, the nozzle's speed and the sampling.
 
         *model*: model that gave the tensions at rest.
         """

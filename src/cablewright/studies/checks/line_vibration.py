@@ -1,4 +1,4 @@
-"""Lines whose own vibration is about as slow as the platform's: modes then have another frequency than a check says."""
+"""Lines that vibrate about as slowly as the platform: then its modes have other frequencies than the check says."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ _PLACES: Final = 50  # along a path, at most
 
 
 def slow_lines(robot: Robot, poses: Array, retraction: Array | None) -> Iterator[str]:
-    """Yield in a sentence which lines vibrate themselves within `FACTOR` of the slowest mode along *poses* (k, n).
+    """Yield a sentence on lines whose own vibration is within `FACTOR` of the slowest mode along *poses* (k, n).
 
-    *retraction*: (k,) m. Some of the poses are looked at, evenly.
+    *retraction*: (k,) m. Some of the poses are examined, evenly.
     """
     rows = np.unique(np.linspace(0, len(poses) - 1, _PLACES).astype(np.int64))
     drawn = None if retraction is None else retraction[rows]

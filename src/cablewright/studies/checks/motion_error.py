@@ -1,4 +1,4 @@
-"""The error of the nozzle by the motion of the platform: the largest, its place and mode, and the 95th percentile."""
+"""Error of the nozzle by the motion of the platform: the largest, its position and mode, and the 95th percentile."""
 
 from __future__ import annotations
 

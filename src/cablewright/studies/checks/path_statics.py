@@ -90,7 +90,7 @@ class PathStatics:
 
 
 def extreme(choose: np.ufunc, values: Array) -> float:
-    """The smallest or largest of *values*, by ``np.fmin`` or ``np.fmax``; NaN where none is a number."""
+    """Return the smallest or largest of *values*, by ``np.fmin`` or ``np.fmax``; NaN where none is a number."""
     return float(choose.reduce(extremes(choose, values), axis=None, initial=np.nan))
 
 

@@ -1,4 +1,4 @@
-"""The result of `check`: samples, statics, limits, distances of lines, expected error, and the verdict on them."""
+"""The result of `check`: samples, statics, limits, distances of lines, expected error, and the verdict."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ WRONG_UNIT: Final = 200.0
 
 @dataclass(frozen=True)
 class Place:
-    """A sample of a job."""
+    """A sample of a job: position, layer and line of the G-code."""
 
     position: tuple[float, float, float]  # m
     layer: int
@@ -60,7 +60,7 @@ class Place:
 
 
 class PlacedFinding(NamedTuple):
-    """A finding and where its worst sample is."""
+    """A checked limit with the position of its worst sample."""
 
     finding: Finding
     place: Place
@@ -101,7 +101,7 @@ def _errors() -> tuple[Figure, ...]:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Check(Result):
-    """Result of a check: k samples, m lines; SI."""
+    """Result of a check of a job with k samples on a robot with m lines; SI."""
 
     FIGURES: ClassVar = (
         Figure("feasible", "", "Whether all that was checked is within its limits."),
@@ -270,7 +270,7 @@ class Check(Result):
 
     @cached_property
     def missed(self) -> Mask:
-        """(k,) whether the full model, with compensated lengths, misses a position of the path that lines can hold."""
+        """Mask (k,) of samples that lines can hold, but the full model with compensated lengths misses."""
         missed = np.empty(len(self.samples), dtype=np.bool_)
         for at in blocks(len(missed)):
             met = self.error_compensated[at] + self.turn_compensated[at] <= MET
@@ -290,7 +290,7 @@ class Check(Result):
 
     @property
     def codes(self) -> NDArray[np.int64]:
-        """(k,) status of each sample's inverse problem."""
+        """Status (k,) of each sample's inverse problem."""
         return self.statics.codes
 
     @property
@@ -320,7 +320,7 @@ class Check(Result):
 
     @property
     def turn_uncompensated(self) -> Array:
-        """(k,) rad, rotation of the platform from the intended one; 0 for a point."""
+        """Error of rotation (k,), rad, of the platform without compensation; 0 for a point."""
         return self.errors.turn_uncompensated
 
     @property
@@ -394,12 +394,12 @@ class Check(Result):
 
     @property
     def reserved(self) -> bool:
-        """Whether tensions at rest have a reserve from the limits of the robot file."""
+        """Whether tensions at rest keep a reserve from the limits of the robot file."""
         return self.chosen.robot != self.robot
 
     @property
     def preferred_tensions(self) -> Array | None:
-        """(1, m) N, to which tensions are nearest; None where they are the least."""
+        """Tensions (1, m), N, to which the solution is nearest; None where it has the least norm."""
         return preferred_tensions(self.chosen)
 
     @property
@@ -414,7 +414,7 @@ class Check(Result):
 
     @property
     def motion_place(self) -> Place | None:
-        """Position of the largest error by motion."""
+        """Position of the largest error caused by motion."""
         return None if self.motion is None else self.place(self.motion.sample)
 
     @property
@@ -423,10 +423,10 @@ class Check(Result):
         return "" if self.feasible else self.verdict
 
     def where(self, sample: int) -> str:
-        """Layer and move of a sample, in words."""
+        """Return layer and move of a sample, in words."""
         return f"{self.samples.where(sample)}, {self.job.move_name} {self.samples.line[sample]}"
 
     def place(self, sample: int) -> Place:
-        """Location of a sample: position, layer and line of the G-code file."""
+        """Return the location of a sample: position, layer and line of the G-code file."""
         x, y, z = (float(each) for each in self.samples.positions[sample])
         return Place((x, y, z), int(self.samples.layer[sample]), int(self.samples.line[sample]))

@@ -1,4 +1,4 @@
-"""How far the nozzle is from a job's path, and the platform from its rotation, under each compensation."""
+"""Errors of the nozzle from a job's path, and of the platform's rotation, under each compensation."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from cablewright.studies.checks.path_statics import PathStatics
 
 @dataclass(frozen=True, eq=False)
 class SampleErrors:
-    """Errors at k samples; NaN where it is not known where the platform hangs."""
+    """Errors of position and rotation at k samples; NaN where the equilibrium is not known."""
 
     uncompensated: Array  # (k,) m, of the nozzle
     elastic_only: Array  # (k,) m

@@ -1,4 +1,4 @@
-"""Tables of a check: samples.parquet and lengths.csv, written some samples at a time."""
+"""Tables of a check: samples.parquet and lengths.csv, written in blocks of samples."""
 
 from __future__ import annotations
 

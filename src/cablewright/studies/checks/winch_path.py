@@ -1,4 +1,4 @@
-"""A job as the turns of winches: points so close that lines between them are straight to a stated error."""
+"""A job as winch angles: points so dense that straight interpolation between them has a stated error."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def winch_path(
     jump: float = 0.0,
     progress: Progress = silent,
 ) -> WinchPath:
-    """Return the turns of the winches along a job, or *layers* of it (first and last, from 1), under all physics.
+    """Return the winch angles along a job, or *layers* of it (first and last, from 1), with all physics.
 
     Pieces of the path are divided until lengths half-way are good to *tolerance*, m, or if they are shorter than
     `SHORTEST` to *jump*, m. Raises `AnswerError` where the robot cannot hold the nozzle, or the tolerance is not met,

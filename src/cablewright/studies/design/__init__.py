@@ -1,1 +1,1 @@
-"""A robot designed for its part: variables, figures, optimisers, and what they find."""
+"""Optimisation of a robot's design for a part: variables, figures, optimisers, and results."""

@@ -1,4 +1,4 @@
-"""Figures by which a candidate design is judged: of its part, of its workspace, and of the robot."""
+"""Figures by which a candidate design is judged: of its part, its workspace, and the robot itself."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Prices:
 
 @dataclass(frozen=True, eq=False)
 class DesignCandidate:
-    """A robot, and its task: poses (k, n) along a part, retraction lengths (k,) or None, or no part at all."""
+    """A candidate robot with its task: poses (k, n) along a part, retraction lengths (k,) or None, or no part."""
 
     robot: Robot
     poses: Array | None
@@ -65,18 +65,18 @@ class DesignCandidate:
 
     @cached_property
     def held(self) -> Equilibrium:
-        """The platform at the poses, under the full model."""
+        """Equilibria of the platform at the poses, under the full model."""
         assert self.poses is not None
         return solve_inverse(Model.full(self.robot), self.poses, retraction=self.retraction)
 
     @cached_property
     def lines(self) -> LineQuantities:
-        """Limited quantities at the poses, NaN where it is not held."""
+        """Quantities of the lines that have limits, at the poses; NaN where a pose is not held."""
         return LineQuantities.of(self.held)
 
     @cached_property
     def good(self) -> Equilibrium:
-        """The poses that are held. Raises `InputError` where there is none."""
+        """Mask of the poses that are held. Raises `InputError` where there is none."""
         found = self.held[self.held.ok]
         if not len(found.pose):
             raise InputError("the lines cannot hold the platform at any position of the part")
@@ -101,7 +101,7 @@ class DesignCandidate:
 
     @cached_property
     def combination(self) -> Combination:
-        """Workspace, frequencies along its boundary and distance of exit points, as `trade` finds them."""
+        """Workspace, frequencies along its boundary and distance of exit points, as `trade` computes them."""
         return found_for(Model(self.robot, Fidelity.of(CableLaw.ELASTIC)), (), self.workspace)
 
 
@@ -163,7 +163,7 @@ def _largest(path: str) -> Callable[[DesignCandidate], float]:
 
 @dataclass(frozen=True)
 class Measure:
-    """A figure of a candidate; ``higher``: whether more of it is better; ``of_part``: whether it needs a job."""
+    """A figure of a candidate design; ``higher``: whether more of it is better; ``of_part``: whether it needs a job."""
 
     figure: Figure
     higher: bool
@@ -222,5 +222,5 @@ MEASURES: Final = {each.key: each for each in _ALL}
 
 
 def measured(candidate: DesignCandidate, keys: Iterable[str]) -> dict[str, float]:
-    """Return figures of a candidate by name. Raises the errors of their analyses."""
+    """Return figures of a candidate design by name. Raises the errors of their analyses."""
     return {key: MEASURES[key].of(candidate) for key in keys}

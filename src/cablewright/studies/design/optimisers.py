@@ -42,16 +42,16 @@ Optimiser = Callable[[Batch, int, int, Budget], None]
 
 
 def scores(objectives: Array, violations: Array) -> Array:
-    """Return the score (k,) of each candidate: the objective, or for infeasible ones their violation.
+    """Return the score (k,) of each candidate design: the objective, or for infeasible ones their violation.
 
-    Any candidate that holds is better than all that do not (Deb 2000).
+    Any feasible candidate is better than all infeasible ones (Deb 2000).
     """
     broken = BAD * (1.0 + np.minimum(np.nan_to_num(violations, nan=np.inf), 1e6))
     return np.where((violations > 0.0) | ~np.isfinite(objectives[:, 0]), broken, objectives[:, 0])
 
 
 def first_rows(dimensions: int, budget: Budget) -> Array:
-    """Return the first population: a Latin hypercube."""
+    """Return the first population of a search: a Latin hypercube."""
     from scipy.stats import qmc
 
     return np.asarray(qmc.LatinHypercube(dimensions, rng=np.random.default_rng(budget.seed)).random(budget.population))

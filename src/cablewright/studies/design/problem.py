@@ -1,4 +1,4 @@
-"""What is to be designed: variables with their bounds, objectives, constraints, and where the part is printed."""
+"""A design problem: variables with their bounds, objectives, constraints, and the positions of the part."""
 
 from __future__ import annotations
 
@@ -55,7 +55,10 @@ class Variable:
 
     @classmethod
     def read(cls, text: str, mirrors: tuple[str, ...] = ()) -> Variable:
-        """Return the variable of ``NAME=LOW:HIGH``. Raises `InputError`, with the nearest names for an unknown one."""
+        """Return the design variable of ``NAME=LOW:HIGH``.
+
+        Raises `InputError`, with the nearest names for an unknown one.
+        """
         name, equals, bounds = text.partition("=")
         low, colon, high = bounds.partition(":")
         try:
@@ -69,7 +72,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class DesignConstraint:
-    """A bound of a figure, SI: at least ``bound`` where it is ``lower``, else at most."""
+    """A bound of a figure, SI: a minimum ``bound`` where it is ``lower``, else a maximum."""
 
     key: str
     lower: bool
@@ -98,7 +101,7 @@ class DesignConstraint:
 
 
 def measure(key: str) -> Measure:
-    """Return the figure of that name. Raises `UnknownName`."""
+    """Return the design figure of that name. Raises `UnknownName`."""
     if key not in MEASURES:
         raise UnknownName("figure of a candidate", key, MEASURES)
     return MEASURES[key]
@@ -148,19 +151,19 @@ class DesignProblem:
         return tuple(dict.fromkeys((*self.objectives, *(each.key for each in self.constraints))))
 
     def made(self, values: Sequence[float]) -> Robot:
-        """Return the robot with these values of the variables; none: as it is. Raises `InputError`."""
+        """Return the robot with these values of the design variables; none: as it is. Raises `InputError`."""
         robot = self.robot
         for variable, value in zip(self.variables, values, strict=True) if values else ():
             robot = variable.change.on(robot, value)
         return with_box_inertia(robot) if self.workspace.inertia == "box" else robot
 
     def worth(self, figures: Mapping[str, float]) -> Array:
-        """Return the objectives (n,) of a candidate by its *figures*, which are to be small; NaN for one it lacks."""
+        """Return the objectives (n,), to be minimised, of a candidate from its *figures*; NaN for a missing figure."""
         signs = [-1.0 if measure(key).higher else 1.0 for key in self.objectives]
         return np.array([figures.get(key, math.nan) for key in self.objectives]) * signs
 
     def candidate(self, values: Sequence[float]) -> DesignCandidate:
-        """Return the robot with these values, at the places of the part. Raises `InputError`."""
+        """Return the candidate robot with these values, at the positions of the part. Raises `InputError`."""
         robot, poses, retraction = self.made(values), None, None
         if self.job is not None:
             poses, retraction = poses_at(robot, self.job, np.array(self.places))
@@ -168,7 +171,7 @@ class DesignProblem:
 
 
 def default_workspace() -> TradeSettings:
-    """Return the settings by which candidates' workspaces are found."""
+    """Return the default settings of the candidates' workspaces."""
     return TradeSettings(count="nodes", grid=GRID, boundary_grid=GRID)
 
 

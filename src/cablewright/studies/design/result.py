@@ -1,4 +1,4 @@
-"""The result of a search for designs: every candidate, those that no other beats, and three to look at."""
+"""The result of a design search: every candidate, the Pareto-optimal ones, and three to look at."""
 
 from __future__ import annotations
 
@@ -25,7 +25,10 @@ APART: Final = 0.1
 
 @dataclass(frozen=True)
 class Tried:
-    """A candidate: values of the variables, SI; figures and shortfalls by name; 0 ``violation``: everything holds."""
+    """One candidate design: values of the variables, SI; figures and shortfalls by name.
+
+    0 ``violation``: all constraints and limits hold.
+    """
 
     values: tuple[float, ...]
     figures: dict[str, float]
@@ -55,7 +58,7 @@ CANDIDATE = (
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Designed(Pictured):
-    """All candidates of a search, in their order."""
+    """Result of a design search: all candidates, in their order."""
 
     FIGURES: ClassVar = (
         Figure("status", "", "ok, or infeasible: no candidate meets all constraints and limits."),
@@ -90,17 +93,17 @@ class Designed(Pictured):
 
     @cached_property
     def holding(self) -> tuple[Tried, ...]:
-        """Candidates that meet everything and have all objectives."""
+        """Candidates that meet all constraints and limits and have all objectives."""
         return tuple(each for each in self.tried if each.holds and np.isfinite(self.what.worth(each.figures)).all())
 
     @property
     def status(self) -> str:
-        """Ok or infeasible."""
+        """Status of the search: "ok", or "infeasible"."""
         return "ok" if self.holding else "infeasible"
 
     @property
     def answer(self) -> str:
-        """The first candidate and its objectives, beside those of the robot as it was; empty for a no."""
+        """The first candidate and its objectives, beside those of the original robot; empty for a no."""
         if not self.chosen:
             return ""
         first, aims = self.chosen[0], self.what.objectives
@@ -150,7 +153,7 @@ class Designed(Pictured):
 
     @cached_property
     def chosen(self) -> tuple[Tried, ...]:
-        """The best candidate, or of several objectives the most balanced and the ends; of one, others unlike it."""
+        """The best candidate and others unlike it; of several objectives the most balanced one and the extremes."""
         if not self.front:
             return ()
         if len(self.what.objectives) > 1:
@@ -168,7 +171,7 @@ class Designed(Pictured):
         return tuple(found)
 
     def shares(self, values: Sequence[float]) -> Array:
-        """Return where values are between their bounds, (d,), from 0 to 1."""
+        """Return the values' positions between their bounds, (d,), from 0 to 1."""
         bounds = [(each.low, each.high) for each in self.what.variables]
         return np.array([(value - low) / (high - low) for value, (low, high) in zip(values, bounds, strict=True)])
 
@@ -182,7 +185,7 @@ class Designed(Pictured):
         return made if bound else made.model_copy(update={"name": f"{made.name}-designed"})
 
     def record(self, tried: Tried) -> dict[str, Any]:
-        """Return a candidate as JSON has it."""
+        """Return a candidate as a JSON object."""
         names = [each.name for each in self.what.variables]
         return {
             "parameters": dict(zip(names, tried.values, strict=True)) if tried.values else {},
@@ -199,5 +202,5 @@ def _read(key: str, tried: Tried) -> str:
 
 
 def broken_by(tried: Tried) -> list[tuple[str, float]]:
-    """Return the limits of the hardware that a candidate breaks, and by which share."""
+    """Return the hardware limits that a candidate violates, with the share of each violation."""
     return [(name, share) for name, share in tried.shortfalls.items() if share > 0.0]

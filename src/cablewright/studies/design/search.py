@@ -1,4 +1,4 @@
-"""`design`: the values of design variables with which a robot serves its part best."""
+"""`design`: search for values of design variables with which a robot serves its part best."""
 
 from __future__ import annotations
 
@@ -134,7 +134,7 @@ class _Search:
         return self._told((), outcome)
 
     def batch(self, rows: Array) -> tuple[Array, Array]:
-        """Return objectives, which are to be small, and violations of candidates by values from 0 to 1."""
+        """Return objectives, to be minimised, and violations of candidates with values from 0 to 1."""
         values = self._low + self._span * np.clip(rows, 0.0, 1.0)
         items = [tuple(row) for row in values.tolist()]
         before, total = len(self.tried), max(self._budget.evaluations, len(self.tried) + len(items))

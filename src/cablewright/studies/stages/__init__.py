@@ -1,1 +1,1 @@
-"""A part that is printed in stages, each with other exit points: its check, its seams, and the fewest stages."""
+"""A part printed in stages, each with other exit points: its check, its seams, and the search for few stages."""

@@ -1,4 +1,4 @@
-"""The file of a job with other stages: as it was, with its comments, or made for a bare G-code file."""
+"""Writing of a job file with other stages: the original one with its comments, or a new one for bare G-code."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from cablewright.printing.job import Job
 
 
 def staged_job_text(file: Path, job: Job, out: Path) -> str:
-    """Return the TOML of the job of *file* with the stages of *job*, to be written to *out*.
+    """Return the TOML text of the job in *file* with the stages of *job*, to be written to *out*.
 
     The G-code is named in full where *out* is in another folder.
     """

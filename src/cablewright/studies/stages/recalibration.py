@@ -66,17 +66,17 @@ class Recalibration:
 
     @property
     def result(self) -> Path:
-        """The file of the calibrated robot."""
+        """Path of the file of the calibrated robot."""
         return self.folder / "calibrated.toml"
 
     @property
     def data(self) -> Path:
-        """The file of the measurements."""
+        """Path of the file of the measurements."""
         return self.folder / "measured.csv"
 
     @property
     def steps(self) -> str:
-        """The steps of a person, in a sentence."""
+        """Instructions for the person, in a sentence."""
         heights = ", ".join(f"{line.name} {line.exit_point[2]:g} m" for line in self.stage.robot.lines)
         robot, plan = self.folder / "robot.toml", self.folder / "plan.toml"
         return (
@@ -87,13 +87,16 @@ class Recalibration:
         )
 
     def prepare(self) -> None:
-        """Write the files for the person, where they are not there."""
+        """Write the files for the person, unless they exist."""
         for name, text in (("robot.toml", update(self.text, self.stage.robot)), ("plan.toml", PLAN)):
             if not (self.folder / name).exists():
                 write_whole(self.folder / name, text.encode(), parents=True)
 
     def known(self) -> tuple[Robot, CalibrationRecord] | None:
-        """Return the calibrated robot and its record; None before. Raises `InputError` where they do not agree."""
+        """Return the calibrated robot and its record; None before the calibration.
+
+        Raises `InputError` where they do not agree.
+        """
         path = record_path(self.result)
         if not path.exists():
             return None
@@ -102,7 +105,7 @@ class Recalibration:
         return robot, record
 
     def simulate(self, true: Robot, seed: int) -> str:
-        """Measure the *true* robot and calibrate, as far as it is not done; return why there is no record, or ''."""
+        """Measure the *true* robot and calibrate, unless that is done; return why there is no record, or ''."""
         if not self.data.exists():
             made, comments = measured(self.stage, true, seed), (f"simulated: stage {self.stage.number} of {true.name}",)
             write_whole(self.data, write_measured(made.measured, true, comments).encode())
@@ -129,7 +132,7 @@ def measured(stage: JobStage, true: Robot, seed: int, position: float = POSITION
 
 
 def fitted(stage: JobStage, data: Path, plan: Path) -> Calibration:
-    """Return the calibration of a stage by the files of its *data* and its *plan*."""
+    """Return the calibration of a stage from the files of its *data* and its *plan*."""
     return calibrate(stage.robot, data, load_plan(plan), cable=CableLaw.ELASTIC, rough=_ROUGH, need=NEED)
 
 

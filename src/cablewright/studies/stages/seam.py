@@ -1,10 +1,10 @@
-"""The seam of two stages: how far apart their prints are at the last layer of the lower one.
+"""The seam of two stages: distance between their prints at the last layer of the lower one.
 
 The nozzle of each stage is displaced by the errors of its own numbers: exit points and home lengths, which each move of
 the exit points changes, and those that a calibration of the stage estimates. Other uncertain numbers are the same in
 both stages. Machines are drawn, and each is solved in both stages with the lengths of an exact one. Of each machine the
-largest distance of its two prints along the layer counts, and of all machines the 95th percentile. A machine without
-an equilibrium is beyond any distance.
+largest distance of its two prints along the layer counts, and of all machines the 95th percentile. A machine without an
+equilibrium is beyond any distance.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ class Seam:
 
     @property
     def holds(self) -> bool:
-        """Whether the prints are as near as the job allows."""
+        """Whether the distance is within that allowed by the job."""
         return self.value <= self.allowed
 
 
@@ -112,7 +112,7 @@ class _Numbers:
 
     @classmethod
     def of(cls, stage: JobStage, record: CalibrationRecord | None, uncertain: Uncertainty) -> _Numbers:
-        """Return those of a *stage* by the *record* of its calibration, if any, and the robot's uncertainty."""
+        """Return a *stage*'s uncertain numbers, from the *record* of its calibration, if any, or the robot's."""
         ranges = uncertain.of(stage.robot)
         if record is None:
             own = tuple(each for each in ranges if each.parameter.entry.base in NEW)
@@ -123,7 +123,7 @@ class _Numbers:
         return cls(stage, own, covariance, common)
 
     def drawn(self, rng: np.random.Generator) -> Array:
-        """Return values (S, p) of its own numbers."""
+        """Return random values (S, p) of the stage's own uncertain numbers."""
         if self.covariance is None:
             return drawn(self.own, DRAWS, int(rng.integers(2**31)))
         values, vectors = np.linalg.eigh(self.covariance)
@@ -133,7 +133,7 @@ class _Numbers:
     def displaced(
         self, places: Array, common: Mapping[Parameter, Array], uncertain: Uncertainty, rng: np.random.Generator
     ) -> Array:
-        """Return how far the nozzle of each drawn machine is from *places* (N, 3), m: (N, S, 3), NaN where unknown.
+        """Return the nozzle's displacement of each drawn machine from *places* (N, 3), m: (N, S, 3), NaN where unknown.
 
         *common*: values (S,) of each number that both stages have.
         """

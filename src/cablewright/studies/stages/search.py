@@ -44,7 +44,7 @@ _MISSED: Final = "path is not met"
 
 @dataclass(frozen=True)
 class LayerCheck:
-    """One layer, checked alone with the exit points at one height of the grid."""
+    """Check of one layer alone, with the exit points at one height of the grid."""
 
     FIGURES: ClassVar = (
         Figure("layer", "", "Number of the layer."),
@@ -99,7 +99,7 @@ class Stages(Pictured):
 
     @property
     def found(self) -> bool:
-        """Whether a plan prints the layers that were checked one by one."""
+        """Whether a plan can print the layers that were checked one by one."""
         return self.checked is not None
 
     @property
@@ -121,7 +121,7 @@ class Stages(Pictured):
 
     @property
     def proof(self) -> str:
-        """What is proved, in a sentence."""
+        """Sentence that states what is proved."""
         checked = f"{len(self.layers)} of {self.layer_count} layers, each checked alone from rest to rest"
         grid = f"with exit points at {len(self.exit_heights)} heights"
         if self.checked is None:

@@ -52,7 +52,7 @@ class CheckedStage:
 
     @property
     def begin(self) -> float:
-        """Height of the nozzle from which on it prints, m."""
+        """Height of the nozzle at which the stage begins, m."""
         samples = self.check.samples
         return max(self.stage.begin, float(samples.positions[samples.extruding, 2].min()))
 
@@ -103,7 +103,7 @@ class StagedCheck(Result):
 
     @property
     def verdict(self) -> str:
-        """The answer in words."""
+        """The verdict in words."""
         wrong = [f"Stage {each.stage.number}: {each.check.verdict}" for each in self.stages if not each.check.feasible]
         wrong += [
             f"At {each.height:.3g} m stage {each.stage} is up to {spell_length(each.value)} from the print below; "

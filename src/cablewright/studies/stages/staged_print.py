@@ -38,7 +38,7 @@ FINISHED: Final = "finished"
 
 @dataclass(frozen=True, eq=False)
 class PrintedStage:
-    """A stage that was printed, or began to be."""
+    """A stage that was printed, or whose print has begun."""
 
     FIGURES: ClassVar = (
         Figure("stage", "", "Number of the stage.", "stage.number"),
@@ -99,8 +99,8 @@ def print_stages(
 
     *robot* and *job* are files, or a robot of the library. Before each stage but the first its exit points are moved,
     and calibrated: *recalibration*. A doubtful calibration, and a seam that is larger than the job allows, end the
-    print before the stage, unless *accept_doubtful*. *report* writes that of each stage. *resume* goes on in the
-    folder, with the same files. Raises as `print_job`, and `InputError` for stages that do not fit.
+    print before the stage, unless *accept_doubtful*. *report* writes the report of each stage. *resume* continues in
+    the folder, with the same files. Raises as `print_job`, and `InputError` for stages that do not fit.
     """
     if recalibration not in get_args(WhoRecalibrates):
         raise UnknownName("recalibration", recalibration, get_args(WhoRecalibrates))

@@ -1,1 +1,1 @@
-"""The commands that find a robot's numbers from measurements."""
+"""Commands that estimate a robot's numbers from measurements."""

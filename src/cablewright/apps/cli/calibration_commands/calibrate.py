@@ -24,7 +24,7 @@ from cablewright.models.fidelity import CableLaw
 
 @options("Check")
 class CheckOptions:
-    """Whether anything moved since a calibration."""
+    """Options of the check whether anything moved since a calibration."""
 
     check: Annotated[
         bool,
@@ -58,7 +58,7 @@ class CheckOptions:
 
 @options("Guide")
 class GuideOptions:
-    """Options of the guide to the next poses."""
+    """Options of the guide to the next calibration poses."""
 
     guide: Annotated[
         bool,
@@ -82,7 +82,7 @@ class GuideOptions:
 
 @options("Pictures")
 class PictureOptions:
-    """Pictures of tags that a camera took at the poses."""
+    """Options of pictures of tags that a camera took at the poses."""
 
     pictures: Annotated[
         Path | None,
@@ -99,7 +99,7 @@ class PictureOptions:
     ] = None
 
     def beside(self, data: Path, machine: cw.Robot) -> Path | cw.Measured:
-        """Return the *data*, read with the sightings of the pictures where there are any.
+        """Return the *data* with the sightings of tags in the pictures, if there are any.
 
         Raises `InputError` where one of the three options is missing.
         """
@@ -126,7 +126,7 @@ class Models(StrEnum):
 
 @options()
 class FitOptions:
-    """Options of the data and of the model that is fitted."""
+    """Options of a calibration's data and model."""
 
     data: Annotated[
         Path,

@@ -62,7 +62,7 @@ def survey_command(
 
 @options("Scan")
 class ScanOptions:
-    """Options for reading the scan's file."""
+    """Options of the lidar scan's file."""
 
     unit: Annotated[
         str | None,
@@ -123,7 +123,7 @@ class ScanOptions:
 
 @options("Room")
 class RoomOptions:
-    """The room in which the lidar is searched."""
+    """Options of the room in which the lidar is located."""
 
     room: Annotated[
         Path | None,

@@ -1,4 +1,4 @@
-"""`modulus` and `creep`: what a cable stretches and creeps by, from tests of a specimen."""
+"""`modulus` and `creep`: stiffness and creep of a cable, from tests of a specimen."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ InitialLength = Annotated[
 
 @options("Specimen")
 class SpecimenOptions:
-    """The specimen; --robot takes section and breaking load from the cable of a robot."""
+    """Options of the specimen; --robot takes section and breaking load from the cable of a robot."""
 
     section: Annotated[
         str | None,
@@ -67,7 +67,7 @@ class SpecimenOptions:
     ] = None
 
     def section_and_load(self) -> tuple[float, float]:
-        """Section, m^2, and breaking load, N. Raises `InputError`."""
+        """Return the cable's section, m^2, and breaking load, N. Raises `InputError`."""
         from cablewright.foundation.units import AREA, FORCE, LENGTH
 
         if self.section is not None and self.diameter is not None:

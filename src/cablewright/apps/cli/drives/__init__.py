@@ -1,1 +1,1 @@
-"""`drives`: the winches of a real machine, and virtual ones to try everything on."""
+"""`drives`: commands for the winches of a real machine, and for virtual drives."""

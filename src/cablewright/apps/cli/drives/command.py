@@ -25,7 +25,7 @@ Action = Literal["scan", "show", "write", "enable", "release", "jog", "tension",
 
 @options()
 class ActionOptions:
-    """Options of single actions."""
+    """Options of single actions of `drives`."""
 
     place: Annotated[
         str | None,
@@ -55,7 +55,7 @@ class ActionOptions:
     ] = None
 
     def done(self, action: Action, robot: cw.Robot, settings: cw.MachineSettings, state: Path, port: OpenPort) -> Any:
-        """The answer of the *action*. Raises `InputError`."""
+        """Carry out the *action* and return its result. Raises `InputError`."""
         import numpy as np
 
         from cablewright.live.drives import actions

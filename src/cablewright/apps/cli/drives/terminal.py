@@ -24,7 +24,10 @@ _HELD: Final = 0.1  # s for which one key counts as held
 
 
 class Button:
-    """Reads the standard input on a thread. Each byte is the button; its end, or the letter q, is the end."""
+    """A key of the terminal that counts as held while bytes arrive; read by a thread.
+
+    Each byte is the key; its end, or the letter q, is the end.
+    """
 
     def __init__(self) -> None:
         """Begin to read."""
@@ -36,7 +39,7 @@ class Button:
         return not self.over and time.monotonic() - self._pressed < _HELD
 
     def ended(self) -> bool:
-        """Whether the person has ended it."""
+        """Whether the person has quit."""
         return self.over
 
     def _read(self) -> None:
@@ -54,7 +57,7 @@ class Button:
 
 @contextmanager
 def button() -> Iterator[Button]:
-    """A button on the terminal, without echo and without waiting for the end of a line.
+    """Open the key of the terminal, without echo and without waiting for the end of a line.
 
     Keys from before are forgotten. Raises `EnvironmentFault` where the standard input is no such terminal.
     """
@@ -87,7 +90,7 @@ class TypedLines:
     _gone: threading.Event = field(default_factory=threading.Event)
 
     def begin(self) -> None:
-        """Begin to read the standard input."""
+        """Start to read the standard input."""
         threading.Thread(target=self._read, daemon=True).start()
 
     def typed(self) -> list[str]:

@@ -1,1 +1,1 @@
-"""News for other programs: layer, pause, fault and end of a print, by webhooks and MQTT."""
+"""News of a print for other programs: layer, pause, fault and end, by webhooks and MQTT."""

@@ -1,4 +1,4 @@
-"""Layers, pauses, faults and ends between two states of a machine."""
+"""Detection of news of a print (layers, pauses, faults, ends) between two states of a machine."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ News = dict[str, Any]
 
 @dataclass(eq=False)
 class NewsWatch:
-    """Looks at one state after the other; states may be left out in between."""
+    """Compares successive states of a machine; states may be missing in between."""
 
     _state: str = ""
     _layer: int = -1
@@ -24,7 +24,7 @@ class NewsWatch:
     _sitting: int = -1
 
     def look(self, control: dict[str, Any], sitting: dict[str, Any]) -> list[News]:
-        """Return what is new in the state *control* of a *sitting*."""
+        """Return the news in the state *control* of a *sitting*."""
         if not control.get("sitting"):
             return []
         happened = self._ended(control)

@@ -1,4 +1,4 @@
-"""How news get out: each receiver has a thread and a queue of its own that is bounded, so that nothing waits for it."""
+"""Delivery of news: each receiver has a thread and a bounded queue of its own, so that nothing waits for it."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Receiver(Protocol):
     """Interface of a receiver of news."""
 
     def put(self, news: News) -> bool:
-        """Take one, without waiting; whether there was room for it."""
+        """Queue one message, without waiting; return whether there was room for it."""
 
 
 class _Complaints:
@@ -99,7 +99,7 @@ def _sent(request: Request) -> None:
 
 
 class Mqtt:
-    """A `Receiver` by a broker of MQTT: what happened is the last level of the topic."""
+    """A `Receiver` of news through an MQTT broker: the kind of news is the last level of the topic."""
 
     def __init__(self, settings: MqttSettings) -> None:
         """Connect, and again where the connection is lost. Needs the extra mqtt."""
@@ -135,6 +135,9 @@ class Mqtt:
 
 
 def receivers_of(settings: NewsSettings) -> list[tuple[Receiver, frozenset[str]]]:
-    """The receivers, each with the happenings that it wants. Raises `InputError` for a secret that cannot be read."""
+    """Return the receivers of news, each with the kinds that it wants.
+
+    Raises `InputError` for a secret that cannot be read.
+    """
     found: list[tuple[Receiver, frozenset[str]]] = [(Webhook(each), frozenset(each.what)) for each in settings.webhook]
     return found + ([(Mqtt(settings.mqtt), frozenset(settings.mqtt.what))] if settings.mqtt is not None else [])

@@ -1,4 +1,4 @@
-"""Who gets news of a machine: a file of webhooks and an MQTT broker. No secret stands in it, or in an address."""
+"""Settings of receivers of news: webhooks and an MQTT broker. The file and its addresses contain no secret."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _MAX_SECRET: Final = 4096  # bytes
 
 
 class NewsKind(StrEnum):
-    """What is reported."""
+    """Kinds of news: layer, pause, fault, end."""
 
     LAYER = "layer"
     PAUSE = "pause"
@@ -80,7 +80,7 @@ class NewsSettings(FileDescription):
 
 
 def load_news(path: Path) -> NewsSettings:
-    """Read who gets news; secrets are beside the file. Raises `InputError`."""
+    """Read the settings of receivers of news; secrets are in files beside it. Raises `InputError`."""
     found = load_model(NewsSettings, path)
     hooks = tuple(each.model_copy(update={"secret": _beside(path, each.secret)}) for each in found.webhook)
     mqtt = found.mqtt and found.mqtt.model_copy(update={"password": _beside(path, found.mqtt.password)})
@@ -91,7 +91,7 @@ def load_news(path: Path) -> NewsSettings:
 
 
 def secret_of(path: Path) -> bytes:
-    """What a file of a secret holds, without the end of its line. Raises `InputError`."""
+    """Return the content of a secret's file, without the end of its line. Raises `InputError`."""
     found = read_bytes(path, _MAX_SECRET, "secret").strip()
     if not found:
         raise InputError(f"{path}: is empty; a secret of one line is expected")

@@ -1,1 +1,4 @@
-"""Upload from slicers: the part of Moonraker's and OctoPrint's interfaces that they use. Nothing here starts motion."""
+"""Uploads from slicers: the parts of Moonraker's and OctoPrint's interfaces that they use.
+
+Nothing here starts motion.
+"""

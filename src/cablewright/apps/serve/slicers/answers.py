@@ -1,4 +1,4 @@
-"""Answers to slicers: results, and rejections in the form that each interface has."""
+"""Responses to slicers: results, and rejections in the form of each interface."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Handler = Callable[[Request], Awaitable[Response]]
 
 
 def is_slicers(path: str) -> bool:
-    """Whether an address is for slicers."""
+    """Return whether an address belongs to the slicers' interfaces."""
     return f"/{path.split('/')[1]}" in PREFIXES if path.startswith("/") else False
 
 
@@ -37,7 +37,7 @@ def refusal(path: str, status: int, why: str, *, unread: bool = True) -> Respons
 
 
 def status_of(reason: CablewrightError) -> int:
-    """The HTTP status of a rejection."""
+    """Return the HTTP status of a rejection."""
     if isinstance(reason, TooLarge):
         return 413
     if isinstance(reason, Busy):
@@ -48,7 +48,7 @@ def status_of(reason: CablewrightError) -> int:
 
 
 def called(handler: Handler) -> Handler:
-    """Return *handler* with its exceptions answered as rejections."""
+    """Return *handler* with its exceptions converted to rejections."""
 
     async def call(request: Request) -> Response:
         unread = True
@@ -77,7 +77,7 @@ def called(handler: Handler) -> Handler:
 
 
 async def body_of(request: Request) -> dict[str, Any]:
-    """The JSON object of a request; empty where there is none."""
+    """Return the JSON object of a request; empty where there is none."""
     whole = b""
     async for piece in request.stream():
         whole += piece

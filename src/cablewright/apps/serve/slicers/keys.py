@@ -1,4 +1,4 @@
-"""API keys of slicers: made on the page, kept by their hashes, each with a scope."""
+"""API keys of slicers: made on the page, stored as hashes, each with a scope."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Key:
 
 @dataclass(eq=False)
 class Keys:
-    """The keys of a served folder."""
+    """The API keys of a served folder."""
 
     folder: Path
     _kept: OrderedDict[str, Key] = field(default_factory=OrderedDict)  # by digest
@@ -70,19 +70,19 @@ class Keys:
         self._kept.update((each.digest, each) for each in found)
 
     def told(self) -> list[dict[str, Any]]:
-        """All keys, as the page shows them."""
+        """All API keys, as the page shows them."""
         return [each.told() for each in self._kept.values()]
 
     def of(self, text: str) -> Key | None:
-        """The key with this text. It is found by its hash, so that the time shows nothing of it."""
+        """Return the API key with this text. It is found by its hash, so that the time reveals nothing of it."""
         return self._kept.get(_digest(text))
 
     def holds(self, key: Key) -> bool:
-        """Whether a key is still valid."""
+        """Return whether an API key is still valid."""
         return key.digest in self._kept
 
     def make(self, name: object, scope: object) -> tuple[str, Key]:
-        """Make a key; return its text, which is kept nowhere. Raises `InputError`."""
+        """Create an API key; return its text, which is not stored. Raises `InputError`."""
         called = person(name)
         if not called:
             raise InputError("name: a name for the key is expected, such as that of the slicer or computer")
@@ -96,7 +96,7 @@ class Keys:
         return text, made
 
     def remove(self, number: str) -> None:
-        """Remove a key, which is valid no more. Raises `InputError`."""
+        """Remove an API key, which is then invalid. Raises `InputError`."""
         rest = [each for each in self._kept.values() if each.number != number]
         if len(rest) == len(self._kept):
             raise InputError("there is no such key")

@@ -1,4 +1,4 @@
-"""The state of the machine and of the newest upload, in the words of Moonraker and OctoPrint."""
+"""State of the machine and of the newest upload, in the terms of Moonraker and OctoPrint."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _TEXTS: Final = {"printing": "Printing", "paused": "Paused", "error": "Error"}  
 
 @dataclass(frozen=True)
 class MachineView:
-    """What slicers are shown.
+    """State of the machine as slicers see it.
 
     ``klippy``: whether the machine is open: ready, startup, shutdown. ``print_state``: standby, printing, paused,
     complete, cancelled, error. ``job``: job that is printed, or the newest upload; None where there is none.
@@ -53,11 +53,11 @@ class MachineView:
 
     @property
     def left(self) -> float | None:
-        """Time that is left, s; None: not known."""
+        """Remaining time, s; None: not known."""
         return self.control.get("left") if self.print_state == "printing" else None
 
     def objects(self) -> dict[str, dict[str, Any]]:
-        """Moonraker's objects, in mm and s."""
+        """Return Moonraker's status objects, in mm and s."""
         control, path = self.control, self.path
         platform = control.get("platform") or {}
         known = bool(platform.get("valid"))
@@ -88,7 +88,7 @@ class MachineView:
         }
 
     def flags(self) -> dict[str, Any]:
-        """OctoPrint's state: text and flags."""
+        """Return OctoPrint's state: text and flags."""
         closed, now = self.klippy != "ready", self.print_state
         true = {"closedOrError"} if closed else {"operational", now if now in _TEXTS else "ready"}
         text = "Offline" if closed else _TEXTS.get(now, "Operational")
@@ -112,7 +112,7 @@ def verdict_of(job: dict[str, Any]) -> str:
 
 
 def view_of(page: Served, jobs: list[dict[str, Any]]) -> MachineView:
-    """The state now. *jobs*: all, the newest first."""
+    """Return the present state for slicers. *jobs*: all, the newest first."""
     control, sitting = page.feed.state, page.feed.sitting
     closed = not control or control.get("state") == "closed" or time.monotonic() - control.get("clock", 0.0) > _OLD
     klippy = ("startup" if control.get("opening") else "shutdown") if closed else "ready"

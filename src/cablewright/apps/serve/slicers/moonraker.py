@@ -39,7 +39,7 @@ Method = Callable[[Key, Parameters], Awaitable[Any]]
 
 
 class Moonraker:
-    """Methods, routes and sockets."""
+    """The part of Moonraker's interface for slicers: methods, routes and sockets."""
 
     def __init__(self, desk: Desk) -> None:
         """On a *desk*."""
@@ -84,7 +84,7 @@ class Moonraker:
         return result(await self.method(name, request.scope["key"], given))
 
     async def method(self, name: str, key: Key, given: Parameters) -> Any:
-        """The result of a method. Raises `CablewrightError`."""
+        """Return the result of a method of Moonraker's interface. Raises `CablewrightError`."""
         if name in _STARTS:
             raise Forbidden(NO_START)
         if name not in self.methods:
@@ -92,14 +92,14 @@ class Moonraker:
         return await self.methods[name](key, given)
 
     async def upload(self, request: Request) -> Response:
-        """Receive a file."""
+        """Receive a file from a slicer."""
         job = await self.desk.upload(request, request.scope["key"])
         item = {"path": job["file"], "root": "gcodes", "modified": job["utc"], "size": job["bytes"], "permissions": "r"}
         told = {"item": item, "print_started": False, "print_queued": job["wants_print"], "action": "create_file"}
         return JSONResponse(told, 201, headers={"location": f"{request.base_url}server/files/gcodes/{job['id']}"})
 
     async def picture(self, request: Request) -> Response:
-        """One picture of a file, by the path in its metadata."""
+        """Serve one picture of a file, by the path in its metadata."""
         name, _, size = request.path_params["name"].removesuffix(".png").rpartition("-")
         notes = await self.desk.notes(await self.desk.file(name))
         for each in notes.pictures:
@@ -188,7 +188,7 @@ class Moonraker:
         return "ok"
 
     async def socket(self, socket: WebSocket) -> None:
-        """One client by WebSocket."""
+        """Serve one client through its WebSocket."""
         if self._sockets >= MAX_SOCKETS:
             await socket.close(1013)
             return

@@ -1,4 +1,4 @@
-"""A file that is sent as a form (multipart/form-data, RFC 7578), and the names that are taken."""
+"""Reader of a file uploaded as a form (multipart/form-data, RFC 7578), and rules for its name."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Form:
 
     @property
     def wants_print(self) -> bool:
-        """Whether the slicer asks that it be printed."""
+        """Whether the slicer requests that the file be printed."""
         return self.fields.get("print", "").strip().lower() == "true"
 
 
@@ -64,7 +64,7 @@ async def read_form(request: Request) -> Form:
 
 
 def parsed_form(kind: str, body: bytes) -> Form:
-    """The form in *body*, of the content type *kind*. Raises `InputError`."""
+    """Return the form in *body*, of the content type *kind*. Raises `InputError`."""
     boundary = _parameter(f"Content-Type: {kind}", "content-type", "boundary")
     if not kind.lower().startswith("multipart/form-data") or not boundary:
         raise InputError("a form is expected: multipart/form-data with a boundary")
@@ -96,7 +96,7 @@ def parsed_form(kind: str, body: bytes) -> Form:
 
 
 def file_name(given: str) -> str:
-    """Return the name of a file, which may begin with one slash. Raises `InputError` for an invalid name."""
+    """Return a valid file name, which may begin with one slash. Raises `InputError` for an invalid name."""
     name = given.removeprefix("/")
     if not name or name.startswith(".") or set(name) & set("/\\") or printable(name) != name:
         raise InputError(

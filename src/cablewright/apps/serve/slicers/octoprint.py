@@ -49,11 +49,11 @@ class OctoPrint:
         ]
 
     async def version(self, _request: Request) -> Response:
-        """Answer name and version of the server."""
+        """Return name and version of the server."""
         return JSONResponse(VERSION)
 
     async def settings(self, _request: Request) -> Response:
-        """Answer the settings that a client may read."""
+        """Return the settings that a client may read."""
         name = self.desk.page.feed.sitting.get("machine", "")
         return JSONResponse({
             "api": {"enabled": True},
@@ -64,22 +64,22 @@ class OctoPrint:
         })  # fmt: skip
 
     async def profiles(self, _request: Request) -> Response:
-        """The machine, as the only profile."""
+        """Return the machine, as the only printer profile."""
         axes = {axis: {"speed": 1, "inverted": False} for axis in "xyze"}
         name = self.desk.page.feed.sitting.get("machine", "")
         return JSONResponse({"profiles": {"_default": {"name": name, "model": name, "current": True, "axes": axes}}})
 
     async def login(self, request: Request) -> Response:
-        """Answer the user of the key."""
+        """Return the user of the key."""
         key = request.scope["key"]
         return JSONResponse({"name": key.title, "active": True, "user": True, "admin": False})
 
     async def printer(self, _request: Request) -> Response:
-        """Answer the state of the machine."""
+        """Return the state of the machine."""
         return JSONResponse({"state": (await self.desk.view()).flags(), "temperature": {}, "sd": {"ready": False}})
 
     async def job(self, _request: Request) -> Response:
-        """Answer the present job and its progress."""
+        """Return the present job and its progress."""
         view = await self.desk.view()
         job = view.job
         check = None if job is None else job["check"]
@@ -107,20 +107,20 @@ class OctoPrint:
         return Response(status_code=204)
 
     async def files(self, _request: Request) -> Response:
-        """All files that were sent."""
+        """Return all uploaded files."""
         return JSONResponse({"files": [self._file(job) for job in await self.desk.files()]})
 
     async def file(self, request: Request) -> Response:
-        """Answer the data of one uploaded file."""
+        """Return the data of one uploaded file."""
         return JSONResponse(self._file(await self.desk.file(request.path_params["name"])))
 
     async def select(self, request: Request) -> Response:
-        """Reject to select a file: that is done on the page."""
+        """Reject the selection of a file: jobs are loaded on the page."""
         await self.desk.file(request.path_params["name"])
         raise Forbidden(NO_START)
 
     async def upload(self, request: Request) -> Response:
-        """Receive a file."""
+        """Receive a file from a slicer."""
         job = await self.desk.upload(request, request.scope["key"])
         location = f"{request.base_url}api/files/local/{quote(job['file'])}"
         refs = {"resource": location}

@@ -1,4 +1,4 @@
-"""What both interfaces do: take an upload, list jobs, bring a print to rest. Nothing here loads a job or moves."""
+"""Actions of both slicer interfaces: accept an upload, list jobs, pause or end a print. None loads a job or moves."""
 
 from __future__ import annotations
 
@@ -30,16 +30,16 @@ _FRESH: Final = 0.5  # s, for which the list of jobs is kept
 
 
 class Forbidden(InputError):
-    """The key does not allow it, or nothing does."""
+    """Error: the key does not allow the action, or nothing does."""
 
 
 class Busy(InputError):
-    """Too many do so at a time."""
+    """Error: too many requests of this kind at a time."""
 
 
 @dataclass(eq=False)
 class Desk:
-    """The part of the server that slicers reach."""
+    """Actions of the server that slicers can request."""
 
     page: Served
     _jobs: list[dict[str, Any]] = field(default_factory=list)
@@ -62,7 +62,7 @@ class Desk:
         return list(found.values())
 
     async def file(self, name: object) -> dict[str, Any]:
-        """The newest job of that name. Raises `InputError`."""
+        """Return the newest job of that name. Raises `InputError`."""
         wanted = file_name(name.removeprefix("gcodes/")) if isinstance(name, str) else ""
         for job in await self.files():
             if job["file"] == wanted:
@@ -70,7 +70,7 @@ class Desk:
         raise InputError(f"{wanted!r}: there is no such file")
 
     async def notes(self, job: dict[str, Any]) -> GcodeNotes:
-        """Comments of the slicer in a job's G-code. Raises `InputError`."""
+        """Return the comments of the slicer in a job's G-code. Raises `InputError`."""
         if job["id"] not in self._notes:
             try:
                 found = await asyncio.to_thread(notes_of, self.page.uploads.job(job["id"]) / GCODE)
@@ -88,7 +88,7 @@ class Desk:
     async def upload(self, request: Request, key: Key) -> dict[str, Any]:
         """Receive a file, and request its check; return its job.
 
-        Raises `InputError` (`TooLarge`, `Busy`) for what is not taken, `EnvironmentFault` where it cannot be kept.
+        Raises `InputError` (`TooLarge`, `Busy`) for a rejected file, `EnvironmentFault` where it cannot be stored.
         """
         if self.page.sending.locked():
             raise Busy("others are sending; send it again in a minute")

@@ -1,4 +1,4 @@
-"""What a slicer notes in its G-code: itself, heights, the time it expects, and pictures."""
+"""Comments of slicers in G-code: name of the slicer, heights, expected time, and pictures."""
 
 from __future__ import annotations
 
@@ -43,7 +43,10 @@ class Picture:
 
 @dataclass(frozen=True)
 class GcodeNotes:
-    """What was found. ``numbers``: mm and s, by Moonraker's names; ``slicer`` and its version are empty if unknown."""
+    """Values found in a slicer's comments.
+
+    ``numbers``: mm and s, by Moonraker's names; ``slicer`` and its version are empty if unknown.
+    """
 
     slicer: str
     version: str
@@ -75,7 +78,7 @@ def notes_of(path: Path) -> GcodeNotes:
 
 
 def largest_picture(path: Path) -> Picture | None:
-    """The largest picture in a file; None where there is none. Raises `OSError`."""
+    """Return the largest picture in a G-code file; None where there is none. Raises `OSError`."""
     return max(notes_of(path).pictures, key=lambda each: each.width * each.height, default=None)
 
 

@@ -1,4 +1,7 @@
-"""Updates of the estimator of a rigid platform, one of each kind of sensors. Modules are found, not listed."""
+"""Corrections of the rigid platform's estimator, a module for each kind of sensor.
+
+Modules are found, not listed.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tensions, by load cells or by the motors' torques."""
+"""Correction of the estimate by measured tensions, from load cells or motor torques."""
 
 from __future__ import annotations
 
@@ -35,13 +35,12 @@ _ARM: Final = 0.3  # m: arm of the moment that goes with a platform's accelerati
 
 @dataclass(frozen=True)
 class Cells(Update):
-    """Load cells or torques: noise and zero, N, share of the gain, standard deviations, and the source's name.
+    """Load cells or torques: standard deviations of noise and zero, N, and of the gain (relative); name of the source.
 
-    ``drift``: N, by which a zero walks in an hour. Without it a learnt zero would count for ever: its later drift would
-    be taken for other errors of the machine, in the least known directions.
-
-    A motor of a drum with several lines shows the pull of all: numbers of such drums follow those of the lines, as
-    tensions of the line that each is named for, whose gain, zero and friction they have.
+    ``drift``: N, by which a zero walks in an hour. Without it an estimated zero would count for ever: its later drift
+    would be taken for other errors of the machine, in the least known directions. A motor of a drum with several lines
+    shows the pull of all: numbers of such drums follow those of the lines, as tensions of the line that each is named
+    for, whose gain, zero and friction they have.
     """
 
     READING: ClassVar[type[Reading]] = Tensions
@@ -58,7 +57,7 @@ class Cells(Update):
         return cls(source, noise, zero, max(sheet.gain_deviation, _LEAST_GAIN), max(sheet.walk, _LEAST_DRIFT))
 
     def read(self, settings: BodySettings, state: BodyState, reading: Reading) -> Array | None:
-        """Return the numbers (k,) of a reading; see `Update.read`.
+        """Return the tensions (k,) of a reading; see `Update.read`.
 
         Readings of the other source yield none. A cell that is silent is a fault.
         """
@@ -103,10 +102,7 @@ class Cells(Update):
         variances[layout.friction] = loss**2
 
     def walk(self, layout: BodyLayout) -> Array:
-        """Return the variances (size,) of the random walk of the unknowns in a second; see `Update.walk`.
-
-        Only zeros walk.
-        """
+        """Return the variances (size,) by which the unknowns drift in a second; see `Update.walk`. Only zeros drift."""
         found = np.zeros(layout.size)
         found[layout.zero] = self.drift**2 / _HOUR
         return found
@@ -114,7 +110,7 @@ class Cells(Update):
     def part(
         self, settings: BodySettings, state: BodyState, slopes: Slopes, read: Array, acceleration: float
     ) -> UpdatePart:
-        """Return the measured part of the readings of the cells that are used, see `Update`."""
+        """Return innovations, gradients and noise of the cells that are used, see `Update`."""
         layout, own, drums = state.layout, self._hosts(state), self._drums(state.wound.drums)
         pulls, by_wrench = _with_drums(state.tensions, drums), _with_drums(slopes.tensions_by_wrench, drums)
         used = np.pad(state.judged.cells_used, (0, len(own) - layout.m), constant_values=True)

@@ -1,4 +1,4 @@
-"""Angles of the swivelling sheaves, which turn as the platform points move across their lines' planes."""
+"""Correction of the estimate by angles of swivelling sheaves, which turn as platform points move across."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _LEAST: Final = 1e-5  # rad: no encoder is known better
 
 @dataclass(frozen=True)
 class Swivelling(Update):
-    """Encoders of the swivelling sheaves: noise and zero, rad, standard deviations."""
+    """Encoders of the swivelling sheaves: standard deviations of noise and zero, rad."""
 
     READING: ClassVar[type[Reading]] = Swivels
     MISSED: ClassVar[bool] = False
@@ -40,7 +40,7 @@ class Swivelling(Update):
         return reading.angles
 
     def shown(self, there: HeldBody) -> Array:
-        """Return the numbers (k,) that a perfect sensor reads *there*; see `Update.shown`.
+        """Return the swivel angles (k,) that a perfect sensor reads *there*; see `Update.shown`.
 
         The angle of a broken line is unknown.
         """

@@ -1,4 +1,4 @@
-"""The upward direction, by the accelerometer of the inertial unit."""
+"""Correction of the estimate by the direction of gravity, from the accelerometer of the inertial unit."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ UPWARD: Final = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
 
 @dataclass(frozen=True)
 class Tilt(Update):
-    """The accelerometer: noise and bias, m/s^2, and turn of its mounting, rad, standard deviations."""
+    """The accelerometer: standard deviations of noise and bias, m/s^2, and of its mounting's rotation, rad."""
 
     READING: ClassVar[type[Reading]] = Inertial
 
@@ -41,9 +41,9 @@ class Tilt(Update):
         return cls(*(max(each, _LEAST) for each in given))
 
     def read(self, settings: BodySettings, state: BodyState, reading: Reading) -> Array | None:
-        """Return the numbers (k,) of a reading; see `Update.read`.
+        """Return the two accelerations along x and y of the platform; see `Update.read`.
 
-        These are the two components along x and y of the platform. The swing is recorded.
+        The swing is recorded.
         """
         assert isinstance(reading, Inertial)  # its kind
         force = reading.acceleration

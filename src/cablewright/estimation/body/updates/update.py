@@ -1,4 +1,4 @@
-"""Interface of an update: how readings of one kind of sensor correct the unknowns of a rigid platform's machine."""
+"""Interface of a sensor's corrections of the machine's unknowns, for the estimator of a rigid platform."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Slopes(NamedTuple):
 
 
 class DrumPulls(NamedTuple):
-    """How the tensions of m lines turn the d drums that have several of them."""
+    """How the tensions of m lines add up to the torques of the d winch drums that have several of them."""
 
     hosts: Indices  # (d,) the line that each is named for
     arms: Array  # (d,) m: torque over a tension of its host
@@ -39,7 +39,10 @@ class DrumPulls(NamedTuple):
 
 
 class HeldBody(NamedTuple):
-    """A possible equilibrium of the platform. ``broken``: the line that does not hold it; None: all do."""
+    """A possible equilibrium of the platform.
+
+    ``broken``: the line that does not hold it; None: all do.
+    """
 
     pose: Array  # (6,)
     tensions: Array  # (m,) N
@@ -49,7 +52,7 @@ class HeldBody(NamedTuple):
 
 
 class UpdatePart(NamedTuple):
-    """One kind of sensors' innovations, gradients by the unknowns and noise."""
+    """Innovations of one kind of sensor, with their gradients by the unknowns and noise."""
 
     innovation: Array  # (k,)
     gradients: Array  # (k, size)
@@ -75,7 +78,7 @@ class Update(ABC):
     @classmethod
     @abstractmethod
     def told(cls, source: str, sheet: Any) -> Self:
-        """Return the update by the data *sheet* of a *source*."""
+        """Return the update (settings) of a sensor from the data *sheet* of a *source*."""
 
     @abstractmethod
     def read(self, settings: BodySettings, state: BodyState, reading: Reading) -> Array | None:
@@ -86,33 +89,36 @@ class Update(ABC):
 
     @abstractmethod
     def shown(self, there: HeldBody) -> Array:
-        """Return the numbers (k,) that a perfect sensor reads *there*; NaN: unknown."""
+        """Return the numbers (k,) that a perfect sensor would read at the equilibrium *there*; NaN: unknown."""
 
     @abstractmethod
     def as_known(self, state: BodyState, shown: Array) -> Array:
-        """Return the sensor's reading (k,) where a perfect one reads *shown*, at the present unknowns."""
+        """Return the reading (k,) expected of the real sensor where a perfect one reads *shown*."""
 
     @abstractmethod
     def set_prior(self, settings: BodySettings, layout: BodyLayout, variances: Array) -> None:
         """Set the *variances* (size,) of the sensor's own unknowns before any measurement."""
 
     def walk(self, layout: BodyLayout) -> Array:
-        """Return the variances (size,) by which the sensor's unknowns walk in a second; they stay by default."""
+        """Return the variances (size,) by which the sensor's unknowns drift in a second; 0 by default."""
         return np.zeros(layout.size)
 
     @abstractmethod
     def part(
         self, settings: BodySettings, state: BodyState, slopes: Slopes, read: Array, acceleration: float
     ) -> UpdatePart:
-        """Return the measured part of readings (j, k) less predictions. *acceleration*: m/s^2, of the platform."""
+        """Return the innovations of readings (j, k): measured less predicted.
+
+        *acceleration*: m/s^2, of the platform.
+        """
 
     def wrapped(self, off: Array) -> Array:
-        """Return a difference of two readings (k,) as the smallest that it can be: of angles less than half a turn."""
+        """Return a difference of two readings (k,), wrapped: angles to less than half a revolution."""
         return off
 
 
 def middle(rows: Array) -> Array:
-    """Median (k,) of *rows* (j, k) of readings, some of which are missing: single wrong ones do not count."""
+    """Return the median (k,) of *rows* (j, k) of readings, some of which may be missing."""
     if np.isfinite(rows).all():
         rows = np.sort(rows, axis=0)
         half = len(rows) // 2

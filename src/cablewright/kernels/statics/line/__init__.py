@@ -1,1 +1,1 @@
-"""One line from winch to platform: all its kinds, behind the functions of `interface`."""
+"""Model of one line from winch to platform; solvers call only the functions of `interface`."""

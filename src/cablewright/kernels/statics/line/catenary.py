@@ -1,7 +1,6 @@
-"""One hanging span: from the force at its start to its end point.
+"""Irvine's elastic catenary of one hanging span: from the force at its start to its end point.
 
-Irvine's elastic catenary, rewritten without cancellation: massless, inextensible, slack and vertical spans need no
-special cases.
+It is rewritten without cancellation: massless, inextensible, slack and vertical spans need no special cases.
 """
 
 from math import log1p, sqrt
@@ -13,12 +12,11 @@ TINY = 1e-290
 
 @jit
 def span(h, v, length, weight, compliance):
-    """End point and flexibility of a span of unstrained *length* whose tension at the start is (h, v).
+    """Return end point and flexibility of a hanging span of unstrained *length* with the tension (h, v) at its start.
 
     Parameters in SI: h, v (N, along the direction from start to end; h of either sign), length (m), weight per
     unstrained length (N/m), compliance 1/EA (1/N). Returns x, z (m, end from start), the flexibility x_h, x_v (= z_h),
     z_v (m/N), the end's motion per unstrained length x_l, z_l, and v1 (N), the vertical tension component at the end.
-
     Irvine 1981; Paty 2021, Eqs. 16 and 17, in terms of sums of like signs.
     """
     v1 = v + weight * length

@@ -1,6 +1,6 @@
-"""A line whose cables a counterweight pulls where others have a winch: the tension there is given instead of a length.
+"""A line with a counterweight in place of a winch: the tension at that end is given instead of a length.
 
-It is one of the lines that `spatial` solves; only the fourth of its equations is another one.
+It is one of the lines that `spatial` solves, with another fourth equation.
 """
 
 from math import atan2, cos, exp, log, sin
@@ -27,21 +27,24 @@ LIGHTEST = 0.05  # of the counterweight's tension: the least at the sheave with 
 
 @jit
 def winch_tension(row, y):
-    """Tension (N) of one cable at the winch end of a line out of the plane."""
+    """Return the tension (N) of one cable at its winch end, for a line outside a vertical plane."""
     return exp(y[TAU]) + row[WEIGHT] * y[DEAD] * row[WINCH_RISE]
 
 
 @jit
 def winch_tension_change(row, y, grown, longer):
-    """Change of `winch_tension` as the log of the tension at the sheave has *grown* and the dead span is *longer*."""
+    """Return the change of `winch_tension`, N, after the log of the tension at the sheave has *grown*.
+
+    The dead span is *longer* by so many metres.
+    """
     return exp(y[TAU]) * grown + row[WEIGHT] * row[WINCH_RISE] * longer
 
 
 @jit
 def hang_counterweight(row, y, record, by_tension, per_metre, block, rhs):
-    """Write the fourth equation of the line at *y*: its tension at the winch is that of the counterweight.
+    """Write the line's fourth equation at *y*: the tension at its end is that of the counterweight.
 
-    In shares of that tension. *by_tension* and *per_metre*: derivatives of the dead span's length, see
+    It is divided by that tension. *by_tension* and *per_metre*: derivatives of the dead span's length, see
     `spatial.dead_length`; *record*: of the placed guides.
     """
     t, c, lift = exp(y[TAU]), cos(y[PHI]), row[WEIGHT] * row[WINCH_RISE]
@@ -55,7 +58,7 @@ def hang_counterweight(row, y, record, by_tension, per_metre, block, rhs):
 
 @jit
 def shape_hung(row, y):
-    """Set *y*, a straight line, near its equilibrium with the counterweight."""
+    """Set *y* to a straight line near its equilibrium with the counterweight, as a first guess."""
     held, weight = row[COUNTERWEIGHT], row[WEIGHT]
     t = max(held - weight * y[DEAD] * row[WINCH_RISE], LIGHTEST * held)
     y[TAU] = log(t)
@@ -65,7 +68,10 @@ def shape_hung(row, y):
 
 @jit
 def beyond_limits(row, y):
-    """Violation of limits by a solved line's tensions, or difference from its counterweight's, N; negative within."""
+    """Return by how much a solved line's tensions violate limits, or miss the counterweight's, N.
+
+    Negative within the limits.
+    """
     low, high = extremes(row, y)
     beyond = max(row[TENSION_MIN] - low, high - row[TENSION_MAX])
     if row[COUNTERWEIGHT] > 0.0:

@@ -1,7 +1,7 @@
-"""Enclosures of a line's equations and their Jacobian, as `line.system` computes them.
+"""Interval enclosures of the equations of a line in a vertical plane and of their Jacobian.
 
-The formulas are the same, also of springs and compliant mounts, with every operation rounded outward. The packed
-doubles are taken as exact model data; pi and the direction of an upright dead span are enclosed.
+The formulas are those of `line.system`, also of springs and compliant mounts, with every operation rounded outward. The
+packed doubles are taken as exact model data; pi and the direction of a vertical dead span are enclosed.
 """
 
 from cablewright.kernels import jit
@@ -55,13 +55,13 @@ ENCLOSABLE, SLACK = 0, 4  # codes of a line, which are those of a certificate
 
 @jit
 def enclosable(row, y):
-    """Return ENCLOSABLE, or the code of why the equations here are not those of the line with the unknowns *y*."""
+    """Return ENCLOSABLE, or a code of why these equations do not describe the line with the unknowns *y*."""
     return SLACK if is_slack(row, y) else ENCLOSABLE
 
 
 @jit
 def enclose_end(h, v, length, weight, compliance):
-    """Enclose the end point x, z of `catenary.span` for intervals. *weight*, *compliance*: doubles."""
+    """Enclose the end point x, z of `catenary.span` for interval arguments. *weight*, *compliance*: doubles."""
     v1, t0, t1, reach = span_tensions(sqr(h), v, length, weight)
     c = point(compliance)
     x = mul(h, add(mul(c, length), reach))
@@ -71,7 +71,10 @@ def enclose_end(h, v, length, weight, compliance):
 
 @jit
 def span_tensions(hh, v, length, weight):
-    """Vertical tension at the end, tensions at both ends, and the integral of ds / T; *hh*: horizontal one, squared."""
+    """Enclose the vertical tension at a span's end, the tensions at both ends, and the integral of ds / T.
+
+    *hh*: horizontal tension, squared.
+    """
     v1 = add(v, mul(point(weight), length)) if weight > 0.0 else v
     t0, t1 = root(add(hh, sqr(v))), root(add(hh, sqr(v1)))
     p = div(hh, sub(t0, v)) if v[1] < 0.0 else add(t0, v)
@@ -107,9 +110,9 @@ def enclose_flexibility(h, v, length, weight, compliance):
 
 @jit
 def enclose_residual(row, y, x, z, length, out):
-    """Enclose the line's equations at *y* in rows of *out* (k, 2); *x*, *z*, *length* are intervals.
+    """Enclose the residuals of the line's equations at *y* in rows of *out* (k, 2).
 
-    Returns the force (h, v) at the start of the free span.
+    *x*, *z*, *length* are intervals. Returns the force (h, v) at the start of the free span.
     """
     unknowns = int(row[UNKNOWNS])
     turn, lever = point(row[SIDE] * row[RADIUS]), point(row[LEVER])  # exact: the side is a sign
@@ -200,7 +203,7 @@ def _add_to_block(low, high, i, j, value):
 
 @jit
 def given_way(row, psi, t, h, v):
-    """Enclose the deflection of the mount of the exit point, see `upright.given_way`."""
+    """Enclose the deflection of the mount of the exit point, m, see `upright.given_way`."""
     if row[MOUNT] == 0.0:
         return ZERO, ZERO
     soft, up = mul(point(row[MOUNT]), point(row[PULLS])), v
@@ -238,13 +241,13 @@ def _unknown(y, radius, k):
 
 @jit
 def upright(side):
-    """Direction of an upright dead span, rad: -pi/2 for a positive side, else pi/2."""
+    """Enclose the direction of a vertical dead span, rad: -pi/2 for a positive side, else pi/2."""
     return neg(HALF_PI) if side > 0.0 else HALF_PI
 
 
 @jit
 def dead_direction(row, psi):
-    """Cosine and sine of the dead span's direction."""
+    """Enclose cosine and sine of the dead span's direction."""
     if row[UNKNOWNS] > 4.0:
         return cos(psi), sin(psi)
     return ZERO, point(-row[SIDE])
@@ -252,7 +255,7 @@ def dead_direction(row, psi):
 
 @jit
 def taken_up(row, t):
-    """Ratio of unstrained to strained length of the cable on the sheave, and its strain."""
+    """Enclose the ratio of unstrained to strained length of the cable on the sheave, and its strain."""
     if row[ARC_COMPLIANCE] == 0.0:
         return ONE, ZERO
     stretch = mul(t, point(row[ARC_COMPLIANCE]))
@@ -261,7 +264,7 @@ def taken_up(row, t):
 
 @jit
 def arc_length(row, psi, phi, taken):
-    """Unstrained length of cable on the sheave."""
+    """Enclose the unstrained length of cable on the sheave, m."""
     if row[RADIUS] == 0.0:
         return ZERO
     return mul(mul(point(row[RADIUS]), contact(row, phi, psi)), taken)
@@ -269,7 +272,7 @@ def arc_length(row, psi, phi, taken):
 
 @jit
 def contact(row, phi, psi):
-    """Angle of contact with the sheave."""
+    """Enclose the angle of contact of the cable with the sheave, rad."""
     return add(mul(point(row[SIDE]), sub(psi, phi)), PI)
 
 

@@ -1,11 +1,11 @@
-"""Guides of a cable in space: where it leaves them for a given tension vector, and how that point moves with it.
+"""Guides of a cable in space (eyelet, swivel, pulley): the point where the cable leaves for a given tension vector.
 
 All are without friction and bearing torque, so that the tension on both sides is the same. A swivel turns about any
-axis until the axis, the sheave and the tension vector lie in one plane, because the cable on its other side runs
-along the axis, or, where it comes from a winch aside of it, until both tensions have no moment about the axis. A
-pulley turns in a fixed plane. Where a cable leaves or enters aslant, the groove takes what pulls out of the sheave's
-plane: it touches the rim where its tension vector, seen along the wheel's axis, is tangent. All depends on the
-direction of the force alone, but how far the mount of a guide at the frame gives, which is also in its size.
+axis until the axis, the sheave and the tension vector lie in one plane, because the cable on its other side runs along
+the axis, or, where it comes from a winch aside of it, until both tensions have no moment about the axis. A pulley turns
+in a fixed plane. Where a cable leaves or enters obliquely, the groove carries the force out of the sheave's plane: it
+touches the rim where its tension vector, seen along the wheel's axis, is tangent. All depends on the direction of the
+force alone, except the deflection of a compliant mount, which depends also on its size.
 """
 
 from math import asin, atan2, cos, pi, sin, sqrt
@@ -55,7 +55,7 @@ TURNED = 1e-15  # rad
 
 @jit
 def leave_frame(row, fx, fy, fz, away, out, at):
-    """Write the guide of line *row* at the frame, left with the force (fx, fy, fz), to *out* from *at* on.
+    """Write the guide at the frame of line *row*, where the cable leaves with the force (fx, fy, fz), to *out*.
 
     A sheave's plane holds its axis and the force. Its centre is on the side of *away* (x, y, z), the vector from the
     exit point to the platform point: close to the axis the cable leaves backwards. False where the force is along the
@@ -109,13 +109,16 @@ def give_way(row, fx, fy, fz, tension, out, at):
 
 @jit
 def compliance_of_mount(row, i, j):
-    """Entry *i*, *j* of the compliance of the exit's mount, m/N."""
+    """Return entry *i*, *j* of the compliance of the exit point's mount, m/N."""
     return row[MOUNT + i] if i == j else row[MOUNT + 2 + i + j]
 
 
 @jit
 def towards_winch(row):
-    """Unit vector from the guide at the frame along its dead span; zero where that is not modelled, or comes ASIDE."""
+    """Return the unit vector from the guide at the frame along its dead span.
+
+    It is zero where the dead span is not modelled, or comes ASIDE.
+    """
     if row[UNKNOWNS] < 4.0 or row[GUIDE] == ASIDE:
         return 0.0, 0.0, 0.0
     x, y, z = row[ARRIVAL_X], row[ARRIVAL_X + 1], row[ARRIVAL_X + 2]
@@ -130,7 +133,10 @@ def towards_winch(row):
 
 @jit
 def pull_of_dead_span(row):
-    """Unit vector by which the dead span of a straight line pulls its mount, as `towards_winch`, or upright."""
+    """Return the unit vector by which the dead span of a straight line pulls its mount.
+
+    As `towards_winch`, or vertical.
+    """
     if row[GUIDE] != UPRIGHT:
         return towards_winch(row)
     if row[UNKNOWNS] > 3.0:  # along the axis of a swivel
@@ -140,9 +146,9 @@ def pull_of_dead_span(row):
 
 @jit
 def leave_platform(row, rotation, gx, gy, gz, away, out, at):
-    """Write the guide on the platform at its *rotation*, left with the force (gx, gy, gz), see `leave_frame`.
+    """Write the guide on the platform at its *rotation*, where the cable leaves with the force (gx, gy, gz).
 
-    Seen from its anchor the cable leaves against that force; derivatives are by the force itself.
+    See `leave_frame`. Seen from its anchor the cable leaves against that force; derivatives are by the force itself.
     """
     if row[END_RADIUS] == 0.0:
         _clear(out, at)

@@ -103,7 +103,7 @@ def _turned(t, n, cd, sd):
 
 @jit
 def bend_span(cf, sf, ct, st, tension, shrink, length, weight, compliance, out):
-    """Write bounds of the second derivatives of a span's end along and across (ct, st) to *out* (2, 6).
+    """Write bounds of the second derivatives of a span's end point, along and across (ct, st), to *out* (2, 6).
 
     Columns: angle twice, angle and theta, theta twice, angle and length, theta and length, length twice.
     """

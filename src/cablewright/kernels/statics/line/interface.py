@@ -1,4 +1,4 @@
-"""What the rest of the program asks of a line, whatever guides it: the only file of this folder that solvers call.
+"""Functions of one line that solvers call, whatever guides the cable: the only file of this folder that they use.
 
 A line is a row (COLUMNS,) of `Packed.lines`; *y* (6,) are its unknowns, written in place; *i* is its index in the
 scratch *work*, see `equilibrium.Work`, where `place` has placed it at the *pose* (n,). *spatial* is always
@@ -83,9 +83,10 @@ PREDICTED = 1e-9  # of a pull: change up to which the predicted state of an upri
 
 @jit
 def evaluate_line(row, y, length, pose, i, work, spatial):
-    """Evaluate the equations for *length* (m) and leave block and residual in *work*; add the line to work.trial.
+    """Evaluate the equations of a line for its *length* (m): leave Jacobian block and residual in *work*.
 
-    Returns the largest residual, m, NaN without a solution, and the largest part of the force on the platform, N.
+    Adds the line's wrench to work.trial. Returns the largest residual, m, NaN without a solution, and the largest part
+    of the force on the platform, N.
     """
     if spatial is not None and row[GUIDE] > 0.0:
         return evaluate_placed(row, y, length, pose, i, work, spatial)
@@ -94,9 +95,9 @@ def evaluate_line(row, y, length, pose, i, work, spatial):
 
 @jit
 def condense_line(row, y, i, work, spatial):
-    """Eliminate an evaluated line: add its wrench after its own Newton step to work.wrench, and to work.stiffness.
+    """Eliminate an evaluated line's unknowns: add its wrench to work.wrench and its stiffness to work.stiffness.
 
-    False if its block is singular.
+    The wrench is that after the line's own Newton step. False if its block is singular.
     """
     if spatial is not None and row[GUIDE] > 0.0:
         return condense_placed(row, y, i, work, spatial)
@@ -117,7 +118,7 @@ def condense_moving_line(row, y, i, rate, work, spatial, pulled, turning):
 
 @jit
 def advance_line(row, y, i, move, work, spatial):
-    """Take the Newton step of an eliminated line with the platform's *move* (n, 1). Returns whether it is full."""
+    """Take the Newton step of an eliminated line after the platform's *move* (n, 1). Returns whether it is full."""
     if spatial is not None and row[GUIDE] > 0.0:
         return step_placed(y, i, move, spatial)
     return step_upright(row, y, work.steps[i], work.arms[i], work.planes[i], move)
@@ -183,7 +184,7 @@ def find_line(row, y, length, pose, i, work, spatial):
 
 @jit
 def taut_line(row, y, pose, i, work, spatial):
-    """Set *y* to a straight line, see `draw_line`, with weightless levers and unloaded exit points."""
+    """Set *y* to a straight line, see `draw_line`, with weightless levers and undeflected exit points."""
     if spatial is not None and row[GUIDE] > 0.0:
         return draw_placed(row, y, pose, i, SLACK_TENSION, work, spatial)
     plane = work.planes[i]
@@ -192,7 +193,7 @@ def taut_line(row, y, pose, i, work, spatial):
 
 @jit
 def place_lines(packed, pose, work):
-    """Place the platform and all lines at the *pose* (n,)."""
+    """Compute the platform points and planes of all lines at the *pose* (n,)."""
     place_platform(pose, work.rotation)
     for i in range(packed.lines.shape[0]):
         place(packed.lines, i, pose, work.rotation, work.arms[i], work.planes[i])
@@ -208,7 +209,7 @@ def judge_line(row, y, i, planes, spatial):
 
 @jit
 def begin_line(row, y, pose, i, known, share, work, spatial):
-    """Return code and pull (N) of a line that is *known*, or guess it straight with the tension *share* (N)."""
+    """Return code and pull (N) of a line from its *known* state or a straight guess with the tension *share* (N)."""
     if spatial is not None and row[GUIDE] > 0.0:
         return begin_placed(row, y, pose, i, known, share, work, spatial)
     return begin_upright(row, y, i, known, share, work)
@@ -228,7 +229,7 @@ def settle_line_at_pull(row, y, pose, i, pull, work, spatial):
 
 @jit
 def column_line(row, y, i, pull, work, spatial, column, load):
-    """Write minus the wrench per pull of a line solved at its *pull* (N) to *column* (n,); add the rest to *load*."""
+    """Write minus the derivative of a line's wrench by its *pull* (N) to *column* (n,); add the rest to *load*."""
     if spatial is not None and row[GUIDE] > 0.0:
         column_placed(row, y, i, pull, spatial, column, load)
     else:
@@ -255,13 +256,13 @@ def predict_line(row, y, i, grown, work, spatial):
 
 @jit
 def is_predicted_exactly(row, pull, moved):
-    """Whether `predict_line` is exact to rounding for a *pull* (N) that has *moved* (N) as little."""
+    """Return whether `predict_line` is exact to rounding for a *pull* (N) that has *moved* by so few newtons."""
     return row[GUIDE] == 0.0 and not abs(moved) > PREDICTED * pull
 
 
 @jit
 def add_line_pull(row, y, i, work, spatial, wrench):
-    """Add a solved line to *wrench* (n,); returns the largest part of its force, N."""
+    """Add a solved line's wrench to *wrench* (n,); returns the largest part of its force, N."""
     if spatial is not None and row[GUIDE] > 0.0:
         return add_placed(row, i, spatial, wrench)
     return add_upright(row, y, i, work, wrench)
@@ -269,9 +270,10 @@ def add_line_pull(row, y, i, work, spatial, wrench):
 
 @jit
 def hang_line(row, y, pull, pose, i, restart, work, spatial, column):
-    """Solve for *pull* (N), *restart*: from a straight line; add wrench and stiffness at a held pull to *work*.
+    """Solve a line for its *pull* (N); add its wrench and its stiffness at a held pull to *work*.
 
-    Writes the wrench's change per logarithm of the pull to *column* (n,). False without a solution.
+    *restart*: from a straight line. Writes the wrench's change per logarithm of the pull to *column* (n,). False
+    without a solution.
     """
     if spatial is not None and row[GUIDE] > 0.0:
         return hang_placed(row, y, pull, pose, i, restart, work, spatial, column)
@@ -280,7 +282,7 @@ def hang_line(row, y, pull, pose, i, restart, work, spatial, column):
 
 @jit
 def length_changes(row, y, pose, i, work, spatial, by_pose):
-    """Return the change of the length of a line after `hang_line`, m per logarithm of the pull.
+    """Return the derivative of a line's length by the logarithm of its pull, m, after `hang_line`.
 
     Writes that per motion of the platform at a held pull to *by_pose* (n,), m/m and m/rad about world axes.
     """
@@ -291,7 +293,7 @@ def length_changes(row, y, pose, i, work, spatial, by_pose):
 
 @jit
 def change_line(row, y, length, pose, i, work, spatial, right):
-    """Write the changes of an eliminated line's wrench by its parameters, see `linearise`, to *right* (n, 10 m)."""
+    """Write the derivatives of an eliminated line's wrench by its parameters, see `linearise`, to *right* (n, 10 m)."""
     if spatial is not None and row[GUIDE] > 0.0:
         return write_placed(row, y, length, pose, i, work, spatial, right)
     return write_upright(row, y, length, i, work, right)
@@ -299,7 +301,10 @@ def change_line(row, y, length, pose, i, work, spatial, right):
 
 @jit
 def change_tension(row, y, length, pose, i, work, spatial, own, by_pose):
-    """Write the rows *own* (10,) and *by_pose* (n,), zero before, of an eliminated line in `tension_changes`."""
+    """Write the derivatives of a line's tension by its parameters, *own* (10,), and by the pose, *by_pose* (n,).
+
+    The line is eliminated, and both arrays are zero before; see `tension_changes`.
+    """
     if spatial is not None and row[GUIDE] > 0.0:
         return write_tension_placed(row, y, length, pose, i, work, spatial, own, by_pose)
     return write_tension_upright(row, y, length, i, work, own, by_pose)
@@ -316,22 +321,28 @@ def stiffen_line(row, y, i, work, spatial, chord, arm):
 
 @jit
 def dips_line(row, y):
-    """Whether the dead span has a lowest point between its ends: one out of the plane is straight."""
+    """Return whether the dead span has a lowest point between its ends.
+
+    That of a line outside a vertical plane is straight.
+    """
     return row[GUIDE] == 0.0 and row[UNKNOWNS] > 3.0 and dips_upright(row, y)
 
 
 @jit
 def leaves_backwards(row, y):
-    """Whether the free span leaves its sheave away from the platform, or may: of lines out of the plane none is proved.
+    """Return whether the free span leaves its sheave away from the platform, or may.
 
-    The platform point is then under the sheave.
+    The platform point is then under the sheave. Of lines outside a vertical plane nothing is proved: they may.
     """
     return row[GUIDE] > 0.0 or (row[RADIUS] > 0.0 and cos(y[PHI]) < 0.0)
 
 
 @jit
 def may_tip(packed, states):
-    """Whether a solved platform may be unstable: a body, or a point with a line that leaves its sheave backwards."""
+    """Return whether a solved platform may be unstable.
+
+    A body may be, and a point with a line that leaves its sheave backwards.
+    """
     if packed.freedoms == 6:
         return True
     for i in range(packed.lines.shape[0]):

@@ -1,4 +1,4 @@
-"""The shapes that one line can have over a cell, which is an interval of directions and of tensions at its sheave.
+"""The shapes that one line can have over a cell: an interval of directions and one of tensions at its sheave.
 
 Given direction phi and tension of the free span at the sheave, dead span and lever have a few solutions in the inner
 unknowns: dead length, psi and beta. Boxes of these (low and high, six numbers) are excluded, narrowed by Krawczyk's
@@ -69,7 +69,7 @@ DROPPED, SHRUNK, PROVED, UNSURE = 0, 1, 2, 3
 
 
 class ShapeWork(NamedTuple):
-    """Scratch of one cell's boxes."""
+    """Working memory of the boxes of one cell."""
 
     y: NDArray[np.float64]  # (STATE,) middles
     radius: NDArray[np.float64]  # (STATE,)
@@ -86,7 +86,10 @@ class ShapeWork(NamedTuple):
 
 @jit(allocates=True)
 def shape_work():
-    """Scratch for `examine` and `tighten`. The Jacobian is a slice, as in `certify`, to have one compiled signature."""
+    """Allocate a `ShapeWork`, for `examine` and `tighten`.
+
+    The Jacobian is a slice, as in `certify`, to have one compiled signature.
+    """
     jacobian = np.zeros((2, STATE, STATE + 1))
     return ShapeWork(
         np.zeros(STATE),
@@ -105,10 +108,10 @@ def shape_work():
 
 @jit
 def examine(row, length, cell, box, work):
-    """Examine one box of the inner unknowns over a *cell* (phi low, high, log tension low, high).
+    """Try to exclude, narrow or prove one box of the inner unknowns over a *cell*.
 
-    Returns DROPPED: no solution in it; PROVED: for each point of the cell exactly one solution in work.alone, which is
-    in work.where; SHRUNK: *box* was reduced; UNSURE: none of these.
+    *cell*: phi low, high, log tension low, high. Returns DROPPED: no solution in it; PROVED: for each point of the cell
+    exactly one solution in work.alone, which is in work.where; SHRUNK: *box* was reduced; UNSURE: none of these.
     """
     size = int(row[UNKNOWNS]) - 3
     if not _prepare(row, length, cell, box, work):
@@ -144,7 +147,7 @@ def examine(row, length, cell, box, work):
 
 @jit
 def tighten(row, length, cell, box, work):
-    """Narrow *box*, which contains a solution for each point of the cell; writes its derivatives to work.slopes."""
+    """Narrow a *box* that contains a solution for each point of the cell; write its derivatives to work.slopes."""
     size = int(row[UNKNOWNS]) - 3
     if size == 0:
         return
@@ -157,7 +160,7 @@ def tighten(row, length, cell, box, work):
 
 @jit
 def free_length(row, length, phi, t, box):
-    """Unstrained length of the free span: the line's *length* less dead span and contact."""
+    """Enclose the unstrained length of the free span, m: the line's *length* less dead span and contact."""
     taken, _ = taken_up(row, t)
     rest = (box[0], box[1]) if row[UNKNOWNS] > 3.0 else point(row[DEAD_LENGTH])
     return sub(sub(point(length), rest), arc_length(row, dead_angle(row, box), phi, taken))
@@ -165,20 +168,23 @@ def free_length(row, length, phi, t, box):
 
 @jit
 def rise(row, t, box):
-    """Vertical tension of the dead span at the winch: where positive it has a loop, which is not a valid shape."""
+    """Enclose the vertical tension of the dead span at the winch, N.
+
+    Where positive the dead span has a loop, which is not a valid shape.
+    """
     _, sine = dead_direction(row, dead_angle(row, box))
     return add(mul(t, sine), mul(point(row[WEIGHT]), (box[0], box[1])))
 
 
 @jit
 def dead_angle(row, box):
-    """Direction of the dead span in a box of the inner unknowns."""
+    """Enclose the direction of the dead span, rad, in a box of the inner unknowns."""
     return (box[2], box[3]) if row[UNKNOWNS] > 4.0 else upright(row[SIDE])
 
 
 @jit
 def lever_moment(row, phi, t, psi, beta):
-    """Moment about the joint, divided by lever and tension."""
+    """Enclose the moment about the lever's joint, divided by lever length and tension."""
     pull = div(point(row[LEVER_MOMENT]), mul(point(row[LEVER]), t))
     return sub(add(sin(sub(phi, beta)), sin(sub(psi, beta))), mul(pull, cos(beta)))
 

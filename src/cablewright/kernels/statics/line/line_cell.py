@@ -46,9 +46,10 @@ HANGING, STANDING, UNCLEAR, OTHER_SHEET = 0, 1, 2, 4  # labels; the last is adde
 
 @jit
 def describe(row, length, cell, box, slopes, leaf):
-    """Write enclosures of the line in *cell* to *leaf*, for inner unknowns in *box* with the derivatives *slopes*.
+    """Write enclosures of a line's end, force and stiffness over a *cell* to *leaf*.
 
-    For *slopes* see `line_branches.tighten`; row sums (column 4) of 1 or more mean that they are not known.
+    The inner unknowns are in *box* with the derivatives *slopes*. For *slopes* see `line_branches.tighten`; row sums
+    (column 4) of 1 or more mean that they are not known.
     """
     phi, tau = (cell[0], cell[1]), (cell[2], cell[3])
     t, beta = exp(tau), (box[4], box[5])
@@ -114,7 +115,7 @@ def force(t, cf, sf, leaf):
 
 @jit
 def sheet(row, cell):
-    """The number added to labels of a cell whose directions exceed half a turn."""
+    """Return the number added to the labels of a cell whose directions exceed half a turn."""
     is_other = cell[0] >= PI[0] or cell[1] <= -PI[0]
     return float(OTHER_SHEET) if row[RADIUS] > 0.0 and is_other else 0.0
 

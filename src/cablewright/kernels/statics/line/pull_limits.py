@@ -1,4 +1,4 @@
-"""Limits of a line's pull in a program of the inverse problem, from those of its tensions, to first order."""
+"""Limits of a line's pull in the inverse problem, to first order, from its tension limits."""
 
 from cablewright.kernels import jit
 from cablewright.kernels.layout import COUNTERWEIGHT, DEAD, FREE, TENSION_MAX, TENSION_MIN, WEIGHT
@@ -8,9 +8,9 @@ FLATTEST = 0.05  # of an extreme's change per pull: min slope with which a limit
 
 @jit
 def pull_limits(row, y, pull, slackest, low, high, dlow, dhigh):
-    """Lowest and highest pull, N, of a line with these extremes of tension and their changes per log of the pull.
+    """Return the lowest and highest pull, N, at which a line's extreme tensions are within its limits.
 
-    *slackest*: least tension, of the line's own weight.
+    The extremes and their changes per log of the pull are given. *slackest*: least tension, of the line's own weight.
     """
     least, most = max(row[TENSION_MIN], slackest * row[WEIGHT] * (y[FREE] + y[DEAD])), row[TENSION_MAX]
     if row[COUNTERWEIGHT] > 0.0:

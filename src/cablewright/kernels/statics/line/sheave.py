@@ -1,4 +1,4 @@
-"""Straight massless lines over a sheave: tangents at both ends of the contact, and the angle of a lever."""
+"""Straight massless lines over a sheave: tangents at both ends of the contact, and the lever's angle."""
 
 from math import asin, atan2, cos, exp, log, pi, sin, sqrt
 
@@ -26,10 +26,10 @@ LEVER_ROUNDS = 3  # each reduces the lever angle's error about a hundredfold
 
 @jit
 def tangent(x, z, turn):
-    """Direction (rad) and length (m) of the tangent from a circle about zero to the point (x, z).
+    """Return direction (rad) and length (m) of the tangent from a circle about zero to the point (x, z).
 
-    *turn* is the radius times the sense of contact: for a positive sense the contact point lies a quarter turn ahead
-    of the direction. The length is negative where the point lies inside the circle.
+    *turn* is the radius times the sense of contact: for a positive sense the contact point lies a quarter turn ahead of
+    the direction. The length is negative where the point lies inside the circle.
     """
     distance = sqrt(x * x + z * z)
     if not distance > abs(turn):
@@ -72,13 +72,13 @@ def straight(row, x, z, tension, y):
 
 @jit
 def wrap(row, y):
-    """Angle of contact with the sheave, rad; zero where there is none."""
+    """Return the angle of contact of a cable with its sheave, rad; zero where there is none."""
     return row[SIDE] * (y[PSI] - y[PHI]) + pi if row[RADIUS] > 0.0 else 0.0
 
 
 @jit
 def whole_length(row, y):
-    """Length (m) of the straight line that `straight` wrote to *y*: spans, contact and constant part."""
+    """Return the length (m) of the straight line that `straight` wrote to *y*: spans, contact and constant part."""
     return row[SPANS] * y[FREE] + y[DEAD] + row[RADIUS] * wrap(row, y) + constant_length(row)
 
 

@@ -1,4 +1,4 @@
-"""Where a solved line is: the part of the interface of lines that looks at one and solves nothing.
+"""Geometry of a solved line: directions, plane, end points; the part of the interface of lines that solves nothing.
 
 Arguments are as in `interface`. *general* is that of `Packed`, None of a robot whose lines are all upright: Numba then
 compiles upright lines alone. *guide* (GUIDE_SIZE,) is scratch.

@@ -1,4 +1,4 @@
-"""Enclosures of a hanging span in the frame of its start force: its end point and its compliance.
+"""Interval enclosures of a hanging span in the frame of its start force: end point and compliance.
 
 With T the tension at the start, in the direction phi, l the unstrained length, u = w s / T and q = w l / T, the tension
 at s is T (1 + u sin phi, u cos phi) along and across phi. Nothing large cancels in this frame, even for a wide interval
@@ -27,9 +27,10 @@ MAX_PARTS = 128
 
 @jit
 def hanging_span(sine, cosine, q):
-    """End along and across phi, per length, without stretch; integrals A, B, C of the compliance.
+    """Enclose a span's end point along and across phi, per length and without stretch, and integrals of its compliance.
 
-    *sine*, *cosine* of phi. The compliance at fixed length, times T / l and without stretch, is [q^2 A, q B; q B, C].
+    *sine*, *cosine* of phi. The integrals are A, B, C: the compliance at fixed length, times T / l and without stretch,
+    is [q^2 A, q B; q B, C].
     """
     parts = MAX_PARTS
     for limit, enough in PARTS[::-1]:

@@ -1,11 +1,10 @@
-"""One line out of the plane: a guide of any axis at the frame, a free span that sags, a sheave on the platform.
+"""One line that does not hang in a vertical plane: guide of any axis at the frame, free span, guide on the platform.
 
 Unknowns are the tension vector f where the free span leaves the frame, kept as its direction (PHI above the horizontal,
 AZIMUTH) and the logarithm of its size, and the span's unstrained length. Three equations say that the span from the
-contact point at the frame ends at the one on the platform, the fourth gives the length, or the pull. Both points
-follow from the forces there (`guides`), so that nothing else is unknown. The dead span is straight, with its weight.
-
-Steps of the unknowns are s = df / |f| (3,) and that of the span's length: four numbers.
+contact point at the frame ends at the one on the platform, the fourth gives the length, or the pull. Both points follow
+from the forces there (`guides`), so that nothing else is unknown. The dead span is straight, with its weight. Steps of
+the unknowns are s = df / |f| (3,) and that of the span's length: four numbers.
 """
 
 from math import atan2, cos, exp, log, sin, sqrt
@@ -80,7 +79,7 @@ UNWOUND = 1e-12  # of a sheave's radius: contact below zero that is rounding
 
 
 class SpatialWork(NamedTuple):
-    """Scratch of lines out of the plane.
+    """Working memory of lines that do not hang in vertical planes.
 
     A robot that is not general has None in its place: see `Packed`.
     """
@@ -93,7 +92,10 @@ class SpatialWork(NamedTuple):
 
 
 def spatial_work(general, n, m):
-    """Scratch for *m* lines of a robot with *n* degrees of freedom; None unless it is *general*, see `Packed`."""
+    """Allocate a `SpatialWork` for *m* lines and *n* degrees of freedom.
+
+    None unless the robot is *general*, see `Packed`.
+    """
     return None if general is None else _room(n, m)
 
 
@@ -119,9 +121,9 @@ def _room(n, m):
 
 @jit
 def dead_length(row, covered, tension):
-    """Unstrained length (m) of a straight dead span that covers *covered* metres at the *tension* at the sheave.
+    """Return the unstrained length (m) of a straight dead span that covers *covered* metres.
 
-    Also returns its derivatives by the tension, m/N, and by the length that it covers.
+    *tension*: at the sheave, N. Also returns the derivatives by the tension, m/N, and by the length that it covers.
     """
     compliance = row[DEAD_COMPLIANCE]
     bend = 0.5 * compliance * row[WEIGHT] * row[MEAN_RISE]
@@ -133,15 +135,15 @@ def dead_length(row, covered, tension):
 
 @jit
 def point_of(row, pose, arm, k):
-    """Coordinate *k* of the frame's guide from the platform point, m."""
+    """Return coordinate *k* of the vector from the platform point to the frame's guide, m."""
     return row[EXIT_X + k] - pose[k] - arm[k]
 
 
 @jit
 def place_guides(row, pose, arm, rotation, tension, record):
-    """Write both guides for the forces in *record*. False where a sheave has no plane.
+    """Write both guides of a line for the forces in *record*. False where a sheave has no plane.
 
-    The mount of the frame's guide gives under the force there or, above 0 N, under the *tension* in its direction.
+    The mount of the frame's guide deflects under the force there or, above 0 N, under the *tension* in its direction.
     """
     away = (-point_of(row, pose, arm, 0), -point_of(row, pose, arm, 1), -point_of(row, pose, arm, 2))
     gx, gy, gz = record[END_FORCE], record[END_FORCE + 1], record[END_FORCE + 2]
@@ -157,10 +159,10 @@ def place_guides(row, pose, arm, rotation, tension, record):
 
 @jit
 def place_span(row, y, pose, arm, rotation, record, block):
-    """Write forces, guides, chord and gap of the line at *y* to *record*; contact and dead length to *y*.
+    """Write forces, guides, chord and closing error of the line at *y* to *record*; contact and dead length to *y*.
 
-    *block* (4, 4) receives the gap's derivative by the unknowns in its first three rows. False where a sheave has no
-    plane.
+    *block* (4, 4) receives the closing error's derivative by the unknowns in its first three rows. False where a sheave
+    has no plane.
     """
     t, c, s = exp(y[TAU]), cos(y[PHI]), sin(y[PHI])
     ex, ey = cos(y[AZIMUTH]), sin(y[AZIMUTH])
@@ -225,7 +227,7 @@ def spatial_system(row, y, pose, arm, rotation, length, record, block, rhs):
 
 @jit
 def by_pose(n, record, taken, rhs):
-    """Write the right-hand sides for the pose's *n* degrees of freedom.
+    """Write the right-hand sides for the pose's *n* degrees of freedom: derivatives of the line's equations.
 
     *taken*: unstrained per contact length, 0 at a pull.
     """
@@ -246,7 +248,7 @@ def by_pose(n, record, taken, rhs):
 
 @jit
 def turn_of(k, x, y, z):
-    """Change of the vector (x, y, z) per rotation about world axis *k*."""
+    """Return the change of the vector (x, y, z) per rotation about world axis *k*."""
     if k == 0:
         return 0.0, -z, y
     if k == 1:
@@ -289,7 +291,7 @@ def spatial_at_pull(row, y, pose, arm, rotation, pull, record, block, rhs):
 
 @jit
 def pull_along(row, y, record):
-    """Pull of a placed span (N) and the length of its chord, m."""
+    """Return the pull of a placed span (N) and the length of its chord, m."""
     along, square = 0.0, 0.0
     for i in range(3):
         middle = record[FORCE + i] + (0.5 * row[WEIGHT] * y[FREE] if i == 2 else 0.0)
@@ -424,7 +426,7 @@ def straight_spatial(row, y, pose, arm, rotation, tension, record, block, rhs):
 
 @jit
 def why_not_straight(row, y, pose, arm):
-    """Code of a line for which `straight_spatial` found nothing."""
+    """Return the code that explains why `straight_spatial` found no straight line."""
     if y[FREE] == ON_AXIS:
         return UNDER_EXIT
     return INSIDE_SHEAVE if _size(row, pose, arm) < 4.0 * (row[RADIUS] + row[END_RADIUS]) else NOT_CONVERGED
@@ -453,6 +455,6 @@ def guess_spatial(row, y, pose, arm, rotation, length, tension, record, block, r
 
 @jit
 def is_unwound(row, i, spatial):
-    """Whether the cable of line *i* would leave a sheave before it meets it: an angle of contact is negative."""
+    """Return whether the cable of line *i* would leave a sheave before it meets it: an angle of contact is negative."""
     at_frame = spatial.records[i, FRAME + ARC] < -UNWOUND * row[RADIUS]
     return at_frame or spatial.records[i, PLATFORM + ARC] < -UNWOUND * row[END_RADIUS]

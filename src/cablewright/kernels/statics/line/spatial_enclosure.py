@@ -1,8 +1,8 @@
-"""Enclosures of a line out of the plane: the equations of `spatial`, with all their derivatives, as jets.
+"""Interval equations of a line that does not hang in a vertical plane, with all their derivatives, as jets.
 
-The unknowns are the force (N, world) with which the free span leaves the frame, its unstrained length and, of a swivel
-with its winch ASIDE of its axis, the angle by which it is turned from the axis of smallest entry. Cartesian forces have
-no seam and no pole, so that a span may hang straight down.
+They are those of `spatial`. The unknowns are the force (N, world) with which the free span leaves the frame, its
+unstrained length and, of a swivel with its winch ASIDE of its axis, the angle by which it is turned from the axis of
+smallest entry. Cartesian forces have no seam and no pole, so that a span may hang straight down.
 """
 
 from math import inf
@@ -100,7 +100,7 @@ GRAIN = 1e-15  # rad: a step that ends them
 
 @jit
 def unknowns_of(row):
-    """How many unknowns a line has in a certificate, how many of its rows the pose changes, and how many its force."""
+    """Return how many unknowns a line has in a certificate, and how many rows depend on the pose and on the force."""
     if row[GUIDE] == UPRIGHT:
         return int(row[UNKNOWNS]), 2, 3
     return (5, 4, 4) if row[GUIDE] == ASIDE else (4, 4, 4)
@@ -108,7 +108,7 @@ def unknowns_of(row):
 
 @jit(allocates=True)
 def centre_of(row, y, pose, rotation, arm, moved, out):
-    """Write the doubles nearest to a solved line's unknowns to *out* (k,); the others as of `enclose_spatial`."""
+    """Write a solved line's unknowns, rounded to doubles, to *out* (k,); other arguments as of `enclose_spatial`."""
     t, h = exp(point(y[TAU])), cos(point(y[PHI]))
     out[0] = _middle(mul(mul(t, h), cos(point(y[AZIMUTH]))))
     out[1] = _middle(mul(mul(t, h), sin(point(y[AZIMUTH]))))
@@ -126,10 +126,11 @@ def _middle(a):
 
 @jit(allocates=True)
 def enclose_spatial(row, y, box, pose, radius, omega, rotation, length, arm, moved, equations, wrench):
-    """Write the jets of a line's equations and of its wrench: *equations* (k, 1 + SLOTS, 2) and *wrench* (n, .., 2).
+    """Write the jets of a line's equations, *equations* (k, 1 + SLOTS, 2), and of its *wrench* (n, .., 2).
 
-    *y*, *box* (k,): middles and radii of the unknowns; *pose*, *radius* (n,): the same of the pose, whose rotations are
-    increments of up to *omega*, rad, from *rotation* (3, 3, 2). *length*: double, m. *arm*, *moved* (3, 2): scratch.
+    *y*, *box* (k,): midpoints and radii of the unknowns; *pose*, *radius* (n,): the same of the pose, whose rotations
+    are increments of up to *omega*, rad, from *rotation* (3, 3, 2). *length*: double, m. *arm*, *moved* (3, 2):
+    scratch.
     """
     n, weight = pose.shape[0], point(row[WEIGHT])
     f0, f1, f2 = _unknown(y, box, 0), _unknown(y, box, 1), _unknown(y, box, 2)
@@ -278,9 +279,10 @@ def _towards_winch(row):
 
 @jit(allocates=True)
 def leave(row, y, box, force, away):
-    """Contact point from the exit point, contact length and distance of the dead span of the guide at the frame.
+    """Enclose where a cable leaves its guide at the frame: contact point, contact length, distance of the dead span.
 
-    As `guides.leave_frame`. The last jet is the moment about a swivel whose winch is ASIDE of its axis, else zero.
+    As `guides.leave_frame`; the contact point is relative to the exit point. The last jet is the moment about a swivel
+    whose winch is ASIDE of its axis, else zero.
     """
     nothing = constant(ZERO)
     covered = constant(point(row[DEAD_SPAN]))

@@ -1,4 +1,4 @@
-"""Lines out of the plane in the solves of a whole robot, each at index *i* of the robot's scratch.
+"""Solver functions of lines that do not hang in a vertical plane ("spatial lines"), at index *i* of a robot's memory.
 
 *spatial* is `Work.spatial` of a general robot; for others nothing here is compiled, see `Packed`.
 """
@@ -113,7 +113,7 @@ def step_placed(y, i, move, spatial):
 
 @jit
 def draw_placed(row, y, pose, i, tension, work, spatial):
-    """Set *y* to a spatial line, straight, at a tension (N), see `interface.draw_line`."""
+    """Set *y* to a straight spatial line at a tension (N), see `interface.draw_line`."""
     record, block, rhs = spatial.records[i], spatial.blocks[i], spatial.steps[i]
     found = straight_spatial(row, y, pose, work.arms[i], work.rotation, tension, record, block, rhs)
     return straight_length(row, y) if found else -1.0
@@ -121,7 +121,7 @@ def draw_placed(row, y, pose, i, tension, work, spatial):
 
 @jit
 def guess_placed(row, y, pose, i, length, tension, work, spatial):
-    """Set *y* to a guess of a spatial line with its unstrained length (m), see `interface.guess_line`."""
+    """Guess the state *y* of a spatial line from its unstrained length (m), see `interface.guess_line`."""
     record, block, rhs = spatial.records[i], spatial.blocks[i], spatial.steps[i]
     return guess_spatial(row, y, pose, work.arms[i], work.rotation, length, tension, record, block, rhs)
 
@@ -171,7 +171,7 @@ def judge_placed(row, y, i, spatial):
 
 @jit
 def aim_placed(row, y, pose, i, tension, work, spatial):
-    """Draw a straight line out of the plane at *tension* (N) and return a code and the unit vector of its pull."""
+    """Draw a straight spatial line at *tension* (N); return a code and the unit vector along which it pulls."""
     record, arm = spatial.records[i], work.arms[i]
     if draw_placed(row, y, pose, i, tension, work, spatial) < 0.0:
         return why_not_straight(row, y, pose, arm), 0.0, 0.0, 0.0

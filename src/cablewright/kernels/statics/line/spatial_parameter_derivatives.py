@@ -1,6 +1,7 @@
-"""Motion of one line out of the plane with its parameters, for `linearise`: the same columns, see `layout.PARAMETERS`.
+"""Derivatives of a spatial line's wrench and tension by its parameters, for `linearise`.
 
-The winch exit follows the exit point altogether; the arc on a pulley begins in the same direction.
+The columns are those of `layout.PARAMETERS`. The winch exit follows the exit point in all directions; the arc on a
+pulley begins in the same direction.
 """
 
 from math import cos, exp, sin
@@ -63,7 +64,7 @@ from cablewright.kernels.statics.line.upright import force_on_mount
 
 @jit
 def write_placed(row, y, length, pose, i, work, spatial, right):
-    """Write the changes of a spatial line's wrench by its parameters, see `interface.change_line`."""
+    """Write the derivatives of a spatial line's wrench by its parameters, see `interface.change_line`."""
     if not _parameter_changes(row, y, length, i, pose, work, spatial):
         return False
     for k in range(PARAMETERS):
@@ -75,7 +76,7 @@ def write_placed(row, y, length, pose, i, work, spatial, right):
 
 @jit
 def write_tension_placed(row, y, length, pose, i, work, spatial, own, by_pose):
-    """Write the changes of a spatial line's tension by its parameters, see `interface.change_tension`."""
+    """Write the derivatives of a spatial line's tension by its parameters, see `interface.change_tension`."""
     record = spatial.records[i]
     for k in range(by_pose.shape[0]):
         by_pose[k] = _tension_change(record, y, spatial.steps[i], POSE + k)
@@ -88,10 +89,10 @@ def write_tension_placed(row, y, length, pose, i, work, spatial, own, by_pose):
 
 @jit
 def mount_rows(lines, states, planes, forces, dead):
-    """Write the force (N, m, 3), N, on the exit point of each line, and the change of the dead span with its motion.
+    """Write the force of each line on its exit point (N, m, 3), N, and the change of its dead span as that moves.
 
-    *dead* (N, m, 3): unstrained length that the dead span loses per move of the exit, with the winch fixed; 0 of lines
-    in planes, whose exit moves so. *lines* (1 or N, m, COLUMNS), *states* (N, m, 6), *planes* (N, m, 2): directions.
+    *dead* (N, m, 3): unstrained length that the dead span loses per motion of the exit point, with the winch fixed; 0
+    of lines in vertical planes. *lines* (1 or N, m, COLUMNS), *states* (N, m, 6), *planes* (N, m, 2): directions.
     """
     for j in range(states.shape[0]):
         for i in range(states.shape[1]):

@@ -1,4 +1,4 @@
-"""One line out of the plane in the inverse problem: its first guess, its state at a pull, and its column per pull.
+"""A spatial line in the inverse problem: its first guess, its state at a given pull, its column of the program.
 
 *base* is the scratch of the equilibrium and *spatial* its part for such lines, None as in `spatial_lines`.
 """

@@ -1,4 +1,4 @@
-"""Lines out of the plane in the balance of the platform: their wrench, its change, and their stiffness."""
+"""Wrenches of spatial lines on the platform, their derivatives, and the lines' stiffness."""
 
 from math import exp
 
@@ -20,7 +20,10 @@ from cablewright.kernels.statics.line.spatial import (
 
 @jit
 def add_spatial_pull(record, pulls, wrench):
-    """Add the wrench of a placed line on the platform, times *pulls*, to *wrench* (n,)."""
+    """Add the wrench of a placed spatial line on the platform, times *pulls*, to *wrench* (n,).
+
+    *pulls*: number of cables of the line.
+    """
     gx, gy, gz = -pulls * record[END_FORCE], -pulls * record[END_FORCE + 1], -pulls * record[END_FORCE + 2]
     wrench[0] += gx
     wrench[1] += gy
@@ -34,7 +37,7 @@ def add_spatial_pull(record, pulls, wrench):
 
 @jit
 def wrench_change(row, y, record, steps, column, axis, pulls, out):
-    """Write the change of the line's wrench, times *pulls*, for a column of *steps* of the unknowns to *out* (n,).
+    """Write the change of a spatial line's wrench, times *pulls*, for *steps* of its unknowns to *out* (n,).
 
     *axis*: 0 to 2 where the platform turns about that world axis at the same time, else -1.
     """
@@ -69,7 +72,10 @@ def _arm_change(record, dg, axis):
 
 @jit
 def add_spatial_rate(row, y, record, steps, pulls, rate, pulled, turning):
-    """Add the terms of `interface.condense_moving_line` of an eliminated line to *pulled* (n,) and *turning* (3, 6)."""
+    """Add the terms of a spatial line whose length changes to *pulled* (n,) and *turning* (3, 6).
+
+    The line is eliminated; see `interface.condense_moving_line`.
+    """
     t, weight = exp(y[TAU]), row[WEIGHT]
     more = -rate * pulls
     dg = (
@@ -100,9 +106,10 @@ def add_spatial_rate(row, y, record, steps, pulls, rate, pulled, turning):
 
 @jit
 def add_spatial(row, y, record, steps, pulls, scratch, wrench, stiffness):
-    """Add an eliminated line, as `equilibrium.add_eliminated`: its wrench after its own step, and its change.
+    """Add an eliminated spatial line's wrench and its derivatives to the platform's equations.
 
-    *steps* (4, 8) are the solved right-hand sides; *scratch* (n,).
+    As `equilibrium.add_eliminated`: the wrench after its own step. *steps* (4, 8) are the solved right-hand sides;
+    *scratch* (n,).
     """
     n = wrench.shape[0]
     add_spatial_pull(record, pulls, wrench)
@@ -114,7 +121,7 @@ def add_spatial(row, y, record, steps, pulls, scratch, wrench, stiffness):
 
 @jit
 def add_spatial_stiffness(row, y, record, steps, pulls, scratch, stiffness):
-    """Add minus the change of the line's wrench by the pose to *stiffness* (n, n); *scratch* (n,)."""
+    """Add minus the derivative of a spatial line's wrench by the pose to *stiffness* (n, n); *scratch* (n,)."""
     n = stiffness.shape[0]
     for k in range(n):
         wrench_change(row, y, record, steps, POSE + k, k - 3, pulls, scratch)
@@ -124,7 +131,10 @@ def add_spatial_stiffness(row, y, record, steps, pulls, scratch, stiffness):
 
 @jit
 def stiffness_along(row, y, record, steps, toward):
-    """Stiffness of an eliminated span along its chord, N/m; writes the chord's direction to *toward* (3,)."""
+    """Return the stiffness of an eliminated spatial line along its chord, N/m.
+
+    Writes the chord's direction to *toward* (3,).
+    """
     _, chord = pull_along(row, y, record)
     t, rate = exp(y[TAU]), 0.0
     for i in range(3):

@@ -1,8 +1,8 @@
-"""One line: dead span, sheave, free span and lever as one block of three to six equations.
+"""One line in a vertical plane: dead span, sheave, free span and lever as one block of three to six equations.
 
-Unknowns y and their order: see `layout`. Equations, in metres and (the last) as a fraction of the tension:
-free span ends at the platform point (x, z); unstrained lengths sum to the given length; dead span ends at the winch
-exit (z, x); moment about the joint. Signs and kinds: Paty 2021, Eqs. 2 to 6, 11 to 19; `docs/theory/statics.md`.
+Unknowns y and their order: see `layout`. Equations, in metres and (the last) as a fraction of the tension: free span
+ends at the platform point (x, z); unstrained lengths sum to the given length; dead span ends at the winch exit (z, x);
+moment about the joint. Signs and kinds: Paty 2021, Eqs. 2 to 6, 11 to 19; `docs/theory/statics.md`.
 """
 
 from math import atan2, atanh, cos, cosh, exp, log, sin, sinh, sqrt
@@ -108,7 +108,7 @@ def system(row, y, x, z, length, jacobian, residual):
 def given_way(row, y):
     """Return the deflection of the exit point's mount (m, in the line's plane).
 
-    It gives under the free span's force, and in height under that of a dead span, whose winch goes along sideways.
+    It deflects under the free span's force, and in height under that of a dead span, whose winch moves along sideways.
     """
     if row[MOUNT] == 0.0:
         return 0.0, 0.0
@@ -118,7 +118,7 @@ def given_way(row, y):
 
 @jit
 def force_on_mount(row, y):
-    """Force on the exit point of a line in its plane: along, of the free span; up, of the dead span too, N."""
+    """Return the force of a line on its exit point, N: along its plane, of the free span; up, of the dead span too."""
     pull = row[PULLS] * exp(y[TAU])
     dead = sin(y[PSI]) / row[SPANS] if row[UNKNOWNS] > 3.0 else 0.0
     return pull * cos(y[PHI]), pull * (sin(y[PHI]) + dead)
@@ -160,21 +160,24 @@ def _moment(row, t, cf, sf, cp, sp, cb, sb, jacobian, residual):
 
 @jit
 def start_force(y):
-    """In-plane tension (h, v) where the free span leaves the sheave, along the direction of travel, N."""
+    """Return the in-plane tension (h, v), N, where the free span leaves the sheave, along the direction of travel."""
     t = exp(y[TAU])
     return t * cos(y[PHI]), t * sin(y[PHI])
 
 
 @jit
 def force_change(h, v, weight, changes, k):
-    """Change of the force (h, v + weight * length) at the free span's end for changes[:, k] of the unknowns."""
+    """Return the change of the force at the free span's end for changes[:, k] of the unknowns.
+
+    The force is (h, v + weight * length).
+    """
     turn, grow = changes[PHI, k], changes[TAU, k]
     return h * grow - v * turn, v * grow + h * turn + weight * changes[FREE, k]
 
 
 @jit
 def lever_stable(row, y):
-    """Whether the lever is stable: the moment about the joint falls with the lever angle."""
+    """Return whether the lever is stable: the moment about the joint falls with the lever angle."""
     if row[UNKNOWNS] < 6.0:
         return True
     pull = row[LEVER_MOMENT] / (row[LEVER] * exp(y[TAU]))
@@ -229,7 +232,7 @@ def _span_extremes(h, v, carried, dh, dv, dcarried):
 
 @jit
 def length_of(row, y):
-    """Unstrained length from the winch exit to the platform point, m."""
+    """Return the unstrained length of a line from the winch exit to the platform point, m."""
     t = exp(y[TAU])
     contact = y[CONTACT] if row[GUIDE] > 0.0 else row[RADIUS] * wrap(row, y)
     spans = row[SPANS] * y[FREE] + y[DEAD] + contact / (1.0 + t * row[ARC_COMPLIANCE])
@@ -245,7 +248,10 @@ def lengths_of(packed, states, out):
 
 @jit
 def advance(row, y, step, scale):
-    """Add minus *scale* times *step* to *y*, shortened where an unknown would change too much. True if it is not."""
+    """Take a Newton step: add minus *scale* times *step* to *y*, shortened where an unknown would change too much.
+
+    Returns True if it is not shortened.
+    """
     unknowns = int(row[UNKNOWNS])
     held = scale
     for k in range(unknowns):
@@ -336,5 +342,5 @@ def settle(row, x, z, length, y, jacobian, rhs):
 
 @jit
 def is_slack(row, y):
-    """Whether a massless line is slack: it carries no tension and has no shape."""
+    """Return whether a massless line is slack: it carries no tension and has no shape."""
     return row[WEIGHT] == 0.0 and y[TAU] <= LOG_SLACK

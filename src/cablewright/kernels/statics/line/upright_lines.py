@@ -1,4 +1,4 @@
-"""Upright lines in the solves of a whole robot, each at index *i* of the robot's scratch, see `equilibrium.Work`."""
+"""Solver functions of upright lines (in a vertical plane), each at index *i* of a robot's memory `equilibrium.Work`."""
 
 from math import cos, exp, hypot, isnan, nan, pi, sin
 
@@ -111,7 +111,7 @@ def condense_moving_upright(row, y, i, rate, work, pulled, turning):
 
 @jit
 def eliminate(row, block, steps, columns):
-    """Replace steps[:, :columns] by the block inverse times residual (column 0), x, z and length. False if singular."""
+    """Solve a line's Newton block for four right-hand sides: residual (column 0), x, z, length. False if singular."""
     unknowns = int(row[UNKNOWNS])
     for column in range(1, columns):
         for k in range(unknowns):
@@ -122,7 +122,7 @@ def eliminate(row, block, steps, columns):
 
 @jit
 def add_eliminated(row, y, force, steps, arm, plane, wrench, stiffness):
-    """Add one eliminated line to the balance and stiffness: its end force after its own step, and its change."""
+    """Add one eliminated line to the platform's balance and stiffness: its force after its own step, and its change."""
     weight = row[WEIGHT]
     h, v = force[0], force[1]
     dh, dv = force_change(h, v, weight, steps, 0)
@@ -149,7 +149,7 @@ def step_upright(row, y, steps, arm, plane, move):
 
 @jit
 def draw_upright(row, y, x, z, tension):
-    """Set *y* to an upright line, straight, at a tension (N), see `interface.draw_line`.
+    """Set *y* to a straight upright line at a tension (N), see `interface.draw_line`.
 
     It runs to the platform point (x, z) in the line's plane, m.
     """
@@ -247,7 +247,7 @@ def judge_upright(row, y, plane):
 
 @jit
 def aim_upright(row, y, tension, plane):
-    """Draw an upright straight line at *tension* (N) and return a code and the unit vector of its pull."""
+    """Draw a straight upright line at *tension* (N); return a code and the unit vector along which it pulls."""
     if is_in_reach_of_lever(row, plane) or not straight(row, plane[2], plane[3], tension, y):
         return INSIDE_SHEAVE, 0.0, 0.0, 0.0
     if not has_plane(row, plane) and cos(y[PHI]) < BACKWARDS:
@@ -280,7 +280,7 @@ def dips_upright(row, y):
 
 @jit
 def start_upright(row, y):
-    """Where the free span leaves the line, from the exit point: in the line's plane, and up, m."""
+    """Return the point where the free span begins, from the exit point, m: along the line's plane, and up."""
     turn = row[SIDE] * row[RADIUS]
     x, z = given_way(row, y)
     x += row[LEVER] * cos(y[BETA]) - turn * sin(y[PHI])

@@ -1,4 +1,7 @@
-"""Motion of one upright line with its parameters, for `linearise`: the same columns, see `layout.PARAMETERS`."""
+"""Derivatives of an upright line's wrench and tension by its parameters, for `linearise`.
+
+The columns are those of `layout.PARAMETERS`.
+"""
 
 from math import cos, exp, sin
 
@@ -37,7 +40,7 @@ OWN = (LENGTH, MODULUS, EXIT + 2, SHEAVE, WEIGHT_FACTOR)  # those whose effect s
 
 @jit
 def write_upright(row, y, length, i, work, right):
-    """Write the changes of an upright line's wrench by its parameters, see `interface.change_line`."""
+    """Write the derivatives of an upright line's wrench by its parameters, see `interface.change_line`."""
     if not _add_own(row, y, length, i, work, right):
         return False
     _add_points(row, y, i, work, right)
@@ -46,7 +49,7 @@ def write_upright(row, y, length, i, work, right):
 
 @jit
 def write_tension_upright(row, y, length, i, work, own, by_pose):
-    """Write the changes of an upright line's tension by its parameters, see `interface.change_tension`."""
+    """Write the derivatives of an upright line's tension by its parameters, see `interface.change_tension`."""
     plane, steps, changes = work.planes[i], work.steps[i], work.changes
     if not _own_changes(row, y, length, i, work):
         return False

@@ -1,6 +1,7 @@
-"""An upright line whose pull is given instead of its length, the unknown of inverse problems: in the plane, and placed.
+"""An upright line whose pull is given instead of its length, as in inverse problems.
 
-What is placed is at index *i* of a robot's scratch, see `equilibrium.Work`.
+Functions of one line in its plane come first, then those of a line at index *i* of a robot's scratch, see
+`equilibrium.Work`.
 """
 
 from math import cos, exp, log, sin, sqrt
@@ -57,7 +58,7 @@ STRAIGHT = 1.5  # of its own weight: tension at which a line is straight enough 
 
 @jit
 def pull_of(row, y, x, z):
-    """Pull of the free span (N), which is its mid-length force along its chord, and the chord's direction.
+    """Return the pull of the free span (N): its force at mid-length along its chord; and the chord's direction.
 
     A straight line's pull is its tension. Unlike the tension at the sheave, which rises again when a slack span becomes
     heavy, the pull falls monotonically with the length paid out, so that a pull determines the shape.

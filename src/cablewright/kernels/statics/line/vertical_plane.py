@@ -1,4 +1,4 @@
-"""The vertical plane of an upright line: where it is, and what a line in it does to the platform."""
+"""The vertical plane in which an upright line hangs: its position, and the forces of a line in it on the platform."""
 
 from math import hypot, sqrt
 
@@ -13,7 +13,7 @@ STRAIGHT_DOWN = 1e-7  # m: nearer to it the line from an eyelet is as stiff side
 
 @jit(inline=True)
 def place(lines, i, pose, rotation, arm, plane):
-    """Write the arm (3,) of line *i*, from the platform's origin to its point, world, and its plane (4,).
+    """Write the arm (3,) of line *i*, from the platform's origin to its platform point, world, and its plane (4,).
 
     The plane is given by its horizontal direction (ex, ey) and the platform point (x, z) in it, from the exit point.
     """
@@ -37,7 +37,10 @@ def is_eyelet(row):
 
 @jit(inline=True)
 def has_plane(row, plane):
-    """Whether a line has a plane: not on the axis of its sheave, nor in its eyelet. From an eyelet any will do."""
+    """Return whether a line has a vertical plane: it is not on the axis of its sheave, nor in its eyelet.
+
+    From an eyelet straight down any plane is valid.
+    """
     if plane[2] > NO_PLANE:
         return True
     return is_eyelet(row) and abs(plane[3]) > NO_PLANE
@@ -45,10 +48,10 @@ def has_plane(row, plane):
 
 @jit(inline=True)
 def sideways(row, x, h, kxx):
-    """Stiffness of a line across its plane: h / x, as the plane turns about the vertical through the exit point.
+    """Return the stiffness of a line across its plane, h / x, N/m.
 
-    Where the line runs along that vertical all planes are equivalent, and its limit is the stiffness *kxx* in the
-    plane.
+    The plane turns about the vertical through the exit point. Where the line runs along that vertical all planes are
+    equivalent, and its limit is the stiffness *kxx* in the plane.
     """
     if x < STRAIGHT_DOWN and (is_eyelet(row) or abs(h) <= 2.0 * STRAIGHT_DOWN * abs(kxx)):
         return kxx
@@ -57,7 +60,10 @@ def sideways(row, x, h, kxx):
 
 @jit(inline=True)
 def add_line(row, arm, plane, h, v, kxx, kxz, kzx, kzz, wrench, stiffness):
-    """Add one line with the tension (h, v) at the end of a span and its derivatives by (x, z), in the line's plane."""
+    """Add the wrench and stiffness of one line to the platform's, in the line's plane.
+
+    (h, v): tension at the end of a span, with its derivatives by (x, z).
+    """
     ex, ey, pulls = plane[0], plane[1], row[PULLS]
     h, v, kxx, kxz, kzx, kzz = pulls * h, pulls * v, pulls * kxx, pulls * kxz, pulls * kzx, pulls * kzz
     fx, fy, fz = -h * ex, -h * ey, -v

@@ -34,7 +34,7 @@ _FROM_DRIVE: Final = [sum(each.size for each in mapped) for mapped in o.FROM_DRI
 
 
 class EthercatDrives:
-    """The drives of a robot's lines, as its machine file has them."""
+    """The EtherCAT drives of a robot's winches, from its machine file."""
 
     def __init__(self, robot: Robot, settings: MachineSettings) -> None:
         """Raises `InputError` for a file that does not fit the robot."""
@@ -64,7 +64,7 @@ class EthercatDrives:
         return time.monotonic()
 
     def connect(self) -> Mailbox:
-        """Listen, bring the ring to pre-operational, and ask all drives who they are. Raises as `open`."""
+        """Listen, bring the ring to pre-operational, and ask all drives for their identity. Raises as `open`."""
         found = self._listen()
         nodes = {axis.node: axis.name for axis in self.axes}
         try:
@@ -203,7 +203,7 @@ class EthercatDrives:
     def begin_checks(self) -> None:
         """Begin to write and read back the drives' own supervision, within the cycles; see `WinchDrives.begin_checks`.
 
-        process data are only read, since they can be changed in another state alone.
+        Process data are only read, since they can be changed in another state alone.
         """
         for axis in self.axes:
             axis.failure = ""

@@ -1,4 +1,4 @@
-"""Transfers with drives beside the cycles: on a thread, as a mailbox keeps whoever asks waiting."""
+"""Acyclic transfers with EtherCAT drives on a thread, since a mailbox blocks its caller."""
 
 from __future__ import annotations
 

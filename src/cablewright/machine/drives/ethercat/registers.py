@@ -1,4 +1,4 @@
-"""Registers of an EtherCAT drive besides the parameters of CiA 402: its process data, and its watch over the master.
+"""Registers of an EtherCAT drive besides the parameters of CiA 402: process data, and the watchdog over the master.
 
 Registers of the slave controller (ETG.1000.4) stand below the object dictionary, which begins at 0x1000, so that both
 are read and written as objects.
@@ -36,7 +36,7 @@ _ARMED: Final = 1 << 6  # of the sync manager's control byte: writing it is what
 
 
 def process_data(to_drive: Mapped) -> list[ObjectParameter]:
-    """The PDOs of a drive and that its sync managers carry them, to be written before it is safe-operational."""
+    """Return the PDOs of a drive and their sync managers, to be written before it is safe-operational."""
     found = []
     for assign, first, mapped in ((OUTPUT_ASSIGN, OUTPUT_PDO, to_drive), (INPUT_ASSIGN, INPUT_PDO, o.FROM_DRIVES)):
         number = Object(assign, 0, 1, signed=False, name="number of assigned PDOs")
@@ -50,7 +50,7 @@ def process_data(to_drive: Mapped) -> list[ObjectParameter]:
 
 
 def watchdog(settings: WinchDriveSettings) -> list[ObjectParameter]:
-    """Return the time after which a drive without its master stops by itself. Raises `InputError` if too long."""
+    """Return the time, s, after which a drive without its master stops by itself. Raises `InputError` if too long."""
     ticks = round(settings.command_timeout / _UNIT)
     if ticks > 0xFFFF:
         why = f"a watchdog of EtherCAT has {0xFFFF * _UNIT:g} s at most"
@@ -59,5 +59,5 @@ def watchdog(settings: WinchDriveSettings) -> list[ObjectParameter]:
 
 
 def armed() -> ObjectParameter:
-    """Bits by which only the outputs reset that watchdog; the master's set-up has written it."""
+    """Return the parameter by which only the outputs reset that watchdog; the master's set-up has written it."""
     return ObjectParameter(OUTPUT_CONTROL, _ARMED, mask=_ARMED, given=True)

@@ -1,4 +1,4 @@
-"""An EtherCAT ring behind a network interface, by pysoem, whose SOEM is under the GPL: of the extra ``ethercat``."""
+"""An EtherCAT ring at a network interface, by pysoem, whose SOEM is under the GPL: of the extra ``ethercat``."""
 
 from __future__ import annotations
 
@@ -122,8 +122,7 @@ class Ring:
     def exchange(self, outputs: Sequence[bytes]) -> list[bytes | None]:
         """Send outputs, and take the inputs of each device; None: it did not take part.
 
-        Where the working counter is not what it should be each device is asked alone. Raises `OSError` where no frame
-        comes back.
+        Where the working counter is wrong each device is asked alone. Raises `OSError` where no frame comes back.
         """
         for device, data in zip(self._devices, outputs, strict=True):
             device.output = data
@@ -186,7 +185,7 @@ class Ring:
 
 
 def heard(interface: str, seconds: float) -> bool:
-    """Whether frames of EtherCAT come in for so long, before any was sent. Raises `EnvironmentFault`."""
+    """Return whether frames of EtherCAT arrive during this time, before any was sent. Raises `EnvironmentFault`."""
     if sys.platform != "linux":  # elsewhere there is no such socket, and another master is not heard
         return False
     try:

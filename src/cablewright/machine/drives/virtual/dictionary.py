@@ -24,7 +24,7 @@ class ObjectEntry:
 
 @dataclass(eq=False)
 class Dictionary:
-    """Objects by index and subindex. ``operational``: whether PDOs must not be changed now."""
+    """A virtual drive's objects by index and subindex. ``operational``: whether PDOs must not be changed now."""
 
     node: int
     entries: dict[tuple[int, int], ObjectEntry]
@@ -41,7 +41,7 @@ class Dictionary:
         self.entries[kind.index, kind.sub].data = kind.pack(value)
 
     def mapped(self, mapping: int) -> list[ObjectEntry]:
-        """The entries that the PDO of a *mapping*, 0x1600 and on, carries; none of one that does not exist."""
+        """Return the entries that the PDO of a *mapping*, 0x1600 and on, carries; none of one that does not exist."""
         number = self.entries[mapping, 0].data[0]
         places = [int.from_bytes(self.entries[mapping, 1 + k].data, "little") for k in range(number)]
         found = [self.entries.get((place >> 16, place >> 8 & 0xFF)) for place in places]
@@ -62,7 +62,7 @@ class Dictionary:
         return None if command == 4 else self._abort(address, _UNKNOWN)
 
     def rest(self) -> bytes:
-        """The bytes of a text that are still to be sent."""
+        """Bytes of a text that are still to be sent in segments."""
         rest, self._text = self._text, b""
         return rest
 
@@ -104,7 +104,7 @@ class Dictionary:
 
 
 def entries_of(serial: int, rated_torque: float, counts: int) -> dict[tuple[int, int], ObjectEntry]:
-    """The dictionary of a servo drive as it leaves its factory. *rated_torque*: N m; *counts*: a turn of the motor."""
+    """Return the object dictionary of a new servo drive. *rated_torque*: N m; *counts*: a revolution of the motor."""
     fixed = {
         o.DEVICE_TYPE: 0x00020000 | o.PROFILE,
         o.VENDOR: 0,

@@ -1,4 +1,4 @@
-"""A ring of virtual EtherCAT drives on one end of a cable, by the clock: datagrams on their way through all of them."""
+"""A ring of virtual EtherCAT drives on one end of a cable, by the clock: each datagram passes all of them."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class VirtualRing:
         self.slaves = tuple(EthercatSlave(drive, last=drive is drives[-1]) for drive in drives)
 
     def passed(self, frame: bytes, now: float) -> bytes | None:
-        """A frame as it comes back at *now*, s; None for one that is not whole, or does not come back."""
+        """Return a frame as it comes back at *now*, s; None for a malformed one, or one that does not come back."""
         if len(frame) < _HEADER + 2 or int.from_bytes(frame[12:14], "big") != _ETHERTYPE:
             return None
         if any(slave.cut for slave in self.slaves[:1]):
@@ -133,9 +133,9 @@ def run_ring(
     ends: Callable[[], bool] = lambda: False,
     ready: Callable[[], None] = lambda: None,
 ) -> None:
-    """Run a ring by the clock on a network interface, until *ends*; a longer standstill of the computer is lost.
+    """Run a virtual ring by the clock on a network interface, until *ends*; a longer standstill is skipped.
 
-    Raises `EnvironmentFault` where the interface cannot be had.
+    Raises `EnvironmentFault` where the interface is not available.
     """
     port = _opened(interface)
     ready()

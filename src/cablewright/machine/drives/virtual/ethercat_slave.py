@@ -1,4 +1,4 @@
-"""A virtual drive behind an EtherCAT slave controller: states, mailbox, process data, and the watch over its master."""
+"""A virtual drive behind an EtherCAT slave controller: states, mailbox, process data, and watchdog."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _TICK: Final = 40e-9  # s
 
 @dataclass(eq=False)
 class EthercatSlave:
-    """A *drive* in a ring; ``last`` of it. ``cut``: frames do not reach it."""
+    """A virtual *drive* as a slave in a ring; ``last``: whether it is the last one. ``cut``: frames do not reach it."""
 
     drive: VirtualDrive
     last: bool
@@ -41,7 +41,7 @@ class EthercatSlave:
         add_assignment(self.drive.dictionary)
 
     def restart(self) -> None:
-        """Lose power, and come back."""
+        """Simulate a loss and return of power."""
         self.drive.restart()
         self.state, self._error, self._fed = INIT, False, math.nan
         self.__post_init__()
@@ -69,11 +69,11 @@ class EthercatSlave:
         return True
 
     def windows(self) -> list[MemoryWindow]:
-        """Memory windows of process data, once configured."""
+        """Windows of the ring's logical memory that carry process data, once configured."""
         return self.memory.windows() if self.state >= SAFEOP else []
 
     def tick(self, now: float) -> None:
-        """Advance to *now*, s: watch over the master."""
+        """Advance to *now*, s, and check the watchdog over the master."""
         memory = self.memory
         tick = (memory.get(m.WATCHDOG_DIVIDER, 2) + 2) * _TICK
         limit = memory.get(m.WATCHDOG_TIME, 2) * tick
@@ -168,7 +168,7 @@ class EthercatSlave:
 
 
 def add_assignment(dictionary: Dictionary) -> None:
-    """Add the further objects of an EtherCAT drive: types of its sync managers, and their PDOs."""
+    """Add the further objects of an EtherCAT drive to its dictionary: types of its sync managers, and their PDOs."""
     entries = dictionary.entries
     entries[0x1C00, 0] = ObjectEntry(bytes([4]), writable=False)
     for k in range(4):

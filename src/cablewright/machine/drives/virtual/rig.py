@@ -75,7 +75,7 @@ class VirtualRig:
 
     @property
     def tick(self) -> float:
-        """Time between two ticks, s."""
+        """Time step of the virtual drives, s."""
         return self.plant.period / _TICKS
 
     @property
@@ -84,7 +84,10 @@ class VirtualRig:
         return self.ticks * self.plant.period / _TICKS
 
     def hear(self, frame: CanFrame, now: float) -> list[CanFrame]:
-        """Pass a frame to all drives; return their answers. The plant's steps end with the SYNCs, from the first on."""
+        """Pass a frame to all drives; return their answers.
+
+        Each SYNC, from the first on, ends a step of the plant.
+        """
         if frame.id == SYNC and self._phase is None:
             self._phase = self.ticks % _TICKS
         for drive in self.drives:
@@ -122,12 +125,12 @@ class VirtualRig:
         self._load()
 
     def refill(self) -> None:
-        """Fill the drum to its initial level."""
+        """Fill the container to its initial level."""
         self.plant.refill(self.plant.settings.carrier.powder)
         self._load()
 
     def turn_by_hand(self, line: str, length: float) -> None:
-        """Pay out *length* (m) of a line as somebody would who turns its drum while nothing has power."""
+        """Pay out *length* (m) of a line, as a person who turns its drum by hand while nothing has power."""
         i, steps = self.names.index(line), 50
         speeds = np.zeros(len(self.names))
         speeds[i] = length / self.plant.truth.radii[self._lines.hosts[i]] / (steps * self.plant.period)
@@ -197,7 +200,7 @@ class VirtualPort:
         """Leave the bus; see `Port.close`."""
 
     def inject(self, frame: CanFrame) -> None:
-        """A frame of somebody else on the bus."""
+        """Add a frame of a foreign device to the bus."""
         self._deliver(frame, to_drives=True)
         self._arrived.append(frame)
 
@@ -220,7 +223,7 @@ class VirtualPort:
 
 
 def run_rig(rig: VirtualRig, port: Port, ends: Callable[[], bool] = lambda: False) -> None:
-    """Run a rig by the clock on the bus behind *port*, until *ends*; a longer standstill of the computer is lost."""
+    """Run virtual drives by the clock on the bus behind *port*, until *ends*; a longer standstill is skipped."""
     due = port.now()
     while not ends():
         due += rig.tick

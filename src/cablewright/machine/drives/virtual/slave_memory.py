@@ -1,4 +1,4 @@
-"""What an EtherCAT slave has at its addresses: registers, EEPROM, sync managers and the windows of its process data.
+"""Memory of a virtual EtherCAT slave: registers, EEPROM, sync managers and windows of its process data.
 
 As in ETG.1000.4, without distributed clocks.
 """
@@ -22,7 +22,7 @@ _EIGHT_BYTES: Final = 0x40  # are read at a time
 
 
 class SyncManager(NamedTuple):
-    """A part of the memory that whoever writes and whoever reads share."""
+    """A part of the memory that guards access by a writer and a reader."""
 
     start: int
     size: int
@@ -32,7 +32,7 @@ class SyncManager(NamedTuple):
 
 
 class MemoryWindow(NamedTuple):
-    """Bytes of the ring's logical memory that are some of the slave's."""
+    """A range of the ring's logical memory that maps to some of the slave's bytes."""
 
     logical: int
     size: int
@@ -68,7 +68,7 @@ class SlaveMemory:
         return SyncManager(start, size, control, status, bool(active & 1))
 
     def mark_full(self, k: int, full: bool) -> None:
-        """Whether the mailbox of a sync manager holds a message."""
+        """Set or clear the flag that a sync manager's mailbox holds a message."""
         self.bytes[SYNC_MANAGERS + 8 * k + 5] = FULL if full else 0
 
     def windows(self) -> list[MemoryWindow]:
@@ -111,7 +111,7 @@ class SlaveMemory:
 
 
 def eeprom_of(serial: int) -> bytes:
-    """The EEPROM of a drive (ETG.2010): who it is, its mailbox, sync managers and windows."""
+    """Return the EEPROM of a virtual drive (ETG.2010): identity, mailbox, sync managers and windows."""
     found = bytearray(0x80)
     struct.pack_into("<IIII", found, 2 * 0x08, 0, 0xCAB1E, 1, serial)
     struct.pack_into("<HHHHH", found, 2 * 0x18, MAILBOX_OUT, MAILBOX_SIZE, MAILBOX_IN, MAILBOX_SIZE, 0x04)

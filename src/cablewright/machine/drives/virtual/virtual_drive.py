@@ -1,4 +1,4 @@
-"""A servo drive as CiA 301 and CiA 402 describe it: states, ramps, limits, brake, and what makes it stop by itself."""
+"""A virtual servo drive by CiA 301 and CiA 402: states, ramps, limits, brake, and conditions of a stop."""
 
 from __future__ import annotations
 
@@ -32,10 +32,11 @@ _BRAKE_BIT, _CHAIN_BIT = 16, 17  # of the digital inputs
 
 @dataclass(eq=False)
 class VirtualDrive:
-    """One drive. Positions are counts of its motor, by its own sign; torques N m of the motor.
+    """One virtual servo drive.
 
-    ``load``: N m that its motor has to hold, of the sign that would turn it by itself; ``speed``: counts/s at which it
-    turns now. Both are for the plant behind it.
+    Positions are counts of its motor, by its own sign; torques N m of the motor. ``load``: N m that its motor has to
+    hold, of the sign that would turn it by itself; ``speed``: counts/s at which it turns now. Both are for the plant
+    behind it.
     """
 
     node: int
@@ -95,7 +96,7 @@ class VirtualDrive:
         return self.state in ENERGISED or self._holds
 
     def fail(self, code: int) -> None:
-        """Report a fault: stop by the ramp, then close the brake, then take torque away."""
+        """Report a fault: stop by the ramp, then close the brake, then remove torque."""
         if self.state in IN_FAULT:
             return
         self.dictionary[o.ERROR_CODE] = code
@@ -106,7 +107,7 @@ class VirtualDrive:
         self.outbox.append(CanFrame(o.SYNC + self.node, code.to_bytes(2, "little") + bytes(6)))
 
     def restart(self) -> None:
-        """Lose power, and come back with the values of the factory; the position of the motor is kept."""
+        """Simulate a loss and return of power: factory values; the position of the motor is kept."""
         self.state, self.brake_closed, self.nmt = PowerState.DISABLED, True, o.PREOPERATIONAL
         self._closing, self._holds, self._closes_in = False, False, math.inf
         self.speed = self._wanted = self._error = 0.0
@@ -135,7 +136,7 @@ class VirtualDrive:
             self._hear_pdo(frame, now)
 
     def object_answer(self, request: bytes) -> bytes | None:
-        """The answer to a request for an object by a mailbox, in which a text is whole."""
+        """Return the answer to a mailbox request for an object, in which a text is whole."""
         answer = self._ask(request)
         return None if answer is None else answer.data + self.dictionary.rest()
 
@@ -156,7 +157,7 @@ class VirtualDrive:
                 self.command(0x1600 + k, frame.data, now)
 
     def command(self, mapping: int, data: bytes, now: float) -> None:
-        """Process a PDO of that *mapping*, at *now*, s."""
+        """Process a PDO with that *mapping* at *now*, s."""
         entries = self.dictionary.mapped(mapping)
         if len(data) != sum(len(each.data) for each in entries):
             self.fail(SHORT_PDO)
@@ -170,7 +171,7 @@ class VirtualDrive:
             self._control(self.dictionary[o.CONTROLWORD])
 
     def told(self, mapping: int) -> bytes:
-        """Return the bytes of a PDO with that *mapping*."""
+        """Return the bytes of the PDO with that *mapping* that the drive sends."""
         return b"".join(each.data for each in self._refresh().mapped(mapping))
 
     def _answers(self) -> list[CanFrame]:
@@ -250,7 +251,7 @@ class VirtualDrive:
             self._closes_in = min(self._closes_in, self.brake_time)
 
     def tick(self, now: float, dt: float) -> None:
-        """Advance by *dt*, s, to *now*: watch, ramp, and set the `speed` for the plant."""
+        """Advance by *dt*, s, to *now*: supervision, ramps, and the `speed` for the plant."""
         if not self.dead:
             self._watch(now)
         self._brake(dt)

@@ -1,1 +1,1 @@
-"""What moves in a simulated machine besides its winches: masses, a retraction, lines that break."""
+"""Moving parts of a simulated machine besides its winches: masses, a retraction, lines that break."""

@@ -1,4 +1,4 @@
-"""Where a body comes to rest when the equilibrium it was in is no more: by its own motion, well damped."""
+"""Search for the next equilibrium, by damped motion, where the previous one no longer exists."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ _STANDS: Final = 1e-4  # m/s and rad/s
 
 
 def settle(packed: Packed, body: Array, before: Array, after: Array, pose: Array, states: Array) -> bool:
-    """Let the *body* (BODY,) move from rest at *pose* (6,), as lengths go from *before* to *after*, until it stands.
+    """Let the *body* (BODY,) move, damped, from rest at *pose* (6,) until it stands, as lengths change.
 
-    *pose* and *states* are updated in place. Returns False where it does not come to rest, or falls out of the range in
-    which lines can be computed.
+    They change from *before* to *after*. *pose* and *states* are updated in place. Returns False where it does not come
+    to rest, or falls out of the range in which lines can be computed.
     """
     motion, damped = np.zeros(dynamics.MOTION), _damped(body)
     motion[:3], motion[TURN : TURN + 3] = pose[:3], pose[3:]

@@ -1,4 +1,4 @@
-"""Planned faults of lines: one that breaks, one that leaves its sheave."""
+"""Planned faults of simulated lines: one that breaks, one that leaves its sheave."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _AXLE: Final = 1e-3  # m, least radius
 
 
 class LineFaults:
-    """Faults of lines, each from its time on for good."""
+    """Planned line faults; each lasts from its time on."""
 
     SAVED = ("_begun",)
 

@@ -1,4 +1,4 @@
-"""Mass, centre and inertia of the load on the lines: a drum on a point platform, or a rigid body."""
+"""Mass, centre and inertia of the load on the lines: a container on a point platform, or a rigid body."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Masses:
         return self._settings.owner.carrier.empty_mass + powder + stuck
 
     def numbers(self, powder: float, stuck: float, length: float) -> Array:
-        """Return the kernel's numbers (BODY,) with the content of `total`, at the *length*, m, of a retraction."""
+        """Return the kernel's numbers (BODY,) for the masses of `total`, at the *length*, m, of a retraction."""
         numbers = self._constant.copy()
         if self._settings.simulation.drum is not None:
             _put_drum(self._settings.owner.point_drum, powder, stuck, numbers)

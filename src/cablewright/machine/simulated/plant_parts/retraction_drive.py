@@ -20,7 +20,7 @@ _CONDITIONS = (
 
 
 class RetractionAxis:
-    """The retraction of a robot's platform; of a robot without one, nothing that moves."""
+    """The drive that retracts a robot's platform; of a robot without one, nothing that moves."""
 
     SAVED = ("drive.beam",)
 
@@ -56,7 +56,7 @@ class RetractionAxis:
 
     @property
     def has_drive(self) -> bool:
-        """Whether anything can retract."""
+        """Whether the platform can retract."""
         return len(self.drive.beam) > 0
 
     @property
@@ -69,13 +69,16 @@ class RetractionAxis:
         self.drive.speed[0] = speed
 
     def move(self, lines: Array, pull: float, period: float) -> None:
-        """Move for a *period*, s, against the *pull* (N) of lines and weight, with the platform points of *lines*."""
+        """Move the retraction for a *period*, s, against the *pull* (N) of lines and weight.
+
+        The platform points of *lines* move with it.
+        """
         numbers = self.drive.beam
         retracting_platform.turn_drive(numbers, float(self.drive.speed[0]), pull, period, self.drive.flags)
         self.put(lines)
 
     def put(self, lines: Array) -> None:
-        """Put the platform points of the packed *lines* to where they are."""
+        """Write the present platform points to the packed *lines*."""
         if self.has_drive:
             retracting_platform.set_points(lines, self.drive.beam, self.drive.moved, self.drive.fixed, self.length)
 

@@ -1,4 +1,4 @@
-"""The simulated drive that turns a drum about its axis, in series with the twist of its lines."""
+"""The simulated drive that turns the container about its axis, in series with the twist of its lines."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from cablewright.machine.carried_load import YawDrive
 
 
 class YawAxis:
-    """A geared drive between drum and suspension; without settings, one that stands at 0.
+    """A geared drive between container and suspension; without settings, one that stands at 0.
 
-    ``angle``: rad, of the drum against the suspension, which also stands without power; ``speed``: rad/s.
+    ``angle``: rad, of the container against the suspension, which also stands without power; ``speed``: rad/s.
     """
 
     SAVED = ("angle", "speed")
@@ -24,7 +24,7 @@ class YawAxis:
 
     @property
     def has_drive(self) -> bool:
-        """Whether the drum can be turned."""
+        """Whether the container can be turned."""
         return self._settings is not None
 
     def command(self, speed: float) -> None:
@@ -32,9 +32,10 @@ class YawAxis:
         self._commanded = speed
 
     def turn(self, period: float, twist: float, stiffness: float) -> None:
-        """Turn for a *period*, s. With the drive at 0 the lines would be twisted by *twist*, rad; *stiffness*: N m/rad.
+        """Turn the container for a *period*, s, against the twist of the lines.
 
-        The drive yields where the torque of the lines is over its own.
+        With the drive at 0 the lines would be twisted by *twist*, rad; *stiffness*: N m/rad. The drive yields where the
+        torque of the lines is over its own.
         """
         own = self._settings
         assert own is not None  # as `has_drive` says

@@ -1,4 +1,4 @@
-"""Simulated sensors: the flaws of one unit, and how it reads the true state. Modules are found, not listed."""
+"""Simulated sensors: the flaws of one unit, and its readings of the true state. Modules are found, not listed."""
 
 from __future__ import annotations
 

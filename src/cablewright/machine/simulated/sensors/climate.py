@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class Thermometer(TimedSensor[ClimateSensor, SensorFlaws]):
-    """Temperature and relative humidity."""
+    """Simulated sensor of temperature and relative humidity."""
 
     def _measure(self, state: RigState) -> Climate | None:
         settings, flaws = self.settings, self.flaws

@@ -1,4 +1,4 @@
-"""Simulated distance sensor at the nozzle: along the drum's or the body's z, to the floor or what lies on it."""
+"""Simulated distance sensor at the nozzle: along the platform's z, to the floor or the laid material."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Rangefinder(TimedSensor[DistanceSensor, SensorFlaws]):
-    """One distance sensor; its reading is NaN where nothing comes back."""
+    """One simulated distance sensor; its reading is NaN where no echo comes back."""
 
     def _mount(self, machine: Mounted) -> None:
         self._nozzle, self._way = machine.nozzle, -machine.mounting(self.source)[:, 2]

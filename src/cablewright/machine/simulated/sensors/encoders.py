@@ -21,7 +21,7 @@ _BITS: Final = 24  # of a counter
 
 
 class EncoderReader(TimedSensor[Encoder, SensorFlaws]):
-    """All encoders, read at the same time; their only error is quantisation."""
+    """All simulated encoders, read at the same time; their only error is quantisation."""
 
     def _measure(self, state: RigState) -> Encoders | None:
         chance, which, bit = self._random.random(), self._random.random(), int(self._random.integers(_BITS))

@@ -1,4 +1,4 @@
-"""Simulated inertial measurement unit on the drum: accelerometer and gyro."""
+"""Simulated inertial measurement unit on the platform: accelerometer and gyro."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class InertialFlaws(SensorFlaws):
 
 
 class InertialUnit(TimedSensor[InertialSensor, InertialFlaws]):
-    """One unit; its biases are drawn once."""
+    """One simulated inertial unit; its biases are drawn once."""
 
     def _mount(self, machine: Mounted) -> None:
         self._gravity, self._place = machine.robot.scene.gravity, np.array(self.settings.place)

@@ -1,4 +1,4 @@
-"""Simulated accelerometers on the lines, a known distance before B: angle of the tangent, with the line's vibration."""
+"""Simulated accelerometers on the lines near B: angle of the cable, with its vibration."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ class TensionFlaws(SensorFlaws):
 
 
 class TensionSensors(TimedSensor[TensionSensor, TensionFlaws]):
-    """One for each line. Their zeros are drawn once and then drift as a random walk."""
+    """Simulated tension sensors, one for each line. Their zeros are drawn once and then drift as a random walk."""
 
     SAVED = (*TimedSensor.SAVED, "_zeros")
 

@@ -1,4 +1,4 @@
-"""Sensors that are read at a fixed rate, in steps of the machine: what the simulation of one declares."""
+"""Simulated sensors that are read at a fixed rate, and the declaration of each."""
 
 from __future__ import annotations
 

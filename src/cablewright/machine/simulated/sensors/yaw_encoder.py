@@ -1,4 +1,4 @@
-"""Simulated encoder of the drive that turns a drum about its axis."""
+"""Simulated encoder of the drive that turns the container about its axis."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class YawReader(TimedSensor[YawEncoder, SensorFlaws]):
-    """Angle of a drum's yaw drive."""
+    """Simulated angle of the container's yaw drive."""
 
     def _measure(self, state: RigState) -> YawAngle | None:
         noise, chance, anywhere = self._random.standard_normal(), self._random.random(), self._random.random()

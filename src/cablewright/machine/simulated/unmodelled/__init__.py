@@ -1,1 +1,1 @@
-"""Effects of a simulated machine that no model has: creep, hysteresis, friction, soft mounts, backlash, wind."""
+"""Effects of a simulated machine that models omit: creep, hysteresis, friction, soft mounts, backlash, wind."""

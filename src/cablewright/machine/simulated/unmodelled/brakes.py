@@ -1,9 +1,9 @@
-"""Brakes that give: a closed one holds its drum up to a torque, and slips beyond it until its line pulls no more.
+"""Brakes that slip: a closed one holds its drum up to a torque, and slips beyond it until the line's pull falls.
 
-Coulomb friction, at rest as in motion, of a drum without inertia: the kernel pays out what a line between fixed ends
-would need to be held, and as far as the platform goes away besides. In the quasi-static plant, where it goes as far as
-lines let it, a line is as soft as its last slip has shown. A brake only takes energy. The drum turns its motor, so that
-encoders count the way.
+Coulomb friction, at rest as in motion, of a drum without inertia: the kernel pays out the length that a line between
+fixed ends would need to be held, and the distance that the platform moves away besides. In the quasi-static plant,
+where it moves as far as lines let it, a line is as soft as its last slip has shown. A brake only takes energy. The drum
+turns its motor, so that encoders count the way.
 """
 
 from __future__ import annotations
@@ -41,9 +41,9 @@ class Brakes:
         self._softer = np.ones(len(names))  # than between fixed ends
 
     def close(self, closed: Mask, winches: Winches, softness: Array) -> None:
-        """Close those that are *closed* (m,), open the others; *softness* (m,): m/N, of lines per pull on drums.
+        """Close the brakes that are *closed* (m,), open the others.
 
-        A drum with several lines is as stiff as all of them together.
+        *softness* (m,): m/N, of lines per pull on drums. A drum with several lines is as stiff as all of them together.
         """
         if not winches.lines.plain:
             stiffness = np.abs(winches.lines.senses) @ (1.0 / softness)
@@ -52,7 +52,7 @@ class Brakes:
         winches.set_brakes(np.where(closed, self.torques, 0.0), softness)
 
     def yield_by_secants(self, winches: Winches, pulls: Array) -> None:
-        """Take lines for as soft as they were when they last slipped, by the *pulls* (m,), N, at the winches since.
+        """Update the lines' softness from their last slip, by the *pulls* (m,), N, at the winches since.
 
         Of a drum with several lines by the pull of all.
         """
@@ -68,11 +68,11 @@ class Brakes:
         was[:, winding.PULL] = 0.0  # nothing has a speed
 
     def forget(self, winches: Winches) -> None:
-        """Count slip from the present angles of the drums, by a person's order to reset."""
+        """Restart the count of slip at the present angles of the drums, when a person orders a reset."""
         winches.slipped[:] = 0.0
 
     def notices(self, winches: Winches) -> list[Notice]:
-        """Report each winch that has slipped too far since the last reset, as a machine with drives does."""
+        """Return a notice for each winch that slipped too far since the last reset, as a machine with drives does."""
         lengths = winches.slipped * winches.leaving_radii
         worst = int(np.argmax(lengths))
         if lengths[worst] <= self._limit:

@@ -1,4 +1,7 @@
-"""Creep of the cables of a machine that no model has, by the law of `models.creep`. All numbers here are assumed."""
+"""Creep of a simulated machine's cables beyond the described creep, by the law of `models.creep`.
+
+All numbers here are assumed.
+"""
 
 from __future__ import annotations
 
@@ -18,13 +21,13 @@ from cablewright.models.creep import (
 
 
 def step_response(times: Array) -> Array:
-    """Return the creep at *times* (k,), s, after a load began, over that after an hour."""
+    """Return the creep strain at *times* (k,), s, after a load begins, relative to that after an hour."""
     voigt = (share * voigt_response(times, time) for time, share in zip(RETARDATIONS, VOIGT_SHARES, strict=True))
     return np.asarray(sum(voigt) + LOG_SHARE * log_response(times))
 
 
 def elements() -> tuple[Array, Array]:
-    """Return retardation times (k,), s, and strains at the end of all time (k,), over the creep after an hour."""
+    """Return retardation times (k,), s, and final strains (k,) of the creep law, relative to creep after an hour."""
     times, spread = log_elements()
     sizes = [share * voigt_size(time) for time, share in zip(RETARDATIONS, VOIGT_SHARES, strict=True)]
     return np.concatenate([RETARDATIONS, times]), np.concatenate([sizes, LOG_SHARE * spread])

@@ -44,5 +44,5 @@ class CableHysteresis:
 
     @property
     def settled(self) -> Array:
-        """The strain (m,) at which that of lines arrives when loads stay as they are."""
+        """Return the strain (m,) that lines reach if their loads stay as they are."""
         return np.asarray((self.places - self._begin[:, None]) @ self._softness)

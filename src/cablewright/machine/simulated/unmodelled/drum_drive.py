@@ -1,7 +1,7 @@
-"""Between a winch's motor and its cable: gears that twist and turn unevenly, and cable that slides on the drum.
+"""Drive train between a winch's motor and its cable: elastic, uneven gears, and cable that slides on the drum.
 
-What motors count and what drums pay out differ. Gears twist in proportion to the torque of the line; toothing moves the
-drum by a sine of its own angle; and cable slides out under its pull, in proportion to the way that the drum turns.
+So motor counts and the cable paid out differ. Gears twist in proportion to the torque of the line; toothing moves the
+drum by a sine of its own angle; and cable slides out under its pull, in proportion to the angle that the drum turns.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""Sizes of a plant's unmodelled effects: tables of ``[simulation]``. All are 0, so absent, by default."""
+"""Settings of a simulated machine's unmodelled effects: tables of ``[simulation]``.
+
+All are 0, so absent, by default.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,7 @@ _Value = TypeVar("_Value")
 
 
 def of_lines(lines: Sequence[str], by_line: Mapping[str, _Value], other: _Value) -> list[_Value]:
-    """Return a value for each of the *lines*: the one that *by_line* has for its name, or *other* if it has none.
+    """Return a value for each of the *lines*: that of its name in *by_line*, or *other*.
 
     Raises `UnknownName` for a name that is no line.
     """
@@ -78,9 +81,10 @@ class WinchGears(Description):
 
 
 class WinchBrakes(Description):
-    """Brakes of the winches. ``torque``: N m at the drum, holding limit; 0: none.
+    """Brakes of the simulated winches.
 
-    ``by_line``: torques of some lines, by name. Each has a uniform relative error of at most ``spread``.
+    ``torque``: N m at the drum, holding limit; 0: none. ``by_line``: torques of some lines, by name. Each has a uniform
+    relative error of at most ``spread``.
     """
 
     torque: Annotated[NonNegative[Torque], Field(le=1e6)] = 0.0
@@ -89,14 +93,14 @@ class WinchBrakes(Description):
 
     @property
     def give(self) -> bool:
-        """Whether any brake can slip."""
+        """Return whether any brake can slip."""
         return any((self.torque, *self.by_line.values()))
 
 
 class Wind(Description):
     """A horizontal force on the platform, a first-order Gauss-Markov process.
 
-    ``force``: its root mean square, N; ``correlation``: s, in which it forgets all but 1/e.
+    ``force``: its root mean square, N; ``correlation``: s, in which its correlation falls to 1/e.
     """
 
     force: Size = 0.0

@@ -1,8 +1,8 @@
-"""Compliant exit points: the cable's force F displaces each mount by d = C F, in equilibrium with the statics.
+"""Compliant exit points of the simulated machine: the force F displaces each mount by d = C F, in equilibrium.
 
 F is the pull of the free span, and of the dead span where its winch stands apart (`winch_exit`); a winch that is not
-described sits on the same mount, whose own forces cancel out. d is from where the exit was surveyed without load. The
-winch stays where it is.
+described sits on the same mount, whose own forces cancel out. d is from the surveyed exit point without load. The winch
+stays where it is.
 """
 
 from __future__ import annotations
@@ -35,7 +35,10 @@ class ExitMountState:
     def close(
         self, packed: Packed, kept: Indices, lengths: Array, pose: Array, states: Array, ratio: Array, work: Work
     ) -> int:
-        """Displace the exit points of *packed*, of the lines *kept*, until all is in equilibrium; return a code."""
+        """Displace the exit points of *packed* until lines, mounts and platform are in equilibrium; return a code.
+
+        *kept*: indices of the lines in *packed*.
+        """
         displaced = self.displaced[kept]
         given = (packed, lengths, pose, states, ratio[kept], self._compliance[kept], displaced, work)
         code = int(exit_mounts.close(*given))

@@ -1,4 +1,4 @@
-"""Backlash of a winch's gear: the drum need not be where the motor's encoder says.
+"""Backlash of a winch's gear: the drum may deviate from the position that the motor's encoder shows.
 
 A line that pulls turns its drum against one flank, always the same: nothing is lost however the motor turns. A line
 that pulls less than the bearings' friction leaves the drum where it stands until the other flank takes it along.
@@ -12,7 +12,7 @@ from cablewright.foundation.arrays import Array
 
 
 class GearBacklash:
-    """Lag of m drums behind their motors."""
+    """Lag of m drums behind their motors by backlash."""
 
     SAVED = ("_angles", "lag")
 

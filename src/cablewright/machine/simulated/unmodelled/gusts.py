@@ -1,4 +1,4 @@
-"""Wind: a horizontal force on the platform, a first-order Gauss-Markov process, exact for any step."""
+"""Wind gusts: a random horizontal force on the platform, a first-order Gauss-Markov process, exact for any step."""
 
 from __future__ import annotations
 

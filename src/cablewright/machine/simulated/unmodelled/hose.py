@@ -1,7 +1,7 @@
-"""A hose or cable chain that hangs from a point of the frame to the platform's origin, and pulls it.
+"""Force of a hose or cable chain that hangs from a point of the frame to the platform's origin.
 
-An inextensible catenary: with u = w d / 2H over the horizontal distance d and the height h between its ends,
-sinh(u) / u = sqrt(L^2 - h^2) / d (Irvine 1981). It touches nothing, and does not bend against its stiffness.
+An inextensible catenary: with u = w d / 2H over the horizontal distance d and the height h between its ends, sinh(u) /
+u = sqrt(L^2 - h^2) / d (Irvine 1981). It touches nothing, and does not bend against its stiffness.
 """
 
 from __future__ import annotations

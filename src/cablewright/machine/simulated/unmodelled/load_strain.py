@@ -42,7 +42,7 @@ class LoadStrain:
         self._curved += share * (self.curve(loads) - self._curved)
 
     def curve(self, loads: Array) -> Array:
-        """Return the strain (m,) by the stiffening at which lines arrive when *loads* (m,), N, stay as they are.
+        """Return the strain (m,) due to stiffening that lines reach if *loads* (m,), N, stay as they are.
 
         It is that from the loads at the start to these, less the elastic one.
         """

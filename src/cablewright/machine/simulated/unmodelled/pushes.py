@@ -1,4 +1,4 @@
-"""A person who pushes the platform now and then: a horizontal force that lasts for a while."""
+"""Simulated people who push the platform now and then: a horizontal force that lasts for some seconds."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _LENGTHS = (0.5, 1.5)  # shortest and longest, of the mean
 
 
 class Pushes:
-    """The force by time: it follows from the seed, so that there is no state to keep."""
+    """Push forces by time; they follow from the seed, so that there is no state to keep."""
 
     def __init__(self, force: float, pause: float, length: float, seed: int) -> None:
         """*force*: N, in a direction that each push has for itself; *pause* and *length*: s, their means."""
@@ -20,7 +20,7 @@ class Pushes:
         self._spells = Spells(pause, (_LENGTHS[0] * length, _LENGTHS[1] * length), seed, PUSHES)
 
     def at(self, time: float) -> Array:
-        """Return the force (2,), N, at *time*, s."""
+        """Return the push force (2,), N, at *time*, s."""
         spell = self._spells.at(time)
         if spell is None:
             return np.zeros(2)

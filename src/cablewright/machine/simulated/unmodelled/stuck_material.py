@@ -1,7 +1,7 @@
-"""Material that sticks to the nozzle: the platform grows heavier than its owner believes, and less is laid than is fed.
+"""Material that sticks to the nozzle: the platform becomes heavier than known, and less is laid than is fed.
 
 A share of the released material sticks, less and less as the crust nears the most that stays on: dm = s (1 - m / M) df
-with f what has left the valve, so that m = M (1 - exp(-s f / M)), exact for any step. None of it falls off.
+with f the released mass, so that m = M (1 - exp(-s f / M)), exact for any step. None of it falls off.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""All of it on one rig, advanced at the end of each step of the machine for the next one; see `docs/machine.md`."""
+"""All unmodelled effects on one rig, advanced at the end of each step of the machine; see `docs/machine.md`."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from cablewright.robot import Robot
 
 
 class Unmodelled:
-    """Unmodelled effects on a rig; effects of size 0 are None.
+    """Unmodelled effects on a simulated machine; effects of size 0 are None.
 
     The reference load of all cables is the mean of the lines' tensions at the start.
     """
@@ -96,14 +96,14 @@ class Unmodelled:
 
     @property
     def strain(self) -> Array | float:
-        """Strain (m,) of cables without elasticity and heat: creep as described and not, hysteresis, and by load."""
+        """Return the inelastic strain (m,) of cables: described and further creep, hysteresis, and by load."""
         parts = (*self.creeps.values(), *(each for each in (self.hysteresis, self.load_strain) if each is not None))
         return sum(each.strain for each in parts)
 
     def advance(
         self, packed: Packed, states: Array, planes: Array, winches: Winches, place: Array, period: float, air: Air
     ) -> None:
-        """Advance by the *period*, s, that has passed since the last call; *packed* and *winches* change in place.
+        """Advance all effects by the *period*, s, since the last call; *packed* and *winches* change in place.
 
         *place* (3,): m, of the platform's origin.
         """
@@ -157,7 +157,7 @@ class Unmodelled:
 
 
 def softness(packed: Packed, states: Array) -> Array:
-    """Return by how much straight lines with *states* (m, 6) stretch between fixed ends per pull on drums, (m,) m/N."""
+    """Return the stretch of straight lines with *states* (m, 6) between fixed ends per pull on drums, (m,) m/N."""
     own, lines = LineStates(states), LineNumbers(packed.lines)
     length = lines.spans * own.free_length + own.dead_length
     return np.asarray((lines.free_compliance * length + lines.spring) / np.maximum(lines.pulls / lines.spans, 1.0))
