@@ -11,6 +11,10 @@ from typing import Final
 
 _ONE_LINE: Final = 24  # characters
 _FEW_COLUMNS: Final = 4  # that fit a phone
+_DARK: Final = "screen and (prefers-color-scheme: dark)"
+
+
+Themed = tuple[bytes, bytes]  # a picture as PNG files, for a light and for a dark page
 
 
 class Html(str):
@@ -68,11 +72,11 @@ def cards(figures: Iterable[tuple[str, str, str]]) -> Html:
     return element("dl", *shown, class_="cards")
 
 
-def picture(png: bytes, told: str, caption: str) -> Html:
-    """Return a picture that is part of the page, ``told`` to those who do not see it."""
-    data = base64.b64encode(png).decode("ascii")
-    image = Html(f'<img src="data:image/png;base64,{data}" alt="{escape(told)}">')
-    return element("figure", image, element("figcaption", caption))
+def picture(drawn: Themed, told: str, caption: str) -> Html:
+    """Return a picture that is part of the page, light or dark as the page; ``told``: its text for screen readers."""
+    light, dark = (f"data:image/png;base64,{base64.b64encode(png).decode('ascii')}" for png in drawn)
+    images = f'<source srcset="{dark}" media="{_DARK}"><img src="{light}" alt="{escape(told)}">'
+    return element("figure", element("picture", Html(images)), element("figcaption", caption))
 
 
 def bundled(name: str) -> str:
