@@ -30,7 +30,7 @@ def element(name: str, *content: str, **attributes: str) -> Html:
 
 
 def join(parts: Iterable[str], between: str = "") -> Html:
-    """Return the HTML of the parts one after the other; other text is escaped."""
+    """Return HTML of parts one after the other; plain text is escaped."""
     return Html(between.join(part if isinstance(part, Html) else escape(part) for part in parts))
 
 
@@ -59,7 +59,7 @@ def notice(text: str) -> Html:
 
 
 def short_name(name: str) -> str:
-    """Keep a name on one line where it is short enough."""
+    """Return HTML that keeps a short name on one line."""
     return element("span", name, class_="keep") if len(name) <= _ONE_LINE else name
 
 
@@ -80,7 +80,7 @@ def picture(drawn: Themed, told: str, caption: str) -> Html:
 
 
 def bundled(name: str) -> str:
-    """Return the text of a file of this package, such as a style sheet."""
+    """Return the text of a file of this Python package, such as a style sheet."""
     return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
 
 
