@@ -38,4 +38,4 @@ def test_a_command_answers_with_its_sentence(cli, folder: Path, monkeypatch, com
 
 
 def test_the_page_is_read() -> None:
-    assert len(ROWS) == 29
+    assert len(ROWS) == 24

@@ -358,7 +358,7 @@ def example() -> str:
     warm = 21.0 + 3.0 * np.sin(times / 3000.0)
     pace = np.exp(EXAMPLE_ENERGY * by_temperature(warm, 22.5))
     strain = force / STIFFNESS + histories(times, force, TAUS, pace) @ COMPLIANCES + ALPHA * (warm - warm[0])
-    rows = ["# synthetic: no machine has measured it; docs/creep.md has the rule",
+    rows = ["# synthetic: no machine has measured it; tests/calibration/test_creep.py has the rule",
             "time (s),force (kN),elongation (mm),temperature (K)"]  # fmt: skip
     for t, f, e, w in zip(times, force, strain, warm, strict=True):
         seen = f / 1e3 + draws.gauss(0.0, 0.001), 1e3 * LENGTH * e + draws.gauss(0.0, 0.002)

@@ -468,10 +468,10 @@ def test_a_good_file_with_a_wound(file: Path, wound: bytes, at: int) -> None:
 
 
 def example() -> str:
-    """The rule of examples/tensile.csv, which docs/modulus.md states."""
+    """The rule of examples/tensile.csv."""
     rng, top, preload = random.Random(2021), 6.0, 0.1  # kN
     way = top - preload
-    title = "# Synthetic, no machine has measured this: the rule is in docs/modulus.md."
+    title = "# Synthetic, no machine has measured this: the rule is in tests/calibration/test_modulus.py."
 
     def wires(x: float) -> float:
         return 1.34 * (x + 0.15 * x * x / way)

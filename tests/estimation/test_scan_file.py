@@ -277,6 +277,9 @@ def test_wounded_files(folder: Path, good: tuple[bytes, str], at: int, gone: int
 
 def test_the_example_follows_its_rule() -> None:
     a, r = scan(rectangle(), (0.4, -0.6, math.radians(12)), np.random.default_rng(2023), spikes=0.01)
-    lines = ["# Synthetic, no lidar has measured this: the rule is in docs/walls.md.", "angle,distance"]
+    lines = [
+        "# Synthetic, no lidar has measured this: the rule is in tests/estimation/test_scan_file.py.",
+        "angle,distance",
+    ]
     lines += [f"{math.degrees(angle):.2f},{1e3 * far:.0f}" for angle, far in zip(a, r, strict=True)]
     assert (ROOT / "examples" / "scan.csv").read_text() == "\n".join(lines) + "\n"

@@ -82,7 +82,7 @@ class LineQuantities:
 
     @classmethod
     def of(cls, rows: Equilibrium) -> LineQuantities:
-        """Return the quantities of solved poses at rest."""
+        """Return the limited quantities of all lines at solved poses, at rest."""
         low, high = rows.extremes()
         still = np.zeros_like(rows.lengths)
         angles = swing_angles(rows), lever_angles(rows)
@@ -99,11 +99,11 @@ class Limit:
     why: str  # its purpose, as written in reports
 
     def values(self, lines: LineQuantities) -> Array:
-        """Return the limited quantity, (k, m)."""
+        """Return the quantity (k, m) that this limit bounds, at k poses."""
         return np.asarray(getattr(lines, self.name.replace(" ", "_")))
 
     def allowed(self, lines: Sequence[Line]) -> Array:
-        """Return the lowest and highest allowed value of each line, (m, 2); infinite where it has no such limit."""
+        """Return the lowest and highest allowed value of each line, (m, 2); infinite for a line without this limit."""
         return np.array([self.bounds(line) or (-np.inf, np.inf) for line in lines])
 
 
@@ -219,7 +219,7 @@ def at_most(
 
 
 def merged(findings: Sequence[Finding]) -> list[Finding]:
-    """Return the finding of one limit over all blocks of samples from the *findings* in each of them; none of none."""
+    """Return the finding of one limit along a path from its *findings* in blocks of samples; None if there are none."""
     if not findings:
         return []
     worst = min(findings, key=lambda found: found.margin)

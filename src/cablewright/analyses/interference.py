@@ -74,7 +74,7 @@ class Contact(Result):
 
     @property
     def pair(self) -> list[str]:
-        """The line and its nearest neighbour."""
+        """Names of the line and of the object nearest to it."""
         return [self.line, self.other]
 
 
@@ -215,12 +215,12 @@ class Interference(Distances):
 
     @property
     def robot(self) -> Robot:
-        """The robot."""
+        """The robot whose distances were computed."""
         return self.equilibrium.model.robot
 
     @property
     def bound(self) -> float:
-        """The largest of `bounds`, m; 0 without poses."""
+        """Largest error of the distances, m: that of `bounds`; 0 without poses."""
         return float(self.bounds.max(initial=0.0))
 
     @property
@@ -259,7 +259,7 @@ class Interference(Distances):
         return Interference(held, self.settings, self.part, *arrays, self.clearance)
 
     def curves(self, row: int = 0) -> list[Array]:
-        """Return the lines of one row as polylines (k, 3), m, world; none where the row has no solution."""
+        """Return the lines at one pose as polylines (k, 3), m, world; an empty list without a solution."""
         one = self[row].equilibrium
         _, poses, states = one.solved_arrays()
         return polylines(one.packed, poses[0], states[0], self.settings.tolerance, self.settings.ends)

@@ -94,7 +94,7 @@ class JobDistances:
 
     @property
     def nearest(self) -> Contact | None:
-        """Return the nearest contact of all; its row is the sample. None if there is none."""
+        """Return the contact with the smallest distance along the job; None if there is none."""
         return min((each for each in self.contacts if each is not None), key=lambda each: each.margin, default=None)
 
     @property

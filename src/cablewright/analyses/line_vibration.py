@@ -90,17 +90,17 @@ class LineVibration(Result):
 
     @property
     def tension_sigma(self) -> float:
-        """Standard deviation of the tension, N."""
+        """Standard deviation of the tension by the frequency, N."""
         return 2.0 * self.tension * self.frequency_sigma / self.frequency
 
     @property
     def density_sigma(self) -> float:
-        """Standard deviation of the density, kg/m."""
+        """Standard deviation of the cable's linear density, kg/m."""
         return 2.0 * self.density * self.frequency_sigma / self.frequency
 
     @property
     def modulus(self) -> str:
-        """Whether the two frequencies determine EA; without the second, whether they would with the file's EA."""
+        """Whether both frequencies determine the cable's EA; with one frequency alone, whether a second would."""
         known = (
             self.tension < self.modulus_below if self.in_plane_frequency is None else self.modulus_factor is not None
         )

@@ -117,7 +117,7 @@ class Modes(Pictured):
 
     @property
     def single(self) -> bool:
-        """Whether these modes are of one equilibrium, not of a batch."""
+        """Whether the modes are of one equilibrium, not of a batch of them."""
         return self.equilibrium.single
 
     def __len__(self) -> int:
@@ -126,7 +126,7 @@ class Modes(Pictured):
 
     @property
     def has_modes(self) -> bool:
-        """Whether any pose balances."""
+        """Whether natural frequencies exist: any pose is in equilibrium."""
         return bool(np.isfinite(self.frequencies).any())
 
     @property
@@ -136,7 +136,7 @@ class Modes(Pictured):
 
     @property
     def damping(self) -> Damping:
-        """The share of critical damping of every mode."""
+        """Damping ratio of every mode."""
         return self.equilibrium.model.robot.damping
 
     @property

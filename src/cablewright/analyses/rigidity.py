@@ -83,7 +83,7 @@ def natural_frequencies(
 
 
 def held(robot: Robot | Model, poses: ArrayLike | None, options: HoldOptions) -> Equilibrium:
-    """Return the equilibrium in which `inverse` holds *poses*. Raises `InputError` where there are none."""
+    """Return the equilibrium at *poses* with the tensions of `inverse`. Raises `InputError` if there is none."""
     if poses is None:
         raise InputError("poses: a pose, or rows of poses, is expected")
     return inverse(robot, poses, **options)

@@ -29,7 +29,7 @@ def tensions_by_acceleration(held: Equilibrium, linear: Linearisation) -> Array:
 
 
 class FedForward(NamedTuple):
-    """Samples whose lengths hold the accelerating platform, and how their tensions differ from those at rest."""
+    """Samples with lengths that compensate inertial forces, and the change of their tensions from rest."""
 
     rows: NDArray[np.int64]  # of all samples, those that are held at rest and accelerated
     moving: Equilibrium | None  # of these rows; None: there are none

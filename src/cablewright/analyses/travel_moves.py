@@ -61,10 +61,7 @@ class LedTravel:
 
 
 def driven(robot: Robot, job: Job, samples: Samples, beads: Beads) -> Samples:
-    """Return *samples* of a *job* with the speeds and the travel moves of its motion on a *robot*.
-
-    Raises as `driven_job`.
-    """
+    """Return *samples* of a *job* with the *robot*'s speeds and with safe travel moves. Raises as `driven_job`."""
     fast = fed(robot, job, samples)
     return fast if job.motion.travel == "gcode" else led(Model.full(robot), job, fast, beads)[0]
 
@@ -200,7 +197,7 @@ class _Search:
         return [(int(begins[run]), int(ends[run])) for run in runs]
 
     def shortest(self, asis: Array, now: float) -> _Way | None:
-        """Return the shortest safe way tried from the first to the last of *asis* (k, 3), m; None: none is safe."""
+        """Return the shortest safe detour for a travel move *asis* (k, 3), m, of those tried; None: none is safe."""
         return next((way for way in _ways(self.model, asis) if self._is_safe(way.places, now)), None)
 
     def _is_safe(self, places: Array, now: float) -> bool:

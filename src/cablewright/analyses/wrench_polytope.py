@@ -75,7 +75,7 @@ class WrenchPolytope(Pictured, Rows):
 
     @property
     def facets(self) -> Array:
-        """The number of facets."""
+        """Number of facets of the polytope of available wrenches."""
         return np.asarray(np.isfinite(self.offsets).sum(axis=-1))
 
     def distances(self, wrench: ArrayLike) -> Array:

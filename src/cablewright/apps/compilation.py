@@ -141,7 +141,7 @@ class _Work:
 
 
 def prepare(names: tuple[str, ...], say: Say) -> None:
-    """Compile the kernels of the tasks with these *names*, in this process and others."""
+    """Compile the numerical kernels of the tasks with the given *names*, in this process and others."""
     processes = min(len(names), thread_count(), MAX_PROCESSES) if _is_shared() else 1
     work = _Work(names, deque(names), say, processes)
     work.tell()

@@ -27,7 +27,7 @@ class Sheet(NamedTuple):
 
 
 def summary(result: Result, *without: str) -> list[tuple[str, str]]:
-    """Return labels and values of the figures that are no table and no detail, in their order, *without* those keys."""
+    """Return labels and values of a result's main figures, in their order, but not those of the keys *without*."""
     shown = (each for each in result.figures if _is_plain(each) and each.key not in without)
     return [(each.label, text(each, each.of(result))) for each in shown]
 

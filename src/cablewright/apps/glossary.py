@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 
 class Term(NamedTuple):
-    """A term, its symbol in the papers (or empty), and its meaning."""
+    """A technical term, its symbol in the papers (or empty), and its meaning."""
 
     name: str
     symbol: str

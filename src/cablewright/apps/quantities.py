@@ -22,7 +22,7 @@ def quantity(value: float, unit: str) -> str:
 
 
 def allowed_range(low: float, high: float, unit: str) -> str:
-    """Return the allowed range as text: from the lowest to the highest value, or the one bound."""
+    """Return the allowed range of a quantity as text: from the lowest to the highest value, or the one bound."""
     if not math.isfinite(low) and not math.isfinite(high):
         return "no limit"
     if not math.isfinite(high):

@@ -130,7 +130,7 @@ def add_surface(axes: Any, mesh: TriangleMesh, colours: Array, darkest: float) -
 
 
 def add_lines(axes: Any, pieces: Array, zorder: float, width: float, colours: Any) -> None:
-    """Draw pieces (p, 2, 3) in their colours."""
+    """Draw straight pieces (p, 2, 3), each with its own colour."""
     if len(pieces):
         axes.add_collection3d(
             Line3DCollection(pieces, colors=colours, linewidths=width, capstyle="round", zorder=zorder), autolim=False

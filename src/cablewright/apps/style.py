@@ -132,7 +132,7 @@ def drawing(width: float | str | None = None, style: str | Path | Mapping[str, A
 
 
 def page_width(width: float | str | None) -> float | None:
-    """Return a width in inches. Raises `InputError`."""
+    """Return the width of a printed picture in inches. Raises `InputError`."""
     if width is None:
         return None
     if isinstance(width, str) and width in WIDTHS:
@@ -277,7 +277,7 @@ def signed_colours() -> Colormap:
 
 
 class ErrorScale(NamedTuple):
-    """Ends of a colour scale, in the unit of its values, and whether values lie beyond them."""
+    """Ends of a colour scale for errors, in their unit, and whether errors exceed them."""
 
     low: float
     high: float
@@ -399,7 +399,7 @@ def ellipse(axes: Axes, place: ArrayLike, covariance: Array, times: float, colou
 
 
 def curve(number: int) -> dict[str, Any]:
-    """Return colour and dashes of a curve by its number, so that many curves differ in one of the two."""
+    """Return the colour and dash pattern of the curve with a number; curves differ in one of the two."""
     colours = mpl.rcParams["axes.prop_cycle"].by_key().get("color", COLOURS)
     return {"color": colours[number % len(colours)], "linestyle": _DASHES[number % len(_DASHES)]}
 

@@ -115,7 +115,7 @@ def _page(paper: str) -> TagPage:
 
 
 def svg_of(page: TagPage) -> str:
-    """Return a page as SVG."""
+    """Return a page of printed tags as SVG."""
     width, height = page.size
     boxes = "".join(f'<rect x="{x:.4f}" y="{y:.4f}" width="{w:.4f}" height="{h:.4f}"/>' for x, y, w, h in page.boxes)
     texts = "".join(

@@ -75,7 +75,7 @@ class Measured:
     sightings: Sightings | None = None  # of tags in pictures, one at a pose
 
     def has(self, sensor: str) -> bool:
-        """Return whether there are measurements by one of `SENSORS`."""
+        """Return whether the data have measurements by a sensor, one of `SENSORS`."""
         return getattr(self, SENSORS[sensor][0]) is not None
 
     def without_open_zeros(self, unknowns: Sequence[str]) -> Measured:

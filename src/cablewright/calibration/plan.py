@@ -85,7 +85,7 @@ class Prior(Description):
         return self
 
     def is_of(self, unknown: Unknown) -> bool:
-        """Return whether the prior is of this unknown."""
+        """Return whether the entry of a plan is of the number *name* of a *line*, or of all lines for None."""
         return self.name in (unknown.name, unknown.kind) and (
             self.lines is None or any(unknown.of_line(line) for line in self.lines)
         )

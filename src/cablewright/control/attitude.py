@@ -14,7 +14,7 @@ from cablewright.printing.schedule import Schedule, ScheduleStep
 
 
 class Carried(NamedTuple):
-    """Motion of a platform whose nozzle follows a path: that of its origin, and its rotation."""
+    """Motion of a platform whose nozzle follows a path: motion of its origin, and rotation."""
 
     position: Array  # (3,) m, world, of the origin
     velocity: Array  # (3,) m/s

@@ -57,7 +57,7 @@ class StopState:
         return cls(np.zeros(m), braked=True)
 
     def worsen(self, kind: StopKind) -> None:
-        """Change to a more urgent stop of that *kind*; a less urgent one changes nothing."""
+        """Change to a more urgent *kind* of stop; a less urgent one changes nothing."""
         self.kind = max(self.kind, kind)
 
     def at_rest(self, settings: StopSettings) -> bool:

@@ -156,7 +156,7 @@ class Swings(NamedTuple):
 
 
 def swings_at(held: Equilibrium) -> Swings | None:
-    """Return the modes of a platform that is *held*, a single pose; None where it does not balance."""
+    """Return the natural modes of the platform at one equilibrium *held*; None if it does not balance."""
     if not (held.ok and balanced(held)):
         return None
     parts, mass = stiffness(held), mass_matrix(with_inertia(held.model.robot), held.pose)

@@ -16,7 +16,7 @@ from cablewright.foundation.signals import OrderKind, PrintState
 
 
 class Happening(StrEnum):
-    """Events besides orders that change a state."""
+    """Events besides orders that change the state of a print."""
 
     DANGER = "the guard or a hard limit stops it"
     SOFT_LIMIT = "a soft limit is reached"

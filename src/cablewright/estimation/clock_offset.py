@@ -52,7 +52,7 @@ class ClockLead:
 
     @property
     def sigma(self) -> float:
-        """Standard deviation of the remaining lead, s."""
+        """Standard deviation of the estimated lead of the platform's clock, s."""
         since = self._time - self._leads[0][0] if self._leads else 0.0
         bounded = max(0.5 * self._age, self.settings.drift * since)
         if len(self._leads) < _FULL:

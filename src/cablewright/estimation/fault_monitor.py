@@ -22,7 +22,7 @@ class FaultMonitor:
 
     @property
     def faults(self) -> tuple[Fault, ...]:
-        """Active faults."""
+        """Faults of sensors that are active."""
         if self._faults is None:
             self._faults = tuple(self._active.values())
         return self._faults
@@ -36,25 +36,25 @@ class FaultMonitor:
         return found is Timeliness.NEW
 
     def report(self, source: str, kind: str, sentence: str) -> None:
-        """Activate a fault; one that is active already keeps its start time and sentence."""
+        """Activate a fault of a sensor; an active fault keeps its start time and sentence."""
         if (source, kind) not in self._active:
             self._active[source, kind] = Fault(source, self._now, sentence)
             self._faults = None
 
     def clear(self, source: str, kind: str) -> None:
-        """Deactivate a fault."""
+        """Mark a fault of a sensor as ended."""
         if self._active.pop((source, kind), None) is not None:
             self._faults = None
 
     def set(self, source: str, kind: str, sentence: str, *, active: bool) -> None:
-        """Activate or deactivate a fault."""
+        """Mark a fault of a sensor as active or as ended."""
         if active:
             self.report(source, kind, sentence)
         else:
             self.clear(source, kind)
 
     def is_active(self, source: str, kind: str) -> bool:
-        """Return whether a fault is active."""
+        """Return whether a fault of a sensor is active."""
         return (source, kind) in self._active
 
     def concerns(self, source: str) -> bool:

@@ -109,7 +109,7 @@ class LearntValues:
 
     @property
     def sigmas(self) -> Array:
-        """Standard deviations (m, 3) of the values."""
+        """Standard deviations (m, 3) of the learnt share, creep and mount compliance of each line."""
         return np.asarray(np.sqrt(np.diag(self.covariance)).reshape(self.values.shape))
 
     def copy(self) -> LearntValues:
@@ -188,7 +188,7 @@ class LearntLengths:
         return self.memory.strain / self.hour
 
     def longer(self, counted: Array) -> Array:
-        """Return by how much lines are longer (m,), m, than the *counted* lengths (m,), m."""
+        """Return by how much lines exceed their *counted* lengths (m,), m: (m,), m, by the learnt corrections."""
         used = self.used
         return np.asarray((used[:, SHARE] + used[:, CREEP] * self.remembered) * counted)
 

@@ -232,7 +232,7 @@ class ClockedState:
 
     @property
     def monitor(self) -> FaultMonitor:
-        """Active faults."""
+        """Monitor of the sensor faults that are active."""
         return self.checks.monitor
 
 

@@ -43,12 +43,12 @@ class StartedState:
 
     @property
     def taut(self) -> Taut | None:
-        """The straight lines at the last position."""
+        """The lines, as if straight, at the last position."""
         return self.filter.taut
 
 
 def start(settings: StartedSettings) -> StartedState:
-    """Return the state before the first frame."""
+    """Return the estimator's state before the first sensor frame."""
     chain = observer.start(settings.chain)
     begun = error_state.start(settings.filter, chain.checks)
     begun.creep = chain.creep  # both know what has crept

@@ -22,7 +22,7 @@ class TimeBuffer:
         return self._count
 
     def clear(self) -> None:
-        """Remove all rows."""
+        """Remove all rows of the buffer."""
         self._count = 0
 
     def add(self, time: float, row: ArrayLike) -> None:

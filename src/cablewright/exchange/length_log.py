@@ -100,12 +100,12 @@ class LoggedPoses(Result):
 
     @property
     def rows(self) -> int:
-        """Number of rows of the log."""
+        """Number of rows of the log of lengths."""
         return len(self.log.time)
 
     @property
     def solved(self) -> int:
-        """Number of rows with an equilibrium."""
+        """Number of rows of the log of lengths with an equilibrium."""
         return int(self.poses.ok.sum())
 
     @property

@@ -49,7 +49,7 @@ class Imported(_Told):
 
 @dataclass(frozen=True, repr=False)
 class Exported(_Told):
-    """Files of another program that were written."""
+    """Files that an export has written for another program."""
 
     FIGURES: ClassVar = (
         Figure("format", "", "Format that was written."),

@@ -51,21 +51,21 @@ class Notes:
         self._sentences: dict[str, None] = {}
 
     def add(self, sentence: str) -> None:
-        """Note a sentence."""
+        """Add a sentence to the notes about lost and assumed values of a translation."""
         self._sentences[sentence] = None
 
     def add_all(self, sentences: Iterable[str]) -> None:
-        """Note sentences."""
+        """Add sentences to the notes about lost and assumed values of a translation."""
         for sentence in sentences:
             self.add(sentence)
 
     def drop(self, sentence: str) -> None:
-        """Remove a note."""
+        """Remove a sentence from the notes."""
         del self._sentences[sentence]
 
     @property
     def all(self) -> tuple[str, ...]:
-        """All notes."""
+        """All notes about lost and assumed values of a translation."""
         return tuple(self._sentences)
 
 

@@ -44,25 +44,25 @@ class Element:
     read: set[str] = field(default_factory=set)
 
     def all(self, tag: str) -> Iterator[Element]:
-        """Yield the child elements of that tag."""
+        """Yield the child elements with the given XML tag."""
         return (child for child in self.children if child.tag == tag)
 
     def one(self, tag: str) -> Element:
-        """Return the only child of that tag. Raises `InputError` for none and for several."""
+        """Return the only child element with the given tag. Raises `InputError` for none and for several."""
         found = self.maybe(tag)
         if found is None:
             raise InputError(f"{self.place}: <{self.tag}> has no <{tag}>")
         return found
 
     def maybe(self, tag: str) -> Element | None:
-        """Return the only child of that tag, or None. Raises `InputError` for several."""
+        """Return the only child element with the given tag, or None. Raises `InputError` for several."""
         found = list(self.all(tag))
         if len(found) > 1:
             raise InputError(f"{found[1].place}: a second <{tag}> in <{self.tag}>; one is allowed")
         return found[0] if found else None
 
     def attribute(self, name: str) -> str:
-        """Return an attribute. Raises `InputError` where it is missing."""
+        """Return an XML attribute as text. Raises `InputError` if it is missing."""
         if name not in self.attributes:
             near = suggestion(name, self.attributes) if self.attributes else "it has none"
             raise InputError(f"{self.place}: <{self.tag}> has no attribute {name!r}; {near}")
@@ -79,7 +79,7 @@ class Element:
         return finite(self.attribute(name), f"{self.place}: {self.tag}.{name}", least)
 
     def numbers(self, count: int, least: float = -math.inf) -> tuple[float, ...]:
-        """Return the *count* finite numbers of the text. Raises `InputError`, for one below *least* too."""
+        """Return *count* finite numbers of an XML attribute. Raises `InputError`, also for one below *least*."""
         self.read.add(TEXT)
         words = self.text.split()
         if len(words) != count:

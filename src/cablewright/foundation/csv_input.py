@@ -111,7 +111,7 @@ def find_column(names: Sequence[str], cells: Sequence[str], place: str, quantity
 
 
 def no_column(names: Sequence[str], cells: Sequence[str], place: str, quantity: Dimension) -> InputError:
-    """Return the error for a missing column of one of these *names*, with the existing columns."""
+    """Return the error that a file has no column of the given *names*, with a list of its columns."""
     also = f", also called {', '.join(names[1:])}," if names[1:] else ""
     words = [set(re.findall(r"[^\W\d_]+", cell[:_LONGEST_SHOWN].casefold())) for cell in cells[:_MOST_SEARCHED]]
     near = {cell for cell in cells[: len(words)] if get_close_matches(names[0], [cell.casefold()], cutoff=0.75)}
@@ -174,7 +174,7 @@ def number_rows(
 
 
 def shown(text: str) -> str:
-    """Return a text of the file as in Python source, shortened where it is long."""
+    """Return a cell of the file in quotes, shortened if it is long."""
     return repr(text if len(text) <= _LONGEST_SHOWN else text[: _LONGEST_SHOWN - 3] + "...")
 
 

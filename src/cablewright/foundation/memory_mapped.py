@@ -72,12 +72,12 @@ class RowExtremes:
 
     @property
     def shape(self) -> tuple[int]:
-        """Shape (k,) of the extremes."""
+        """Shape (k,) of the row minima or maxima."""
         return (len(self.values),)
 
     @property
     def dtype(self) -> np.dtype[np.float64]:
-        """Type of the extremes."""
+        """Type of the numbers of the row minima or maxima."""
         return self.values.dtype
 
     def __len__(self) -> int:

@@ -65,7 +65,7 @@ class Figure:
 
     @property
     def label(self) -> str:
-        """Label of the figure for people."""
+        """Label of the figure (a named number of a result) for people."""
         return self.name or self.key.replace("_", " ")
 
     def of(self, result: object) -> Any:

@@ -43,7 +43,7 @@ class TriangleMesh:
 
     @property
     def corners(self) -> Array:
-        """Positions of the corners (F, 3, 3), m."""
+        """Positions of the triangles' corners (F, 3, 3), m."""
         return self.vertices[self.triangles]
 
     @property
@@ -126,7 +126,7 @@ class TriangleMesh:
         return names[0], names[1], place[:, [(axis + 1) % 3, (axis + 2) % 3]]
 
     def stl(self) -> bytes:
-        """Return a binary STL file, in metres."""
+        """Return the mesh as a binary STL file, in metres."""
         facets = np.zeros(len(self.triangles), STL_FACET)
         facets["normal"], facets["corners"] = self.normals, self.corners
         return b"cablewright, metres".ljust(80) + struct.pack("<I", len(facets)) + facets.tobytes()

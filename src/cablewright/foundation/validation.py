@@ -202,7 +202,7 @@ def _without_tags(location: KeyPath, data: Any) -> Iterator[str | int]:
 
 
 def shown(value: Any) -> str:
-    """Return a value of a file as in Python source, shortened where it is long."""
+    """Return a value of a file in quotes, shortened if it is long."""
     try:
         text = repr(value)
     except ValueError:  # Python does not print an integer of thousands of digits

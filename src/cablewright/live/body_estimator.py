@@ -100,7 +100,7 @@ class BodyEstimator:
         self._settings, self._state = settings, start(settings, pose, lengths=lengths, counts=counts)
 
     def step(self, frame: SensorFrame) -> Estimate:
-        """Return the estimate after one frame; see `Estimator.step`."""
+        """Return the rigid platform's estimated state after one sensor frame; see `Estimator.step`."""
         return of_body.step(self._settings, self._state, frame)
 
     @property
@@ -119,7 +119,7 @@ class BodyEstimator:
 
     @property
     def danger(self) -> str:
-        """Reason why the machine must stop; empty: none."""
+        """Reason why the estimator asks for a stop of the machine; empty: none."""
         return self._state.judged.danger
 
     @property
@@ -128,5 +128,5 @@ class BodyEstimator:
         return self._state.judged.search is not None
 
     def after_load(self) -> None:
-        """Resume with the loaded data."""
+        """Compute what follows from the loaded state."""
         resumed(self._settings, self._state)

@@ -97,18 +97,18 @@ class Pilot:
         self._taut, self._slack = held.lengths, slack * self._share(held.tensions)  # (k, m)
 
     def distance(self, now: float) -> float:
-        """Distance along the path at *now* (s), m."""
+        """Distance along the path at the time *now* (s), m."""
         settings = self.settings
         if now < settings.ramp:
             return settings.speed * now * now / (2.0 * settings.ramp)
         return settings.speed * (now - 0.5 * settings.ramp)
 
     def rounds(self, now: float) -> int:
-        """Completed rounds of the path at *now* (s)."""
+        """Completed rounds of the closed path at the time *now* (s)."""
         return int(self.distance(now) / self._length) if self._length else 0
 
     def command(self) -> Command:
-        """Return the machine command for the next step."""
+        """Return the winch speeds for the next step of the simulated machine."""
         now, period, truth, settings = self.machine.time, self.machine.period, self.machine.truth, self.settings
         here, there = self._lengths(now), self._lengths(now + period)
         keep = float(np.exp(-period / settings.memory))
@@ -172,7 +172,7 @@ class PilotedDrive:
 
     @property
     def real_time_ratio(self) -> float:
-        """Simulated time over computing time."""
+        """Simulated time over computing time of the run."""
         return self.duration / self.elapsed
 
     def add(self, frame: SensorFrame, truth: Truth, before: Truth) -> None:

@@ -40,14 +40,14 @@ ESTIMATORS: Final = get_args(EstimatorName)
 
 
 class Estimator(Protocol):
-    """Estimates a machine's state."""
+    """Interface of an estimator of a machine's state from its sensor frames."""
 
     def step(self, frame: SensorFrame) -> Estimate:
         """Return the estimate after one frame. Raises nothing, whatever the frame contains."""
 
     @property
     def tensions(self) -> Array | None:
-        """Tensions at the sheaves (m,), N, from the estimated lengths; None while these are unknown."""
+        """Tensions at the sheaves (m,), N, by the estimated lengths; None if the lengths are unknown."""
 
 
 @runtime_checkable
@@ -227,7 +227,7 @@ class DeadReckoning(_SteppedEstimator):
 
     @property
     def measured(self) -> Array | None:
-        """Return measured tensions as `Measuring`; for lines without a sensor those by the lengths."""
+        """Return the measured tensions of lines with a sensor, and those by the lengths of all others."""
         measured: Array | None = self._state.measured
         return None if measured is None else np.where(np.isnan(measured), self._state.tracker.tensions, measured)
 

@@ -45,14 +45,14 @@ class Machine(Protocol):
 
     @property
     def period(self) -> float:
-        """Time of one step, s, as planned. Frames have the elapsed time."""
+        """Planned time of one step, s. Sensor frames have the true time."""
 
     @property
     def abilities(self) -> Abilities:
         """Equipment and abilities of the machine."""
 
     def open(self) -> None:
-        """Connect to the machine. Raises `EnvironmentFault` where it does not answer."""
+        """Connect to the machine. Raises `EnvironmentFault` if it does not answer."""
 
     def step(self, command: Command) -> SensorFrame:
         """Send *command*, wait until the step is due, and return the readings that arrived.

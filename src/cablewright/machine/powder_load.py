@@ -43,7 +43,7 @@ class PowderLoad:
         self.poured += self.flow * valve * dt
 
     def refill(self) -> None:
-        """Fill the container."""
+        """Fill the container with powder."""
         self.poured = 0.0
 
     def follow(self, orders: Iterable[Order], command: Command | None, dt: float) -> None:

@@ -244,7 +244,7 @@ def extruding(settings: MachineSettings, bead: Bead, speed: float) -> MachineSet
 
 
 def require_robot(settings: MachineSettings, robot: str) -> None:
-    """Raise `InputError` where the settings are those of another robot than the one called *robot*."""
+    """Raise `InputError` if a machine's settings are not for the robot called *robot*."""
     if settings.robot not in (None, robot):
         why = f"but the robot is {robot!r}; leave the key out if the machine is one for any robot"
         raise InputError(f"machine {settings.name!r}: robot = {settings.robot!r}, {why}")

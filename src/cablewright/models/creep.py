@@ -106,7 +106,7 @@ class CreepMemory:
         return np.asarray(self.stretched.sum(axis=1))
 
     def feel(self, air: Air) -> None:
-        """Continue creep in another climate (*air*)."""
+        """Continue the creep of cables in another climate (*air*)."""
         if self._law is not None:
             self._pace = self._law.at(air)
             self._step = (0.0, np.zeros(0), np.zeros(0))

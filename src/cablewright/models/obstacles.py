@@ -36,7 +36,7 @@ class Obstacle:
 
 
 def nothing() -> Obstacle:
-    """Return an obstacle without pieces."""
+    """Return an obstacle without any shape."""
     return _obstacle(
         BEADS, lambda rows: np.empty((len(rows), PIECE)), np.empty(0), _Bounds.empty(0, MEMORY), 0.0, MEMORY
     )

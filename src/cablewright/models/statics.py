@@ -165,7 +165,7 @@ class Model:
 
     @property
     def n(self) -> int:
-        """The number of pose coordinates."""
+        """The number of coordinates of the platform's pose."""
         return self.robot.n
 
 

@@ -55,7 +55,7 @@ class WinchLines:
 
     @cached_property
     def senses(self) -> Array:
-        """Return which lines each drum winds, (w, m): 1 or -1 of a line on it, see ``sense``, 0 of all others."""
+        """Return how each drum winds each line, (w, m): 1, -1 (opposite), or 0 for lines that are not on it."""
         found = np.zeros((len(self.hosts), len(self.host)))
         wound = np.flatnonzero(self.winch >= 0)
         found[self.winch[wound], wound] = self.sense[wound]

@@ -83,7 +83,7 @@ class Beads:
 
     @property
     def source(self) -> str:
-        """Source of widths and heights, in words."""
+        """Source of the strands' widths and heights, in words."""
         return self.width_by if self.width_by == self.height_by else f"width {self.width_by}, height {self.height_by}"
 
 

@@ -128,7 +128,7 @@ def code_of(letter: str, number: str) -> str:
 
 
 def as_number(letter: str, number: str) -> float:
-    """Return the number of a word. Raises `WordError` unless it is a finite number."""
+    """Return the number of a G-code word, such as X1.5. Raises `WordError` unless it is finite."""
     try:
         value = float(number)
     except ValueError:

@@ -51,7 +51,7 @@ class HeightField:
         return np.asarray(self.low[axis] + self.cell * (np.arange(self.shape[axis]) + 0.5))
 
     def cells_of(self, places: Array) -> NDArray[np.int64]:
-        """Return the cells (n, 2) of *places* (n, 2 or more), m; they may be outside the field."""
+        """Return the grid cells (n, 2) of *places* (n, 2 or more), m, also outside the height field."""
         return np.floor((places[:, :2] - self.low) / self.cell).astype(np.int64)
 
     def holds(self, places: Array) -> Mask:

@@ -31,7 +31,7 @@ class Kernel(NamedTuple):
 
     @property
     def reach(self) -> Array:
-        """Half-width of the kernel, s."""
+        """Half of the time over which the motion is averaged, s."""
         return np.asarray(0.5 * (self.long + self.short))
 
     @property

@@ -41,7 +41,7 @@ class Samples:
         return len(self.distance)
 
     def where(self, sample: int) -> str:
-        """Return the layer of a sample, in words."""
+        """Return the layer and G-code line of a path sample, in words."""
         layer = int(self.layer[sample])
         return f"in layer {layer}" if layer else "before layer 1"
 

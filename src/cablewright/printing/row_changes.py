@@ -23,7 +23,7 @@ class Changes:
 
     @property
     def last(self) -> float | None:
-        """The present number; None before the first change."""
+        """The number since its last change; None before the first one."""
         return self.values[-1] if self.values else None
 
     def set(self, row: int, value: float) -> None:

@@ -137,7 +137,7 @@ class DeadSpan:
 
     @property
     def heights(self) -> tuple[float, float]:
-        """Height of its lowest and of its highest point, m."""
+        """Height of the lowest and of the highest point of the path from winch to sheave, m."""
         low, high = zip(*(piece.heights for piece in self.pieces), strict=True)
         return min(low), max(high)
 

@@ -53,7 +53,7 @@ class Change:
 
     @property
     def unit(self) -> str:
-        """The SI unit; "1" for a factor."""
+        """SI unit of the changed number; "1" for a factor."""
         kind = self.parts[0][0]
         return UNITS.get(kind, "m") if kind in NAMED else KINDS[kind].unit
 

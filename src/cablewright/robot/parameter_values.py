@@ -56,7 +56,7 @@ class Kind:
 
     @property
     def per_line(self) -> bool:
-        """Whether each line has a value of its own."""
+        """Whether each line has a value of the parameter."""
         return self.of == "line"
 
     def is_of(self, line: Line) -> bool:
@@ -65,12 +65,12 @@ class Kind:
 
     @property
     def unit(self) -> str:
-        """The SI unit, "1" for a factor."""
+        """SI unit of the parameter, "1" for a factor."""
         return self.plain_unit if self.dimension is None else self.dimension.si
 
     @property
     def base(self) -> str:
-        """The name without its axis."""
+        """Name of the parameter without its axis: exit_point of exit_point.x."""
         return self.name.partition(".")[0]
 
     @property
@@ -86,15 +86,15 @@ class Kind:
 
     @property
     def bound(self) -> str:
-        """Valid values, as the end of a sentence."""
+        """Valid values of the parameter, as the end of a sentence."""
         return f"must be {'at least' if self.closed else 'above'} {self.min_value:g}"
 
     def allows(self, value: float) -> bool:
-        """Return whether a ``value`` (SI) is above the minimum, or at it where that is valid."""
+        """Return whether a ``value`` (SI) of the parameter is valid: above its minimum, or equal if that is allowed."""
         return value > self.min_value or (self.closed and value == self.min_value)
 
     def value(self, part: Line | Platform) -> float | None:
-        """Return the value (SI) of a line or the platform; None if it has no such number."""
+        """Return the parameter's value (SI) of a line or the platform; None if it has none."""
         if self.nominal is not None and not self.path:
             return self.nominal
         found: Any = part

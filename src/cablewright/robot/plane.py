@@ -44,7 +44,7 @@ class Plane(Description):
 
     @property
     def across(self) -> Vec3:
-        """The unit vector of ``normal``."""
+        """Unit vector across the plane, along ``normal``."""
         return unit_vector(self.normal)
 
     @property

@@ -181,7 +181,7 @@ class Retraction(Description):
 
     @property
     def along(self) -> Vec3:
-        """The unit vector of ``direction``."""
+        """Unit vector along which the platform retracts."""
         return unit_vector(self.direction)
 
     def moved(self, point: Vec3, length: float) -> Vec3:
@@ -226,13 +226,13 @@ class RigidPlatform(_PlatformWithLoads):
 
     @property
     def drawing(self) -> str:
-        """Limitation of pictures of it, in words; empty if none."""
+        """Limitation of pictures of the platform, in words; empty if there is none."""
         joined = "The robot file has no boxes of the platform: its platform points are joined by their convex hull."
         return "" if self.boxes else joined
 
     @property
     def own_nozzle(self) -> Vec3:
-        """Position of its nozzle, m, platform frame."""
+        """Position of the nozzle, m, in the platform's frame."""
         return self.nozzle
 
     @property

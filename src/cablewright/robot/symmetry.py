@@ -39,12 +39,12 @@ class SymmetricChange:
 
     @property
     def name(self) -> str:
-        """The name of the variable."""
+        """Name of the design variable, applied to both sides of a plane."""
         return self.change.name
 
     @property
     def unit(self) -> str:
-        """SI unit of the variable."""
+        """SI unit of the design variable."""
         return self.change.unit
 
     def on(self, robot: Robot, value: float) -> Robot:

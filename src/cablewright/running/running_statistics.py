@@ -67,12 +67,12 @@ class Moments:
 
     @property
     def mean(self) -> Array:
-        """Mean, (w,)."""
+        """Mean (w,) of each column so far."""
         return np.where(self.count > 0, self._mean, np.nan)
 
     @property
     def variance(self) -> Array:
-        """Population variance, (w,)."""
+        """Population variance (w,) of each column so far."""
         return np.where(self.count > 0, self._squares / np.maximum(self.count, 1), np.nan)
 
     def summary(self, column: int = 0) -> Summary:
@@ -90,7 +90,7 @@ class Histogram:
         self.counts = np.zeros(bins, dtype=np.int64)
 
     def add(self, values: Array) -> None:
-        """Add *values* (k,)."""
+        """Add *values* (k,) to the histogram."""
         inside = np.clip(values[np.isfinite(values)], self.edges[0], self.edges[-1])
         self.counts += np.histogram(inside, self.edges)[0]
 
@@ -117,5 +117,5 @@ class ThinnedRows:
 
     @property
     def rows(self) -> Array:
-        """Kept rows (k, width), in order."""
+        """Rows (k, width) that are kept of a long sequence, in order."""
         return self._kept[: self._count]

@@ -34,7 +34,7 @@ def signature(content: bytes | memoryview) -> bytes:
 
 
 def is_signed(content: bytes | memoryview, given: bytes) -> bool:
-    """Return whether *given* is the `signature` of *content*."""
+    """Return whether *given* is this user's signature of *content*."""
     return hmac.compare_digest(signature(content), given)
 
 

@@ -25,7 +25,7 @@ class _Threads:
 
     @classmethod
     def get(cls) -> ThreadPoolExecutor:
-        """Reserve all but one of the threads that may be used."""
+        """Reserve all threads of the computer that may be used but one."""
         if cls.pool is None:
             cls.pool = ThreadPoolExecutor(max(1, thread_count() - 1), "kernels")
         return cls.pool
@@ -64,7 +64,7 @@ class _Words:
 
     @classmethod
     def say(cls) -> None:
-        """Log that kernels are being compiled."""
+        """Log that the numerical kernels are being compiled, which takes time."""
         if not cls.said:
             log.info("compiling kernels (once, up to a minute)")
         cls.said = True

@@ -110,7 +110,7 @@ class Tracker:
 
     @property
     def packed(self) -> Packed:
-        """The arrays of the robot as it is tracked."""
+        """The arrays of the robot whose equilibrium is followed."""
         return self._packed
 
     @property
@@ -122,7 +122,7 @@ class Tracker:
 
     @property
     def solved(self) -> Equilibrium:
-        """The last equilibrium as a batch of one row."""
+        """The last followed equilibrium as a batch of one row."""
         batch = self._packed._replace(lines=self._packed.lines[None], platform=self._packed.platform[None])
         code, none = np.zeros(1, dtype=np.int64), np.zeros(1)
         lengths = lengths_paid_out(self.model, batch, self.states[None], self._lengths[None])

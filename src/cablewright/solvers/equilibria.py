@@ -136,7 +136,7 @@ class Equilibria(Result):
 
     @property
     def rows(self) -> tuple[FoundEquilibrium, ...]:
-        """Each equilibrium with its properties."""
+        """Each equilibrium with its properties, as a row of a table."""
         each = zip(self, self.stable, self.slack, self.certificates, strict=True)
         return tuple(FoundEquilibrium(*row) for row in each)
 

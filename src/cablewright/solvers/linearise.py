@@ -102,7 +102,7 @@ def linearise_where_regular(equilibrium: Equilibrium) -> tuple[Linearisation, ND
 
 
 def linearise_solved(equilibrium: Equilibrium) -> tuple[Mask, Linearisation]:
-    """Return which rows of a batch are solved and regular (N,), and the linearisation of these."""
+    """Return a mask (N,) of equilibria that are solved and regular, and their linearisation."""
     regular = equilibrium.ok.copy()
     linear, codes = linearise_where_regular(equilibrium[regular])
     regular[regular] = codes == 0

@@ -94,7 +94,7 @@ class LoneLine:
 
     @property
     def numbers(self) -> LineNumbers:
-        """The packed numbers of the line."""
+        """The parameters of the line as arrays for kernels."""
         return LineNumbers(self.packed.lines[0, self.index])
 
     @cached_property

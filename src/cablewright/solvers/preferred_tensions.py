@@ -43,7 +43,7 @@ def preferred_tensions(model: Model) -> Array | None:
 
 
 def preferred_note(tensions: Array | None) -> str:
-    """Return the note on an answer near preferred *tensions*, N; empty where they are None or 0."""
+    """Return the note that tensions are those nearest to preferred *tensions*, N; empty if these are None or 0."""
     if tensions is None or not tensions.any():
         return ""
     low, high = f"{tensions.min():.4g}", f"{tensions.max():.4g}"

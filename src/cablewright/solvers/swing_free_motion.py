@@ -69,7 +69,7 @@ class SlowestMode:
 
     @property
     def least(self) -> float:
-        """Lowest of the grid's frequencies, Hz."""
+        """Lowest natural frequency on the grid of positions, Hz."""
         return float(self.frequencies.min())
 
     def period(self, positions: Array) -> Array:

@@ -71,12 +71,12 @@ class Quadratic:
     linear: Array | None = None
 
     def value(self, tensions: Array) -> float:
-        """Return 1/2 t'Ht + g't."""
+        """Return the objective 1/2 t'Ht + g't of the tensions t."""
         linear = 0.0 if self.linear is None else float(self.linear @ tensions)
         return 0.5 * float(tensions @ self._times(tensions)) + linear
 
     def gradient(self, tensions: Array) -> Array:
-        """Return H t + g."""
+        """Return the objective's gradient H t + g at the tensions t."""
         return self._times(tensions) + (0.0 if self.linear is None else self.linear)
 
     def checked(self, m: int) -> Quadratic:

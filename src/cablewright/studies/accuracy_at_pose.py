@@ -43,14 +43,14 @@ class Corner(NamedTuple):
 
 
 class Remaining(NamedTuple):
-    """The errors that a compensation leaves."""
+    """The position errors that remain with a compensation of the lengths."""
 
     name: str
     accuracy: Accuracy  # one row
 
     @property
     def words(self) -> str:
-        """The meaning of the lengths, in words."""
+        """The model by which the lengths were computed, in words."""
         return COMPENSATIONS[self.name].words
 
 

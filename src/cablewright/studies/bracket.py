@@ -192,7 +192,7 @@ class BracketStress(Pictured):
 
     @property
     def status(self) -> str:
-        """Status: "ok", or "yields"."""
+        """Status of the brackets: "ok", or "yields" if a stress exceeds the yield strength."""
         return "yields" if self.designs.universal_joint.safety < 1.0 else "ok"
 
     @property

@@ -119,7 +119,7 @@ class JobInterference(Distances):
 
     @property
     def unheld(self) -> int:
-        """Number of samples whose pose cannot be held."""
+        """Number of samples of the path without an equilibrium."""
         return int(np.count_nonzero(self.codes))
 
     @property

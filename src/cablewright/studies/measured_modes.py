@@ -101,12 +101,12 @@ class MeasuredModes(Pictured):
 
     @property
     def start(self) -> float:
-        """First time of the swing, s."""
+        """First time of the recorded swing, s."""
         return float(self.swing.times[0])
 
     @property
     def duration(self) -> float:
-        """Duration of the swing, s."""
+        """Duration of the recorded swing, s."""
         return float(self.swing.times[-1] - self.swing.times[0])
 
     @property

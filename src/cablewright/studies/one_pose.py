@@ -88,13 +88,13 @@ class SolvedPose(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Note on the choice of tensions."""
+        """Note on the choice of tensions of a redundant robot."""
         note = preferred_note(self.equilibrium.lines.preferred_tension)
         return (note,) if note else ()
 
     @property
     def refusal(self) -> str:
-        """Reason for a no, in a sentence."""
+        """Reason why the pose has no solution, in a sentence."""
         if self.equilibrium.status is not Status.OK:
             return self.equilibrium.sentence()
         if self.certificate is not None and not self.certificate.certified:
@@ -135,7 +135,7 @@ class SlackSets(Result):
 
     @property
     def refusal(self) -> str:
-        """Reason for a no, in a sentence."""
+        """Reason why no set of lines can be slack, in a sentence."""
         count = f"no {self.model.n} of the {self.model.m} lines"
         return "" if self.sets else f"{count} hold this pose within their limits with the others slack"
 

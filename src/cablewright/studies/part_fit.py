@@ -80,7 +80,7 @@ class Fit(Pictured):
 
     @property
     def fits(self) -> bool:
-        """Whether the part fits as it is."""
+        """Whether the part fits the robot at its present size."""
         return self.scale >= 1.0
 
     @property

@@ -62,7 +62,7 @@ class Problem(Result):
     oracle: str
 
     def error(self, answer: ArrayLike) -> float:
-        """Return the largest difference of an *answer* (k,) from this one, in its unit. Raises `InputError`."""
+        """Return the largest difference of an *answer* (k,) from the known answer, in its unit. Raises `InputError`."""
         given = np.asarray(answer, dtype=np.float64)
         if given.shape != self.answer.shape:
             raise InputError(f"problem {self.name}: {len(self.answer)} numbers are expected, not shape {given.shape}")
@@ -77,7 +77,7 @@ class Problem(Result):
 
     @property
     def robot(self) -> Robot:
-        """The robot of the problem."""
+        """The robot of the test problem."""
         given = self.inputs
         cable = Cable(
             axial_stiffness=float(given.get("axial_stiffness", _STRONG)),

@@ -190,7 +190,7 @@ class Trade(Pictured):
 
     @property
     def status(self) -> str:
-        """ok, empty or not-converged."""
+        """Status of the comparison: ok, empty or not-converged."""
         if not any(each.volume for each in self.combinations):
             return "empty"
         return "ok" if all(each.converged for each in self.combinations if each.volume) else "not-converged"
@@ -206,12 +206,12 @@ class Trade(Pictured):
 
     @property
     def variations(self) -> list[dict[str, Any]]:
-        """Variations of the design variables, as in JSON."""
+        """Design variables and their tried values, as in JSON."""
         return [{"name": each.name, "unit": each.unit, "values": values} for each, values in self.varied.items()]
 
     @property
     def records(self) -> list[dict[str, Any]]:
-        """The combinations as JSON objects."""
+        """The tried combinations with their figures, as JSON objects."""
         return [self._record(k, each) for k, each in enumerate(self.combinations)]
 
     def _record(self, k: int, each: Combination) -> dict[str, Any]:
@@ -344,7 +344,7 @@ def combination_of(shared: tuple[Model, tuple[Change, ...], TradeSettings], valu
 
 
 def found_for(model: Model, values: tuple[float, ...], settings: TradeSettings) -> Combination:
-    """Return volume, frequencies along the boundary and exit point distance of a model with these values."""
+    """Return workspace volume, boundary frequencies and exit point distance for values of the variables."""
     lines = model if settings.criterion == "static" else straight(model)
     if settings.count == "nodes":
         nodes = count_nodes(lines, settings.criterion, grid=settings.grid, **settings.of_workspace)

@@ -151,7 +151,7 @@ class Walls(Pictured):
 
     @property
     def status(self) -> str:
-        """``no-wall``, ``parallel`` or ``ok``."""
+        """Status of the search for walls: ``no-wall``, ``parallel`` or ``ok``."""
         if not self.lines:
             return "no-wall"
         angles = [line.angle for line in self.lines]

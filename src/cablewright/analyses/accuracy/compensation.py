@@ -30,7 +30,7 @@ class Compensation:
 
     @classmethod
     def of(cls, name: str) -> Compensation:
-        """Return the compensation of that name. Raises `UnknownName`."""
+        """Return the compensation (the model that computed the lengths) called *name*. Raises `UnknownName`."""
         if name not in COMPENSATIONS:
             raise UnknownName("compensation", name, COMPENSATIONS)
         return COMPENSATIONS[name]

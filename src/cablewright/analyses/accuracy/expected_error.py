@@ -86,7 +86,7 @@ class ErrorCause:
 
     @property
     def words(self) -> str:
-        """Name of the cause as tables print it, with spaces."""
+        """Name of the cause of error, as tables print it."""
         return "interpolation between samples" if self.name == INTERPOLATION else self.name.replace("_", " ")
 
     FIGURES: ClassVar = (
@@ -115,7 +115,7 @@ class ExpectedError:
 
     @property
     def unknown(self) -> str:
-        """Reason why the value is not stated; empty where it is stated, or no sample is known."""
+        """Reason why the expected error is not stated; empty if it is stated, or no sample is known."""
         if self.sample is None or np.isfinite(self.value):
             return ""
         return f"{self.unsolved} of {DRAWS} drawn machines have no sound equilibrium somewhere on the path"
@@ -204,7 +204,7 @@ class ExpectedErrorSearch:
         self._tensions: list[Array] = []  # (m, 2) N, of each block
 
     def take(self, samples: Indices, held: Equilibrium, linear: Linearisation) -> None:
-        """Add the solved rows *held* of these *samples*, with their linearisation."""
+        """Add solved *samples* of the path, their equilibria *held* and the linearisation there."""
         count = self._counts[samples]
         if not count.any():
             return

@@ -44,7 +44,7 @@ class Contribution(NamedTuple):
 
     @property
     def effect(self) -> float:
-        """Length of `offset`, m."""
+        """Distance that this uncertain number moves the nozzle, m: the length of `offset`."""
         return float(np.linalg.norm(self.offset))
 
 
@@ -147,12 +147,12 @@ class Accuracy(Result):
 
     @property
     def labels(self) -> list[str]:
-        """(k) labels of the uncertain parameters."""
+        """Labels (k,) of the uncertain parameters."""
         return [each.parameter.label for each in self.ranges]
 
     @property
     def ok(self) -> Mask:
-        """(N,) whether a pose has an answer."""
+        """Mask (N,) of poses at which the error could be computed."""
         return np.asarray(self.codes == 0)
 
     @property
@@ -168,7 +168,7 @@ class Accuracy(Result):
 
     @property
     def nominal_error(self) -> Array:
-        """(N,) length of `nominal_offset`, m."""
+        """Nozzle error (N,), m, with all parameters nominal: the length of `nominal_offset`."""
         return np.asarray(np.linalg.norm(self.nominal_offset, axis=1))
 
     @property
@@ -331,7 +331,7 @@ class AccuracyQuestion:
         return HeldPoses(wanted, retracted, solve_inverse(self.model, wanted, path=True, retraction=retracted))
 
     def answer(self, there: HeldPoses) -> Accuracy:
-        """Return the errors at these poses. Raises `AnswerError` where none of them has an answer."""
+        """Return the nozzle errors at the poses. Raises `AnswerError` if no pose has an equilibrium."""
         return self._answered(self._errors(there, self.progress), there.wanted, there.retraction)
 
     def answer_in(self, room: Room, poses: Array, retraction: Array | None) -> Accuracy:

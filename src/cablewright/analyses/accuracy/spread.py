@@ -58,12 +58,12 @@ class SpreadProblem:
 
     @property
     def middle(self) -> Array:
-        """Middles (k,) of the ranges, SI."""
+        """Middles (k,) of the parameters' ranges, SI."""
         return np.array([each.middle for each in self.ranges])
 
     @property
     def half_widths(self) -> Array:
-        """Half widths (k,) of the ranges, SI."""
+        """Half widths (k,) of the parameters' ranges, SI."""
         return np.array([each.half_width for each in self.ranges])
 
 
@@ -89,7 +89,7 @@ class Spread:
 
 
 class Method(Protocol):
-    """A method that computes a `Spread`."""
+    """A method that computes a `Spread`, the error of the nozzle from uncertain parameters."""
 
     @property
     def name(self) -> str:

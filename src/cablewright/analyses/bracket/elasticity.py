@@ -179,7 +179,7 @@ class Elastic:
         return self.wrench(held)
 
     def inner_forces(self, moved: Array) -> Array:
-        """Return the nodal loads (3 N, k) in equilibrium with the stresses of these displacements."""
+        """Return the nodal loads (3 N, k) in equilibrium with the stresses of given displacements."""
         basis = self.solid.basis
         stress = self.stress_in(basis, moved) * np.asarray(basis.dx)[:, :, None]
         whole = stress[[[0, 5, 4], [5, 1, 3], [4, 3, 2]]]  # (3, 3, E, Q, k)

@@ -86,7 +86,7 @@ class HexMesh:
 
     @property
     def places(self) -> Array:
-        """Positions (3, P) of the points, m."""
+        """Positions (3, P) of the mesh's points, m."""
         return np.asarray(self.points.doflocs)
 
     def boundary(self, chosen: Callable[[Array], Mask]) -> Index:

@@ -123,7 +123,7 @@ def loads_at(model: Model, poses: ArrayLike, *, retraction: ArrayLike | None = N
 
 
 def joints(robot: Robot) -> tuple[UniversalJoint, ...]:
-    """Return the sheaves of all lines. Raises `InputError` where one is not on a universal joint."""
+    """Return the sheaves of all lines. Raises `InputError` if a sheave is not on a universal joint."""
     require(robot, Capability.BRACKET)
     return tuple(line.sheave for line in robot.lines if isinstance(line.sheave, UniversalJoint))
 

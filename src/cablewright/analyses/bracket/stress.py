@@ -46,7 +46,7 @@ class BracketMesh:
 
     @property
     def base(self) -> BracketPart:
-        """Baseplate, uprights and block."""
+        """The parts that carry the sheave: baseplate, uprights and block."""
         return base(self.bracket, self.times)
 
     def cheek(self, lever: float) -> BracketPart:
@@ -169,7 +169,7 @@ class Design(Result):
 
     @property
     def line_name(self) -> str:
-        """Name of `line`."""
+        """Name of the line whose bracket is computed."""
         return self.line_names[self.line]
 
     @property
@@ -200,7 +200,7 @@ class Design(Result):
 
     @property
     def worst(self) -> Peak:
-        """The part with the highest stress."""
+        """The part of the bracket with the highest stress."""
         return max(self.peaks, key=lambda peak: peak.stress)
 
     @property
@@ -210,7 +210,7 @@ class Design(Result):
 
     @property
     def error_estimate(self) -> float:
-        """Relative error of the largest stress, see `Peak`."""
+        """Relative error of the bracket's largest stress, see `Peak`."""
         return self.worst.error
 
     @property

@@ -86,7 +86,7 @@ class InverseDynamics(Pictured):
 
     @property
     def first_failure(self) -> float | None:
-        """First time without such tensions, s; None if there is none."""
+        """First time without feasible tensions, s; None if there is none."""
         return None if self.feasible else float(self.trajectory.times[~self.held.ok][0])
 
     @property

@@ -77,7 +77,7 @@ def with_reserve(robot: Robot, drop: Array, rise: Array) -> Robot | None:
 
 
 def slower_note(asked: Job, job: Job) -> tuple[str, ...]:
-    """Return in a sentence by how much `slowed` has lowered the acceleration of the job that *asked*, if at all."""
+    """Return a sentence by how much `slowed` has lowered the acceleration of a job; empty if it has not."""
     before, now = asked.motion.acceleration, job.motion.acceleration
     if now == before:
         return ()

@@ -70,12 +70,12 @@ class Trajectory(Pictured):
 
     @property
     def samples(self) -> int:
-        """The number of times."""
+        """Number of times at which the motion is given."""
         return len(self.times)
 
     @property
     def duration(self) -> float:
-        """Time at the end, s."""
+        """Duration of the motion: its last time, s."""
         return float(self.times[-1])
 
     @property

@@ -57,7 +57,7 @@ class WorkspaceArea(Pictured):
 
     @property
     def status(self) -> str:
-        """ok, empty or not-converged."""
+        """Status of the computed area: ok, empty or not-converged."""
         return "empty" if not self.area else "ok" if self.converged else "not-converged"
 
     @property
@@ -77,12 +77,12 @@ class WorkspaceArea(Pictured):
 
     @property
     def fraction(self) -> float:
-        """Area as a share of the box."""
+        """Area of the workspace as a share of the searched box."""
         return self.area / self.criterion.search_plane.area_in(self.box)
 
     @property
     def perimeter(self) -> float:
-        """Length of all outlines, m."""
+        """Length of all outlines of the workspace, m."""
         return float(sum(np.linalg.norm(each - np.roll(each, 1, axis=0), axis=1).sum() for each in self.outlines))
 
 

@@ -81,7 +81,7 @@ class RetractionStudy(Pictured):
 
     @property
     def slice_height(self) -> float:
-        """Thickness of a slice, m."""
+        """Thickness of a horizontal slice of the workspace, m."""
         return float(self.heights[1] - self.heights[0])
 
     @property

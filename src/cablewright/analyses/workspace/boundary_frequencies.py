@@ -79,17 +79,17 @@ class Boundary(Pictured):
 
     @property
     def has_modes(self) -> bool:
-        """Whether any node has an equilibrium."""
+        """Whether any node at the boundary has an equilibrium."""
         return self.status == "ok"
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Warnings about the worst pose."""
+        """Warnings about the pose with the lowest frequency."""
         return () if self.worst_modes is None else self.worst_modes.notes
 
     @property
     def refusal(self) -> str:
-        """Reason why there are no modes; empty where there are."""
+        """Reason why there are no natural frequencies along the boundary; empty if there are."""
         sentences = {"ok": "", "empty": "no node of the grid is inside"}
         return sentences.get(self.status, "no node of the boundary can be held")
 
@@ -100,7 +100,7 @@ class Boundary(Pictured):
 
     @property
     def along(self) -> dict[str, Any]:
-        """Frequencies along the boundary as JSON has them."""
+        """Frequencies along the workspace's boundary, as JSON has them."""
         lowest, median, highest = self.spread
         return {
             "grid": max(self.nodes.inside.shape),
@@ -123,7 +123,7 @@ class Boundary(Pictured):
 
     @property
     def known(self) -> Mask:
-        """Mask (N,) of rows with an equilibrium."""
+        """Mask (N,) of boundary poses with an equilibrium."""
         return np.isfinite(self.lowest)
 
     @property

@@ -74,7 +74,7 @@ class RetractionLaw:
     of: str = "nozzle"
 
     def at(self, heights: ArrayLike) -> Array:
-        """Return the retraction lengths, m, at *heights*, m."""
+        """Return the platform's retraction lengths, m, with the nozzle at *heights*, m."""
         lengths = self.slope * np.asarray(heights, dtype=np.float64) + self.intercept
         return np.clip(lengths, self.least, self.most)
 
@@ -146,7 +146,7 @@ class Criterion:
 
     @property
     def law(self) -> RetractionLaw | None:
-        """The retraction law; None if there is none."""
+        """Law of the platform's retraction by the nozzle's height; None if there is none."""
         return self.retraction if isinstance(self.retraction, RetractionLaw) else None
 
     @property
@@ -156,7 +156,7 @@ class Criterion:
 
     @property
     def continuous(self) -> bool:
-        """Whether the margin is continuous through zero at the boundary, so that it can be interpolated there."""
+        """Whether the margin changes continuously at the workspace's boundary, so that it can be interpolated."""
         return self.name in CONTINUOUS
 
     def margin(self, places: Array, progress: Progress | None = None, stage: str = "places") -> Array:
@@ -177,7 +177,7 @@ class Criterion:
         return found
 
     def continuous_margin(self, places: Array, progress: Progress | None, stage: str) -> Array:
-        """Return the `margin`, or its sign where it is not continuous and cannot be interpolated."""
+        """Return the `margin` of the criterion, or only its sign if it is not continuous."""
         margins = self.margin(places, progress, stage)
         return margins if self.continuous else np.where(margins >= 0.0, 1.0, -1.0)
 

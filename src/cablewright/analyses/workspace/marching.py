@@ -32,7 +32,7 @@ def key_of(index: NDArray[np.int64]) -> Keys:
 
 
 def index_of(keys: Keys) -> NDArray[np.int64]:
-    """Return the indices (..., 3) of lattice nodes with these keys."""
+    """Return the indices (..., 3) of lattice nodes from their keys."""
     mask = (1 << BITS) - 1
     return np.stack([keys >> 2 * BITS, (keys >> BITS) & mask, keys & mask], axis=-1)
 

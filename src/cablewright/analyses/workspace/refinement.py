@@ -50,7 +50,7 @@ class SearchBox:
 
     @property
     def corners(self) -> tuple[Array, Array]:
-        """The lowest and the highest corner, m."""
+        """The lowest and the highest corner of the box, m."""
         return self.low, self.high
 
     @property
@@ -78,7 +78,7 @@ class SearchBox:
         return x, y, z
 
     def grid(self, counts: tuple[int, ...]) -> Array:
-        """Return the places (X, Y, Z, 3), m, of these nodes."""
+        """Return the positions (X, Y, Z, 3), m, of lattice nodes."""
         return np.stack(np.meshgrid(*self.axes(counts), indexing="ij"), axis=-1)
 
 

@@ -14,7 +14,7 @@ from cablewright.robot.plane import OFF_PLANE
 
 @dataclass(frozen=True, eq=False)
 class SearchPlane:
-    """The plane normal . x = distance, m."""
+    """The plane to which a planar workspace is confined: normal . x = distance, m."""
 
     normal: Array  # (3,) unit vector
     distance: float

@@ -70,7 +70,7 @@ class Workspace(Pictured):
 
     @property
     def status(self) -> str:
-        """ok, empty or not-converged."""
+        """Status of the computed workspace: ok, empty or not-converged."""
         return "empty" if not self.volume else "ok" if self.converged else "not-converged"
 
     @property
@@ -80,7 +80,7 @@ class Workspace(Pictured):
 
     @property
     def box(self) -> SearchBox:
-        """The region that was searched."""
+        """The box that was searched for the workspace."""
         return self.criterion.box
 
     @property
@@ -91,12 +91,12 @@ class Workspace(Pictured):
 
     @property
     def volume(self) -> float:
-        """Volume enclosed by the surface, m^3."""
+        """Volume of the workspace, m^3: that enclosed by its surface."""
         return self.mesh.volume
 
     @property
     def fraction(self) -> float:
-        """Volume as a share of the box."""
+        """Volume of the workspace as a share of the searched box."""
         return self.volume / self.box.volume
 
     def slices(self, heights: ArrayLike) -> Array:
@@ -148,7 +148,7 @@ class NodeCount(Result):
 
     @property
     def box(self) -> SearchBox:
-        """The region that the grid fills, sides included."""
+        """The box that the grid of nodes fills, its sides included."""
         return self.criterion.box
 
     @property
@@ -163,17 +163,17 @@ class NodeCount(Result):
 
     @property
     def nodes(self) -> int:
-        """Number of nodes."""
+        """Number of nodes of the grid."""
         return int(self.inside.size)
 
     @property
     def counted(self) -> int:
-        """Number of nodes inside."""
+        """Number of nodes inside the workspace."""
         return int(self.inside.sum())
 
     @property
     def fraction(self) -> float:
-        """Share of the nodes inside."""
+        """Share of the grid's nodes inside the workspace."""
         return self.counted / self.nodes
 
     @property

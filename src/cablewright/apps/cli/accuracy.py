@@ -97,9 +97,9 @@ class PlaceOptions:
 
     @property
     def shape(self) -> str:
-        """Return the name of the requested shape, like helix.
+        """Return the name of the requested shape of positions, like helix.
 
-        Raises `InputError` unless exactly one is given, with its options.
+        Raises `InputError` unless exactly one is given.
         """
         given = [shape for shape in SHAPES if getattr(self, shape) is not None and getattr(self, shape) is not False]
         if len(given) != 1:

@@ -38,7 +38,7 @@ class DeclaredCommand(NamedTuple):
 
 
 def command(example: str, *answers: str) -> Callable[[Callable[..., int]], DeclaredCommand]:
-    """Declare a function as a command."""
+    """Declare a function as a command of the command line."""
     return lambda run: DeclaredCommand(run, example, answers)
 
 

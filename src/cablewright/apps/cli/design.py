@@ -66,7 +66,7 @@ class SearchOptions:
     ] = 9
 
     def workspace(self) -> cw.TradeSettings:
-        """Return the settings of workspaces. Raises `InputError`."""
+        """Return the settings with which workspaces are computed. Raises `InputError`."""
         return cw.TradeSettings(
             criterion=self.criterion, count="nodes", grid=self.grid, boundary_grid=self.grid, inertia=self.inertia
         )
@@ -127,7 +127,7 @@ class GoalOptions:
 
     @property
     def mirrors(self) -> tuple[str, ...]:
-        """The planes of symmetry."""
+        """The planes about which the design is to be symmetric."""
         return () if self.symmetry is None else tuple(each.strip() for each in self.symmetry.split(","))
 
     def prices(self) -> dict[str, float] | None:

@@ -269,7 +269,7 @@ class RegionOptions(LawOptions):
 
     @property
     def criterion_name(self) -> str:
-        """Return the name of the criterion."""
+        """Return the name of the criterion of the workspace."""
         return self.criterion or "exact"
 
     def places(self) -> dict[str, Any]:
@@ -326,7 +326,7 @@ class OrientedRegionOptions(RegionOptions):
 
 @options("Volume")
 class CountOptions:
-    """Options of a volume's computation."""
+    """Options of a workspace volume's computation."""
 
     count: Annotated[
         CountName,
@@ -391,7 +391,7 @@ class OutputOptions:
 
 @options("Who computes")
 class ExecutorOptions:
-    """Options of the executor that computes."""
+    """Options of the processes or computers that share the computation."""
 
     workers: Annotated[
         int | None,
@@ -414,7 +414,7 @@ class ExecutorOptions:
 
     @property
     def asked(self) -> bool:
-        """Whether another executor than this process is requested."""
+        """Whether the computation is to be shared with other processes or computers."""
         return self.workers is not None or self.cluster is not None
 
     @contextmanager

@@ -61,7 +61,7 @@ def print_refusal(reason: AnswerError) -> None:
 
 
 def print_json(values: Mapping[str, Any]) -> None:
-    """Print one JSON object: numbers that are not finite as null."""
+    """Print a result as one JSON object, in which infinite and unknown numbers are null."""
     typer.echo(json.dumps({"schema": SCHEMA} | plain(values)))
 
 

@@ -209,7 +209,7 @@ class RobotList(Result):
 
 @dataclass(frozen=True)
 class RobotSupport(Result):
-    """Coverage of a robot by each capability."""
+    """Which commands and features support a robot."""
 
     FIGURES: ClassVar = (
         Figure("robot", "", "Name of the robot."),

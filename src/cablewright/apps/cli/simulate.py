@@ -130,7 +130,7 @@ class FaultOptions:
     ] = None
 
     def of(self, settings: cw.TwinSettings) -> cw.TwinSettings:
-        """Return the machine with these faults in addition to its own. Raises `InputError`."""
+        """Return the machine with the faults of the options added to its own. Raises `InputError`."""
         from cablewright.foundation.validation import validated
         from cablewright.machine.simulated.settings import Link
 

@@ -59,7 +59,7 @@ def draw(
     width: float | str | None = None,
     style: str | Path | Mapping[str, Any] | None = None,
 ) -> Figure:
-    """Return the picture of *result*, and write it and its data to *file*, if one is given: see `Pictured.plot`."""
+    """Return the picture of a *result*; write it and its data to *file*, if one is given: see `Pictured.plot`."""
     path, name = None if file is None else look.picture_file(file), type(result).__name__
     if name in ONE_POSE and not getattr(result, "single", True):
         raise InputError(f"plot: the picture of {name} is of one pose; take a row of the batch")

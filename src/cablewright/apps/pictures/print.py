@@ -142,21 +142,21 @@ def speed_picture(found: PrintRecord) -> Figure | None:
     size, unit = style.time_unit(found.duration)
     for name, colour, own, values in kinds:
         counts = own.speeds.counts
-        often.stairs(1e2 * counts / max(1, counts.sum()), 1e2 * own.speeds.edges, color=colour, linewidth=1.3)
-        over.plot(found.rows["time"] / size, 1e2 * values, color=colour, linewidth=0.7, label=name)
-    nominal = 1e2 * found.print_speed
+        often.stairs(1e2 * counts / max(1, counts.sum()), 1e3 * own.speeds.edges, color=colour, linewidth=1.3)
+        over.plot(found.rows["time"] / size, 1e3 * values, color=colour, linewidth=0.7, label=name)
+    nominal = 1e3 * found.print_speed
     for line in (often.axvline, over.axhline):
         line(nominal, color=style.INK, linewidth=0.8, linestyle=style.DASHED)
     low, high = _reach(kinds[-1][2].speeds)
     often.set(
-        xlim=(1e2 * low, 1e2 * high),
-        xlabel="speed along the path in cm/s",
+        xlim=(1e3 * low, 1e3 * high),
+        xlabel="speed along the path in mm/s",
         ylabel="share of the steps in %",
         title="distribution; dashed: print speed",
     )
-    over.set(xlabel=f"time in {unit}", ylabel="speed along the path in cm/s", title="while printing")
+    over.set(xlabel=f"time in {unit}", ylabel="speed along the path in mm/s", title="while printing")
     over.legend(loc="lower right", ncols=2)
-    over.set_ylim(0.0, max(1.3 * nominal, 1.1e2 * high))
+    over.set_ylim(0.0, max(1.3 * nominal, 1.1e3 * high))
     return drawn
 
 

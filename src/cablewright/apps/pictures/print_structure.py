@@ -77,10 +77,10 @@ def cuts_picture(found: PrintRecord) -> Figure | None:
 
 
 def _draw_cut(axes: Axes, cut: CrossSection) -> None:
-    across, true, rebuilt = 1e2 * cut.offsets, 1e3 * cut.true, 1e3 * cut.estimated
+    across, true, rebuilt = 1e3 * cut.offsets, 1e3 * cut.true, 1e3 * cut.estimated
     if np.isfinite(true).any():
         axes.fill_between(across, 0.0, true, color=style.GREY, alpha=0.35, linewidth=0, label="true")
     if np.isfinite(rebuilt).any():
         axes.plot(across, rebuilt, drawstyle="steps-mid", color=style.BLUE, label="rebuilt from scans")
     title = style.minus(f"{cut.title}: x {cut.place[0]:.2f} m, y {cut.place[1]:.2f} m")
-    axes.set(xlabel="offset from the path in cm, positive to the left", title=title)
+    axes.set(xlabel="offset from the path in mm, positive to the left", title=title)

@@ -182,7 +182,7 @@ _RING: Final[dict[str, Any]] = style.RING | {"markersize": 9}
 
 
 def trade_picture(found: Trade) -> Figure:
-    """Draw volume and lowest frequency by the first varied number, and one against the other."""
+    """Draw workspace volume and lowest frequency by the first varied number, and one against the other."""
     drawn, (left, middle, right) = style.subplots(12.6, 4.8, 1, 3)
     values = np.array([each.values for each in found.combinations])
     volumes = np.array([each.volume for each in found.combinations])

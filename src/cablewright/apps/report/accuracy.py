@@ -12,13 +12,14 @@ from matplotlib.figure import Figure
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 from cablewright.analyses.accuracy.nozzle_error import Accuracy
 from cablewright.apps import style
+from cablewright.apps.dark_pictures import themed
 from cablewright.apps.figures import summary
 from cablewright.apps.pictures.accuracy import along, contributions, displaced_by, plane
 from cablewright.apps.pictures.error_region import region as region_picture
 from cablewright.apps.pictures.workspace import workspace_errors
 from cablewright.apps.quantities import count, quantity
 from cablewright.apps.report.document import verdict, view, write_report
-from cablewright.apps.report.page import Html, cards, element, notice, picture, section, table
+from cablewright.apps.report.page import Html, Themed, cards, element, notice, picture, section, table
 from cablewright.apps.report.provenance import assumptions, list_of, robot_rows
 from cablewright.apps.report.result import part_table
 from cablewright.apps.web.robot_scene import place_scene, study_scene
@@ -26,7 +27,7 @@ from cablewright.foundation.errors import Status
 from cablewright.studies.accuracy import AccuracyStudy
 from cablewright.studies.accuracy_at_pose import AccuracyAtPose
 
-Pictures = dict[str, bytes]
+Pictures = dict[str, Themed]
 
 _SHAPES: Final = {
     "helix": "along a helix",
@@ -53,9 +54,9 @@ def write_place(found: AccuracyAtPose, folder: Path, options: Mapping[str, Any] 
     drawn = {}
     if _answered(found.accuracy):
         with style.drawing():
-            drawn["contributions"] = style.png(contributions(found.accuracy))
+            drawn["contributions"] = themed(contributions(found.accuracy))
             if len(found.region.points):
-                drawn["region"] = style.png(region_picture(found.region))
+                drawn["region"] = themed(region_picture(found.region))
     title = f"Accuracy of {found.accuracy.robot.name} at one pose"
     return write_report(folder, title, _place_body(found, title, drawn, options or {}), drawn)
 
@@ -71,7 +72,7 @@ def _pictures(study: AccuracyStudy) -> Pictures:
                 drawn["plane"] = plane(study)
             case _:
                 drawn["along"] = along(study)
-        return {name: style.png(figure) for name, figure in drawn.items() if figure is not None}
+        return {name: themed(figure) for name, figure in drawn.items() if figure is not None}
 
 
 def _answered(accuracy: Accuracy) -> bool:

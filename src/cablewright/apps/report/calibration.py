@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from cablewright.apps import style
+from cablewright.apps.dark_pictures import themed
 from cablewright.apps.pictures.calibration import correlation_picture, exits_picture, residuals_picture
 from cablewright.apps.quantities import count, quantity
 from cablewright.apps.report.document import document, verdict, view
-from cablewright.apps.report.page import Html, cards, element, notice, picture, section, table
+from cablewright.apps.report.page import Html, Themed, cards, element, notice, picture, section, table
 from cablewright.apps.report.provenance import list_of, program
 from cablewright.apps.report.result import along_table, key_figures, part_table
 from cablewright.apps.web.robot_scene import robot_scene
@@ -16,7 +17,7 @@ from cablewright.apps.web.scene import SceneBody, SceneDescription
 from cablewright.calibration.judgement.result import Calibration
 from cablewright.calibration.plan import Known
 
-Pictures = dict[str, bytes]
+Pictures = dict[str, Themed]
 
 
 def calibration_page(found: Calibration, data: str) -> str:
@@ -42,7 +43,7 @@ def _pictures(found: Calibration) -> Pictures:
             "exits": exits_picture(found),
             "correlation": correlation_picture(found),
         }
-        return {name: style.png(figure) for name, figure in drawn.items() if figure is not None}
+        return {name: themed(figure) for name, figure in drawn.items() if figure is not None}
 
 
 def _body(found: Calibration, title: str, data: str, pictures: Pictures) -> Iterator[Html]:

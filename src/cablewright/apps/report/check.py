@@ -10,6 +10,7 @@ import numpy as np
 
 from cablewright.analyses.accuracy.expected_error import ExpectedError
 from cablewright.apps import style
+from cablewright.apps.dark_pictures import themed
 from cablewright.apps.figures import summary
 from cablewright.apps.pictures.line_tensions import MAX_LINES, limits, tensions
 from cablewright.apps.pictures.motion_errors import motion
@@ -17,7 +18,7 @@ from cablewright.apps.pictures.path_errors import MAX_NAMES, error_by_height, pl
 from cablewright.apps.quantities import count, quantity
 from cablewright.apps.report.check_summary import Digest
 from cablewright.apps.report.document import verdict, view, write_report
-from cablewright.apps.report.page import Html, cards, element, notice, picture, section, table
+from cablewright.apps.report.page import Html, Themed, cards, element, notice, picture, section, table
 from cablewright.apps.report.provenance import assumptions, inputs_table, list_of
 from cablewright.apps.report.result import along_table, key_figures, part_table
 from cablewright.apps.report.worst_limits import findings_table
@@ -28,7 +29,7 @@ from cablewright.printing.layers import LayerTable
 from cablewright.robot.uncertainty import ASSUMED
 from cablewright.studies.checks.result import Check
 
-Pictures = dict[str, bytes]
+Pictures = dict[str, Themed]
 
 _SETTINGS: Final = (
     "max_expected_error", "bead_width", "bead_height", "bead_by", "uncertainty", "damping", "layers_by", "material_by",
@@ -55,7 +56,7 @@ def _pictures(digest: Digest) -> Pictures:
         for name, draw in zip(("plan", "path-3d", "tensions", "error-height", "limits", "motion"), kinds, strict=True):
             figure = draw(digest)
             if figure is not None:
-                drawn[name] = style.png(figure)
+                drawn[name] = themed(figure)
             let_go(digest.check)
     return drawn
 

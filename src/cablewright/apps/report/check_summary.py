@@ -54,7 +54,7 @@ class Digest:
 
     @cached_property
     def by_layer(self) -> bool:
-        """Whether `stretches` are the layers, one each."""
+        """Whether each of the *stretches* of the summary is one layer."""
         return _FEWEST_STRETCHES <= len(self.layers) <= _MAX_STRETCHES
 
     @cached_property
@@ -73,7 +73,7 @@ class Digest:
 
     @property
     def nothing_drawn(self) -> str:
-        """Reason why there may be nothing to draw."""
+        """Reason why the report of a check may have no pictures."""
         return "no error is known" if self.check.samples.extruding.any() else "nothing is extruded"
 
     @cached_property

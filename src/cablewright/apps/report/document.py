@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Final
 
 from cablewright.apps.glossary import GLOSSARY, Term
-from cablewright.apps.report.page import Html, element, join, page, section
+from cablewright.apps.report.page import Html, Themed, element, join, page, section
 from cablewright.apps.web.scene import SceneDescription
 from cablewright.apps.web.svg_scene import svg
 from cablewright.foundation.file_output import write_whole
@@ -36,13 +36,13 @@ def document(title: str, body: Iterable[Html]) -> str:
     return page(title, with_terms(body), script(), _of_viewer("viewer.css"))
 
 
-def write_report(folder: Path, title: str, body: Iterable[Html], pictures: Mapping[str, bytes]) -> Path:
-    """Write ``report.html`` and the *pictures* (PNG, by name) to an existing folder; return the report's path.
+def write_report(folder: Path, title: str, body: Iterable[Html], pictures: Mapping[str, Themed]) -> Path:
+    """Write ``report.html`` and the light *pictures* (PNG, by name) to an existing folder; return the report's path.
 
     The page holds its pictures and makes no request. Raises `EnvironmentFault` where the folder cannot be written.
     """
-    for name, png in pictures.items():
-        write_whole(folder / f"{name}.png", png)
+    for name, (light, _) in pictures.items():
+        write_whole(folder / f"{name}.png", light)
     report = folder / "report.html"
     write_whole(report, document(title, body).encode("utf-8"))
     return report

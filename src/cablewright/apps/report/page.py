@@ -11,6 +11,10 @@ from typing import Final
 
 _ONE_LINE: Final = 24  # characters
 _FEW_COLUMNS: Final = 4  # that fit a phone
+_DARK: Final = "screen and (prefers-color-scheme: dark)"
+
+
+Themed = tuple[bytes, bytes]  # a picture as PNG files, for a light and for a dark page
 
 
 class Html(str):
@@ -26,7 +30,7 @@ def element(name: str, *content: str, **attributes: str) -> Html:
 
 
 def join(parts: Iterable[str], between: str = "") -> Html:
-    """Return the HTML of the parts one after the other; other text is escaped."""
+    """Return HTML of parts one after the other; plain text is escaped."""
     return Html(between.join(part if isinstance(part, Html) else escape(part) for part in parts))
 
 
@@ -55,7 +59,7 @@ def notice(text: str) -> Html:
 
 
 def short_name(name: str) -> str:
-    """Keep a name on one line where it is short enough."""
+    """Return HTML that keeps a short name on one line."""
     return element("span", name, class_="keep") if len(name) <= _ONE_LINE else name
 
 
@@ -68,15 +72,15 @@ def cards(figures: Iterable[tuple[str, str, str]]) -> Html:
     return element("dl", *shown, class_="cards")
 
 
-def picture(png: bytes, told: str, caption: str) -> Html:
-    """Return a picture that is part of the page, ``told`` to those who do not see it."""
-    data = base64.b64encode(png).decode("ascii")
-    image = Html(f'<img src="data:image/png;base64,{data}" alt="{escape(told)}">')
-    return element("figure", image, element("figcaption", caption))
+def picture(drawn: Themed, told: str, caption: str) -> Html:
+    """Return a picture that is part of the page, light or dark as the page; ``told``: its text for screen readers."""
+    light, dark = (f"data:image/png;base64,{base64.b64encode(png).decode('ascii')}" for png in drawn)
+    images = f'<source srcset="{dark}" media="{_DARK}"><img src="{light}" alt="{escape(told)}">'
+    return element("figure", element("picture", Html(images)), element("figcaption", caption))
 
 
 def bundled(name: str) -> str:
-    """Return the text of a file of this package, such as a style sheet."""
+    """Return the text of a file of this Python package, such as a style sheet."""
     return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
 
 

@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 
 from cablewright.apps import style
+from cablewright.apps.dark_pictures import themed
 from cablewright.apps.figures import NONE
 from cablewright.apps.pictures.print import (
     drum_picture,
@@ -23,7 +24,7 @@ from cablewright.apps.pictures.print_lines import angles_picture, coiling_pictur
 from cablewright.apps.pictures.print_structure import cuts_picture, maps_picture
 from cablewright.apps.quantities import count, duration, quantity
 from cablewright.apps.report.document import verdict, view, write_report
-from cablewright.apps.report.page import Html, cards, element, notice, picture, section
+from cablewright.apps.report.page import Html, Themed, cards, element, notice, picture, section
 from cablewright.apps.report.print_tables import (
     faults_table,
     following_table,
@@ -41,7 +42,7 @@ from cablewright.foundation.file_output import write_whole
 from cablewright.live.prints.result import PrintRecord
 from cablewright.machine.sensors.line_angles import LINE_ANGLES
 
-Pictures = dict[str, bytes]
+Pictures = dict[str, Themed]
 
 _CARDS: Final = (
     "layers", "distance", "duration", "mean_path_error", "max_path_error", "max_height_error", "max_error_in_space",
@@ -83,7 +84,7 @@ def _pictures(found: PrintRecord, step_times: Array | None) -> Pictures:
             "states": states_picture(found),
             "steps": None if step_times is None or not len(step_times) else steps_picture(step_times),
         }
-        return {name: style.png(figure) for name, figure in drawn.items() if figure is not None}
+        return {name: themed(figure) for name, figure in drawn.items() if figure is not None}
 
 
 def _body(found: PrintRecord, title: str, name: str, pictures: Pictures) -> Iterator[Html]:

@@ -101,7 +101,7 @@ def _schedule(schedule: tuple[ScheduleStep, ...]) -> str:
 
 
 def list_of(texts: list[str]) -> Html:
-    """Return a list of sentences."""
+    """Return sentences as an HTML list."""
     return element("ul", *(element("li", text) for text in texts))
 
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 
 from cablewright.apps import style
+from cablewright.apps.dark_pictures import themed
 from cablewright.apps.figures import Sheet, along_sheet, part_sheet, sheets, summary, text
 from cablewright.apps.pictures import gallery
 from cablewright.apps.report.document import document, verdict, view
-from cablewright.apps.report.page import Html, cards, element, notice, picture, section, table
+from cablewright.apps.report.page import Html, Themed, cards, element, notice, picture, section, table
 from cablewright.apps.report.provenance import list_of, program
 from cablewright.apps.web.robot_scene import scene_of
 from cablewright.foundation.results import Pictured, Result
@@ -61,14 +62,14 @@ def result_page(found: Pictured, title: str, *, drawn: bool = True) -> str:
 
     The same result gives the same text.
     """
-    png = None
+    pictured = None
     if drawn:
         with style.drawing():
-            png = style.png(gallery.draw(found))
-    return document(title, _body(found, title, png))
+            pictured = themed(gallery.draw(found))
+    return document(title, _body(found, title, pictured))
 
 
-def _body(found: Pictured, title: str, png: bytes | None) -> Iterator[Html]:
+def _body(found: Pictured, title: str, drawn: Themed | None) -> Iterator[Html]:
     yield element("h1", title)
     yield _verdict(found)
     rows = summary(found, "status", "answer", *_INPUTS)
@@ -77,8 +78,8 @@ def _body(found: Pictured, title: str, png: bytes | None) -> Iterator[Html]:
     for label, value in rows:
         if len(value) > _LONG or "\n" in value:
             yield section(label, list_of(value.split("\n")))
-    if png is not None:
-        yield picture(png, f"{title}: meaning of the figures", "")
+    if drawn is not None:
+        yield picture(drawn, f"{title}: meaning of the figures", "")
     scene = scene_of(found, title)
     if scene is not None:
         yield section("In three dimensions", view(scene))

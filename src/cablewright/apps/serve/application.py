@@ -149,7 +149,7 @@ class Page(Served):
         return asset(name) if name in ASSETS else PlainTextResponse("there is no such file\n", 404)
 
     async def scene(self, _request: Request) -> Response:
-        """Serve the 3-D scene of the present sitting."""
+        """Serve the 3-D scene of the connected machine."""
         if self.feed.scene is None:
             return PlainTextResponse("the scene is being made\n", 503)
         return Response(self.feed.scene, media_type="application/json")
@@ -199,7 +199,7 @@ class Page(Served):
         return await _tried(make)
 
     async def put(self, request: Request) -> Response:
-        """Receive a file of a job."""
+        """Receive an uploaded file of a job."""
         if self._operator(request) is None:
             return _not_operating()
         job, part = request.path_params["job"], request.path_params["part"]
@@ -362,11 +362,11 @@ class Page(Served):
         return await _report_of(self.uploads.run_report, request.path_params["run"])
 
     async def live(self, socket: WebSocket) -> None:
-        """Serve one open page through its WebSocket."""
+        """Serve one open page of an operator through its WebSocket."""
         await Live(self, socket).run()
 
     async def foxglove(self, socket: WebSocket) -> None:
-        """Serve one program that reads the live log."""
+        """Serve one viewer, such as Foxglove, that reads the live log."""
         allowed = self.access.is_view_token(socket.path_params["token"]) and self._readers < foxglove.MAX_CLIENTS
         if not allowed:
             await socket.close(1008)

@@ -56,7 +56,7 @@ class Feed:
         return round(1e3 * (time.monotonic() - self._begin))
 
     async def run(self) -> None:
-        """Read the control's latest state repeatedly."""
+        """Read the machine control's latest state repeatedly."""
         while True:
             self.refresh()
             async with self._news:

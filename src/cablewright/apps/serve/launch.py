@@ -182,7 +182,7 @@ class Server:
         return Access(self.key, token, self.address.hosts(self.port), self.port, self.address.certificate is not None)
 
     def start(self) -> None:
-        """Start the server's process, on new channels."""
+        """Start the process of the operator's page, on new channels to the control."""
         orders, stops = self.link.connect()
         numbers = {
             "state": self.link.state.file_number,
@@ -233,7 +233,7 @@ class Server:
                     logging.getLogger("cablewright").warning("the page's server cannot be started: %s", reason)
 
     def end(self) -> None:
-        """End the server's process."""
+        """End the process of the operator's page."""
         self._over.set()
         if self.process is not None and self.process.stdin is not None:
             self.process.stdin.close()

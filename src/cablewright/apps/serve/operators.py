@@ -93,7 +93,7 @@ class Operators:
 
     @property
     def operator(self) -> Client | None:
-        """The page that operates; None where none does, it was silent for too long, or the server hung."""
+        """The open page that may operate; None if no page may, it was silent too long, or the server hung."""
         self.look()
         found = self._operator
         if found is not None and time.monotonic() - found.last > SILENCE:
@@ -111,11 +111,11 @@ class Operators:
         return ""
 
     def release(self, client: Client) -> None:
-        """End the lease of the operator."""
+        """End the operator's lease, the sole right to give orders."""
         if self._operator is client:
             self._operator = None
 
     def of_secret(self, secret: str) -> Client | None:
-        """Return the page that operates, if *secret* is its own."""
+        """Return the open page that operates, if *secret* belongs to it."""
         found = self.operator
         return found if found is not None and secrets.compare_digest(found.secret.encode(), secret.encode()) else None

@@ -44,7 +44,7 @@ class _Loop(asyncio.SelectorEventLoop):
 
 
 def page_of(given: dict[str, Any]) -> Page:
-    """Return the web application of a configuration."""
+    """Return the web application of the operator's page for a configuration."""
     folder = Path(given["folder"])
     link = ServerLink.of(*(given[name] for name in ("state", "sitting", "lease", "orders", "stops")))
     access = Access(
@@ -70,7 +70,7 @@ def page_of(given: dict[str, Any]) -> Page:
 
 
 def main() -> None:
-    """Run the page's server until the control ends."""
+    """Run the server of the operator's page until the control ends."""
     given = json.loads(sys.stdin.buffer.readline())
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the control decides
     os.nice(_NICE)

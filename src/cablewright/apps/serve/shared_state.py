@@ -46,7 +46,7 @@ class Served:
     _stopped: float = -1.0
 
     def send_stop(self, by: str) -> bool:
-        """Send a stop by its own channel; return whether the control received it."""
+        """Send an order to stop by a channel of its own; return whether the control received it."""
         now = time.monotonic()
         self.feed.stops += 1
         if now - self._stopped < _ALIKE:

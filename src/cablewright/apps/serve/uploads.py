@@ -57,7 +57,7 @@ class TooLarge(InputError):
 
 @dataclass(eq=False)
 class Uploads:
-    """The jobs and runs in a folder."""
+    """The jobs and runs in the folder of the operator's page."""
 
     folder: Path
 
@@ -123,7 +123,7 @@ class Uploads:
         return folder_of(self.folder / JOBS, number)
 
     def name(self, number: str) -> str:
-        """Return the name of a job for people."""
+        """Return the name of a job that the page shows."""
         return str(_values(self.job(number) / ABOUT).get("name", number))[:40]
 
     def jobs(self, busy: dict[str, str]) -> list[dict[str, Any]]:

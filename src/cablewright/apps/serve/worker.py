@@ -32,7 +32,7 @@ _NICE: Final = 15
 
 
 def cap() -> None:
-    """Limit the resources of this process, as far as the system can."""
+    """Limit memory and time of this process, as far as the system can."""
     try:
         import resource
     except ImportError:  # pragma: no cover
@@ -129,7 +129,7 @@ def report_run(folder: Path, name: str) -> None:
 
 
 def main(arguments: list[str]) -> int:
-    """Run one check, or write one report."""
+    """Run one check of a job, or write one report."""
     what, folder, subject = arguments
     cap()
     threading.Thread(target=_end_with_input, daemon=True).start()

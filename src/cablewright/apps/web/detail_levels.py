@@ -35,7 +35,7 @@ def packed(values: NDArray[Any], kind: str, *, delta: bool = False) -> Packed:
 
 
 def unpacked(given: Packed) -> NDArray[Any]:
-    """Return the array that `packed` wrote as text."""
+    """Return the array that `packed` has written as text."""
     data = zlib.decompress(base64.b64decode(given["data"]))
     values = np.frombuffer(data, dtype=_TYPES[given["type"]]).reshape(given["shape"])
     return np.cumsum(values, axis=0, dtype=values.dtype) if given["delta"] else values

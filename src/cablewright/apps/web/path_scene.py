@@ -85,7 +85,7 @@ class PathScene:
 
     @property
     def bounds(self) -> Array:
-        """Lowest and highest corner (2, 3), m."""
+        """Lowest and highest corner (2, 3) of the path, m."""
         low, high = np.full(3, np.inf), np.full(3, -np.inf)
         for at in blocks(len(self.positions)):
             known = self.positions[at][self.known[at]]
@@ -96,7 +96,7 @@ class PathScene:
 
     @cached_property
     def known(self) -> Mask:
-        """Mask (k,) of known points."""
+        """Mask (k,) of path points whose value is known."""
         known = np.empty(len(self.positions), dtype=np.bool_)
         for at in blocks(len(known)):
             known[at] = np.isfinite(self.positions[at]).all(axis=1)
@@ -155,7 +155,7 @@ class PathScene:
         return np.flatnonzero(self.level != LEFT_OUT)
 
     def as_dict(self) -> dict[str, Any]:
-        """The path as a JSON object."""
+        """The path of the 3-D view as a JSON object."""
         kept = self.kept
         low, high = self.bounds if len(self.bounds) else np.zeros((2, 3))
         step = max(float((high - low).max()), 1e-9) / _STEPS

@@ -63,7 +63,7 @@ class SceneBody:
 
 @dataclass(frozen=True)
 class Mark:
-    """A named position in the scene."""
+    """A named position in the 3-D view."""
 
     label: str
     place: tuple[float, float, float]
@@ -71,7 +71,7 @@ class Mark:
 
 @dataclass(frozen=True, eq=False)
 class SceneDescription:
-    """A robot in one or more states, and other objects, for the viewer."""
+    """A robot in one or more states, and other objects, for the 3-D view."""
 
     title: str
     robot: Robot
@@ -84,7 +84,7 @@ class SceneDescription:
     notes: tuple[str, ...] = field(default=())
 
     def with_bodies(self, *bodies: SceneBody) -> SceneDescription:
-        """Return the scene with more bodies."""
+        """Return the 3-D scene with more bodies."""
         return replace(self, bodies=(*self.bodies, *bodies))
 
     @property
@@ -102,7 +102,7 @@ class SceneDescription:
         return np.nanmin(stacked, axis=0), np.nanmax(stacked, axis=0)
 
     def as_dict(self) -> dict[str, Any]:
-        """The scene as a JSON object."""
+        """The 3-D scene as a JSON object."""
         low, high = self.bounds
         step = max(float((high - low).max()), 1e-9) / STEPS
         scene = self.robot.scene

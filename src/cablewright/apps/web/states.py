@@ -27,7 +27,7 @@ _FINE: Final = 4000.0  # chords of lines are so many times nearer to the curve t
 
 @dataclass(frozen=True, eq=False)
 class States:
-    """F states of a robot with m lines."""
+    """F states of a robot with m lines, for the frames of a 3-D view."""
 
     poses: Array  # (F, n) m and rad, of the platform's origin
     tensions: Array  # (F, m) N; NaN: not known

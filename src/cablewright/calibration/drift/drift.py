@@ -184,7 +184,7 @@ class Drift(Result):
 
     @property
     def verdict(self) -> str:
-        """The outcome of the drift check in one word, as "unchanged"."""
+        """Whether anything has moved since the calibration, in one word, such as "unchanged"."""
         if self.probability >= self.false_alarm:
             return "unchanged"
         wrong = bool(self.changes) and all(each.pose is not None for each in self.changes)

@@ -95,7 +95,7 @@ class Knowledge:
         return cls(problem, theta, rows, problem.encoder_sigma, rough, count, needed - count, None, None)
 
     def robots(self, rng: np.random.Generator) -> Array:
-        """Return exit points (R, m, 3), m, of the robot as known now, and of robots drawn from its uncertainty."""
+        """Return exit points (R, m, 3), m, of the robot as known now, and of random robots within its uncertainty."""
         exits = self.problem.points(self.theta)
         which, coordinates = coordinates_of(self.problem.robot, self.problem.unknowns)
         away = np.zeros((_ROBOTS, exits.size))
@@ -191,7 +191,7 @@ class _NextSearch(PoseSearch):
         self.root = _root(own, np.sqrt(ridge) * np.eye(own.shape[1]))
 
     def sigmas(self, inverse: Array | None = None) -> Array:
-        """Return the largest standard deviation (m,) of a coordinate of each exit point, m."""
+        """Return the largest standard deviation of each exit point's coordinates (m,), m."""
         found = np.zeros(self.lines)
         np.maximum.at(found, self.line_of, self.variances(_inverse(self.root) if inverse is None else inverse))
         return np.asarray(np.sqrt(found))

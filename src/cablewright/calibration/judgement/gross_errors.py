@@ -69,7 +69,7 @@ class Unexplained:
         return cls(off, rows, problem.row_counts - ranks, covariance, out, float(np.sum(own * own)), freedom)
 
     def rejected(self) -> Mask:
-        """Return which poses (N,) an F test rejects as gross errors, each against all others."""
+        """Return a mask (N,) of poses that an F test against all others rejects as gross errors."""
         return np.asarray(self._single > math.log(len(self.off) / FALSE_ALARM))
 
     @cached_property

@@ -130,7 +130,7 @@ class Evidence:
         return Explanation(probability, tuple(self._changes(named)), rest)
 
     def alone(self, at: int) -> tuple[float, float]:
-        """Return the amount of a suspect, as if it alone changed, and its sigma; inf if nothing shows it."""
+        """Return the change of one suspect number, if it alone changed, and its sigma; inf without evidence."""
         size = float(np.linalg.norm(self.effects[at]))
         if not size > 0.0:
             return 0.0, np.inf

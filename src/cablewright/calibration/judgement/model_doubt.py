@@ -51,7 +51,7 @@ _CHANCE: Final = 2.0  # standard deviations of a variance by scatter, up to whic
 
 @dataclass(frozen=True)
 class Considered:
-    """A number of the robot file that counts as known: its error according to the data."""
+    """A number of the robot file that counts as known, with its possible error."""
 
     name: str  # in the registry, or `STRETCH`
     line: str | None

@@ -319,7 +319,7 @@ class Calibration(Pictured):
 
     @property
     def used(self) -> Mask:
-        """Mask (N, m) of the lengths that count: those that are not rejected as outliers."""
+        """Mask (N, m) of the measured lengths that the fit uses: all but outliers."""
         return self.problem.of_poses(self.fit.weights)[:, : self.problem.robot.m] > 0.0
 
     @cached_property

@@ -52,7 +52,7 @@ def kind_of(problem: CalibrationProblem) -> NDArray[np.str_]:
 
 
 def leverages(problem: CalibrationProblem, found: PoseFit) -> Array:
-    """Return the leverage (N, e) of each row of the poses; 0 where it does not count, or has no value."""
+    """Return the leverage (N, e) of each equation of each pose; 0 for equations without a value."""
     rows = problem.derivatives(found.theta, found.poses, found.weights)
     rows = rows.blank(np.logical_not(rows.whole))
     covariance = information(problem, found.theta, found.poses, found.weights, priors=True).covariance

@@ -104,7 +104,7 @@ def fitted_poses(problem: CalibrationProblem, theta: Array, poses: Array, withou
 
 
 def to_file_frame(problem: CalibrationProblem, found: PoseFit) -> PoseFit:
-    """Return the fit at which the unknowns are as near to the file's as the undetermined degrees of freedom allow.
+    """Return the fit whose unknowns are nearest to the robot file in the directions that the data leave open.
 
     This is the inner constraint: translation and yaw of the exit points, as a whole, are those of the file. Home
     lengths and offsets of sensors, which the file does not have, do not count. It holds within the fit: undetermined

@@ -222,7 +222,7 @@ class CalibrationProblem(ABC):
 
     @abstractmethod
     def is_finite(self, theta: Array, states: Array) -> bool:
-        """Return whether every sensor has a value at these states (N, ..)."""
+        """Return whether every sensor's equation has a value at the poses' states (N, ..)."""
 
     @abstractmethod
     def lengths(self, theta: Array, states: Array) -> Array:

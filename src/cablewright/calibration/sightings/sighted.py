@@ -214,7 +214,7 @@ def bodies_of(seen: Sightings | None, known: Sequence[Unknown]) -> Bodies:
 
 
 def turned(rotation: Array, turn: Array) -> Array:
-    """Return the rotation (3, 3) after a further rotation vector *turn* (3,), rad, in its own frame."""
+    """Return the rotation (3, 3) after one more rotation, the vector *turn* (3,), rad, about axes that turn with it."""
     return np.asarray(matrices(turn) @ rotation)
 
 

@@ -21,7 +21,7 @@ _SETTLED: Final = 1e-13  # relative
 
 @dataclass(frozen=True, eq=False)
 class Linear:
-    """A vector computed from the N markers of a survey, with its Jacobian by their coordinates."""
+    """A vector computed from N surveyed markers, with its Jacobian by the markers' coordinates."""
 
     value: Array  # (k,)
     jacobian: Array  # (k, 3 N)

@@ -139,7 +139,7 @@ class CreepResult(Pictured):
 
     @property
     def humidity_exponent_sigma(self) -> float | None:
-        """Standard deviation of the humidity exponent, where that is reported."""
+        """Standard deviation of the exponent by which humidity accelerates creep; None if it is not estimated."""
         return None if self.humidity_exponent is None else math.sqrt(self.covariance.diagonal()[-1])
 
     @property

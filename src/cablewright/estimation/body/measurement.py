@@ -37,7 +37,7 @@ class Measurement(NamedTuple):
 
 
 def slopes_of(state: BodyState) -> Slopes | None:
-    """Linearise the present equilibrium; None where it is singular."""
+    """Linearise the platform's present equilibrium; None if it is singular."""
     solved = state.tracker.solved
     found, codes = linearise_where_regular(solved)
     if codes.any():

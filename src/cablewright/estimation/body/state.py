@@ -46,7 +46,7 @@ class Contradiction:
     count: int = 0
 
     def add(self, innovation: Array, rows: NDArray[np.int64]) -> None:
-        """Add a measurement; one with other sensors than the last begins again."""
+        """Add a contradictory measurement; one with other sensors than the last starts a new sum."""
         if not np.array_equal(rows, self.rows):
             self.total, self.rows, self.count = np.zeros(len(rows)), rows, 0
         self.total, self.count = self.total + innovation, self.count + 1
@@ -72,7 +72,7 @@ class Belief:
 
 @dataclass(eq=False)
 class Home:
-    """Pose and lengths at the last homing."""
+    """Pose and line lengths at the last homing."""
 
     SAVED = ("lengths", "angles", "toward", "counts", "known")
 
@@ -169,12 +169,12 @@ class BodyState:
 
     @property
     def pose(self) -> Array:
-        """The pose (6,), m and rad."""
+        """Estimated pose (6,) of the rigid platform, m and rad."""
         return self.tracker.pose
 
     @property
     def tensions(self) -> Array:
-        """Tensions (m,), N, at the sheaves."""
+        """Estimated tensions (m,) at the sheaves, N."""
         return self.tracker.tensions
 
 

@@ -84,7 +84,7 @@ class FirstState(NamedTuple):
 
 
 def start(settings: FilterSettings, checks: ReadingChecks) -> FilterState:
-    """Return the filter's state before `begin`."""
+    """Return the Kalman filter's state before `begin`."""
     own = settings.machine
     mean = Mean.of(FilterLayout.of(own.model.m, len(own.lidars), len(own.walls.room.walls)))
     weight = float(PlatformNumbers(own.model.packed.platform).weight)

@@ -109,7 +109,7 @@ class FilterSettings:
 
     @cached_property
     def hanging(self) -> Mask:
-        """As `hung`, all False where no line has a counterweight."""
+        """Mask of the lines with a counterweight; all False if no line has one."""
         return np.zeros(self.machine.model.m, np.bool_) if self.hung is None else self.hung
 
     @cached_property
@@ -119,7 +119,7 @@ class FilterSettings:
 
     @cached_property
     def shown(self) -> Array:
-        """Standard deviations of an estimate besides the state's, as the kernel `estimate.tell` needs them."""
+        """Standard deviations that are added to those of the state, as the kernel `estimate.tell` needs them."""
         return np.array([self.velocity_sigma, self.attitude_sigma, self.swing_sigma, self.turn_rate_sigma])
 
 

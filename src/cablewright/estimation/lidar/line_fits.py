@@ -50,7 +50,7 @@ _MERGE_SIGMAS: Final = 4.0  # of a cluster's ends from the line of another one
 
 
 class Rules(NamedTuple):
-    """Limits of `LineSearch`, and of clusters, as numbers."""
+    """Limits of a search for straight lines in a scan, `LineSearch`, as numbers."""
 
     angle_sigma: float  # rad
     merge_distance: float  # m

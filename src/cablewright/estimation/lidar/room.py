@@ -108,7 +108,7 @@ class RoomMap:
         return np.array([wall.distance_sigma for wall in self.walls])
 
     def index(self, name: str) -> int:
-        """Return the index of the wall of that name. Raises `InputError`."""
+        """Return the index of the wall with a given name. Raises `InputError`."""
         for i, wall in enumerate(self.walls):
             if wall.name == name:
                 return i

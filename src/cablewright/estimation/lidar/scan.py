@@ -54,7 +54,7 @@ class LidarModel:
             raise InputError(f"lidar {self.name!r}: sigma_per_metre = {self.sigma_per_metre:g}: must be from 0 to 1")
 
     def sigmas(self, distance: Array) -> Array:
-        """Return the standard deviations (n,), m, of ranges at these distances (n,), m."""
+        """Return the standard deviations (n,), m, of the ranges to given distances (n,), m."""
         return np.asarray(self.sigma + self.sigma_per_metre * distance)
 
 

@@ -52,7 +52,7 @@ class Profile:
     scale: float = 1.0
 
     def mm(self, length: float) -> float:
-        """Return a length, or a speed or an acceleration, of the machine in mm as the slicer has it."""
+        """Return a length, speed or acceleration in mm, mm/s or mm/s^2, reduced to the slicer's scale."""
         return float(f"{1e3 * self.scale * length:.6g}")
 
     @property

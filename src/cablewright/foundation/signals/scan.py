@@ -29,7 +29,7 @@ class Scan(
 
     @property
     def stamp(self) -> float:
-        """Time of the first ray, s."""
+        """Time of the first ray of the scan, s."""
         return self.begin
 
     def stamped(self, time: float, rate: float = 1.0) -> Self:
@@ -38,17 +38,17 @@ class Scan(
 
     @property
     def time(self) -> float:
-        """Time of the last ray, s."""
+        """Time of the last ray of the scan, s."""
         return self.begin + self.period * (len(self.ranges) - 1)
 
     @property
     def times(self) -> Array:
-        """Time of each ray, (k,) s."""
+        """Time of each ray of the scan, (k,) s."""
         return np.asarray(self.begin + self.period * np.arange(len(self.ranges), dtype=np.float64))
 
     @property
     def angles(self) -> Array:
-        """Direction of each ray, (k,) rad, lidar."""
+        """Direction of each ray of the scan, (k,) rad, in the lidar's frame."""
         return np.asarray(self.first_angle + self.angle_step * np.arange(len(self.ranges), dtype=np.float64))
 
     @property

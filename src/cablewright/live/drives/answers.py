@@ -64,7 +64,7 @@ class BusScan(Result):
 
 @dataclass(frozen=True)
 class Value:
-    """One object of one drive, with its present and its required value."""
+    """One parameter (object) of one drive, with its present and its required value."""
 
     line: str
     object: str
@@ -148,10 +148,10 @@ class DriveSession(Result):
 
     @property
     def status(self) -> str:
-        """``done`` or ``refused``."""
+        """Status of the action on the drives: ``done`` or ``refused``."""
         return "refused" if self.reason else "done"
 
     @property
     def refusal(self) -> str:
-        """Reason why the action was not done."""
+        """Reason why the action on the drives was not done."""
         return self.reason

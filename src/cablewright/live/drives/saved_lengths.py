@@ -213,10 +213,7 @@ class KeptEstimator:
 
     @property
     def measured(self) -> Array | None:
-        """Return the measured, smoothed tensions (m,), N; see `Measuring.measured`.
-
-        They are those of the drives' torques.
-        """
+        """Return the tensions (m,), N, by the torques of the drives, smoothed; see `Measuring.measured`."""
         found = self._keeper.found
         return found.measured if isinstance(found, DeadReckoning) else None
 

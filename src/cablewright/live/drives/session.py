@@ -139,7 +139,7 @@ class RealMachine:
         return _ORDER_PERIODS * self.settings.period + self.settings.winch.lag
 
     def by_hand(self, plan: ManualSettings) -> ManualSettings:
-        """Limits of jogs, with those of the drives."""
+        """Limits of manual motion, including those of the drives."""
         own = self.settings.drives
         assert own is not None
         return replace(plan, deceleration=own.jog_deceleration, max_run_out=own.jog_run_out, delay=self.delay)
@@ -259,7 +259,7 @@ class SessionOperator:
         return ()
 
     def is_over(self, printer: Printer) -> bool:
-        """Return whether the run ends; see `Operator.is_over`."""
+        """Return whether the session with the drives ends; see `Operator.is_over`."""
         state, now = printer.supervisor.state, printer.time
         if state is PrintState.FAULT:
             gone = self.enabled or (self._resets >= _RESETS and now - self._reset_time > _RESET_WAIT)
@@ -281,11 +281,11 @@ class Watching:
     refusals: list[str] = field(default_factory=list)
 
     def add(self, _printer: Printer, step: Step, *, last: bool) -> None:  # noqa: ARG002
-        """Record one step; see `StepRecorder.add`."""
+        """Record one step of the machine; see `StepRecorder.add`."""
         self.last = step
         self.refusals += [order.refusal for order in step.orders if order.refusal]
 
 
 def taking_up(machine: RealMachine) -> TakeUp:
-    """Return the procedure that takes up slack."""
+    """Return the procedure that takes up slack of the lines."""
     return TakeUp(machine.take_up)

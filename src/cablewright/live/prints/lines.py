@@ -16,7 +16,7 @@ from cablewright.running.running_statistics import Moments
 
 
 class LineStatistics:
-    """Accumulated statistics by line."""
+    """Accumulated tensions, lengths and slack of each line of a print."""
 
     def __init__(self, head: LogHead) -> None:
         """Start with no steps."""
@@ -28,7 +28,7 @@ class LineStatistics:
         self._last_row: Rows | None = None
 
     def add(self, rows: Rows, printing: Mask) -> None:
-        """Add *rows*, of which some are *printing* (k,)."""
+        """Add *rows* of steps, of which some are *printing* (k,)."""
         slack, valid = rows["slack"], rows["valid"] == 1.0
         taut = np.where(valid[:, None] & np.isfinite(slack), slack == 0.0, np.nan)
         excess = rows["true_excess"]

@@ -158,12 +158,12 @@ class Printer:
 
     @property
     def time(self) -> float:
-        """The machine's time at the last frame, s."""
+        """Time of the machine at its last sensor frame, s."""
         return self._clock.now
 
     @property
     def command(self) -> Command:
-        """The command of the next step."""
+        """Winch speeds and valve for the next step of the print."""
         return self._command
 
     @property
@@ -426,11 +426,11 @@ class Operator(Protocol):
         """Return the orders since the last call, at *now*, s. Is called once in each step."""
 
     def is_over(self, printer: Printer) -> bool:
-        """Whether the run ends here."""
+        """Whether the operator ends the run at this step."""
 
 
 class StepRecorder(Protocol):
-    """Interface of an object that records the steps."""
+    """Interface of an object that records the steps of a print."""
 
     def add(self, printer: Printer, step: Step, *, last: bool) -> None:
         """Record one step; *last*: whether it is the last step of this run."""

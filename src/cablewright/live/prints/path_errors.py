@@ -30,7 +30,7 @@ class PathErrors:
         self._speeds = Histogram(0.0, 2.0 * print_speed, 240)
 
     def add(self, rows: Rows) -> tuple[Array, Array]:
-        """Add *rows* of steps that print; return cross-track errors (k,), m, and speeds along the path (k,), m/s."""
+        """Add *rows* of steps that print; return distances beside the path (k,), m, and speeds along it (k,), m/s."""
         places, distance = rows[f"{self._prefix}position"], rows["distance"]
         reached, error = nearest_of_each(self._track, places, distance, _SEARCH)
         known = np.isfinite(reached)
@@ -62,7 +62,7 @@ class PathErrors:
             self._worst = ErrorLocation(float(error[k]), time, layer, float(reached[k]), (x, y))
 
     def result(self) -> PathFollowing:
-        """Return the errors of all steps."""
+        """Return the errors beside the path over all steps of the print."""
         layers = [each.summary() for each in self._layers]
         columns = (np.array([getattr(each, name) for each in layers]) for name in ("mean", "variance", "min", "max"))
         mean, variance, lowest, highest = columns

@@ -73,7 +73,7 @@ class FolderRecorder:
     _steps: int = 0
 
     def add(self, printer: Printer, step: Step, *, last: bool) -> None:
-        """Record one step."""
+        """Record one step of a print in its run folder."""
         truth = printer.machine.abilities.truth
         self.log.write(
             step.frame, step.command, None if truth is None else truth(), step.estimate, step.progress, step.orders

@@ -25,7 +25,7 @@ from cablewright.running.running_statistics import Histogram, Summary
 
 @dataclass(frozen=True, repr=False)
 class ErrorLocation(Result):
-    """Place and time of the largest error."""
+    """Position and time of a print's largest error."""
 
     FIGURES: ClassVar = (
         Figure("value", "m", "The error, positive left of the path.", name="error", shown="mm"),
@@ -268,12 +268,12 @@ class PrintRecord(Result):
 
     @property
     def has_truth(self) -> bool:
-        """Whether the log has the truth."""
+        """Whether the log has the true state of a simulated machine."""
         return self.true.error.count > 0
 
     @property
     def best(self) -> PathFollowing:
-        """True errors if known, else estimated ones."""
+        """Errors of the true position if known, else of the estimated one."""
         return self.true if self.has_truth else self.estimated
 
     def state_uses(self) -> list[StateUse]:

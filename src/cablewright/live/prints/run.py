@@ -67,7 +67,7 @@ class PrintRun:
 
     @property
     def finished(self) -> bool:
-        """Whether the end of the path was reached."""
+        """Whether the print has reached the end of its path."""
         return self.printer.finished
 
     @property
@@ -82,7 +82,7 @@ class PrintRun:
 
     @property
     def reason(self) -> str:
-        """Reason for the present state."""
+        """Reason for the present state of the print, such as a stop."""
         return self.printer.supervisor.reason
 
 

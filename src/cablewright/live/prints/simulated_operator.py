@@ -36,7 +36,7 @@ class Attendant:
     _state: PrintState = field(default=PrintState.READY, repr=False)
 
     def orders(self, printer: Printer, now: float) -> tuple[Order, ...]:
-        """Return the orders at *now*, s."""
+        """Return the simulated operator's orders at the time *now*, s."""
         return tuple(Order(kind, _NAME, now) for kind in self._kinds(printer, now))
 
     def is_over(self, printer: Printer) -> bool:

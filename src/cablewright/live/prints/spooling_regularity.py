@@ -57,7 +57,7 @@ class SpoolStatistics:
                 self._sums[int(true), sums, i] += np.bincount(place, weights, _MAX_BINS)
 
     def result(self) -> tuple[SpoolRadii, ...]:
-        """Return the radii of each line's drum."""
+        """Return the radii at which each line leaves its winch drum."""
         return tuple(self._spool(i, line) for i, line in enumerate(self._robot.lines))
 
     def _spool(self, i: int, line: Line) -> SpoolRadii:

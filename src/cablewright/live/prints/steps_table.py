@@ -53,7 +53,7 @@ def row_type(m: int) -> np.dtype[np.void]:
 
 
 def in_state(rows: Rows, state: PrintState) -> Mask:
-    """Return which *rows* are in that *state*, (k,)."""
+    """Return a mask (k,) of the *rows* of steps in which the print was in a *state*."""
     return np.asarray(rows["state"] == STATES.index(state))
 
 
@@ -91,12 +91,12 @@ class StepsTable:
         return bool(self._held["broken"] == 1.0)
 
     def take(self) -> Rows:
-        """Return the rows and empty the table."""
+        """Return the rows of the table of steps and empty it."""
         taken, self._count = self._rows[: self._count].copy(), 0
         return taken
 
     def put(self, entry: Entry) -> None:
-        """Add one step."""
+        """Add one step to the table."""
         self._hold(entry)
         self._rows[self._count] = self._held
         row = self._rows[self._count]

@@ -242,7 +242,7 @@ def structure_of(
     density: float,
     bead: Bead | None,
 ) -> PrintedStructure | None:
-    """Return the structure after *distance* (m) of *track*, of *density* (kg/m^3); None if nothing is known of it."""
+    """Return the printed structure after *distance* (m) of *track*, of *density* (kg/m^3); None if nothing is known."""
     estimated = None if scans is None else scans.heights(_cells(track, true))
     if estimated is None and true is None:
         return None

@@ -62,7 +62,7 @@ class WholeErrorSums:
         self._tensions, self._off, self._most_off = 0, 0.0, math.nan
 
     def add(self, rows: Rows) -> None:
-        """Add *rows* of consecutive steps."""
+        """Add *rows* of consecutive steps of a print."""
         prints = in_state(rows, PrintState.PRINTING)
         first = 0 if self._begun else int(np.argmax(prints)) if prints.any() else len(rows)
         self._begun = self._begun or bool(prints.any())
@@ -99,7 +99,7 @@ class WholeErrorSums:
                 self._orientation = float(np.fmax(self._orientation, angles.max()))
 
     def result(self) -> WholeErrors:
-        """Return the errors of all steps."""
+        """Return the tracking errors of all steps."""
         rms = math.sqrt(self._squares / self._count) if self._count else math.nan
         tensions = math.sqrt(self._off / self._tensions) if self._tensions else math.nan
         found = (rms, self._position, self._orientation, self._margin, self._before)

@@ -66,7 +66,7 @@ class VibrationWindows:
         return len(self._times) == 1
 
     def drop(self) -> None:
-        """Discard the present window."""
+        """Discard the present window of line vibration readings."""
         self._times.clear()
         self._angles.clear()
 
@@ -78,7 +78,7 @@ class VibrationWindows:
         self._windows.add(np.array([[times.mean(), temperature, *found, *expected]]))
 
     def result(self) -> VibrationRecord:
-        """Return the result of all windows."""
+        """Return the vibration frequencies of all windows."""
         rows, m = self._windows.rows, self._m
         temperatures, frequencies, expected = rows[:, 1], rows[:, 2 : 2 + m], rows[:, 2 + m :]
         slopes = np.array([_slope(temperatures, frequencies[:, i] / expected[:, i]) for i in range(m)]).reshape(m, 2)

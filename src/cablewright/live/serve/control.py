@@ -69,7 +69,7 @@ class Control:
         self._events = Events.at(self.folder / ORDERS)
 
     def close(self) -> None:
-        """Close the file of orders."""
+        """Close the file that records the operators' orders."""
         self._events.close()
 
     def run(self) -> None:

@@ -37,7 +37,7 @@ class Events:
             raise cannot_write(path, reason) from None
 
     def tell(self, kind: str, text: str) -> None:
-        """Record an event; repetitions count once."""
+        """Record an event for the operator's page; repetitions count once."""
         if self.told and self.told[-1][2:] == (kind, text):
             return
         self._count += 1
@@ -63,7 +63,7 @@ class Events:
             self.tell("fault", f"{fault}: this order is not kept; make room, or put the folder back")
 
     def close(self) -> None:
-        """Close the file of orders."""
+        """Close the file that records the operators' orders."""
         self.file.close()
 
 

@@ -24,7 +24,7 @@ class Latest:
         self._written = 0
 
     def write(self, message: bytes) -> bool:
-        """Replace the message; return whether it fits."""
+        """Replace the shared message; return whether the new one fits."""
         if len(message) > self._size:
             return False
         self._written += 1
@@ -37,7 +37,7 @@ class Latest:
         return True
 
     def read(self) -> tuple[int, bytes]:
-        """Return the number of the latest message, from 1 on, and the message; 0 and nothing where there is none."""
+        """Return number, from 1 on, and bytes of the latest shared message; 0 and nothing if there is none."""
         for _ in range(_TRIES):
             (latest,) = _HEAD.unpack_from(self._memory, 0)
             if not latest:
@@ -52,7 +52,7 @@ class Latest:
         return 0, b""
 
     def close(self) -> None:
-        """Free the shared memory."""
+        """Free the shared memory of the message."""
         self._memory.close()
         os.close(self.file_number)
 

@@ -49,7 +49,7 @@ class ControlLink:
 
     @classmethod
     def new(cls) -> ControlLink:
-        """Return a new link without a server."""
+        """Return a new link of the machine's control, not yet connected to a server."""
         return cls(shared(STATE_SIZE), shared(SITTING_SIZE), shared(LEASE.size))
 
     def connect(self) -> tuple[socket.socket, socket.socket]:
@@ -66,7 +66,7 @@ class ControlLink:
         return theirs[0], theirs[1]
 
     def close(self) -> None:
-        """Free the shared memory and the channels."""
+        """Free the control's shared memory and channels."""
         for channel in (self._orders, self._stops):
             if channel is not None:
                 channel.close()
@@ -134,7 +134,7 @@ class ServerLink:
         return cls(*memories, ends[0], ends[1])
 
     def close(self) -> None:
-        """Free the shared memory and the channels."""
+        """Free the server's shared memory and channels."""
         for each in (self._orders, self._stops):
             each.close()
         for memory in (self.state, self.sitting, self.lease):

@@ -68,7 +68,7 @@ class Sitting:
 
     @property
     def procedures(self) -> tuple[str, ...]:
-        """States of the procedures that the sitting offers."""
+        """States of the procedures, such as homing, that the machine offers."""
         return tuple(state.value for state in self.printer.plan.procedures)
 
 

@@ -84,7 +84,7 @@ class Telling:
     _shown: dict[str, Any] = field(default_factory=dict, repr=False)
 
     def add(self, printer: Printer, step: Step, *, last: bool) -> None:
-        """Record one step; see `StepRecorder.add`."""
+        """Record one step for the operator's page; see `StepRecorder.add`."""
         if self.kept is not None:
             try:
                 self.kept.add(printer, step, last=last)

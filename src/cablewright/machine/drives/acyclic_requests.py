@@ -22,10 +22,10 @@ class Carrier(Protocol):
         """The time by the bus's clock, s."""
 
     def wait(self, seconds: float) -> None:
-        """Wait until this time, s."""
+        """Wait until the given time of the bus's clock, s."""
 
     def finish(self, axis: Axis) -> None:
-        """Finish all waiting transfers, however long they take."""
+        """Finish all waiting transfers of drive parameters, however long they take."""
 
 
 def bring_off(carrier: Carrier, axes: Sequence[Axis], limit: float) -> None:

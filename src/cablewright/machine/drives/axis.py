@@ -84,7 +84,7 @@ class Axis:
 
     @property
     def fault(self) -> str:
-        """Text of its fault; empty: none."""
+        """Text of the drive's fault; empty: none."""
         return fault_line(self.error_code) if self.state in IN_FAULT else ""
 
     def rests(self, now: float) -> bool:

@@ -23,7 +23,7 @@ class Port(Protocol):
         """The time, s, by the clock of `receive`."""
 
     def send(self, frame: CanFrame) -> None:
-        """Send one frame. Raises `BusError`."""
+        """Send one frame on the bus. Raises `BusError`."""
 
     def receive(self, until: float) -> CanFrame | None:
         """Return the next frame of others; None: none came until that time. Raises `BusError`."""

@@ -40,7 +40,7 @@ class Network:
         self._interval, self._beaten = heartbeat_timeout / _HEARTBEATS, -float("inf")
 
     def listen(self) -> None:
-        """Listen for another master on the bus. Raises `EnvironmentFault` where one is active, or the bus fails."""
+        """Listen for another master on the bus. Raises `EnvironmentFault` if one is active, or the bus fails."""
         self.pump(self.port.now() + LISTEN)
         self.require_alone()
 

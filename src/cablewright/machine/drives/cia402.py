@@ -9,7 +9,7 @@ from cablewright.foundation.signals import DriveState
 
 
 class PowerState(Enum):
-    """States of a drive, as the standard names them."""
+    """Power states of a drive by the standard CiA 402."""
 
     NOT_READY = "not ready to switch on"
     DISABLED = "switch on disabled"

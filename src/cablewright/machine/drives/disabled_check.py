@@ -24,7 +24,7 @@ class OffWatch:
             self._since = now
 
     def end(self) -> None:
-        """End the check: drives may be enabled."""
+        """End the check that drives are without torque: they may be enabled."""
         self._since = math.nan
 
     def unproven(self, now: float) -> list[Axis]:

@@ -52,7 +52,7 @@ class Transfer:
 
 
 class Transfers:
-    """The transfers with one drive, one after the other. Another thread may carry them out."""
+    """The parameter transfers with one drive, one after the other. Another thread may carry them out."""
 
     def __init__(self) -> None:
         """Begin with none."""
@@ -61,12 +61,12 @@ class Transfers:
 
     @property
     def idle(self) -> bool:
-        """Whether nothing is left to be transferred."""
+        """Whether no parameter of the drive is left to be transferred."""
         return not self._waiting
 
     @property
     def first(self) -> Transfer | None:
-        """Next or present transfer; None: none."""
+        """Next or present parameter transfer; None: none."""
         try:
             return self._waiting[0]
         except IndexError:
@@ -79,12 +79,12 @@ class Transfers:
         return transfer
 
     def clear(self) -> None:
-        """Drop the remaining transfers."""
+        """Drop the remaining parameter transfers."""
         with self._changes:
             self._waiting.clear()
 
     def end(self, transfer: Transfer, failure: str = "") -> None:
-        """End the transfer; *failure*: why it failed."""
+        """End the parameter transfer; *failure*: why it failed."""
         transfer.failure = failure
         transfer.done = True
         with self._changes:

@@ -33,7 +33,7 @@ class Object:
         return min(max(value, -end if self.signed else 0), end - 1).to_bytes(self.size, "little", signed=self.signed)
 
     def unpack(self, data: bytes) -> int:
-        """Return the value that the first bytes contain."""
+        """Return the value that the first bytes of an answer contain."""
         return int.from_bytes(data[: self.size], "little", signed=self.signed)
 
 

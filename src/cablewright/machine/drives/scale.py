@@ -38,7 +38,7 @@ class Scale:
 
     @property
     def speed_of_cable(self) -> float:
-        """Largest speed of the cable, m/s."""
+        """Largest speed of the cable that a drive can command, m/s."""
         return self.max_speed * self.radii[1]
 
     def tension(self, torque: float) -> float:

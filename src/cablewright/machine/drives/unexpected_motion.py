@@ -32,7 +32,7 @@ class StrayWatch:
         self._off: Array = np.zeros(0)  # rad
 
     def forget(self) -> None:
-        """Forget earlier deviations."""
+        """Forget earlier deviations of winches from their commands."""
         self._before = None
 
     def judge(self, axes: Sequence[Axis], setpoints: Sequence[Setpoint], time: float) -> str:
@@ -69,7 +69,7 @@ class StrayWatch:
 
 
 def astray(name: str, length: float) -> str:
-    """Return a sentence: the winch of the line called *name* deviates by a *length*, m."""
+    """Return a sentence: the winch of the line called *name* is a *length*, m, away from its command."""
     return f"{name}: its winch is {1e3 * length:.0f} mm from where it was commanded"
 
 

@@ -30,11 +30,11 @@ class DiskThread:
         return len(self._waiting) >= MAX_WAITING
 
     def put(self, write: Callable[[], None]) -> None:
-        """Queue the call *write* for the thread."""
+        """Queue the call *write* for the thread that writes to the disk."""
         self._waiting.append(self._thread.submit(self._call, write))
 
     def last(self) -> Future[None] | None:
-        """Return the last call that waits, or None."""
+        """Return the last call that waits for the disk, or None."""
         return self._waiting[-1] if self._waiting else None
 
     def wait(self) -> None:

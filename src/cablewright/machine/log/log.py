@@ -244,12 +244,12 @@ class Log:
 
     @property
     def notes(self) -> list[str]:
-        """Faults of the file as far as it has been read, a sentence each."""
+        """Faults of the log file as far as it has been read, a sentence each."""
         return self._segments.notes
 
     @property
     def position(self) -> int:
-        """Bytes read so far."""
+        """Bytes of the log read so far."""
         return self._segments.position
 
     @property

@@ -74,11 +74,11 @@ class LogFile:
 
     @property
     def position(self) -> int:
-        """Bytes read so far."""
+        """Bytes of the log file read so far."""
         return self._file.tell()
 
     def close(self) -> None:
-        """Close the file."""
+        """Close the log file."""
         self._file.close()
 
     def messages(self, without: Collection[str] = ()) -> Iterator[RawMessage]:

@@ -79,7 +79,7 @@ class McapWriter:
             self.end_chunk()
 
     def end_chunk(self) -> None:
-        """Write the messages so far as a chunk."""
+        """Write the collected messages as a chunk of the MCAP file."""
         if self._index:
             self._run(partial(self._write_chunk, self._parts, self._index))
             self._begin_chunk()
@@ -90,7 +90,7 @@ class McapWriter:
         self._run(self._file.flush)
 
     def finish(self) -> None:
-        """Write index and summary, after all chunks."""
+        """Write index and summary of the MCAP file, after all chunks."""
         self._write(_bytes(DataEnd(0)))
         times = [each.message_start_time for each in self._chunks], [each.message_end_time for each in self._chunks]
         statistics = Statistics(

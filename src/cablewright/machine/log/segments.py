@@ -93,16 +93,16 @@ class Segments:
 
     @property
     def position(self) -> int:
-        """Bytes read so far."""
+        """Bytes read so far of a log in several files."""
         return self._read + self.file.position
 
     @property
     def size(self) -> int:
-        """Bytes of all files."""
+        """Bytes of all files of the log."""
         return sum(each.size for each in self.files)
 
     def close(self) -> None:
-        """Close the file that is being read."""
+        """Close the file of the log that is being read."""
         self.file.close()
 
     def steps(self, without: Collection[str] = ()) -> Iterator[list[RawMessage]]:

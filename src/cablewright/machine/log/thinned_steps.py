@@ -22,7 +22,7 @@ _MOST_SCANS: Final = 500  # that wait for a step: they are one step of a log, wh
 
 
 class Logged(NamedTuple):
-    """One step of a log, as it is written."""
+    """One step of a thinned log, as it is written."""
 
     frame: SensorFrame
     command: Command | None

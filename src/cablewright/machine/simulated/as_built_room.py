@@ -64,5 +64,5 @@ class FoundRoom:
 
 
 def detours(random: np.random.Generator, share: float, count: int) -> Array:
-    """Return the excess range of each of *count* rays, m; it is not 0 for a *share* of them."""
+    """Return the excess of each of *count* ranges, m, by reflected rays; 0 except for a *share* of them."""
     return np.where(random.random(count) < share, random.exponential(_DETOUR, count), 0.0)

@@ -37,7 +37,7 @@ class Ground:
 
     @property
     def density(self) -> float:
-        """Density of the material, kg/m^3."""
+        """Density of the deposited material, kg/m^3."""
         return self._powder.density if self._extrusion is None else self._extrusion.density
 
     @property
@@ -47,17 +47,17 @@ class Ground:
 
     @property
     def heights(self) -> Array:
-        """Heights (nx, ny) of the grid's nodes, m."""
+        """Heights (nx, ny) of the ground at the grid's nodes, m."""
         return self.field.heights
 
     @property
     def grid(self) -> Array:
-        """Grid for a lidar's kernel: x and y of the first node, spacing, greatest height; m."""
+        """Grid of the ground's heights for a lidar: x and y of the first node, spacing, greatest height; m."""
         (x, y), cell = self.field.low, self.field.cell
         return np.array([x + 0.5 * cell, y + 0.5 * cell, cell, self._max_height])
 
     def distance(self, place: tuple[float, float, float], way: Array, most: float) -> float:
-        """Return the distance from *place*, m, along *way* (3,), a unit vector, to the ground; inf beyond *most*."""
+        """Return the distance from *place*, m, along the unit vector *way* (3,), to the ground; inf beyond *most*."""
         return float(ray_to_floor(*place, *way.tolist(), most, self.grid, self.heights))
 
     def deposit(self, start: tuple[float, float], end: tuple[float, float], mass: float) -> None:

@@ -22,7 +22,7 @@ _FIRST: Final = -math.pi  # rad, of a turn's first ray
 
 
 class SimulatedLidar:
-    """One simulated lidar; its bias is drawn once."""
+    """One simulated lidar, whose range bias is drawn once."""
 
     SAVED = ("_poses", "_count", "_random")
 

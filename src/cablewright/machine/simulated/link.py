@@ -67,7 +67,7 @@ def decode_readings(messages: Any) -> deque[tuple[float, Reading]]:
 
 
 class Channel:
-    """One simulated link with the readings in transit."""
+    """One simulated wireless link, with the readings in transit."""
 
     SAVED = (Coded("_sent", encode_readings, decode_readings), "_next_arrival", "last_arrival_time", "_random")
 

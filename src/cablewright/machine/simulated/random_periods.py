@@ -14,7 +14,7 @@ _LONGEST_PAUSE: Final = 1e12  # s
 
 
 class Spell(NamedTuple):
-    """One random period: its begin and its end."""
+    """One random period, such as a person in the room: its begin and its end."""
 
     number: int
     begin: float  # s

@@ -139,7 +139,7 @@ class Winding(Description):
 
 
 class LineMotion(Description):
-    """Relaxation and vibration of the lines."""
+    """Relaxation and vibration of the simulated lines."""
 
     relaxation: Delay
     vibration: Width

@@ -57,7 +57,7 @@ class Cluster:
 
     @property
     def workers(self) -> int:
-        """Present number of threads of the workers."""
+        """Present number of worker threads on all computers of the cluster."""
         return max(1, int(sum(self._client.nthreads().values())))
 
     def run(self, chunks: Iterable[Chunk]) -> Iterator[Computed]:
@@ -104,7 +104,7 @@ class Cluster:
         raise EnvironmentFault(f"--cluster: {_refusal('a worker', reason)}")
 
     def close(self) -> None:
-        """Leave the cluster."""
+        """Leave the cluster of computers."""
         self._client.close(timeout=1.0)
 
 

@@ -34,7 +34,7 @@ class Serial:
     workers = 1
 
     def run(self, chunks: Iterable[Chunk]) -> Iterator[Computed]:
-        """Yield each chunk as it is done."""
+        """Yield each chunk of a task as it is done, in this process."""
         for chunk in chunks:
             yield run_chunk(chunk, threads=None)
 

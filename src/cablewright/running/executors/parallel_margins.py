@@ -82,7 +82,7 @@ class SharedMargin:
 
 
 def margins_of(question: _Question, item: str) -> str:
-    """Return the margins at the positions of an *item*, both as text of their bytes."""
+    """Return the workspace margins at the positions of an *item*; both are arrays as text."""
     return _text(question.criterion.margin(_array(item).reshape(-1, 3)))
 
 

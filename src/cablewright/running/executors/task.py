@@ -64,7 +64,7 @@ class Outcome:
 
     @property
     def value(self) -> Any:
-        """The result. Raises `ValueError` where there is none."""
+        """The result of the task. Raises `ValueError` where there is none."""
         return json.loads(self.text)
 
 
@@ -79,7 +79,7 @@ class Chunk:
     numbers: tuple[int, ...]
 
     def failed(self, why: str) -> Computed:
-        """Return the chunk with one fault for all of its items."""
+        """Return the chunk of work with one fault for all of its items."""
         return Computed(self.numbers, tuple(Outcome(fault=why) for _ in self.items), 0.0)
 
     def parts(self) -> tuple[Chunk, ...]:
@@ -114,7 +114,7 @@ def _sources() -> str:
 
 
 def unlike(here: dict[str, str], there: dict[str, str]) -> str:
-    """Return words for how the programs of a worker differ from those here; empty if they do not."""
+    """Return how a worker's program versions differ from those of this process; empty if they are equal."""
     for name, own in here.items():
         if there.get(name) != own:
             what = "other sources of cablewright" if name == "sources" else f"{name} {there.get(name)}"

@@ -30,7 +30,7 @@ class TrueErrors:
         self.distance = 0.0  # m along the path, reached
 
     def add(self, printer: Printer, step: Step, *, last: bool) -> None:  # noqa: ARG002
-        """Add one step."""
+        """Add the true position error of one step."""
         self._table.put(Entry(step.frame, step.command, self._machine.truth, step.estimate, step.progress, step.orders))
         self.distance = max(self.distance, step.progress.distance)
         if last or self._table.full:

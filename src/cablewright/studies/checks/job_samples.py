@@ -41,7 +41,7 @@ the progress."""
 
 @dataclass(frozen=True, eq=False)
 class Walked:
-    """Results at the samples of a path; None where they were not requested."""
+    """Statics, distances and errors at the samples of a path; None for results that were not requested."""
 
     poses: Array  # (k, n), complete: as asked, and as equilibrium decides where it does
     statics: PathStatics

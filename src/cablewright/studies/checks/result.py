@@ -280,7 +280,7 @@ class Check(Result):
 
     @property
     def interpolation_error(self) -> float | None:
-        """The largest error of a length half-way between two samples, m; None where nothing is held."""
+        """Largest error of a length half-way between two samples, m; None if no sample has an equilibrium."""
         return next((each.value for each in self.findings if each.limit == INTERPOLATION), None)
 
     @property
@@ -353,7 +353,7 @@ class Check(Result):
 
     @property
     def placed_findings(self) -> tuple[PlacedFinding, ...]:
-        """The findings, with the place of each."""
+        """The violated limits, with layer and line of the G-code of each."""
         return tuple(PlacedFinding(finding, self.place(finding.sample)) for finding in self.findings)
 
     @property
@@ -419,7 +419,7 @@ class Check(Result):
 
     @property
     def refusal(self) -> str:
-        """Reason for a no, in a sentence."""
+        """Reason why the robot cannot print the job, in a sentence."""
         return "" if self.feasible else self.verdict
 
     def where(self, sample: int) -> str:

@@ -76,7 +76,7 @@ class DesignCandidate:
 
     @cached_property
     def good(self) -> Equilibrium:
-        """Mask of the poses that are held. Raises `InputError` where there is none."""
+        """Mask of the poses with an equilibrium. Raises `InputError` if there is none."""
         found = self.held[self.held.ok]
         if not len(found.pose):
             raise InputError("the lines cannot hold the platform at any position of the part")
@@ -173,11 +173,11 @@ class Measure:
 
     @property
     def key(self) -> str:
-        """Name of the measure."""
+        """Name of the figure that rates a design."""
         return self.figure.key
 
     def of(self, candidate: DesignCandidate) -> float:
-        """Return the value of the measure; NaN where it is unknown."""
+        """Return the value of the figure for a candidate design; NaN if it is unknown."""
         value = self.figure.of(candidate)
         return float("nan") if value is None else float(value)
 

@@ -33,7 +33,7 @@ class Budget:
 
     @property
     def generations(self) -> int:
-        """Number of batches."""
+        """Number of batches of candidates that the search evaluates."""
         return max(1, self.evaluations // self.population)
 
 

@@ -45,12 +45,12 @@ class Variable:
 
     @property
     def name(self) -> str:
-        """Name of the variable."""
+        """Name of the design variable."""
         return self.change.name
 
     @property
     def unit(self) -> str:
-        """SI unit of the variable."""
+        """SI unit of the design variable."""
         return self.change.unit
 
     @classmethod
@@ -82,7 +82,7 @@ class DesignConstraint:
         return f"{self.key} {'>=' if self.lower else '<='} {self.bound:g}"
 
     def missed_by(self, value: float) -> float:
-        """Return by how much a value misses the bound, SI; 0 where it holds, infinite for NaN."""
+        """Return by how much a value violates the constraint, SI; 0 if it satisfies it, infinite for NaN."""
         if math.isnan(value):
             return math.inf
         return max(0.0, self.bound - value if self.lower else value - self.bound)
@@ -101,7 +101,7 @@ class DesignConstraint:
 
 
 def measure(key: str) -> Measure:
-    """Return the design figure of that name. Raises `UnknownName`."""
+    """Return the figure that rates designs, by its name. Raises `UnknownName`."""
     if key not in MEASURES:
         raise UnknownName("figure of a candidate", key, MEASURES)
     return MEASURES[key]
@@ -147,11 +147,14 @@ class DesignProblem:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """Names of the figures that are needed."""
+        """Names of the figures that objectives and constraints need."""
         return tuple(dict.fromkeys((*self.objectives, *(each.key for each in self.constraints))))
 
     def made(self, values: Sequence[float]) -> Robot:
-        """Return the robot with these values of the design variables; none: as it is. Raises `InputError`."""
+        """Return the robot with given values of the design variables; without values the original.
+
+        Raises `InputError`.
+        """
         robot = self.robot
         for variable, value in zip(self.variables, values, strict=True) if values else ():
             robot = variable.change.on(robot, value)

@@ -38,7 +38,7 @@ class Tried:
 
     @property
     def holds(self) -> bool:
-        """Whether all constraints and limits hold."""
+        """Whether the candidate satisfies all constraints and limits."""
         return self.violation == 0.0
 
 
@@ -185,7 +185,7 @@ class Designed(Pictured):
         return made if bound else made.model_copy(update={"name": f"{made.name}-designed"})
 
     def record(self, tried: Tried) -> dict[str, Any]:
-        """Return a candidate as a JSON object."""
+        """Return a candidate of the design search as a JSON object."""
         names = [each.name for each in self.what.variables]
         return {
             "parameters": dict(zip(names, tried.values, strict=True)) if tried.values else {},

@@ -132,12 +132,12 @@ def measured(stage: JobStage, true: Robot, seed: int, position: float = POSITION
 
 
 def fitted(stage: JobStage, data: Path, plan: Path) -> Calibration:
-    """Return the calibration of a stage from the files of its *data* and its *plan*."""
+    """Return the calibration of the robot in a stage from the files *data* and *plan*."""
     return calibrate(stage.robot, data, load_plan(plan), cable=CableLaw.ELASTIC, rough=_ROUGH, need=NEED)
 
 
 def as_set(stage: JobStage, seed: int) -> Robot:
-    """Return the robot of a *stage* with exit points as a simulated person sets their heights."""
+    """Return the robot of a *stage* with exit points as a simulated person sets them, with small errors."""
     off = np.random.default_rng([seed, 40, stage.number]).uniform(-SET, SET, stage.robot.m)
     points = ((x, y, z + dz) for (x, y, z), dz in zip(stage.exit_points.tolist(), off.tolist(), strict=True))
     return with_exit_points(stage.robot, list(points))

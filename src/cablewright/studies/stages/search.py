@@ -99,7 +99,7 @@ class Stages(Pictured):
 
     @property
     def found(self) -> bool:
-        """Whether a plan can print the layers that were checked one by one."""
+        """Whether stages were found that print all layers checked one by one."""
         return self.checked is not None
 
     @property
@@ -114,14 +114,14 @@ class Stages(Pictured):
 
     @property
     def status(self) -> str:
-        """``ok``, ``no-height`` or ``not-confirmed``."""
+        """Status of the search for stages: ``ok``, ``no-height`` or ``not-confirmed``."""
         if self.checked is None:
             return "no-height"
         return "ok" if self.checked.feasible else "not-confirmed"
 
     @property
     def proof(self) -> str:
-        """Sentence that states what is proved."""
+        """Sentence that states what is proved about the number of stages."""
         checked = f"{len(self.layers)} of {self.layer_count} layers, each checked alone from rest to rest"
         grid = f"with exit points at {len(self.exit_heights)} heights"
         if self.checked is None:
@@ -134,7 +134,7 @@ class Stages(Pictured):
 
     @property
     def refusal(self) -> str:
-        """Reason for a no, in a sentence."""
+        """Reason why no stages print the part, in a sentence."""
         if self.checked is not None:
             return "" if self.checked.feasible else f"not confirmed: {self.checked.verdict}"
         printed = {each.layer for each in self.layer_checks if each.feasible}

@@ -32,7 +32,7 @@ def _total(attribute: str) -> Callable[[Any], float]:
 
 @dataclass(frozen=True, eq=False)
 class CheckedStage:
-    """One stage of a checked job."""
+    """Check of one stage of a job with stages."""
 
     FIGURES: ClassVar = (
         Figure("stage", "", "Number of the stage.", "stage.number"),
@@ -58,12 +58,12 @@ class CheckedStage:
 
     @property
     def lowest_tension(self) -> float:
-        """Smallest tension, N; NaN where nothing is held."""
+        """Smallest tension in the stage, N; NaN without an equilibrium."""
         return extreme(np.fmin, self.check.statics.lines.lowest_tension)
 
     @property
     def highest_tension(self) -> float:
-        """Largest tension, N; NaN where nothing is held."""
+        """Largest tension in the stage, N; NaN without an equilibrium."""
         return extreme(np.fmax, self.check.statics.lines.highest_tension)
 
 
@@ -103,7 +103,7 @@ class StagedCheck(Result):
 
     @property
     def verdict(self) -> str:
-        """The verdict in words."""
+        """Whether the robot can print the job in its stages, in a sentence."""
         wrong = [f"Stage {each.stage.number}: {each.check.verdict}" for each in self.stages if not each.check.feasible]
         wrong += [
             f"At {each.height:.3g} m stage {each.stage} is up to {spell_length(each.value)} from the print below; "
@@ -132,7 +132,7 @@ class StagedCheck(Result):
 
     @property
     def refusal(self) -> str:
-        """Reason for a no, in a sentence."""
+        """Reason why the job cannot be printed in its stages, in a sentence."""
         return "" if self.feasible else self.verdict
 
 

@@ -77,7 +77,7 @@ class StagedPrint(Result):
 
     @property
     def refusal(self) -> str:
-        """Reason for a no, in a sentence."""
+        """Reason why the staged print did not finish, in a sentence."""
         return "" if self.status == FINISHED else f"{self.status}: {self.reason}"
 
 

@@ -126,7 +126,7 @@ class Models(StrEnum):
 
 @options()
 class FitOptions:
-    """Options of a calibration's data and model."""
+    """Options of `calibrate` on the data and the cable model."""
 
     data: Annotated[
         Path,

@@ -17,7 +17,7 @@ from cablewright.foundation.file_output import write_whole
 
 
 class Paper(StrEnum):
-    """Sizes of paper."""
+    """Paper sizes on which tags are printed."""
 
     A4 = "A4"
     A3 = "A3"

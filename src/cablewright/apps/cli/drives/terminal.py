@@ -35,11 +35,11 @@ class Button:
         threading.Thread(target=self._read, daemon=True).start()
 
     def held(self) -> bool:
-        """Whether the key is held now."""
+        """Whether the key that allows motion is held now."""
         return not self.over and time.monotonic() - self._pressed < _HELD
 
     def ended(self) -> bool:
-        """Whether the person has quit."""
+        """Whether the person at the terminal has quit."""
         return self.over
 
     def _read(self) -> None:
@@ -90,7 +90,7 @@ class TypedLines:
     _gone: threading.Event = field(default_factory=threading.Event)
 
     def begin(self) -> None:
-        """Start to read the standard input."""
+        """Start to read typed lines from the standard input."""
         threading.Thread(target=self._read, daemon=True).start()
 
     def typed(self) -> list[str]:

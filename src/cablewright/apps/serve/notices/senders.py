@@ -33,7 +33,7 @@ _SENT, _NOT_CONNECTED = 0, 4  # codes of MQTT: without a connection a message wa
 
 
 class Receiver(Protocol):
-    """Interface of a receiver of news."""
+    """Interface of a receiver of news about a print."""
 
     def put(self, news: News) -> bool:
         """Queue one message, without waiting; return whether there was room for it."""
@@ -59,7 +59,7 @@ class _Refused(HTTPRedirectHandler):
 
 
 class Webhook:
-    """A `Receiver` of news by HTTP POST."""
+    """A `Receiver` that sends news about a print by HTTP POST."""
 
     def __init__(self, settings: WebhookSettings, send: Callable[[Request], None] | None = None) -> None:
         """Begin. *send*: sends one; by default over the network."""

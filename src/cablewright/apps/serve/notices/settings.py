@@ -17,7 +17,7 @@ _MAX_SECRET: Final = 4096  # bytes
 
 
 class NewsKind(StrEnum):
-    """Kinds of news: layer, pause, fault, end."""
+    """Kinds of news about a print: layer, pause, fault, end."""
 
     LAYER = "layer"
     PAUSE = "pause"

@@ -37,7 +37,7 @@ def refusal(path: str, status: int, why: str, *, unread: bool = True) -> Respons
 
 
 def status_of(reason: CablewrightError) -> int:
-    """Return the HTTP status of a rejection."""
+    """Return the HTTP status of an error answer."""
     if isinstance(reason, TooLarge):
         return 413
     if isinstance(reason, Busy):
@@ -48,7 +48,7 @@ def status_of(reason: CablewrightError) -> int:
 
 
 def called(handler: Handler) -> Handler:
-    """Return *handler* with its exceptions converted to rejections."""
+    """Return *handler* with exceptions converted to HTTP error answers."""
 
     async def call(request: Request) -> Response:
         unread = True
@@ -91,5 +91,5 @@ async def body_of(request: Request) -> dict[str, Any]:
 
 
 def result(value: object) -> Response:
-    """Return a result in the form of Moonraker."""
+    """Return a result in the form of Moonraker's interface."""
     return JSONResponse({"result": value})

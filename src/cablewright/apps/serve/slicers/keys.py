@@ -28,7 +28,7 @@ _MAX_FILE: Final = 1 << 16  # bytes
 
 @dataclass(frozen=True)
 class Key:
-    """An API key. ``digest``: SHA-256 of its text. ``utc``: s, when it was made."""
+    """An API key of a slicer. ``digest``: SHA-256 of its text. ``utc``: s, time of its creation."""
 
     number: str
     name: str
@@ -47,13 +47,13 @@ class Key:
         return self.scope == "operate"
 
     def told(self) -> dict[str, Any]:
-        """Data of the key for the page."""
+        """Data of the API key that the page shows."""
         return {"id": self.number, "name": self.name, "scope": self.scope, "utc": self.utc}
 
 
 @dataclass(eq=False)
 class Keys:
-    """The API keys of a served folder."""
+    """The API keys by which slicers send files to a served folder."""
 
     folder: Path
     _kept: OrderedDict[str, Key] = field(default_factory=OrderedDict)  # by digest

@@ -36,7 +36,7 @@ class MachineView:
 
     @property
     def file(self) -> str:
-        """Name of the job's file."""
+        """File name of the present job."""
         return "" if self.job is None else self.job["file"] or self.job["name"]
 
     @property
@@ -53,7 +53,7 @@ class MachineView:
 
     @property
     def left(self) -> float | None:
-        """Remaining time, s; None: not known."""
+        """Remaining time of the print, s; None: not known."""
         return self.control.get("left") if self.print_state == "printing" else None
 
     def objects(self) -> dict[str, dict[str, Any]]:

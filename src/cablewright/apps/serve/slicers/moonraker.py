@@ -92,7 +92,7 @@ class Moonraker:
         return await self.methods[name](key, given)
 
     async def upload(self, request: Request) -> Response:
-        """Receive a file from a slicer."""
+        """Receive a G-code file from a slicer."""
         job = await self.desk.upload(request, request.scope["key"])
         item = {"path": job["file"], "root": "gcodes", "modified": job["utc"], "size": job["bytes"], "permissions": "r"}
         told = {"item": item, "print_started": False, "print_queued": job["wants_print"], "action": "create_file"}
@@ -188,7 +188,7 @@ class Moonraker:
         return "ok"
 
     async def socket(self, socket: WebSocket) -> None:
-        """Serve one client through its WebSocket."""
+        """Serve one slicer through its WebSocket."""
         if self._sockets >= MAX_SOCKETS:
             await socket.close(1013)
             return

@@ -23,14 +23,14 @@ VERSION: Final = {"api": "0.1", "server": "1.5.0", "text": "OctoPrint interface 
 
 
 class OctoPrint:
-    """Routes of OctoPrint's interface."""
+    """Routes of OctoPrint's web interface, for slicers that send files to it."""
 
     def __init__(self, desk: Desk) -> None:
         """On a *desk*."""
         self.desk = desk
 
     def routes(self) -> list[Route]:
-        """All routes of OctoPrint's interface."""
+        """All routes of OctoPrint's web interface."""
         return [
             Route("/api/version", called(self.version)),
             Route("/api/server", called(self.version)),
@@ -53,7 +53,7 @@ class OctoPrint:
         return JSONResponse(VERSION)
 
     async def settings(self, _request: Request) -> Response:
-        """Return the settings that a client may read."""
+        """Return the server's settings that a client may read."""
         name = self.desk.page.feed.sitting.get("machine", "")
         return JSONResponse({
             "api": {"enabled": True},
@@ -70,7 +70,7 @@ class OctoPrint:
         return JSONResponse({"profiles": {"_default": {"name": name, "model": name, "current": True, "axes": axes}}})
 
     async def login(self, request: Request) -> Response:
-        """Return the user of the key."""
+        """Return the user to whom the API key belongs."""
         key = request.scope["key"]
         return JSONResponse({"name": key.title, "active": True, "user": True, "admin": False})
 
@@ -120,7 +120,7 @@ class OctoPrint:
         raise Forbidden(NO_START)
 
     async def upload(self, request: Request) -> Response:
-        """Receive a file from a slicer."""
+        """Receive a G-code file from a slicer."""
         job = await self.desk.upload(request, request.scope["key"])
         location = f"{request.base_url}api/files/local/{quote(job['file'])}"
         refs = {"resource": location}

@@ -39,7 +39,7 @@ class Busy(InputError):
 
 @dataclass(eq=False)
 class Desk:
-    """Actions of the server that slicers can request."""
+    """Actions of the operator's server that slicers can request."""
 
     page: Served
     _jobs: list[dict[str, Any]] = field(default_factory=list)
@@ -47,7 +47,7 @@ class Desk:
     _notes: dict[str, GcodeNotes] = field(default_factory=dict)  # by the number of the job
 
     async def jobs(self) -> list[dict[str, Any]]:
-        """All jobs, the newest first."""
+        """All jobs of the served folder, the newest first."""
         if time.monotonic() - self._listed > _FRESH:
             self._jobs = await asyncio.to_thread(self.page.uploads.jobs, self.page.checks.busy)
             self._listed = time.monotonic()

@@ -34,7 +34,7 @@ _END: Final = "; thumbnail end"
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture of the part, PNG."""
+    """Thumbnail of the part in a G-code file, PNG."""
 
     width: int
     height: int
@@ -55,7 +55,7 @@ class GcodeNotes:
 
 
 def notes_of(path: Path) -> GcodeNotes:
-    """Read the comments of a slicer. Raises `OSError`."""
+    """Read the slicer's comments of a G-code file. Raises `OSError`."""
     with path.open("rb") as file:
         text = file.read(_HEAD)
         file.seek(max(len(text), file.seek(0, 2) - _TAIL))
@@ -78,7 +78,7 @@ def notes_of(path: Path) -> GcodeNotes:
 
 
 def largest_picture(path: Path) -> Picture | None:
-    """Return the largest picture in a G-code file; None where there is none. Raises `OSError`."""
+    """Return the largest thumbnail in a G-code file; None if there is none. Raises `OSError`."""
     return max(notes_of(path).pictures, key=lambda each: each.width * each.height, default=None)
 
 

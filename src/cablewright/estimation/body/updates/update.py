@@ -82,10 +82,7 @@ class Update(ABC):
 
     @abstractmethod
     def read(self, settings: BodySettings, state: BodyState, reading: Reading) -> Array | None:
-        """Return the numbers (k,) of a reading; None where it has none.
-
-        It may record other information of the reading in *state*.
-        """
+        """Return the numbers (k,) of a sensor reading; None if it has none. Side information is kept in *state*."""
 
     @abstractmethod
     def shown(self, there: HeldBody) -> Array:
@@ -93,7 +90,7 @@ class Update(ABC):
 
     @abstractmethod
     def as_known(self, state: BodyState, shown: Array) -> Array:
-        """Return the reading (k,) expected of the real sensor where a perfect one reads *shown*."""
+        """Return the reading (k,) expected of the real sensor from the reading *shown* of a perfect one."""
 
     @abstractmethod
     def set_prior(self, settings: BodySettings, layout: BodyLayout, variances: Array) -> None:

@@ -14,7 +14,7 @@ _END: Final = 2.0  # s for a transfer to end
 
 
 class Mailbox:
-    """A `Carrier` by the mailboxes of a *ring*."""
+    """Carrier of parameter requests by the EtherCAT mailboxes of a *ring* of drives."""
 
     def __init__(self, ring: Ring, axes: Sequence[Axis]) -> None:
         """Begin with nothing to do."""
@@ -45,7 +45,7 @@ class Mailbox:
             self.finish(axis)
 
     def end(self) -> None:
-        """Drop the waiting transfers, and end the thread."""
+        """Drop the waiting transfers, and end the thread that carries them."""
         for axis in self._axes:
             axis.transfers.clear()
             axis.checks.clear()

@@ -71,7 +71,7 @@ class Ring:
         return self._master.slaves or ()
 
     def carry_out(self, transfers: Transfers, position: int) -> None:
-        """Do all *transfers* of a device, one after the other."""
+        """Carry out all parameter *transfers* of a device of the ring, one after the other."""
         while (transfer := transfers.first) is not None:
             try:
                 self._transfer(transfer, position)
@@ -161,7 +161,7 @@ class Ring:
         device.write_state()
 
     def leave(self) -> None:
-        """Bring all devices back to init; raises nothing."""
+        """Bring all devices of the EtherCAT ring back to init; raises nothing."""
         for state in (SAFEOP, INIT):
             self._master.state = state
             self._master.write_state()
@@ -180,7 +180,7 @@ class Ring:
             time.sleep(0.005)
 
     def close(self) -> None:
-        """Leave the interface."""
+        """Leave the network interface of the EtherCAT ring."""
         self._master.close()
 
 

@@ -48,7 +48,7 @@ class Dictionary:
         return [each for each in found if each is not None]
 
     def answer(self, request: bytes) -> CanFrame | None:
-        """Return the answer to a client's request."""
+        """Return the virtual drive's answer to a client's parameter request."""
         if len(request) != 8:
             return None
         command, address = request[0] >> 5, request[1:4]

@@ -41,20 +41,20 @@ class EthercatSlave:
         add_assignment(self.drive.dictionary)
 
     def restart(self) -> None:
-        """Simulate a loss and return of power."""
+        """Simulate a loss and return of the drive's power."""
         self.drive.restart()
         self.state, self._error, self._fed = INIT, False, math.nan
         self.__post_init__()
 
     def read(self, at: int, size: int) -> bytes | None:
-        """Return the bytes that a master reads at an address; None: none."""
+        """Return the bytes that an EtherCAT master reads at an address of the virtual drive; None: none."""
         manager = self.memory.sync_manager(3)
         if self.state >= SAFEOP and at < manager.start + manager.size and manager.start < at + size:
             self._refresh(manager.start)
         return self.memory.read(at, size)
 
     def write(self, at: int, data: bytes, now: float) -> bool:
-        """Let a master write there at *now*, s; False: it cannot."""
+        """Let an EtherCAT master write to an address at *now*, s; False: it cannot."""
         if not self.memory.write(at, data):
             return False
         if at <= m.AL_CONTROL < at + len(data):

@@ -130,7 +130,7 @@ class VirtualRig:
         self._load()
 
     def turn_by_hand(self, line: str, length: float) -> None:
-        """Pay out *length* (m) of a line, as a person who turns its drum by hand while nothing has power."""
+        """Pay out *length* (m) of a line, as if a person turned its drum by hand with all power off."""
         i, steps = self.names.index(line), 50
         speeds = np.zeros(len(self.names))
         speeds[i] = length / self.plant.truth.radii[self._lines.hosts[i]] / (steps * self.plant.period)

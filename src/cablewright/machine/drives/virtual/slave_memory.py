@@ -55,11 +55,11 @@ class SlaveMemory:
         self.put(EEPROM_CONTROL, _EIGHT_BYTES, 2)
 
     def get(self, at: int, size: int) -> int:
-        """Return the number at an address."""
+        """Return the number at an address of a virtual EtherCAT drive's memory."""
         return int.from_bytes(self.bytes[at : at + size], "little")
 
     def put(self, at: int, value: int, size: int) -> None:
-        """Set the number at an address."""
+        """Set the number at an address of a virtual EtherCAT drive's memory."""
         self.bytes[at : at + size] = value.to_bytes(size, "little")
 
     def sync_manager(self, k: int) -> SyncManager:
@@ -72,7 +72,7 @@ class SlaveMemory:
         self.bytes[SYNC_MANAGERS + 8 * k + 5] = FULL if full else 0
 
     def windows(self) -> list[MemoryWindow]:
-        """Memory windows in use."""
+        """Windows in use that map bus addresses to the virtual drive's memory."""
         found = []
         for at in range(WINDOWS, WINDOWS + 16 * 8, 16):
             logical, size, _, _, physical, _, kind, active = struct.unpack_from("<IHBBHBBB", self.bytes, at)
@@ -91,7 +91,7 @@ class SlaveMemory:
         return bytes(self.bytes[at : at + size])
 
     def write(self, at: int, data: bytes) -> bool:
-        """Let a master write there; False: it cannot. A mailbox is full when its last byte is written."""
+        """Let an EtherCAT master write to an address; False: it cannot. A mailbox is full after its last byte."""
         box = self.sync_manager(0)
         in_mailbox = box.active and at < box.start + box.size and box.start < at + len(data)
         if at + len(data) > SIZE or (in_mailbox and box.status & FULL):

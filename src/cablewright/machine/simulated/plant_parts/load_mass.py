@@ -35,7 +35,7 @@ class Masses:
             self.nozzle = np.array([0.0, 0.0, -owner.point_drum.valve])
 
     def total(self, powder: float, stuck: float) -> float:
-        """Mass, kg, with the *powder*, kg, in it, and the material *stuck* to its nozzle, kg."""
+        """Mass of the platform, kg, with its *powder*, kg, and the material *stuck* to the nozzle, kg."""
         return self._settings.owner.carrier.empty_mass + powder + stuck
 
     def numbers(self, powder: float, stuck: float, length: float) -> Array:

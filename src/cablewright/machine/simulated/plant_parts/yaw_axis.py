@@ -28,7 +28,7 @@ class YawAxis:
         return self._settings is not None
 
     def command(self, speed: float) -> None:
-        """Set the commanded *speed*, rad/s."""
+        """Set the commanded *speed* of the container's yaw drive, rad/s."""
         self._commanded = speed
 
     def turn(self, period: float, twist: float, stiffness: float) -> None:

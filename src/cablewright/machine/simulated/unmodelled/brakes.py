@@ -25,7 +25,7 @@ _MOST: Final = 0.02  # m that a line may be let out in a step, if its brake held
 
 
 class Brakes:
-    """The brakes of m winches, open at first."""
+    """The simulated brakes of m winches, open at first."""
 
     SAVED = ("_softer",)
 

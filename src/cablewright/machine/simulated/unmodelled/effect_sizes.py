@@ -93,7 +93,7 @@ class WinchBrakes(Description):
 
     @property
     def give(self) -> bool:
-        """Return whether any brake can slip."""
+        """Return whether any closed winch brake can slip."""
         return any((self.torque, *self.by_line.values()))
 
 

@@ -17,7 +17,7 @@ from cablewright.kernels.statics.line.guides import GUIDE_SIZE
 
 
 class ExitMountState:
-    """Displacements of m exit points."""
+    """Displacements of the m exit points by the pull on their compliant mounts."""
 
     SAVED = ("displaced",)
 

@@ -19,7 +19,7 @@ _STEPS: Final = 60
 
 
 class Hose:
-    """The pull of a hose."""
+    """The pull of a material hose on the platform."""
 
     def __init__(self, start: tuple[float, float, float], length: float, weight: float) -> None:
         """*start*: (3,) m, world, where it is fixed; *length*: m; *weight*: N/m."""

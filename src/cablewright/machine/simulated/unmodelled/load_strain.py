@@ -28,7 +28,7 @@ class LoadStrain:
 
     @property
     def strain(self) -> Array:
-        """Strain (m,) of the lines."""
+        """Strain (m,) of the lines by the history of their loads."""
         return np.asarray(self._settling * (self.most - self._begin) / self._reference + self._curved)
 
     def follow(self, loads: Array) -> None:
