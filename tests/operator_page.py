@@ -2,9 +2,24 @@
 
 from __future__ import annotations
 
-from browser import Page
+import time
+from contextlib import suppress
+
+from browser import PATIENCE, Page
 
 STATE = "document.getElementById('state').textContent"
+
+
+def order(page: Page, kind: str, *states: str, confirm: bool = False) -> None:
+    """Click an order until the machine is in one of *states*: a server that hung rejects orders."""
+    end, there = time.monotonic() + PATIENCE, f"{list(states)}.includes({STATE})"
+    while not page.run(there):
+        assert time.monotonic() < end, page.run("document.getElementById('answer').textContent")
+        page.run(f"operate.orders.buttons[{kind!r}].click()")
+        if confirm:
+            page.run("document.getElementById('ask-yes').click()")
+        with suppress(TimeoutError):
+            page.until(there, 10.0)
 
 
 def enable(page: Page) -> None:
@@ -15,6 +30,5 @@ def enable(page: Page) -> None:
     page.until("operate.orders.mine")
     for kind, then in (("reset", "off"), ("enable", "idle")):
         if page.run(f"!operate.orders.buttons[{kind!r}].disabled"):
-            page.run(f"operate.orders.buttons[{kind!r}].click()")
-            page.until(f"{STATE} === {then!r}")
+            order(page, kind, then)
     page.until("operate.orders.control.known")

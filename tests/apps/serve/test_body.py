@@ -12,7 +12,7 @@ import pytest
 pytest.importorskip("starlette")
 
 from browser import browser, executable
-from operator_page import STATE, enable
+from operator_page import STATE, enable, order
 from served import Served, client, served
 
 pytestmark = pytest.mark.clock
@@ -63,6 +63,7 @@ def test_a_body_is_moved_by_its_nozzle_at_the_rotation_that_it_has(server: Serve
         while page.state["state"] == "manual":
             page.during(0.2)
         page.during(1.0)
+        assert page.state["state"] == "idle", page.state
         found = page.state["platform"]
         assert np.allclose(found["nozzle"], goal, atol=5e-4)  # the estimate goes on
         assert np.abs(np.subtract(found["rotation"], begin["rotation"])).max() < 3e-3
@@ -86,8 +87,7 @@ def test_a_layer_is_printed_from_the_page(server: Served) -> None:
         page.run("[...document.querySelectorAll('#jobs button')].find((b) => b.textContent === 'Load').click()")
         page.until("operate.state.sitting.job?.name === 'ring' && operate.view.view?.path", 60.0)
         enable(page)
-        page.run("operate.orders.buttons.start.click()")
-        page.run("document.getElementById('ask-yes').click()")
+        order(page, "start", "moving to the path", "printing", confirm=True)
         page.until(f"{STATE} === 'printing'", 120.0)
         drawn = page.run("operate.view.drawn")
         page.until(f"operate.view.drawn > {drawn} + 3")

@@ -17,7 +17,7 @@ pytest.importorskip("starlette")
 import cablewright as cw
 from browser import Page, browser, executable
 from cablewright.machine.simulated.machine_file import machine_file
-from operator_page import STATE
+from operator_page import STATE, order
 from served import Served, served
 
 pytestmark = pytest.mark.clock
@@ -90,8 +90,7 @@ def home(page: Page, measured: str) -> None:
     """Reset, enable and home the machine, by a *measured* place unless that is empty."""
     for kind, then in (("reset", "off"), ("enable", "idle")):
         page.until(f"!operate.orders.buttons[{kind!r}].disabled")
-        page.run(f"operate.orders.buttons[{kind!r}].click()")
-        page.until(f"{STATE} === {then!r}")
+        order(page, kind, then)
     page.run("operate.orders.buttons.home.click()")
     page.until("document.getElementById('ask').open")
     page.run(f"document.getElementById('place').value = {measured!r}")
@@ -121,7 +120,9 @@ def test_a_machine_in_a_plane_goes_from_enable_to_a_printed_layer(server: Served
         assert np.linalg.norm(homed - np.array(json.loads(f"[{BEGIN}]"))) < 1e-3
         keep(page, "homed")
         up = "document.querySelectorAll('#jog button')[3]"
+        end = time.monotonic() + 120.0
         while place(page)[2] < homed[2] + 0.03:  # a busy computer's page may end a jog by itself, as its state is old
+            assert time.monotonic() < end, place(page)
             page.until(f"!{up}.disabled")
             page.run(f"{up}.dispatchEvent(new KeyboardEvent('keydown', {{ key: 'Enter' }}))")
             time.sleep(1.0)
@@ -145,8 +146,7 @@ def test_a_machine_in_a_plane_goes_from_enable_to_a_printed_layer(server: Served
         page.run("[...document.querySelectorAll('#jobs button')].find((b) => b.textContent === 'Load').click()")
         page.until("operate.state.sitting.job?.name === 'triangle' && operate.view.view?.path", 60.0)
         home(page, "")  # by the lengths that it has kept
-        page.run("operate.orders.buttons.start.click()")
-        page.run("document.getElementById('ask-yes').click()")
+        order(page, "start", "moving to the path", "printing", confirm=True)
         page.until(f"{STATE} === 'printing'", 120.0)
         drawn = page.run("operate.view.drawn")
         page.until(f"operate.view.drawn > {drawn} + 20")

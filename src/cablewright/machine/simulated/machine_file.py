@@ -220,7 +220,10 @@ _BODY: Final = """\
 [body]                          # the platform; its centre of mass, inertia and nozzle are the robot's
 empty_mass = "{mass} kg"        # robot
 flow = 0.1                      # kg/s, valve open; a job with strands sets its own
-{gyration}{drive}"""
+{gyration}{drive}
+[accuracy]                      # standard deviations of the robot file's numbers
+home_length = "0.5 mm"          # of each line where the machine is homed
+"""
 
 _GYRATION: Final = """\
 gyration = ["{gyration}", "{gyration}", "{gyration}"]  # as the robot gives no inertia
