@@ -41,12 +41,12 @@ check: $(VENV)/.dev
 test slow: export PYTHONDONTWRITEBYTECODE =
 
 test: $(VENV)/.dev
-	$(BIN)/python tests/kernels/compiled_first.py
+	PYTHONPATH=tests:. $(BIN)/python tests/kernels/compiled_first.py
 	$(BIN)/pytest -n 2 --dist worksteal -m "not slow and not clock"
 	$(BIN)/pytest tests/apps -m "clock and not slow"
 
 slow: $(VENV)/.dev
-	$(BIN)/python tests/kernels/compiled_first.py
+	PYTHONPATH=tests:. $(BIN)/python tests/kernels/compiled_first.py
 	$(BIN)/pytest -n 2 --dist worksteal -m "not clock"
 	$(BIN)/pytest -m "clock"
 
