@@ -28,7 +28,11 @@ SEED = 20210603
 
 def some(values: Iterable[Any], fast: int = 1) -> list[Any]:
     """Values of a test's parameter, of which all but the first *fast* are slow: one law, on more of the same."""
-    return [each if k < fast else pytest.param(each, marks=pytest.mark.slow) for k, each in enumerate(values)]
+    slow = pytest.mark.slow
+    return [
+        each if k < fast else pytest.param(*(each if isinstance(each, tuple) else (each,)), marks=slow)
+        for k, each in enumerate(values)
+    ]
 
 
 TURNED = 0.05

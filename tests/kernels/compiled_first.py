@@ -21,6 +21,7 @@ import numpy as np
 from tools.pages.line_prints import on_the_board, ring
 
 import cablewright as cw
+import out_of_plane
 from cablewright.apps import compilation
 from cablewright.foundation.errors import CablewrightError
 from cablewright.foundation.signals import Command
@@ -33,6 +34,7 @@ from cablewright.machine.simulated.settings import load_twin
 from cablewright.machine.simulated.simulated_machine import PLANTS, SimulatedMachine
 from cablewright.models.support import Capability
 from cablewright.printing.job import Job
+from cablewright.robot import Robot
 from cablewright.solvers import exhaustive
 from models import support_examples as examples
 
@@ -68,25 +70,41 @@ def machines(name: str, place: tuple[float, ...]) -> Work:
     return [lambda each=plant: stepped(each) for plant in PLANTS]
 
 
-def print_begun(name: str, job: Job, estimator: str, plant: str) -> Callable[[], object]:
+def print_begun(robot: Robot, job: Job, estimator: str, plant: str, machine: object = None) -> Callable[[], object]:
     """The first steps of a print."""
 
     def stepped() -> None:
-        robot, options = cw.load(name), PrintOptions(estimator, plant=plant, period=PERIODS[plant], seed=0)
-        made = twin_of(robot, job, None, options)
-        machine, printer = begin_print(made, plan_print(made))
+        options = PrintOptions(estimator, plant=plant, period=PERIODS[plant], seed=0)
+        made = twin_of(robot, job, machine, options)
+        begun, printer = begin_print(made, plan_print(made))
         attendant = Attendant(lambda: None)
         for _ in range(STEPS):
-            printer.step(attendant.orders(printer, machine.time))
+            printer.step(attendant.orders(printer, begun.time))
 
     return stepped
+
+
+def print_of(feature: str) -> Callable[[], object]:
+    """As `print_begun`, of the example of a feature, a point."""
+    robot = examples.example(feature, False)
+    assert robot is not None
+    return lambda: print_begun(robot, examples.job_of(robot), "encoders", "quasi-static", examples.twin(robot))()
+
+
+def guided_pairs() -> None:
+    """Lines that share drums, one over guides."""
+    robot = examples.example("shared-winch", True)
+    assert robot is not None
+    guided = out_of_plane.guided(robot.lines[0], "guides", 0, np.random.default_rng(3))
+    pairs = robot.model_copy(update={"lines": (guided, *robot.lines[1:])})
+    cw.inverse(pairs, examples.pose_at(robot))
 
 
 def all_equilibria() -> None:
     """The exhaustive search."""
     model = cw.Model(cw.load("merlet2023"))
     found = cw.equilibria(model, cw.inverse(model.robot, [0.5, -1.0, 1.2]).checked().lengths)
-    exhaustive.exhaust(found, exhaustive.begin(model, None))
+    exhaustive.exhaust(found, exhaustive.begin(model, None), time_limit=0.1)
 
 
 def calibrated(name: str) -> Callable[[], object]:
@@ -99,8 +117,11 @@ def plain() -> Work:
     found = list(machines("merlet2023", (0.3, -1.0, 1.2)))
     for each in (("eyelet", False), ("mount", False), ("body", True), ("shared-winch", True), ("few-winches", True)):
         found += uses(*each)
-    found += [print_begun("merlet2023", ring(0.1, 1.0, 0.1, 0.3), each, "quasi-static") for each in ("filter", "paper")]
-    found.append(print_begun("cogiro", ring(0.1, 0.6, 0.1, 0.4), "encoders", "dynamic"))
+    found += [
+        print_begun(cw.load("merlet2023"), ring(0.1, 1.0, 0.1, 0.3), each, "quasi-static")
+        for each in ("filter", "paper")
+    ]
+    found.append(print_begun(cw.load("cogiro"), ring(0.1, 0.6, 0.1, 0.4), "encoders", "dynamic"))
     return [*found, calibrated("wang2021"), all_equilibria]
 
 
@@ -109,7 +130,8 @@ def general() -> Work:
     found = list(machines("maslow4", (0.1, 0.8 * 0.258819 / 0.965926, 0.8)))
     for each in (("guides", False), ("tilted-swivel", False), ("plane", True), ("few-lines-in-plane", True)):
         found += uses(*each)
-    return [*found, print_begun("maslow4", on_the_board(Path(FOLDER.name)), "encoders", "dynamic")]
+    board = print_begun(cw.load("maslow4"), on_the_board(Path(FOLDER.name)), "encoders", "dynamic")
+    return [*found, board, print_of("tilted-swivel"), guided_pairs]
 
 
 def done(kind: str) -> None:
