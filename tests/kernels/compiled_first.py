@@ -25,6 +25,9 @@ import out_of_plane
 from cablewright.apps import compilation
 from cablewright.foundation.errors import CablewrightError
 from cablewright.foundation.signals import Command
+from cablewright.kernels.certificates import krawczyk
+from cablewright.kernels.certificates.system_enclosure import certificate_pool, unfold
+from cablewright.kernels.plant import dynamics
 from cablewright.live.prints.plan import PrintOptions, plan_print, twin_of
 from cablewright.live.prints.run import begin_print
 from cablewright.live.prints.simulated_operator import Attendant
@@ -100,6 +103,24 @@ def guided_pairs() -> None:
     cw.inverse(pairs, examples.pose_at(robot))
 
 
+def alone(feature: str) -> Callable[[], object]:
+    """Kernels that tests call by themselves, with the arrays of the example of a feature, a point."""
+
+    def called() -> None:
+        robot = examples.example(feature, False)
+        assert robot is not None
+        row = examples.held(robot)
+        own = row.packed._replace(lines=row.packed.lines[0], platform=row.packed.platform[0])
+        krawczyk.certify(own, row.lengths, row.pose, row.states, 1.0, unfold(own, certificate_pool(own)))
+        body, motion = np.zeros(dynamics.BODY), np.zeros(dynamics.MOTION)
+        body[dynamics.MASS], motion[:3] = robot.platform.mass, row.pose
+        body[dynamics.INERTIA : dynamics.INERTIA + 9] = np.eye(3).ravel()
+        work, swing = dynamics.moving_workspace(own)
+        dynamics.midpoint_step(own, body, motion, row.lengths, row.lengths, 1e-3, row.states.copy(), work, swing)
+
+    return called
+
+
 def all_equilibria() -> None:
     """The exhaustive search."""
     model = cw.Model(cw.load("merlet2023"))
@@ -122,7 +143,7 @@ def plain() -> Work:
         for each in ("filter", "paper")
     ]
     found.append(print_begun(cw.load("cogiro"), ring(0.1, 0.6, 0.1, 0.4), "encoders", "dynamic"))
-    return [*found, calibrated("wang2021"), all_equilibria]
+    return [*found, calibrated("wang2021"), alone("eyelet"), all_equilibria]
 
 
 def general() -> Work:
@@ -131,7 +152,7 @@ def general() -> Work:
     for each in (("guides", False), ("tilted-swivel", False), ("plane", True), ("few-lines-in-plane", True)):
         found += uses(*each)
     board = print_begun(cw.load("maslow4"), on_the_board(Path(FOLDER.name)), "encoders", "dynamic")
-    return [*found, board, print_of("tilted-swivel"), guided_pairs]
+    return [*found, board, print_of("tilted-swivel"), guided_pairs, alone("tilted-swivel")]
 
 
 def done(kind: str) -> None:
