@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 from numba.core.types import unliteral
 from scipy.spatial.transform import Rotation
 
@@ -23,6 +24,17 @@ from cablewright.solvers.inverse import solve_inverse
 from oracles.line import LineState
 
 SEED = 20210603
+
+
+def some(values: Iterable[Any], fast: int = 1) -> list[Any]:
+    """Values of a test's parameter, of which all but the first *fast* are slow: one law, on more of the same."""
+    slow = pytest.mark.slow
+    return [
+        each if k < fast else pytest.param(*(each if isinstance(each, tuple) else (each,)), marks=slow)
+        for k, each in enumerate(values)
+    ]
+
+
 TURNED = 0.05
 """How far random poses of a rigid body are turned about each axis, rad."""
 

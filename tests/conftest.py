@@ -19,9 +19,14 @@ import pytest
 assert "numpy" not in sys.modules  # which reads the variable once
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 hypothesis.settings.register_profile("unhurried", deadline=None)
-hypothesis.settings.load_profile("unhurried")
+hypothesis.settings.register_profile("brief", deadline=None, max_examples=30)
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Where slow tests are left out, fewer examples of a law are drawn too."""
+    hypothesis.settings.load_profile("brief" if "not slow" in config.option.markexpr else "unhurried")
 
 
 def pytest_collection() -> None:

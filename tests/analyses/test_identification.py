@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from cablewright.analyses.swing_identification import identify_swing
 from cablewright.foundation.errors import InputError
+from cases import some
 
 Array = NDArray[np.float64]
 FREQUENCIES, DAMPING = np.array([0.65, 1.01, 2.57, 3.58]), np.array([0.0025, 0.005, 0.004, 0.02])
@@ -59,7 +60,7 @@ def test_a_long_record_is_thinned() -> None:
     np.testing.assert_allclose(found.damping[nearest], DAMPING, rtol=0.2)
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", some(range(5)))
 def test_noise_is_no_swing(seed: int) -> None:
     noise = np.random.default_rng(seed).normal(size=(800, 6))
     with pytest.raises(InputError, match=r"no swing: oscillations from 0\.188 to 25 Hz .* push the platform"):

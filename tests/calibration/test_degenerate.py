@@ -19,6 +19,7 @@ from cablewright.calibration.poses.ranges_of_unknowns import at_bound
 from cablewright.calibration.poses.simulation import simulate_calibration
 from cablewright.foundation.errors import InputError
 from cablewright.robot import Eyelet, Robot, load
+from cases import some
 
 WANG = load("wang2021")
 EYELETS = WANG.model_copy(update={"lines": tuple(line.model_copy(update={"sheave": Eyelet()}) for line in WANG.lines)})
@@ -32,7 +33,7 @@ def scaled(robot: Robot, factor: float, seed: int, noise: float = 0.0) -> Measur
 
 
 @pytest.mark.parametrize("shared", [(), ("length_scale",)])
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", some([1, 2, 3]))
 def test_a_scale_without_any_length_does_not_collapse(shared: tuple[str, ...], seed: int) -> None:
     """A smaller world has smaller residuals: an unbounded fit ends at a scale of 0 with no residuals."""
     plan = SCALED.model_copy(update={"shared": shared})
@@ -43,7 +44,7 @@ def test_a_scale_without_any_length_does_not_collapse(shared: tuple[str, ...], s
     assert "the edge of its range from 0.9 to 1.1" in found.reason
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", some([1, 2]))
 def test_one_length_makes_the_scale_known(seed: int) -> None:
     names, exits = [line.name for line in EYELETS.lines], np.array([line.exit_point for line in EYELETS.lines])
     distances = tuple(
@@ -93,7 +94,7 @@ def test_bounds_that_are_none(bound: dict) -> None:
         Bound(**bound)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", some(range(6)))
 def test_a_bounded_fit_is_that_of_scipy(seed: int) -> None:
     """The minimum within the ranges, with some unknowns at their ends, against SciPy's trust region with bounds."""
     rng = np.random.default_rng(seed)
@@ -157,7 +158,7 @@ def test_no_warnings_where_exit_points_are_known(unknowns: tuple[str, ...]) -> N
     assert found.status == "ok"
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", some(range(3)))
 def test_a_build_up_that_nothing_shows_is_reported_and_no_traceback(seed: int) -> None:
     made = simulate_calibration(EYELETS, 40, 1e-3, seed=seed)
     plan = CalibrationPlan(unknowns=("exit_point", "length_offset", "length_scale", "build_up"))

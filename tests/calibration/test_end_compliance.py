@@ -151,7 +151,9 @@ SOFT: dict[str, Callable[[Robot], Robot]] = {
 
 
 @pytest.mark.parametrize(
-    ("name", "soft"), [*(("wang2021", each) for each in SOFT), ("jung2020", "both")], ids=lambda each: each
+    ("name", "soft"),
+    [pytest.param("wang2021", each, id=each, marks=[pytest.mark.slow] * (each != "both")) for each in SOFT]
+    + [pytest.param("jung2020", "both", marks=pytest.mark.slow)],
 )
 def test_straight_lines_count_them_by_measured_tensions(name: str, soft: str) -> None:
     """Up to second order in their deflection, which for sheaves, whose cable leaves beside its exit, is a tenth."""
@@ -213,12 +215,11 @@ def truth_of(robot: Robot, home: np.ndarray) -> dict[str, np.ndarray]:
 @pytest.mark.parametrize(
     ("name", "cable", "kinds", "plan"),
     [
-        ("wang2021", "rigid", "mixed", PLAN),
-        ("wang2021", "rigid", "number", WITH_MOUNTS),
-        ("merlet2023", "catenary", "mixed", PLAN),
-        ("merlet2023", "catenary", "number", WITH_MOUNTS),
+        pytest.param("wang2021", "rigid", "mixed", PLAN, id="straight"),
+        pytest.param("wang2021", "rigid", "number", WITH_MOUNTS, id="straight, unknown", marks=pytest.mark.slow),
+        pytest.param("merlet2023", "catenary", "mixed", PLAN, id="catenary", marks=pytest.mark.slow),
+        pytest.param("merlet2023", "catenary", "number", WITH_MOUNTS, id="catenary, unknown"),
     ],
-    ids=["straight", "straight, unknown", "catenary", "catenary, unknown"],
 )
 def test_errors_are_those_of_the_sigmas(name: str, cable: str, kinds: str, plan: CalibrationPlan, draws: int) -> None:
     """On as many machines, each with mounts of its own: by noise alone, in all directions that data do not leave open.

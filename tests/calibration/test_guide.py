@@ -14,6 +14,7 @@ from cablewright.calibration.poses.simulation import measure, random_poses
 from cablewright.calibration.unknowns import unknowns_of, with_values
 from cablewright.foundation.errors import InputError
 from cablewright.solvers.inverse import solve_inverse
+from cases import some
 
 WANG = cw.load("wang2021")
 EXITS = np.array([line.exit_point for line in WANG.lines])
@@ -32,7 +33,7 @@ def measured_at(poses: np.ndarray, seed: int) -> Measured:
     return measure(WANG, poses, 1e-4, np.random.default_rng(seed), guess=ROUGH).measured
 
 
-@pytest.mark.parametrize("seed", [1, 4])
+@pytest.mark.parametrize("seed", some([1, 4]))
 def test_it_leads_from_nothing_to_a_good_calibration(seed: int) -> None:
     file, data, poses, before = file_of(seed), None, np.zeros((0, 3)), np.inf
     for _ in range(12):

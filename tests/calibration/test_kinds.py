@@ -15,6 +15,7 @@ from cablewright.calibration.poses.fit import fit
 from cablewright.calibration.poses.problem import StraightProblem
 from cablewright.calibration.poses.simulation import measure, random_poses, simulate_calibration
 from cablewright.robot import Robot, load
+from cases import some
 
 WANG = load("wang2021")
 TRUE = np.array([line.exit_point for line in WANG.lines])
@@ -54,7 +55,7 @@ def test_leverages_are_the_diagonal_of_the_hat_matrix() -> None:
     [
         (5e-5, "positions"),
         pytest.param(3e-3, "positions", marks=pytest.mark.slow),
-        (5e-4, "planes"),
+        pytest.param(5e-4, "planes", marks=pytest.mark.slow),
         pytest.param(5e-5, "ranges", marks=pytest.mark.slow),
         (3e-3, "ranges"),
     ],
@@ -93,7 +94,7 @@ def test_sigmas_cover_the_errors_where_the_encoders_sigma_was_not_given() -> Non
     assert np.mean(np.array(shares) < 1.96) == pytest.approx(0.95, abs=0.05)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", some(range(6)))
 def test_positions_that_carry_nothing_neither_count_nor_spoil(seed: int) -> None:
     """9 of 44 poses are measured, 35 known to a metre: the measured ones used to be left out, and then all was lost."""
     made, measured = positioned(seed, 44, 1e-3, known=9)

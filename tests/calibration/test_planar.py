@@ -99,7 +99,7 @@ def test_without_noise_it_is_exact(plane: str, body: bool) -> None:
         assert len(found.gauge) == 3
 
 
-@pytest.mark.parametrize(("plane", "body"), [("vertical", False), ("tilted", True)])
+@pytest.mark.parametrize(("plane", "body"), [("vertical", False), pytest.param("tilted", True, marks=pytest.mark.slow)])
 def test_sigmas_and_the_redundancy_hold(plane: str, body: bool) -> None:
     """Of 60 runs: what no motion in the plane changes, home lengths and distances from the plane; and chi-squared."""
     truth, runs, count = robot_of(plane, body), 60, 40

@@ -17,6 +17,7 @@ from cablewright.calibration.survey.shots import Shot, Shots, of_polar
 from cablewright.calibration.survey.survey import survey
 from cablewright.foundation.errors import InputError
 from cablewright.robot import load
+from cases import some
 from oracles.room import EAST, NORTH, WEST
 from oracles.surveyor import EXITS, Site, polar, site
 
@@ -102,11 +103,12 @@ def test_the_order_of_shots_does_not_matter() -> None:
         assert close(a.exit_point, b.exit_point, 1e-11)
 
 
-def test_sigmas_are_honest() -> None:
-    """Over 200 surveys, errors over their sigmas: what chi-squared says, for exit points jointly and for walls."""
+@pytest.mark.parametrize("surveys", some([60, 200]))
+def test_sigmas_are_honest(surveys: int) -> None:
+    """Over many surveys, errors over their sigmas: what chi-squared says, for exit points jointly and for walls."""
     where, exits, walls = site(), [], []
     true = [from_station(p, where) for line in range(1, 5) for p in (EXITS[line], (*EXITS[line][:2], 0.15))]
-    for seed in range(200):
+    for seed in range(surveys):
         found = survey(shots_of(polar(where, np.random.default_rng(seed))), PLAN)
         value = [p for one in found.exits for p in (one.exit_point, one.winch_exit)]
         off = np.concatenate(value) - np.concatenate(true)
@@ -115,8 +117,8 @@ def test_sigmas_are_honest() -> None:
         walls.append((east.distance - (EAST - where.station[0])) / east.distance_sigma)
         walls.append(math.atan2(east.normal[1], east.normal[0]) / east.angle_sigma)
     # the mean of n chi-squared numbers with k degrees of freedom is k +- sqrt(2 k / n)
-    assert np.mean(exits) == pytest.approx(24.0, abs=4 * math.sqrt(2 * 24 / 200))
-    assert np.mean(np.square(walls)) == pytest.approx(1.0, abs=4 * math.sqrt(2 / 400))
+    assert np.mean(exits) == pytest.approx(24.0, abs=4 * math.sqrt(2 * 24 / surveys))
+    assert np.mean(np.square(walls)) == pytest.approx(1.0, abs=4 * math.sqrt(1 / surveys))
 
 
 def test_the_jacobian_by_markers_is_that_of_differences() -> None:

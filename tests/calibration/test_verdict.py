@@ -18,6 +18,7 @@ from cablewright.calibration.poses.problem import StraightProblem
 from cablewright.calibration.poses.simulation import SimulatedCalibration, measure, random_poses, simulate_calibration
 from cablewright.foundation.errors import InputError
 from cablewright.robot import Robot, load
+from cases import some
 
 WANG = load("wang2021")
 TRUE = np.array([line.exit_point for line in WANG.lines])
@@ -46,7 +47,7 @@ def ordered(order: list[int], signs: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0), s
     return replace(made.measured, counted=made.measured.counted[:, order] * np.array(signs))
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", some(range(10)))
 def test_well_measured_data_are_good(seed: int) -> None:
     made = simulate_calibration(WANG, 40, 1e-4, seed=seed)
     found = calibrate(WANG, made.measured, SURVEYED, need=5e-3)
@@ -54,7 +55,7 @@ def test_well_measured_data_are_good(seed: int) -> None:
     assert np.abs(found.values[:12] - TRUE.ravel()).max() < 4.0 * 5e-3  # what good means, at 4 sigmas
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", some(range(10)))
 def test_encoders_alone_are_doubtful_for_one_reason(seed: int) -> None:
     found = calibrate(WANG, simulate_calibration(WANG, 40, 1e-4, seed=seed).measured)
     (reason,) = found.reasons
@@ -72,7 +73,7 @@ def test_a_sigma_that_is_unknown_is_doubtful() -> None:
     assert "no measurement is left over" in found.reasons[0]
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", some(range(3)))
 @pytest.mark.parametrize("guessed", [True, False])
 def test_data_of_another_machine_are_bad(seed: int, guessed: bool) -> None:
     rng = np.random.default_rng(seed)
@@ -93,7 +94,7 @@ def test_data_of_another_machine_are_bad(seed: int, guessed: bool) -> None:
         ([0, 1, 2, 3], (-1, -1, -1, -1), "all dl with the other sign"),
     ],
 )
-@pytest.mark.parametrize("seed", [2, 3])
+@pytest.mark.parametrize("seed", some([2, 3]))
 def test_lines_in_another_order_are_named(order: list[int], signs: tuple[float, ...], told: str, seed: int) -> None:
     found = calibrate(WANG, ordered(order, signs, seed))
     assert (found.verdict, found.robot) == ("bad", WANG)
@@ -216,7 +217,7 @@ def surveyed(off: float, rng: np.random.Generator, lines: int = 4) -> Calibratio
     return CalibrationPlan(points=tuple(Point(line=line.name, at=tuple(p), deviation=5e-4) for line, p in pairs))
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", some(range(3)))
 @pytest.mark.parametrize(("off", "verdict"), [(0.0, "good"), (0.03, "bad")])
 def test_a_surveyed_point_that_lengths_deny(off: float, verdict: str, seed: int) -> None:
     made = simulate_calibration(WANG, 40, 1e-4, seed=seed)
@@ -227,7 +228,7 @@ def test_a_surveyed_point_that_lengths_deny(off: float, verdict: str, seed: int)
     assert all("together with the surveyed points to" in each for each in told)
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", some(range(2)))
 def test_a_distance_and_counts_that_contradict_surveyed_points(seed: int) -> None:
     made = simulate_calibration(WANG, 40, 1e-4, seed=seed)
     plan = surveyed(0.0, np.random.default_rng(seed), 3)
@@ -284,7 +285,7 @@ def test_home_lengths_are_judged_where_exit_points_are_known(need: float, verdic
     assert verdict == "good" or "home length of" in found.reasons[0]
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", some(range(6)))
 def test_few_clean_rows_are_not_left_out(seed: int) -> None:
     """Positions at 5 poses, or encoders alone at 13: noise of so few looks like gross errors."""
     for measured in (positioned(5, seed), simulate_calibration(WANG, 13, 1e-4, seed=seed).measured):
@@ -300,14 +301,14 @@ def test_an_assumed_sigma_of_the_encoders_is_a_reason() -> None:
     assert "0.1 mm is assumed" in reason
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", some(range(3)))
 def test_no_order_is_claimed_that_fits_worse(seed: int) -> None:
     """Noise of centimetres: the residuals of all arrangements are noise."""
     found = calibrate(WANG, simulate_calibration(WANG, 20, 0.02, seed=seed).measured)
     assert not any("would explain the data far better" in each for each in found.reasons)
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", some(range(2)))
 def test_an_order_is_named_without_start_values_of_the_poses(seed: int) -> None:
     """Counts of lines in another order fit as well, but with large errors of exit points: this alone is examined."""
     measured = Measured(ordered([1, 2, 3, 0], seed=seed).counted)
@@ -318,7 +319,7 @@ def test_an_order_is_named_without_start_values_of_the_poses(seed: int) -> None:
     assert right.verdict == "good"
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", some(range(3)))
 def test_positions_whose_sigma_is_much_too_large_are_reported(seed: int) -> None:
     measured = positioned(40, seed, 0.02)
     measured = replace(measured, pose_sigma=np.full((40, 3), 0.3))

@@ -13,6 +13,7 @@ from cablewright.estimation.lidar.noise import estimate_noise_by_range
 from cablewright.estimation.lidar.scan import LidarModel, level_points
 from cablewright.foundation.errors import InputError
 from cablewright.studies.walls import Walls
+from cases import some
 from oracles.lidar_scans import Scanned, judged, scanned
 from oracles.room import rectangle, scan
 
@@ -65,7 +66,7 @@ def test_covariance_of_walls_is_honest_where_noise_grows() -> None:
     assert 1.2 < np.mean(squares) < 3.0
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", some(range(8)))
 def test_housing_is_found(seed: int) -> None:
     truth = scanned(seed)
     parts = find_housing(level_points(NEAR, truth.angles, truth.ranges))

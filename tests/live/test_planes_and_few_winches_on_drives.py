@@ -70,6 +70,7 @@ def homed(found: Bench, folder: Path, place: np.ndarray) -> Printer:
     return printer
 
 
+@pytest.mark.slow
 def test_a_line_that_was_turned_by_hand_is_named_in_a_plane(tmp_path: Path) -> None:
     found = made("maslow4")
     for turned in (0.0, 0.02):

@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from cablewright.foundation.errors import InputError
 from cablewright.robot.dead_span import Arc, DeadSpan, Straight, dead_span
 from cablewright.robot.sheave import GuideSheave
+from cases import some
 from oracles import wheel_paths
 
 X = np.array([1.0, 0.0, 0.0])
@@ -66,7 +67,7 @@ def least_length(points: list[np.ndarray], radii: list[float], senses: list[int]
     return float(at.fun)
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", some(range(12)))
 def test_in_one_plane_the_length_is_the_least(seed: int) -> None:
     """Of 1 to 4 wheels in any plane, on which the cable turns either way."""
     rng = np.random.default_rng(seed)
@@ -78,7 +79,7 @@ def test_in_one_plane_the_length_is_the_least(seed: int) -> None:
     assert way.length == pytest.approx(least_length(points, radii, senses), abs=1e-9)
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", some(range(12)))
 def test_mujoco_takes_the_same_way(seed: int) -> None:
     """A tendon over cylinders, with a site on the side of each where the cable passes, and one between any two."""
     rng = np.random.default_rng(100 + seed)
@@ -136,7 +137,7 @@ def stops_of(begin, wheels, end) -> list[wheel_paths.Stop]:
     return [np.array(begin), *((np.array(w.centre), np.array(w.axis), w.radius) for w in wheels), np.array(end)]
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", some(range(20)))
 def test_in_space_both_ends_of_a_piece_are_tangent(seed: int) -> None:
     """As seen along each axis; length, mean height and contacts are those of the oracle."""
     begin, wheels, end = in_space(np.random.default_rng(seed))
@@ -161,7 +162,7 @@ def test_in_space_both_ends_of_a_piece_are_tangent(seed: int) -> None:
     np.testing.assert_allclose(way.last.start, oracle.comes_from, atol=1e-12)
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", some(range(20)))
 def test_parallel_wheels_beside_each_other_have_the_tangents_of_circles(seed: int) -> None:
     """Seen along their axes, open or crossed; the way aside adds up at right angles."""
     rng = np.random.default_rng(seed)
@@ -195,7 +196,7 @@ def test_small_wheels_are_eyelets() -> None:
     np.testing.assert_allclose(off[1:], [off[0] * 1e-2, off[0] * 1e-4], rtol=0.05)
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", some(range(8)))
 def test_heights_and_moments_are_those_of_many_points(seed: int) -> None:
     rng = np.random.default_rng(seed)
     arm = rng.normal(size=3)

@@ -141,7 +141,7 @@ class TestZeroed:
 
     def test_tensions_at_a_pose_are_those_of_zeroed_lines(self) -> None:
         robot, place = load("hangprinter-v4"), (0.0, 0.0, 0.0)
-        entry = {"name": "exit_point", "plus_minus": 0.002}
+        entry = {"name": "exit_point", "lines": [robot.lines[0].name], "plus_minus": 0.002}
         zeroed, absolute = (
             accuracy(robot, place, Uncertainty.model_validate({"parameters": [entry], **given}).of(robot),
                      method="first-order")

@@ -18,6 +18,7 @@ from browser import Browser, Page, browser, executable
 from cablewright.apps.serve.uploads import Uploads
 from cablewright.live.serve.jobs import JobCheck, subject_of, write_check
 from cablewright.robot import load
+from cases import some
 from operator_page import STATE, enable
 from served import RING, Served, client
 
@@ -145,7 +146,9 @@ def job(page: Page, server: Served, name: str, text: str, answer: str, why: str 
     return number
 
 
-@pytest.mark.parametrize(("width", "dark"), [(390, False), (390, True), (2560, False), (2560, True), (1280, False)])
+@pytest.mark.parametrize(
+    ("width", "dark"), some([(390, True), (2560, False), (1280, False), (390, False), (2560, True)], 3)
+)
 def test_nothing_overlaps_or_is_cut(chromium: Browser, server: Served, width: int, dark: bool) -> None:
     with opened(chromium, server, width, dark=dark, mine=False) as page:
         page.until("operate.view.view")

@@ -23,6 +23,7 @@ from cablewright.machine.simulated.settings import load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
+from cases import some
 
 
 def small(height: float) -> Job:
@@ -31,7 +32,9 @@ def small(height: float) -> Job:
     return job.model_copy(update={"helix": job.helix.model_copy(update={"layers": 1})})  # type: ignore[union-attr]
 
 
-@pytest.mark.parametrize("robot", [shared_winch_robots.hoist(), shared_winch_robots.pairs()], ids=["hoist", "pairs"])
+@pytest.mark.parametrize(
+    "robot", some([shared_winch_robots.hoist(), shared_winch_robots.pairs()]), ids=["hoist", "pairs"]
+)
 def test_an_ideal_machine_prints_on_its_path_with_tensions_within_limits(robot: Robot) -> None:
     found = printed(robot, small(0.5), PrintOptions("encoders", layers=1, seed=0, severity="ideal"))
     assert found.end == "finished"

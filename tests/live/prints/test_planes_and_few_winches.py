@@ -53,7 +53,7 @@ def described(name: str) -> Robot:
     [
         ("maslow4", (0.0, 0.258819, 0.965926), 0.1),
         ("grab-four-lines", (1.1, 0.0, -0.3), 0.1),
-        ("board", (0.0, 0.02, -0.3), 0.05),  # a pendulum, which swings
+        pytest.param("board", (0.0, 0.02, -0.3), 0.05, marks=pytest.mark.slow),  # a pendulum, which swings
     ],
 )
 def test_print_follows_its_path_within_the_limits_of_tension(

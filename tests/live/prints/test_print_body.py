@@ -17,6 +17,7 @@ from cablewright.machine.simulated.settings import FaultPlan, TwinSettings, whol
 from cablewright.models.rotation import motion_between
 from cablewright.printing.job import Job, load_job
 from cablewright.robot import Robot, load
+from cases import some
 
 ROBOT = load("cogiro")
 CHI2_OF_POSE = 12.6
@@ -76,6 +77,7 @@ def test_a_body_prints_within_its_tensions_and_better_than_by_lengths_alone(tmp_
     assert by_cells.tension_error_rms < 15.0
 
 
+@pytest.mark.slow
 def test_a_machine_as_built_of_the_severity_typical_prints_and_nothing_is_doubted(tmp_path: Path) -> None:
     options = PrintOptions(plant="quasi-static", period=0.5, seed=31, severity="typical")
     done = print_job(ROBOT, ring(), tmp_path / "run", options=options)
@@ -89,7 +91,7 @@ def test_a_machine_as_built_of_the_severity_typical_prints_and_nothing_is_doubte
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [41, 42, 43, 44])
+@pytest.mark.parametrize("seed", some([41, 42, 43, 44]))
 def test_a_pose_on_a_typical_machine_is_as_certain_as_its_covariance_says(seed: int, tmp_path: Path) -> None:
     options = PrintOptions(plant="quasi-static", period=0.5, seed=seed, severity="typical")
     assert print_job(ROBOT, ring(), tmp_path / "run", options=options).finished

@@ -73,10 +73,10 @@ def test_a_print_pours_where_the_file_names_a_valve_and_says_where_it_cannot(tmp
     found = homed(tmp_path, valve={"line": "north-east", "bit": 17, "closes_alone": False})
     typist = Typist({state: list(words) for state, words in WORDS.items()})
     before = found.rig.plant.truth.powder
-    assert printed(found, tmp_path, typist).finished, typist.said
+    assert printed(found, tmp_path, typist, job=SMALL).finished, typist.said
     assert not found.rig.valve_open
     assert any("closes_alone = false: its drive leaves it open in a fault" in line for line in typist.said)
-    duration = 2.0 * np.pi * RING.helix.radius / RING.motion.print_speed
+    duration = 2.0 * np.pi * SMALL.helix.radius / SMALL.motion.print_speed
     laid = found.twin.owner.point_drum.flow * duration
     poured = before - found.rig.plant.truth.powder
     assert poured == pytest.approx(laid, rel=0.05)  # on while it prints, with ramps laid to half
@@ -229,9 +229,9 @@ def test_an_open_safety_circuit_stops_and_brakes_all(tmp_path: Path) -> None:
 
 
 def test_a_drum_that_runs_empty_is_no_reason_to_doubt_the_place(tmp_path: Path) -> None:
-    found = bench(valve={"line": "north-east", "bit": 17, "closes_alone": True}, flow=1.2)
+    found = bench(valve={"line": "north-east", "bit": 17, "closes_alone": True}, flow=2.4)
     place, state = found.rig.plant.truth.position, tmp_path / "machine"
     assert home(found.robot, found.twin.owner, state, place, lambda: found.port).status == "done"
     typist = Typist({name: list(words) for name, words in WORDS.items()}, 10_000)
-    assert printed(found, tmp_path, typist).finished, typist.said
+    assert printed(found, tmp_path, typist, job=SMALL).finished, typist.said
     assert found.rig.plant.truth.powder < 8.0  # of 60 kg lost: more than the 15 % by which what lines carry may be off

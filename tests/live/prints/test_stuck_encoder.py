@@ -28,7 +28,12 @@ def ring(folder: Path, *faults: FaultPlan, **options: object) -> cw.PrintedJob:
 
 
 @pytest.mark.parametrize(
-    ("estimator", "line", "plant"), [("encoders", "north-east", "dynamic"), ("filter", None, "quasi-static")]
+    ("estimator", "line", "plant"),
+    [
+        ("encoders", "north-east", "quasi-static"),
+        pytest.param("encoders", "north-east", "dynamic", marks=pytest.mark.slow),
+        ("filter", None, "quasi-static"),
+    ],
 )
 def test_a_stuck_encoder_stops_the_print_and_is_named(
     tmp_path: Path, estimator: str, line: str | None, plant: str

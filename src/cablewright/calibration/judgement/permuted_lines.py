@@ -14,7 +14,7 @@ from cablewright.calibration.measurements import Measured
 from cablewright.calibration.poses.fit import PoseFit
 from cablewright.calibration.poses.problem import CalibrationProblem, StraightProblem
 from cablewright.calibration.poses.simulation import aligned
-from cablewright.calibration.poses.start_values import quick_fit
+from cablewright.calibration.poses.start_values import quick_fit, typical_residual
 from cablewright.foundation.arrays import Array
 
 _ALL: Final = 4  # lines up to which every order is tried; with more: two exchanged, all shifted, all reversed
@@ -52,7 +52,7 @@ def better_arrangement(problem: CalibrationProblem, found: PoseFit, rough: float
     sensible = _SENSIBLE * math.dist(problem.robot.scene.frame_min, problem.robot.scene.frame_max)
     good = []
     for words, moved, measured in _arrangements(problem.measured, problem.robot.m):
-        trial = _tried(words, problem, measured, rough)
+        trial = _tried(words, problem, measured, rough, given.rms)
         fits = trial.rms < _BETTER * given.rms - _EXACT and trial.motion <= max(rough, given.motion)
         as_well = trial.rms <= min(_AS_WELL * given.rms + _EXACT, sensible) and trial.motion <= rough
         nearer = as_well and trial.away < min(_NEARER * given.away, given.away - _CLEARLY)
@@ -73,18 +73,19 @@ def better_arrangement(problem: CalibrationProblem, found: PoseFit, rough: float
     return f"{best.words} would explain the data far better: {change}, {motion}"
 
 
-def _tried(words: str, problem: CalibrationProblem, measured: Measured, rough: float) -> _Trial:
-    """Return how well *measured* fits from the file's numbers."""
+def _tried(
+    words: str, problem: CalibrationProblem, measured: Measured, rough: float, good: float = math.inf
+) -> _Trial:
+    """Return how well *measured* fits from the file's numbers; residuals far beyond *good*, m, are not fitted on."""
     again = StraightProblem.of(problem.robot, measured, problem.plan, hold=False)
-    return _told(words, again, quick_fit(again, rough))
+    return _told(words, again, quick_fit(again, rough, good))
 
 
 def _told(words: str, problem: CalibrationProblem, found: PoseFit) -> _Trial:
     if not math.isfinite(found.cost) or not problem.is_finite(found.theta, found.poses):
         return _Trial(words, math.inf, math.inf, math.inf)
-    residual = problem.derivatives(found.theta, found.poses).residual[:, : problem.robot.m] * problem.encoder_sigma
     moved = float(np.abs(motion(problem, found.theta)).max())
-    return _Trial(words, float(np.median(np.abs(residual))), moved, stray(problem, found))
+    return _Trial(words, typical_residual(problem, found), moved, stray(problem, found))
 
 
 def stray(problem: CalibrationProblem, found: PoseFit) -> float:

@@ -54,6 +54,7 @@ _STAGE: Final = StopRule(1e-4, 1e-3, 60, 1e-3)
 _FLIPS: Final = 4
 _TRUST: Final = (0.1, 0.01, 0.001)
 """Sigmas of the encoders, m, in the stages in which exit points are pulled towards their start values."""
+_HOPELESS: Final = 10.0  # max ratio of the residuals after a stage to those that count as good
 _RISING: Final = 0.01  # sine of the slope under which a plane lies
 _BATCH: Final = 8  # starts tried at a time
 _BATCHES: Final = 12
@@ -62,10 +63,19 @@ _AGAIN: Final = 3  # times that the lowest cost must be found before the search 
 _FINE: Final = 5e-4  # m: without start values of the poses, a worse fit may be wrong though found several times
 
 
-def quick_fit(problem: CalibrationProblem, rough: float) -> PoseFit:
-    """Fit a calibration from the file's numbers and the start values of the poses only, without other starts."""
+def quick_fit(problem: CalibrationProblem, rough: float, good: float = np.inf) -> PoseFit:
+    """Fit a calibration from the file's numbers and the start values of the poses only, without other starts.
+
+    *good*: m; a fit whose residuals stay far larger ends early, at an infinite cost.
+    """
     start = first_start(problem)
-    return _from_far(framed(problem, start.theta, start.poses), start.theta, start.poses, rough)
+    return _from_far(framed(problem, start.theta, start.poses), start.theta, start.poses, rough, good)
+
+
+def typical_residual(problem: CalibrationProblem, found: PoseFit) -> float:
+    """Return the median residual of lengths, m."""
+    residual = problem.derivatives(found.theta, found.poses).residual[:, : problem.robot.m]
+    return float(np.median(np.abs(residual * problem.encoder_sigma)))
 
 
 def first_start(problem: CalibrationProblem) -> PoseFit:
@@ -106,10 +116,13 @@ def best_fit(problem: CalibrationProblem, seed: int, rough: float, progress: Pro
     return replace(polished, steps=nearest.steps + polished.steps, starts=len(found), alike=len(alike))
 
 
-def _from_far(problem: CalibrationProblem, theta: Array, poses: Array, rough: float) -> PoseFit:
+def _from_far(
+    problem: CalibrationProblem, theta: Array, poses: Array, rough: float, good: float = np.inf
+) -> PoseFit:
     """Fit from a far start, in stages that pull exit points less and less towards their start values.
 
-    Without these stages many robots end in a local minimum of another shape that fits to millimetres.
+    Without these stages many robots end in a local minimum of another shape that fits to millimetres. *good*: see
+    `quick_fit`; a stage leaves residuals as large as its sigma.
     """
     exits = problem.named("exit_point")
     drawn = np.eye(len(theta))[exits]
@@ -120,6 +133,9 @@ def _from_far(problem: CalibrationProblem, theta: Array, poses: Array, rough: fl
             stage = fit(pulled, theta, poses, settings=_STAGE)
             if np.isfinite(stage.cost):
                 theta, poses = stage.theta, unmirrored(problem, stage.theta, stage.poses)
+                stage = replace(stage, poses=poses)
+            if good < np.inf and not _is_near(problem, stage, max(good, trust)):
+                return replace(stage, cost=np.inf)
     found = fit(problem, theta, poses, settings=_FAR)
     for _ in range(_FLIPS):
         poses = unmirrored(problem, found.theta, found.poses)
@@ -130,6 +146,12 @@ def _from_far(problem: CalibrationProblem, theta: Array, poses: Array, rough: fl
             break
         found = again
     return found
+
+
+def _is_near(problem: CalibrationProblem, stage: PoseFit, size: float) -> bool:
+    """Whether a stage of a fit leaves residuals that are not far larger than *size*, m."""
+    ended = np.isfinite(stage.cost) and problem.is_finite(stage.theta, stage.poses)
+    return bool(ended and typical_residual(problem, stage) <= _HOPELESS * size)
 
 
 def _mirrored(problem: CalibrationProblem, found: PoseFit) -> list[PoseFit]:
