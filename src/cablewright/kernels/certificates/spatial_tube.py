@@ -18,6 +18,7 @@ from cablewright.kernels.statics.line.spatial_enclosure import enclose_spatial, 
 
 LENGTH, MOMENT, FORCE = 2, 4, 5  # rows: of lengths, of a swivel's moment, and the first of the force
 GAPS = (0, 1, 3)  # rows: of the span's end along the chord and twice across
+PART, PARTS = 0.04, 8  # half width of a relative tension that is enclosed at once, and the largest number of parts
 LOCAL_PAIRS = np.where(PAIRS < OWN, PAIRS, PAIRS - 3)  # a line's variables: its own unknowns, then three rotations
 
 
@@ -88,23 +89,42 @@ def _bend(row, y, i, pose, omega, cert, work):
     for k in range(n):
         radius[k] = (work.reach[first + k] + work.margin[first + k]) * ROUNDING
     given = (pose, radius, omega, cert.rotation, 0.0, work.arms[i])
-    box, axes, bends = work.boxes[i], work.axes[i], work.bends[i]
-    enclose_spatial(row, y, cert.centre[start:end], box, given, cert.arm, cert.moved, equations, wrench)
-    bends[:, :] = 0.0
-    for k in range(rows - SLOPED):
+    centre, box, wide = cert.centre[start:end].copy(), work.boxes[i].copy(), work.boxes[i, 1]
+    parts = int(min(PARTS, 1.0 + wide / PART))
+    work.bends[i] = 0.0
+    for j in range(parts):
+        centre[1], box[1] = wide * (2 * j + 1 - parts) / parts, wide / parts * ROUNDING
+        enclose_spatial(row, y, centre, box, given, cert.arm, cert.moved, equations, wrench)
+        if not _widen(equations, wrench, work.axes[i], n, work.bends[i]):
+            return False
+    return True
+
+
+@jit
+def _widen(equations, wrench, axes, n, bends):
+    """Raise *bends* to the second derivatives in the jets of a line; False where one is not bounded."""
+    for k in range(equations.shape[1] - SLOPED):
         at = SLOPED + k
-        bends[LENGTH, k], bends[MOMENT, k] = mag(of(equations[2], at)), mag(of(equations[4], at))
+        _raise(bends, LENGTH, k, mag(of(equations[2], at)))
+        _raise(bends, MOMENT, k, mag(of(equations[4], at)))
         for j in range(3):
             e = axes[j]
-            bends[GAPS[j], k] = mag(_along(e, of(equations[0], at), of(equations[1], at), of(equations[3], at)))
-            bends[FORCE + j, k] = mag(_along(e, of(wrench[0], at), of(wrench[1], at), of(wrench[2], at)))
+            gap = _along(e, of(equations[0], at), of(equations[1], at), of(equations[3], at))
+            _raise(bends, GAPS[j], k, mag(gap))
+            _raise(bends, FORCE + j, k, mag(_along(e, of(wrench[0], at), of(wrench[1], at), of(wrench[2], at))))
         if n == 6:
-            x, y_, z = mag(of(wrench[3], at)), mag(of(wrench[4], at)), mag(of(wrench[5], at))
-            bends[TURNED, k] = sqrt(x * x + y_ * y_ + z * z) * ROUNDING
+            x, y, z = mag(of(wrench[3], at)), mag(of(wrench[4], at)), mag(of(wrench[5], at))
+            _raise(bends, TURNED, k, sqrt(x * x + y * y + z * z) * ROUNDING)
         for j in range(bends.shape[0]):
             if not bends[j, k] < 1e300:
                 return False
     return True
+
+
+@jit
+def _raise(bends, row, k, value):
+    if not value <= bends[row, k]:  # NaN is not bounded
+        bends[row, k] = value
 
 
 @jit
