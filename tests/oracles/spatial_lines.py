@@ -1,8 +1,8 @@
 """Oracle: lines out of the plane and their platform in balance, with 50 digits, from the doubles of a packed robot.
 
 Geometry by vectors: a sheave's centre, the tangents of the cable there, and the angle between them. Spans are Irvine's.
-Unknowns are the force with which a free span starts, its length, and the angle of a swivel whose winch is beside its
-axis.
+Unknowns are those of a certificate: of the tension in the middle of a free span two coordinates across that of the
+solved line, and its relative size; the length; and the angle of a swivel whose winch is beside its axis.
 """
 
 from __future__ import annotations
@@ -33,9 +33,22 @@ class SpatialLine:
     def three(self, column: int) -> Vector:
         return self.row[column : column + 3]
 
-    def residual(self, y: Sequence[mpf], place: Vector, turned: mp.matrix, length: float) -> tuple[list[mpf], Vector]:
+    def start(self, state: Any, y: Sequence[mpf]) -> Vector:
+        """Force at the start of the free span, from the unknowns *y* about the solved line's *state*."""
+        phi, tau, free, azimuth = (mpf(float(state[k])) for k in (L.PHI, L.TAU, L.FREE, L.AZIMUTH))
+        size, across = mp.exp(tau), [-mp.sin(azimuth), mp.cos(azimuth), mpf(0)]
+        way = [mp.cos(phi) * mp.cos(azimuth), mp.cos(phi) * mp.sin(azimuth), mp.sin(phi)]
+        middle = plus(times(size, way), [mpf(0), mpf(0), self.at(L.WEIGHT) * free / 2])
+        ahead = unit(middle)
+        way = unit(plus(ahead, plus(times(y[0], across), times(y[3], cross(ahead, across)))))
+        middle = times(norm(middle) * (1 + y[1]), way)
+        return minus(middle, [mpf(0), mpf(0), self.at(L.WEIGHT) * y[2] / 2])
+
+    def residual(
+        self, state: Any, y: Sequence[mpf], place: Vector, turned: mp.matrix, length: float
+    ) -> tuple[list[mpf], Vector]:
         """Equations of the line at the unknowns *y*, and its wrench (6) on the platform at *place* and *turned*."""
-        force, free, weight = list(y[:3]), y[3], self.at(L.WEIGHT)
+        force, free, weight = self.start(state, y), y[2], self.at(L.WEIGHT)
         end = [force[0], force[1], force[2] + weight * free]
         tension = norm(force)
         arm = list(turned * mp.matrix(self.three(L.POINT_X)))
@@ -51,11 +64,11 @@ class SpatialLine:
         found = minus(plus(leaves, chord), away)
         dead = self._dead(covered, tension)
         if self.at(L.COUNTERWEIGHT) > 0:
-            found.append(tension + weight * dead * self.at(L.WINCH_RISE) - self.at(L.COUNTERWEIGHT))
+            found.insert(2, tension + weight * dead * self.at(L.WINCH_RISE) - self.at(L.COUNTERWEIGHT))
         else:
             whole = self.at(L.SPANS) * free + dead + (arc + arc_there) / (1 + tension * self.at(L.ARC_COMPLIANCE))
             whole += self.at(L.DEAD_LENGTH) if self.at(L.UNKNOWNS) == 3 else 0
-            found.append(whole - tension * self.at(L.END_SPRING) - mpf(float(length)))
+            found.insert(2, whole - tension * self.at(L.END_SPRING) - mpf(float(length)))
         pull = times(-self.at(L.PULLS), end)
         return [*found, *moment], [*pull, *cross(arm, pull)]
 
@@ -142,7 +155,7 @@ def on_wheel(axis: Vector, arrival: Vector, radius: mpf, force: Vector) -> tuple
 
 
 def balance(
-    packed: Any, lengths: Any, pose: Vector, turn: Vector, start: mp.matrix, unknowns: list[Vector]
+    packed: Any, lengths: Any, pose: Vector, turn: Vector, start: mp.matrix, states: Any, unknowns: list[Vector]
 ) -> list[mpf]:
     """Equations of all lines, then the balance of the platform (n,), turned by *turn* from its rotation *start*."""
     n, found = packed.freedoms, []
@@ -152,8 +165,8 @@ def balance(
     weight = [mpf(0), mpf(0), -platform[L.PLATFORM_WEIGHT]]
     arm = list(turned * mp.matrix(platform[L.MASS_X : L.MASS_X + 3]))
     wrench = plus(wrench, [*weight, *cross(arm, weight)])
-    for row, y, length in zip(packed.lines, unknowns, lengths, strict=True):
-        own, pull = SpatialLine(row).residual(y, pose, turned, length)
+    for row, state, y, length in zip(packed.lines, states, unknowns, lengths, strict=True):
+        own, pull = SpatialLine(row).residual(state, y, pose, turned, length)
         found += own
         wrench = plus(wrench, pull)
     return found + wrench[:n]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 
@@ -31,16 +29,11 @@ def test_none_is_called_the_only_one() -> None:
     assert unique_among(held) is None
 
 
-@pytest.mark.parametrize(
-    ("ask", "by"),
-    [
-        (lambda: refuse_unfit(cw.Model(TILTED), np.full(4, 5.0)), "exhaustive"),
-        (lambda: cw.enclose_poses(cw.inverse(TILTED, PLACE), 1e-4), "a box of poses"),
-    ],
-)
-def test_what_does_not_cover_them_says_so(ask: Any, by: str) -> None:
-    with pytest.raises(InputError, match=f"{by}: line '.*' has a swivel whose axis is not vertical; not supported"):
-        ask()
+def test_what_does_not_cover_them_says_so() -> None:
+    with pytest.raises(
+        InputError, match=r"exhaustive: line '.*' has a swivel whose axis is not vertical; not supported"
+    ):
+        refuse_unfit(cw.Model(TILTED), np.full(4, 5.0))
 
 
 @pytest.mark.parametrize("robot", [TILTED, BODY, out_of_plane.body("mounts")], ids=lambda robot: robot.name)

@@ -202,7 +202,6 @@ _IN_FILE: Final = "Give the number in the robot file"
 _C, _LOST, _REJECTED = Capability, Coverage.LOST, Coverage.REJECTED
 
 _ROWS: Final = (
-    (_C.POSE_BOX, _REJECTED, SPATIAL, "Use linearise, whose pose errors are of first order"),
     (_C.EXHAUSTIVE, _REJECTED,
      f"{SPATIAL} mount spring plane advantage cables body weightless no-gravity",
      "Search from many starts: leave out exhaustive"),

@@ -14,7 +14,6 @@ from cablewright.foundation.progress import Progress
 from cablewright.kernels.certificates import pose_hull as kernel
 from cablewright.kernels.statics.line.upright import is_slack
 from cablewright.models.statics import Equilibrium
-from cablewright.models.support_table import Capability, require
 from cablewright.solvers.certify import is_only_one
 from cablewright.solvers.forward import solve_again
 from cablewright.solvers.pose_box import PoseBox
@@ -49,7 +48,7 @@ def enclose_poses(
 ) -> PoseBox:
     """Enclose the poses of a single solved *equilibrium* whose lengths are known to *length_error*, m.
 
-    *length_error*: one number for all lines, or one for each. The box exceeds the sampled poses by at most *tolerance*
+    *length_error*: one number for all lines, or one for each; a line with a counterweight has none. The box exceeds the sampled poses by at most *tolerance*
     of its width; if that takes more than *budget* leaves there is no box. *progress* is called with a stage, the used
     part of *budget*, and *budget*. Raises `InputError` for an error that is not positive or as large as a length, a
     batch, rigid cables, a budget or tolerance that is not positive; `AnswerError` for an unsolved equilibrium.
@@ -59,14 +58,15 @@ def enclose_poses(
         raise InputError(f"budget = {budget}: at least one leaf is expected")
     if not tolerance > 0.0:
         raise InputError(f"tolerance = {tolerance:g}: over 0 is expected, of the box's width")
-    require(equilibrium.model, Capability.POSE_BOX)
     batch = equilibrium.packed
     packed = batch._replace(lines=batch.lines[0], platform=batch.platform[0])
     states = np.array(equilibrium.states, order="C")
     if any(is_slack(row, y) for row, y in zip(packed.lines, states, strict=True)):
         return _nothing(equilibrium, 0, 0, "no box: a massless line hangs slack and has no shape")
     low, high = equilibrium.lengths - errors, equilibrium.lengths + errors
-    low, high = np.nextafter(low, -np.inf), np.nextafter(high, np.inf)
+    hung = equilibrium.lines.counterweight > 0.0  # of such a line the tension is given, not the length
+    low = np.where(hung, equilibrium.lengths, np.nextafter(low, -np.inf))
+    high = np.where(hung, equilibrium.lengths, np.nextafter(high, np.inf))
     directions = self_stresses(equilibrium)
     farthest = np.maximum(high - equilibrium.lengths, equilibrium.lengths - low)
     reach = np.abs(directions) @ farthest * (1.0 + 1e-6)

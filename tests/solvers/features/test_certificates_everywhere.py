@@ -42,7 +42,7 @@ def off(row: Equilibrium) -> np.ndarray:
     start = Place.of(row.pose).rotation
     with mp.workdps(DIGITS):
         for _ in range(30):
-            residual = spatial_lines.balance(own, row.lengths, pose, turn, start, unknowns)
+            residual = spatial_lines.balance(own, row.lengths, pose, turn, start, row.states, unknowns)
             size = max(map(abs, residual)) or mpf(1)
             step = [size * mpf(float(v)) for v in work.inverse @ np.array([float(r / size) for r in residual])]
             if max(map(abs, step)) < SMALL:

@@ -2,7 +2,9 @@
 
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.branch_tube import UNBOUNDED, reach_now, slopes
-from cablewright.kernels.layout import STATE, TAU
+from cablewright.kernels.certificates.jets import OWN
+from cablewright.kernels.certificates.spatial_tube import LOCAL_PAIRS
+from cablewright.kernels.layout import GUIDE, STATE, TAU, UPRIGHT
 from cablewright.kernels.statics.line.hessian_bounds import ASIDE, PAIRS, ROWS, TURN
 
 COUNTED = 6  # number of unknowns by which a bisection is judged
@@ -75,7 +77,7 @@ def _halved(cut, slabs, work):
         work.left[cut - count], work.right[cut - count] = 0.5 * low, 0.5 * high
         reach = reach_now(slabs, work)
         work.left[cut - count], work.right[cut - count] = low, high
-    return reach, max(0.0, min(-low, high)) / (high - low)
+    return reach, max(0.0, min(-low, high)) / (high - low) if high > low else 0.0
 
 
 @jit
@@ -94,11 +96,12 @@ def _pull_all(packed, row, cert, pulls, work):
     """Add the derivatives of the bound of unknown *row* by the half widths of all unknowns to *pulls*."""
     first = cert.offsets[packed.lines.shape[0]]
     for i in range(packed.lines.shape[0]):
+        if packed.general is not None and packed.lines[i, GUIDE] != UPRIGHT:
+            _pull_spatial(row, i, cert, pulls, work)
+            continue
         ex, ey = abs(work.planes[i, 0]), abs(work.planes[i, 1])
         for k in range(len(PAIRS)):
-            weight = 0.0
-            for which in range(ROWS):
-                weight += work.effects[row, i, which] * work.bends[i, which, k]
+            weight = _weight(row, i, k, work)
             for side in range(2):
                 p, q = PAIRS[k, side], PAIRS[k, 1 - side]
                 amount = weight * work.boxes[i, q]
@@ -113,3 +116,24 @@ def _pull_all(packed, row, cert, pulls, work):
                 else:
                     pulls[first] += amount * (ey if p == ASIDE else ex)
                     pulls[first + 1] += amount * (ex if p == ASIDE else ey)
+
+
+@jit
+def _weight(row, i, k, work):
+    """Effect of the second derivatives by pair *k* of line *i* on unknown *row*."""
+    weight = 0.0
+    for which in range(ROWS):
+        weight += work.effects[row, i, which] * work.bends[i, which, k]
+    return weight
+
+
+@jit
+def _pull_spatial(row, i, cert, pulls, work):
+    """As `_pull_all`, of a line out of the plane."""
+    start, rotations, size = cert.offsets[i], cert.offsets[-1] + 3, pulls.shape[0]
+    for k in range(len(LOCAL_PAIRS)):
+        p, q, weight = LOCAL_PAIRS[k, 0], LOCAL_PAIRS[k, 1], _weight(row, i, k, work)
+        for one, other in ((p, q), (q, p)):
+            at = start + one if one < OWN else rotations + one - OWN
+            if at < size:
+                pulls[at] += weight * work.boxes[i, other] * (0.5 if p == q else 1.0)

@@ -18,12 +18,21 @@ from numpy.typing import NDArray
 
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.interval import ROUNDING, inflate, point
+from cablewright.kernels.certificates.jets import OWN
 from cablewright.kernels.certificates.krawczyk import image, invert, newton_bound, split
 from cablewright.kernels.certificates.length_polytope import upper_bound
+from cablewright.kernels.certificates.spatial_tube import (
+    LOCAL_PAIRS,
+    bend_spatial,
+    box_spatial,
+    frame_spatial,
+    share_spatial,
+)
 from cablewright.kernels.certificates.system_enclosure import jacobian_of_all, place_line, residual_of_all
 from cablewright.kernels.dense_systems import copy
 from cablewright.kernels.layout import (
     BETA,
+    GUIDE,
     LEVER,
     MASS_X,
     PHI,
@@ -33,6 +42,7 @@ from cablewright.kernels.layout import (
     SIDE,
     STATE,
     UNKNOWNS,
+    UPRIGHT,
 )
 from cablewright.kernels.statics.line.hessian_bounds import (
     ACROSS,
@@ -54,7 +64,13 @@ from cablewright.kernels.statics.line.hessian_bounds import (
     VARIABLES,
     bend_line,
 )
-from cablewright.kernels.statics.platform_enclosure import bend_of_tilt, rotation_of, share_balance, turning_arm
+from cablewright.kernels.statics.platform_enclosure import (
+    bend_of_tilt,
+    enclose_arm,
+    rotation_of,
+    share_balance,
+    turning_arm,
+)
 
 PROVED, NOT_CONTRACTING, UNBOUNDED, SINGULAR = 0, 1, 2, 3
 MARGIN = 0.25  # of the reach: initial margin of the box of second derivatives around it
@@ -85,6 +101,7 @@ class TubeWork(NamedTuple):
     planes: NDArray[np.float64]  # (m, 4): ex, ey, distance from the exit, of the platform point from the origin
     arms: NDArray[np.float64]  # (m, 3)
     frames: NDArray[np.float64]  # (m, 4): of the chord and of the dead span
+    axes: NDArray[np.float64]  # (m, 3, 3): of a line out of the plane, along the chord and across
     turns: NDArray[np.float64]  # (m,): bounds of the planes' rotations, rad
     boxes: NDArray[np.float64]  # (m, 9): a + r in the variables of each line
     radii: NDArray[np.float64]  # (m, 9): r in the variables of each line
@@ -116,10 +133,11 @@ def tube_work(size, m, slabs):
         np.zeros((m, 4)),
         np.zeros((m, 3)),
         np.zeros((m, 4)),
+        np.zeros((m, 3, 3)),
         np.zeros(m),
         np.zeros((m, VARIABLES)),
         np.zeros((m, VARIABLES)),
-        np.zeros((m, ROWS, len(PAIRS))),
+        np.zeros((m, ROWS, len(LOCAL_PAIRS))),
         np.zeros((m, ROWS)),
         np.zeros((size, m, ROWS)),
         np.zeros((2, 6)),
@@ -156,7 +174,7 @@ def prove_tube(packed, lengths, pose, states, slabs, cert, work):
             cert.radius[k] = (work.reach[k] + work.margin[k]) * ROUNDING
         image(cert)
         copy(cert.bound, work.base)
-        if not _bend_all(packed, states, cert, work):
+        if not _bend_all(packed, pose, states, cert, work):
             return UNBOUNDED
         if _settles(packed, cert, work):
             return PROVED
@@ -174,14 +192,17 @@ def _frame_lines(packed, pose, states, cert, work):
     first = cert.offsets[packed.lines.shape[0]]
     for i in range(packed.lines.shape[0]):
         row, y = packed.lines[i], states[i]
+        work.planes[i, 3] = turning_arm(packed, row)
+        if frame_spatial(packed.general, row, y, work.axes[i]):
+            enclose_arm(row, n, 0.0, cert.rotation, cert.arm)
+            _write_arm(cert, work.arms[i])
+            continue
         ex, ey, reach, z = place_line(row, pose, 0.0, n, cert.radius[first:], cert)
         if not reach[0] > 0.0:
             return False
         work.planes[i, 0], work.planes[i, 1] = 0.5 * (ex[0] + ex[1]), 0.5 * (ey[0] + ey[1])
         work.planes[i, 2] = reach[0]
-        for k in range(3):
-            work.arms[i, k] = 0.5 * (cert.arm[k, 0] + cert.arm[k, 1])
-        work.planes[i, 3] = turning_arm(packed, row)
+        _write_arm(cert, work.arms[i])
         turn, unknowns = row[SIDE] * row[RADIUS], row[UNKNOWNS]
         lever = row[LEVER] if unknowns > 5.0 else 0.0
         cx = reach[0] - lever * cos(y[BETA]) + turn * sin(y[PHI])
@@ -192,6 +213,12 @@ def _frame_lines(packed, pose, states, cert, work):
         if unknowns > 4.0:
             work.frames[i, 2], work.frames[i, 3] = cos(y[PSI]), sin(y[PSI])
     return True
+
+
+@jit
+def _write_arm(cert, arm):
+    for k in range(3):
+        arm[k] = 0.5 * (cert.arm[k, 0] + cert.arm[k, 1])
 
 
 @jit
@@ -256,6 +283,12 @@ def _find_effects(packed, cert, work):
         for i in range(m):
             start, unknowns = cert.offsets[i], int(packed.lines[i, UNKNOWNS])
             frame, arm, out = work.frames[i], work.arms[i], work.effects[k, i]
+            a, b, c = rotation_of(wrench[0::1], n)  # with a step Numba has one type for rows and columns
+            turned = sqrt(a * a + b * b + c * c) * ROUNDING
+            slack, end = bulk + 6.0 * turned * work.planes[i, 3], cert.offsets[i + 1]
+            own = row[start:end]
+            if share_spatial(packed.general, packed.lines[i], own, wrench, turned, slack, arm, work.axes[i], out):
+                continue
             _turn_effect(row[start], row[start + 1], frame[0], frame[1], ALONG, ACROSS, 0.0, out)
             out[LENGTH] = abs(row[start + 2])
             z = row[start + 3] if unknowns > 3 else 0.0
@@ -263,9 +296,7 @@ def _find_effects(packed, cert, work):
             _turn_effect(x, z, frame[2], frame[3], DEAD_ALONG, DEAD_ACROSS, 0.0, out)
             out[MOMENT] = abs(row[start + 5]) if unknowns > 5 else 0.0
             x, y, z = wrench[0], wrench[1], wrench[2]
-            a, b, c = rotation_of(wrench[0::1], n)  # with a step Numba has one type for rows and columns
-            out[TURNED] = sqrt(a * a + b * b + c * c) * ROUNDING
-            slack = bulk + 6.0 * out[TURNED] * work.planes[i, 3]
+            out[TURNED] = turned
             x += b * arm[2] - c * arm[1]
             y += c * arm[0] - a * arm[2]
             z += a * arm[1] - b * arm[0]
@@ -294,10 +325,13 @@ def _find_boxes(packed, whole, radius, cert, work, boxes):
     omega, wide = sqrt(omega) * ROUNDING, sqrt(wide) * ROUNDING
     own = wide if whole else omega
     for i in range(m):
-        box = boxes[i]
+        row, box = packed.lines[i], boxes[i]
+        start, end = cert.offsets[i], cert.offsets[i + 1]
+        if box_spatial(packed.general, row, start, end, first, radius, work.reach, whole, box):
+            continue
         for k in range(STATE):
             box[k] = 0.0
-        for k in range(int(packed.lines[i, UNKNOWNS])):
+        for k in range(int(row[UNKNOWNS])):
             at = cert.offsets[i] + k
             box[k] = radius[at] + (work.reach[at] if whole else 0.0)
         ex, ey, arm = abs(work.planes[i, 0]), abs(work.planes[i, 1]), work.planes[i, 3]
@@ -313,12 +347,14 @@ def _find_boxes(packed, whole, radius, cert, work, boxes):
 
 
 @jit
-def _bend_all(packed, states, cert, work):
+def _bend_all(packed, pose, states, cert, work):
     """Bound the second derivatives of all equations over reach and margin; False where one is not bounded."""
     m = packed.lines.shape[0]
     work.turns[:] = 0.0
     omega = _find_boxes(packed, True, work.margin, cert, work, work.boxes)
     for i in range(m):
+        if packed.general is not None and packed.lines[i, GUIDE] != UPRIGHT:
+            continue
         near = work.planes[i, 2] - work.boxes[i, AWAY] - work.boxes[i, ASIDE]
         work.turns[i] = work.boxes[i, ASIDE] / near * ROUNDING + 1e-13
         if not (near > 0.0 and work.turns[i] < 0.5):
@@ -326,13 +362,23 @@ def _bend_all(packed, states, cert, work):
     _find_boxes(packed, True, work.margin, cert, work, work.boxes)
     for i in range(m):
         row, y, box, frame, eta = packed.lines[i], states[i], work.boxes[i], work.frames[i], work.turns[i]
+        bounded = bend_spatial(packed.general, row, y, i, pose, omega, cert, work)
+        if bounded >= 0:
+            if bounded == 0:
+                return False
+            continue
         reach = inflate(point(work.planes[i, 2]), box[AWAY] + box[ASIDE])
         if not bend_line(row, y, box, reach, frame, eta, omega, work.planes[i, 3], work.span, work.bends[i]):
             return False
     body = packed.platform
     arm = sqrt(body[MASS_X] ** 2 + body[MASS_X + 1] ** 2 + body[MASS_X + 2] ** 2)  # 0 of a point
     moment = body[PLATFORM_WEIGHT] * arm + bend_of_tilt(packed)
-    work.bends[0, TURNED, TURN_TURN] += moment * (1.0 + 2.0 * omega) * ROUNDING
+    moment *= (1.0 + 2.0 * omega) * ROUNDING
+    if packed.general is not None and packed.lines[0, GUIDE] != UPRIGHT:
+        for k in range(len(LOCAL_PAIRS)):
+            work.bends[0, TURNED, k] += moment if LOCAL_PAIRS[k, 0] >= OWN else 0.0
+    else:
+        work.bends[0, TURNED, TURN_TURN] += moment
     return True
 
 
@@ -344,7 +390,7 @@ def _settles(packed, cert, work):
     good = False
     for _ in range(STEPS):
         _find_boxes(packed, True, work.radius, cert, work, work.boxes)
-        _curve(work.boxes, work.boxes, 0.5, work)
+        _curve(packed, work.boxes, work.boxes, 0.5, work)
         good, fits = True, True
         for k in range(size):
             work.bound[k] = _image_of(k, work)
@@ -357,7 +403,7 @@ def _settles(packed, cert, work):
     if not good:
         return False
     _find_boxes(packed, False, work.radius, cert, work, work.radii)
-    _curve(work.boxes, work.radii, 1.0, work)
+    _curve(packed, work.boxes, work.radii, 1.0, work)
     for k in range(size):
         if not _image_of(k, work) < work.radius[k]:
             return False
@@ -365,19 +411,26 @@ def _settles(packed, cert, work):
 
 
 @jit
-def _curve(first, second, factor, work):
+def _curve(packed, first, second, factor, work):
     """Write *factor* H[first, second] of each line to work.curved."""
     work.curved[:, :] = 0.0
     for i in range(first.shape[0]):
-        a, b, out = first[i], second[i], work.curved[i]
-        for k in range(len(PAIRS)):
-            p, q = PAIRS[k, 0], PAIRS[k, 1]
-            product = a[p] * b[p] if p == q else a[p] * b[q] + a[q] * b[p]
-            if product > 0.0:
-                for row in range(ROWS):
-                    out[row] += work.bends[i, row, k] * product
-        for row in range(ROWS):
-            out[row] *= factor
+        if packed.general is not None and packed.lines[i, GUIDE] != UPRIGHT:
+            _curve_line(LOCAL_PAIRS, first[i], second[i], factor, work.bends[i], work.curved[i])
+        else:
+            _curve_line(PAIRS, first[i], second[i], factor, work.bends[i], work.curved[i])
+
+
+@jit
+def _curve_line(pairs, a, b, factor, bends, out):
+    for k in range(len(pairs)):
+        p, q = pairs[k, 0], pairs[k, 1]
+        product = a[p] * b[p] if p == q else a[p] * b[q] + a[q] * b[p]
+        if product > 0.0:
+            for row in range(ROWS):
+                out[row] += bends[row, k] * product
+    for row in range(ROWS):
+        out[row] *= factor
 
 
 @jit

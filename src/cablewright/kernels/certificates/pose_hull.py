@@ -27,6 +27,7 @@ from cablewright.kernels.certificates.interval import (
 )
 from cablewright.kernels.certificates.krawczyk import CERTIFIED, certify
 from cablewright.kernels.certificates.length_polytope import centre_of, holds, offset
+from cablewright.kernels.certificates.spatial_tube import between_spatial
 from cablewright.kernels.certificates.system_enclosure import (
     CertificateWork,
     certificate_pool,
@@ -57,6 +58,7 @@ class Leaves(NamedTuple):
     lengths: NDArray[np.float64]  # (D, m)
     pose: NDArray[np.float64]  # (D, n)
     states: NDArray[np.float64]  # (D, m, 6)
+    unknowns: NDArray[np.float64]  # (D, N): as in a certificate
     bound: NDArray[np.float64]  # (D, N)
     known: NDArray[np.bool_]  # (D,): whether the solution is proved to be on the branch
 
@@ -74,6 +76,7 @@ class HullSearch(NamedTuple):
     ends: NDArray[np.float64]  # (2, n): of the leaf
     increment: NDArray[np.float64]  # (3, 6)
     jacobian: NDArray[np.float64]  # (3, 3)
+    apart: NDArray[np.float64]  # (6, 2): of a line's unknowns
     cert: CertificateWork  # of the leaf
     own: CertificateWork  # of points
     tube: TubeWork
@@ -92,6 +95,7 @@ def part_list(deepest, size, m, n, slabs):
         np.zeros((deepest, m)),
         np.zeros((deepest, n)),
         np.zeros((deepest, m, STATE)),
+        np.zeros((deepest, size)),
         np.zeros((deepest, size)),
         np.zeros(deepest, dtype=np.bool_),
     )
@@ -116,6 +120,7 @@ def search_of(packed, origin, slabs, pads, found):
         np.zeros((2, n)),
         np.zeros((3, 6)),
         np.zeros((3, 3)),
+        np.zeros((STATE, 2)),
         cert,
         own,
         tube_work(cert.step.shape[0], m, slabs.shape[0]),
@@ -287,6 +292,7 @@ def _take(packed, nodes, at, search):
 def _know(packed, nodes, i, search):
     """Certify the solution of a part."""
     code = certify(packed, nodes.lengths[i], nodes.pose[i], nodes.states[i], NEAR, search.own)
+    copy(search.own.centre, nodes.unknowns[i])
     copy(search.own.bound, nodes.bound[i])
     nodes.known[i] = code == CERTIFIED
     return nodes.known[i]
@@ -296,8 +302,10 @@ def _know(packed, nodes, i, search):
 def _halve(nodes, at, cut, tally, search):
     """Bisect a part at its centre. The half with the known solution is next; the other half gets the centre's."""
     count, up = search.slabs.shape[0], at + 1
-    for each in (nodes.low, nodes.high, nodes.slab_low, nodes.slab_high, nodes.lengths, nodes.pose, nodes.bound):
+    for each in (nodes.low, nodes.high, nodes.slab_low, nodes.slab_high, nodes.lengths, nodes.pose):
         copy(each[at], each[up])
+    copy(nodes.unknowns[at], nodes.unknowns[up])
+    copy(nodes.bound[at], nodes.bound[up])
     if cut < count:
         here, _ = offset(search.slabs, cut, search.origin, search.centre)
         known, _ = offset(search.slabs, cut, search.origin, nodes.lengths[at])
@@ -334,8 +342,16 @@ def _is_in_tube(packed, nodes, at, search):
     m = packed.lines.shape[0]
     first = cert.offsets[m]
     for line in range(m):
-        for k in range(int(packed.lines[line, UNKNOWNS])):
-            j = cert.offsets[line] + k
+        row, start, end = packed.lines[line], cert.offsets[line], cert.offsets[line + 1]
+        own, known, middle = bound[start:end], nodes.unknowns[at, start:end], cert.centre[start:end]
+        if between_spatial(packed.general, row, other_states[line], states[line], known, own, middle, search.apart):
+            for k in range(end - start):
+                off = (search.apart[k, 0], search.apart[k, 1])
+                if not _is_near(off, start + k, lengths, centre, cert, work):
+                    return False
+            continue
+        for k in range(int(row[UNKNOWNS])):
+            j = start + k
             off = sub(inflate(point(other_states[line, k]), bound[j]), point(states[line, k]))
             if k == TAU:  # the tube has relative tensions
                 off = sub(exp(off), (1.0, 1.0))

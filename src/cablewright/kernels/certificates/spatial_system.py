@@ -7,7 +7,7 @@ import numpy as np
 
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.interval import add
-from cablewright.kernels.certificates.jets import OWN, SLOTS, of
+from cablewright.kernels.certificates.jets import OWN, SLOPED, of
 from cablewright.kernels.layout import GUIDE, UPRIGHT
 from cablewright.kernels.statics.line.spatial_enclosure import centre_of, enclose_spatial
 from cablewright.kernels.statics.platform_enclosure import component
@@ -29,14 +29,14 @@ def enclose_spatial_line(general, row, y, length, pose, omega, i, at_solution, w
 @jit(allocates=True)
 def _enclose(row, y, length, pose, omega, i, at_solution, work):
     start, end, first, n = work.offsets[i], work.offsets[i + 1], work.offsets[-1], pose.shape[0]
-    equations, wrench = np.zeros((OWN, 1 + SLOTS, 2)), np.zeros((6, 1 + SLOTS, 2))
+    equations, wrench = np.zeros((OWN, SLOPED, 2)), np.zeros((6, SLOPED, 2))
     centre, box, radius = work.centre[start:end], np.zeros(end - start), np.zeros(n)
     if at_solution:
         centre_of(row, y, pose, work.rotation, work.arm, work.moved, centre)
     else:
         box[:], radius[:] = work.radius[start:end], work.radius[first:]
-    given = (pose, radius, omega, work.rotation, length)
-    enclose_spatial(row, centre, box, *given, work.arm, work.moved, equations, wrench)
+    given = (pose, radius, omega, work.rotation, length, np.zeros(3))
+    enclose_spatial(row, y, centre, box, given, work.arm, work.moved, equations, wrench)
     if at_solution:
         work.residual[start:end] = equations[: end - start, 0]
         for j in range(n):

@@ -1,39 +1,50 @@
 """Interval equations of a line that does not hang in a vertical plane, with all their derivatives, as jets.
 
-They are those of `spatial`. The unknowns are the force (N, world) with which the free span leaves the frame, its
-unstrained length and, of a swivel with its winch ASIDE of its axis, the angle by which it is turned from the axis of
-smallest entry. Cartesian forces have no seam and no pole, so that a span may hang straight down.
+The unknowns are, in this order, a first coordinate across the direction of the free span in its middle, the relative
+tension there, its unstrained length, the second coordinate across, and of a swivel with its winch ASIDE of its axis the
+angle by which it is turned from the axis of smallest entry. Direction and tension are relative to the solution, so that
+there is no seam and no pole, and a span may hang straight down. As the chord has the direction of the middle but for
+terms of the second order in the weight, its derivatives by the tension stay narrow on wide boxes. The third equation is
+that of the length.
 """
 
-from math import inf
+from math import cos as cos_of
+from math import exp as exp_of
+from math import inf, sqrt
+from math import sin as sin_of
 
 import numpy as np
 
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.interval import (
+    ENTIRE,
     ONE,
     PI,
+    ROUNDING,
     ZERO,
     add,
     contains_zero,
-    cos,
     div,
-    exp,
+    hull,
     inflate,
+    log1p_ratio,
     mul,
     neg,
     point,
     root,
     scale,
-    sin,
     sqr,
     sub,
+    up,
 )
 from cablewright.kernels.certificates.jets import (
     OWN,
+    PAIRS,
+    SLOPED,
     added,
     along,
     angle,
+    chained,
     constant,
     cosine,
     cross,
@@ -43,7 +54,9 @@ from cablewright.kernels.certificates.jets import (
     minus,
     of,
     over,
+    pair,
     plus,
+    put,
     scaled,
     sine,
     square_root,
@@ -87,7 +100,6 @@ from cablewright.kernels.layout import (
     WEIGHT,
     WINCH_RISE,
 )
-from cablewright.kernels.statics.line.enclosure import span_tensions
 from cablewright.kernels.statics.line.guides import compliance_of_mount
 from cablewright.kernels.statics.platform_enclosure import along as turning
 from cablewright.kernels.statics.platform_enclosure import component, turn
@@ -96,6 +108,8 @@ TWO_PI = (2.0 * PI[0], 2.0 * PI[1])
 TURNS = 30  # Newton steps for the angle of a swivel
 TURN = 0.3  # rad: the longest of them
 GRAIN = 1e-15  # rad: a step that ends them
+SERIES, TERMS = 0.25, 28  # up to where, and how many terms: the rest is below 2^-55
+PARTS = 8  # of half a span over which second derivatives are integrated
 
 
 @jit
@@ -108,15 +122,32 @@ def unknowns_of(row):
 
 @jit(allocates=True)
 def centre_of(row, y, pose, rotation, arm, moved, out):
-    """Write a solved line's unknowns, rounded to doubles, to *out* (k,); other arguments as of `enclose_spatial`."""
-    t, h = exp(point(y[TAU])), cos(point(y[PHI]))
-    out[0] = _middle(mul(mul(t, h), cos(point(y[AZIMUTH]))))
-    out[1] = _middle(mul(mul(t, h), sin(point(y[AZIMUTH]))))
-    out[2] = _middle(mul(t, sin(point(y[PHI]))))
-    out[3] = y[FREE]
+    """Write the doubles nearest to a solved line's unknowns to *out* (k,); the others as of `enclose_spatial`."""
+    out[:] = 0.0
+    out[2] = y[FREE]
     if row[GUIDE] == ASIDE:
-        _, away = _platform_point(row, pose, np.zeros(pose.shape[0]), 0.0, rotation, arm, moved)
-        out[4] = _turn_of_swivel(row, fixed(out[0], out[1], out[2]), away)
+        c = cos_of(y[PHI])
+        _, away = _platform_point(row, pose, np.zeros(pose.shape[0]), 0.0, rotation, arm, moved, SLOPED)
+        out[4] = _turn_of_swivel(row, fixed(c * cos_of(y[AZIMUTH]), c * sin_of(y[AZIMUTH]), sin_of(y[PHI])), away)
+
+
+@jit
+def tangent_of(row, y):
+    """Direction and size of a solved line's tension in the middle of its free span, as plain numbers.
+
+    The direction is given by the cosine and sine of its height, and of its azimuth.
+    """
+    t = exp_of(y[TAU])
+    level, upright = t * cos_of(y[PHI]), t * sin_of(y[PHI]) + 0.5 * row[WEIGHT] * y[FREE]
+    size = sqrt(level * level + upright * upright)
+    return level / size, upright / size, cos_of(y[AZIMUTH]), sin_of(y[AZIMUTH]), size
+
+
+@jit(allocates=True)
+def frame_of(row, y):
+    """The direction of `tangent_of`, and a horizontal and a third one across it: vectors of doubles."""
+    c, s, ca, sa, _ = tangent_of(row, y)
+    return fixed(c * ca, c * sa, s), fixed(-sa, ca, 0.0), fixed(-s * ca, -s * sa, c)
 
 
 @jit
@@ -125,67 +156,169 @@ def _middle(a):
 
 
 @jit(allocates=True)
-def enclose_spatial(row, y, box, pose, radius, omega, rotation, length, arm, moved, equations, wrench):
-    """Write the jets of a line's equations, *equations* (k, 1 + SLOTS, 2), and of its *wrench* (n, .., 2).
+def enclose_spatial(row, y, centre, box, given, arm, moved, equations, wrench):
+    """Write the jets of a line's equations and of its wrench: *equations* (k, rows, 2) and *wrench* (n, rows, 2).
 
-    *y*, *box* (k,): midpoints and radii of the unknowns; *pose*, *radius* (n,): the same of the pose, whose rotations
-    are increments of up to *omega*, rad, from *rotation* (3, 3, 2). *length*: double, m. *arm*, *moved* (3, 2):
+    *y*: the solved line's state; *centre*, *box* (k,): middles and radii of the unknowns. *given*: *pose*, *radius*
+    (n,), the same of the pose, whose rotations are increments of up to *omega*, rad, from *rotation* (3, 3, 2);
+    *length*, a double, m; and the *origin* (3,) of moments from the platform's, doubles, m. *arm*, *moved* (3, 2):
     scratch.
     """
-    n, weight = pose.shape[0], point(row[WEIGHT])
-    f0, f1, f2 = _unknown(y, box, 0), _unknown(y, box, 1), _unknown(y, box, 2)
-    free, force = _unknown(y, box, 3), (f0, f1, f2)
-    end = (f0, f1, plus(f2, scaled(free, weight)))
-    stretched = plus(scaled(free, point(row[FREE_COMPLIANCE])), _integral(row, y, box))
-    tension = square_root(dot(force, force))
-    both = plus(tension, square_root(dot(end, end)))
-    rise = times(
-        times(free, plus(f2, end[2])), plus(constant(point(0.5 * row[FREE_COMPLIANCE])), over(constant(ONE), both))
-    )
-    chord = (times(f0, stretched), times(f1, stretched), rise)
-    place, away = _platform_point(row, pose, radius, omega, rotation, arm, moved)
+    pose, radius, omega, rotation, length, origin = given
+    n, rows, weight, one = pose.shape[0], equations.shape[1], point(row[WEIGHT]), constant(ONE)
+    way, middle, free = span_at(row, y, centre, box, rows)
+    heavy = over(scaled(free, scale(weight, 0.5)), middle)
+    force, end = (way[0], way[1], minus(way[2], heavy)), (way[0], way[1], plus(way[2], heavy))
+    tension = times(middle, square_root(dot(force, force)))
+    give, (level, upright) = scaled(middle, point(row[FREE_COMPLIANCE])), _span(heavy, way[2])
+    level, upright = times(free, plus(give, level)), times(free, plus(give, upright))
+    chord = (times(way[0], level), times(way[1], level), times(way[2], upright))
+    place, away = _platform_point(row, pose, radius, omega, rotation, arm, moved, rows)
     at_end, arc_at_end = _leave_platform(row, n, omega, rotation, arm, moved, end, away)
     away, place = added(away, at_end), added(place, at_end)
-    leaves, arc, covered, moment = leave(row, y, box, force, away)
-    leaves, covered = _given_way(row, force, tension, leaves, covered)
+    leaves, arc, covered, moment = leave(row, centre, box, force, away, rows)
+    leaves, covered = _given_way(row, along(force, middle), tension, leaves, covered)
     gap = less(added(leaves, chord), away)
-    for k in range(3):
-        equations[k] = gap[k]
+    put(gap[0], equations[0])
+    put(gap[1], equations[1])
+    put(gap[2], equations[3])
     dead = _dead_length(row, covered, tension)
     if row[COUNTERWEIGHT] > 0.0:
         hung = scaled(dead, mul(weight, point(row[WINCH_RISE])))
-        equations[3] = minus(plus(tension, hung), constant(point(row[COUNTERWEIGHT])))
+        put(minus(plus(tension, hung), constant(point(row[COUNTERWEIGHT]))), equations[2])
     else:
-        taken = plus(constant(ONE), scaled(tension, point(row[ARC_COMPLIANCE])))
+        taken = plus(one, scaled(tension, point(row[ARC_COMPLIANCE])))
         whole = plus(plus(scaled(free, point(row[SPANS])), dead), over(plus(arc, arc_at_end), taken))
         rest = sub(point(row[DEAD_LENGTH]) if row[UNKNOWNS] == 3.0 else ZERO, point(length))
-        equations[3] = minus(plus(whole, constant(rest)), scaled(tension, point(row[END_SPRING])))
+        put(minus(plus(whole, constant(rest)), scaled(tension, point(row[END_SPRING]))), equations[2])
     if row[GUIDE] == ASIDE:
-        equations[4] = moment
-    pull = along(end, constant(point(-row[PULLS])))
-    about = cross(place, pull)
+        put(moment, equations[4])
+    pull = along(end, scaled(middle, point(-row[PULLS])))
+    about = cross(less(place, fixed(origin[0], origin[1], origin[2])), pull)
     for k in range(n):
-        wrench[k] = pull[k] if k < 3 else about[k - 3]
+        put(pull[k] if k < 3 else about[k - 3], wrench[k])
 
 
 @jit(allocates=True)
-def _unknown(y, box, k):
-    return variable(inflate(point(y[k]), box[k]), k)
+def span_at(row, y, centre, box, rows):
+    """Direction and size, N, of the tension in the middle of the free span, and its unstrained length, m.
+
+    The direction is the unit vector of e + u e' + v e'' in the frame of the state *y*, the size its own (1 + theta).
+    """
+    ahead, aside, third = frame_of(row, y)
+    u, v = _unknown(centre, box, 0, rows), _unknown(centre, box, 3, rows)
+    way = unit(added(added(ahead, along(aside, u)), along(third, v)))
+    size = scaled(plus(constant(ONE), _unknown(centre, box, 1, rows)), point(tangent_of(row, y)[4]))
+    return way, size, _unknown(centre, box, 2, rows)
 
 
 @jit(allocates=True)
-def _platform_point(row, pose, radius, omega, rotation, arm, moved):
+def _span(heavy, v):
+    """Mean of 1 / q over a span and, over *v*, of its vertical part; q is the tension over that in the middle.
+
+    At a share s of the length from the middle q^2 = 1 + 4 s h v + 4 s^2 h^2: *heavy* h is the weight of half the span
+    over the tension in the middle, and *v* the sine of its height. With x = 2 h / (q(-1/2) + q(1/2)) the means are
+    (x / h) artanh(x) / x, the potential of a rod, and x / h. Neither has terms of odd order in h.
+    """
+    square, one = times(heavy, heavy), constant(ONE)
+    whole = plus(one, square)
+    both = square_root(minus(times(whole, whole), scaled(times(square, times(v, v)), (4.0, 4.0))))
+    mean = over(constant((1.4142135623730949, 1.4142135623730951)), square_root(plus(whole, both)))
+    if heavy.shape[0] > SLOPED:
+        return _integrated(heavy, v), mean
+    inner = times(square, times(mean, mean))
+    low, high = _rod(of(inner, 0)[0]), _rod(of(inner, 0)[1])
+    return times(mean, chained(inner, hull(low[0], high[0]), hull(low[1], high[1]), ZERO)), mean
+
+
+@jit
+def _rod(y):
+    """Enclose artanh(x) / x and its derivative by y = x^2, which both grow with y >= 0, at the double *y*."""
+    if not 0.0 <= y < 1.0:
+        return ENTIRE, ENTIRE
+    if y > SERIES:
+        x = root(point(y))
+        apart = sub(ONE, x)
+        value = div(log1p_ratio(div(scale(x, 2.0), apart)), apart)
+        return value, div(sub(div(ONE, sub(ONE, point(y))), value), point(2.0 * y))
+    value, slope, power = ZERO, ZERO, ONE
+    for k in range(TERMS):  # 1 / (2 k + 1) in powers of y
+        value = add(value, div(power, point(2.0 * k + 1.0)))
+        slope = add(slope, mul(power, div(point(k + 1.0), point(2.0 * k + 3.0))))
+        power = mul(power, point(y))
+    rest = power[1]  # more than the sum of all terms that are left
+    return (value[0], up(value[1] + rest)), (slope[0], up(slope[1] + rest))
+
+
+@jit(allocates=True)
+def _integrated(heavy, v):
+    """The mean of 1 / q with its derivatives, as `_span`, from enclosures on PARTS of half the span.
+
+    Each is of both halves together, as terms of odd order cancel.
+    """
+    h, w, sums = of(heavy, 0), of(v, 0), np.zeros((6, 2))
+    for j in range(PARTS):
+        s = (float(j) / PARTS, (j + 1.0) / PARTS)  # exact; twice the share
+        a = mul(h, s)
+        after, before = add(w, a), sub(w, a)  # half the derivative of q^2 by h is s times these
+        square, rest = sqr(a), scale(mul(a, w), 2.0)
+        above, below = add(add(ONE, square), rest), sub(add(ONE, square), rest)  # q^2 on both sides
+        cube, other = div(ONE, mul(above, root(above))), div(ONE, mul(below, root(below)))
+        fifth, another = div(scale(cube, 3.0), above), div(scale(other, 3.0), below)
+        cubes, fifths = add(cube, other), add(fifth, another)
+        powers = add(add(sqr(above), mul(above, below)), sqr(below))
+        apart = mul(scale(rest, -2.0), div(mul(mul(cube, other), powers), add(div(ONE, cube), div(ONE, other))))
+        _sum(sums, 0, add(mul(cube, above), mul(other, below)))
+        _sum(sums, 1, neg(mul(a, apart)))  # by v
+        _sum(sums, 2, neg(mul(s, add(mul(w, apart), mul(a, cubes)))))  # by h
+        _sum(sums, 3, mul(square, fifths))
+        _sum(sums, 4, mul(s, sub(mul(a, add(mul(w, fifths), mul(a, sub(fifth, another)))), apart)))
+        bent = add(mul(sqr(after), fifth), mul(sqr(before), another))
+        _sum(sums, 5, mul(sqr(s), sub(bent, cubes)))
+    out = np.empty_like(heavy)
+    out[0, 0], out[0, 1] = of(sums, 0)
+    for k in range(1, out.shape[0]):
+        value = add(mul(of(sums, 1), of(v, k)), mul(of(sums, 2), of(heavy, k)))
+        if k >= SLOPED:
+            p, q = pair(k)
+            vp, vq, hp, hq = of(v, p), of(v, q), of(heavy, p), of(heavy, q)
+            value = add(value, add(mul(of(sums, 3), mul(vp, vq)), mul(of(sums, 5), mul(hp, hq))))
+            value = add(value, mul(of(sums, 4), add(mul(vp, hq), mul(vq, hp))))
+        out[k, 0], out[k, 1] = value
+    return out
+
+
+@jit
+def _sum(sums, k, value):
+    sums[k, 0], sums[k, 1] = add(of(sums, k), scale(value, 0.5 / PARTS))
+
+
+@jit(allocates=True)
+def _unknown(centre, box, k, rows):
+    return variable(inflate(point(centre[k]), box[k]), k, rows)
+
+
+@jit(allocates=True)
+def _platform_point(row, pose, radius, omega, rotation, arm, moved, rows):
     """Platform point from the platform's origin, and from the exit point."""
-    place = _placed(row, POINT_X, pose.shape[0], omega, rotation, arm, moved)
-    offset = _offset(row, pose, radius, 0), _offset(row, pose, radius, 1), _offset(row, pose, radius, 2)
-    return place, added(place, offset)
+    place, given = _placed(row, POINT_X, pose.shape[0], omega, rotation, arm, moved, rows), (pose, radius, rows)
+    return place, added(place, (_offset(row, 0, given), _offset(row, 1, given), _offset(row, 2, given)))
 
 
 @jit(allocates=True)
-def _offset(row, pose, radius, k):
+def _offset(row, k, given):
     """Pose coordinate *k* from the exit point."""
-    out = variable(inflate(point(pose[k]), radius[k]), OWN + k)
+    pose, radius, rows = given
+    out = variable(inflate(point(pose[k]), radius[k]), OWN + k, rows)
     out[0, 0], out[0, 1] = sub(of(out, 0), point(row[EXIT_X + k]))
+    return out
+
+
+@jit(allocates=True)
+def _turning(value, rows):
+    """Jet with *rows* that are still to be filled."""
+    out = np.zeros((rows, 2))
+    out[0, 0], out[0, 1] = value
     return out
 
 
@@ -196,36 +329,22 @@ def _vector(row, at):
 
 
 @jit(allocates=True)
-def _placed(row, at, n, omega, rotation, arm, moved):
+def _placed(row, at, n, omega, rotation, arm, moved, rows):
     """Vector of the platform in columns *at* of a line, turned with a body."""
     if n == 3:
         return _vector(row, at)
     turn(row[at], row[at + 1], row[at + 2], omega, rotation, arm)
-    out = (constant(component(arm, 0)), constant(component(arm, 1)), constant(component(arm, 2)))
+    size = sqrt(row[at] ** 2 + row[at + 1] ** 2 + row[at + 2] ** 2)
+    bend = size * (1.0 + 2.0 * omega) * ROUNDING  # of exp([d]x) b, for omega <= 1
+    out = _turning(component(arm, 0), rows), _turning(component(arm, 1), rows), _turning(component(arm, 2), rows)
     for k in range(3, 6):
         turning(k, omega, arm, moved)
         for j in range(3):
             out[j][1 + OWN + k, 0], out[j][1 + OWN + k, 1] = component(moved, j)
-    return out
-
-
-@jit(allocates=True)
-def _integral(row, y, box):
-    """Integral of ds / T along the free span, with its derivatives by the force at its start and by its length."""
-    h0, h1, v = inflate(point(y[0]), box[0]), inflate(point(y[1]), box[1]), inflate(point(y[2]), box[2])
-    length, square = inflate(point(y[3]), box[3]), add(sqr(h0), sqr(h1))
-    v1, t0, t1, reach = span_tensions(square, v, length, row[WEIGHT])
-    out, both, product = constant(reach), add(v, v1), mul(t0, t1)
-    if row[WEIGHT] == 0.0:
-        cube = div(length, mul(product, t0))
-    elif v[0] > 0.0 or v1[1] < 0.0:
-        cube = div(mul(length, both), mul(product, add(mul(v1, t0), mul(v, t1))))
-    else:
-        cube = div(sub(div(v1, t1), div(v, t0)), mul(point(row[WEIGHT]), square))
-    out[1, 0], out[1, 1] = neg(mul(h0, cube))
-    out[2, 0], out[2, 1] = neg(mul(h1, cube))
-    out[3, 0], out[3, 1] = neg(div(mul(length, both), mul(add(t0, t1), product)))
-    out[4, 0], out[4, 1] = div(ONE, t1)
+    for k in range(SLOPED, rows):
+        if PAIRS[k - SLOPED, 0] >= OWN:
+            for j in range(3):
+                out[j][k, 0], out[j][k, 1] = -bend, bend
     return out
 
 
@@ -278,8 +397,8 @@ def _towards_winch(row):
 
 
 @jit(allocates=True)
-def leave(row, y, box, force, away):
-    """Enclose where a cable leaves its guide at the frame: contact point, contact length, distance of the dead span.
+def leave(row, centre, box, force, away, rows):
+    """Contact point from the exit point, contact length and distance of the dead span of the guide at the frame.
 
     As `guides.leave_frame`; the contact point is relative to the exit point. The last jet is the moment about a swivel
     whose winch is ASIDE of its axis, else zero.
@@ -288,7 +407,7 @@ def leave(row, y, box, force, away):
     covered = constant(point(row[DEAD_SPAN]))
     axis = _vector(row, AXIS_X)
     if row[GUIDE] == ASIDE:
-        return _leave_aside(row, _unknown(y, box, 4), force)
+        return _leave_aside(row, _unknown(centre, box, 4, rows), force)
     if row[GUIDE] == SWIVEL:
         leaves, arc = _leave_swivel(axis, row[RADIUS], row[SIDE], force, away)
         return leaves, arc, covered, nothing
@@ -302,15 +421,15 @@ def leave(row, y, box, force, away):
 @jit(allocates=True)
 def _leave_platform(row, n, omega, rotation, arm, moved, end, away):
     """Contact point from the platform point, and contact length, as `guides.leave_platform`."""
-    nothing = constant(ZERO)
+    nothing, rows = constant(ZERO), away[0].shape[0]
     if row[END_RADIUS] == 0.0:
         return (nothing, nothing, nothing), nothing
-    axis = _placed(row, END_AXIS_X, n, omega, rotation, arm, moved)
+    axis = _placed(row, END_AXIS_X, n, omega, rotation, arm, moved, rows)
     minus_one = constant((-1.0, -1.0))
     force = along(end, minus_one)
     if row[END_ARRIVAL_X] == row[END_ARRIVAL_X + 1] == row[END_ARRIVAL_X + 2] == 0.0:
         return _leave_swivel(axis, row[END_RADIUS], 1.0, force, along(away, minus_one))
-    arrival = _placed(row, END_ARRIVAL_X, n, omega, rotation, arm, moved)
+    arrival = _placed(row, END_ARRIVAL_X, n, omega, rotation, arm, moved, rows)
     return _leave_pulley(along(axis, minus_one), arrival, row[END_RADIUS], force)
 
 
@@ -402,7 +521,7 @@ def _turn_of_swivel(row, force, away):
     sign = -1.0 if toward < 0.0 else 1.0
     turned = _middle(of(angle(constant((sign * x, sign * x)), constant((sign * y, sign * y))), 0))
     for _ in range(TURNS):
-        moment = _leave_aside(row, variable((turned, turned), 4), force)[3]
+        moment = _leave_aside(row, variable((turned, turned), 4, SLOPED), force)[3]
         step = _middle(of(moment, 0)) / _middle(of(moment, 1 + 4))  # by the angle, in slot 4
         if abs(step) < GRAIN or not abs(step) < inf:
             break
