@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from cablewright.estimation.camera import KnownCamera
 from cablewright.estimation.drum_clock import ClockLeadSettings
 from cablewright.estimation.height import HeightSettings
 from cablewright.estimation.lidar.localisation import WallSettings
@@ -24,7 +25,7 @@ class KnownMachine:
     ``valve_depth``: m, from B down to the distance sensor. ``max_rejections``: turns in a row whose lidar's position is
     not accepted, after which it is believed. ``position_timeout``: s without an accepted lidar position until the
     estimate is invalid. ``timeouts``: time without a reading after which a source is at fault, s, by source. ``clock``:
-    clock of the drum; None: it is the machine's.
+    clock of the drum; None: it is the machine's. ``camera``: camera in the room, if there is one.
     """
 
     model: Model
@@ -40,6 +41,7 @@ class KnownMachine:
     position_timeout: float = 30.0
     timeouts: Mapping[str, float] = field(default_factory=dict)
     clock: ClockLeadSettings | None = None
+    camera: KnownCamera | None = None
 
     def __post_init__(self) -> None:
         """Reject lidars without a model, platforms with a rotation and counts that are not positive."""
