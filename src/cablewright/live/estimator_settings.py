@@ -53,8 +53,8 @@ _YAW_STEP: Final = math.radians(15.0)  # largest change of the drum's yaw betwee
 _HELD_YAW_STEP: Final = math.radians(5.0)  # ... and of a yaw that a drive holds
 _FLOOR_CONE: Final = math.radians(70.0)  # from the drum's axis: where a vertical lidar sees floor
 _HORIZONTAL: Final = ("north", "south")
-_READ: Final[tuple[type[Reading], ...]] = (Inertial, LineAngles, Distance, Encoders, Climate)
-"""Readings that both point estimators use besides lidar scans; a silent one is reported."""
+_READ: Final[tuple[type[Reading], ...]] = (Inertial, LineAngles, Distance, Encoders, Climate, CameraPose)
+"""Readings that point estimators use besides lidar scans; a silent one is reported."""
 
 
 def observer_settings(
@@ -265,7 +265,7 @@ def _masked(lidar: LidarSettings, bearing: float) -> bool:
 def _timeouts(settings: MachineSettings) -> dict[str, float]:
     """Time without a reading, s, by source, after which a fault is reported."""
     timeouts = {name: 2.5 * lidar.turn for name, lidar in settings.lidars.items()}
-    used = {source.name for kind in (*_READ, CameraPose) for source in kind.SOURCES}
+    used = {source.name for kind in _READ for source in kind.SOURCES}
     return timeouts | {
         source: max(0.5, 2.5 / sheet.rate) for source, sheet in settings.sheets.items() if source in used
     }

@@ -27,13 +27,13 @@ def update(settings: FilterSettings, state: FilterState, reading: CameraPose) ->
     change = state.change_since([reading.time])
     (change,), (since,) = change, state.displacement(change)
     position, coasted = state.motion.position - since, float(change[m + 3])
-    slopes = camera.slopes(position)[:3]
+    velocity = np.concatenate([moving_velocity(state), np.zeros(3)])
+    slopes = camera.slopes(position, velocity)[:3]
     H = np.zeros((3, lay.size))
     H[:, lay.position], H[:, lay.camera] = np.eye(3), slopes
     H[:, lay.radii] = -J * state.lines.radii * change[:m]
     H[:, lay.velocity] = -coasted * np.eye(3)
     H[:, lay.stretch] = -J * max(state.motion.last_encoder_time - reading.time - coasted, 0.0)
-    velocity = np.concatenate([moving_velocity(state), np.zeros(3)])
     R = camera.noise(reading, velocity)[:3, :3] + displacement_variance(settings, math.hypot(*since)) * np.eye(3)
     off = reading.pose[:3] - position - slopes @ state.mean.x[lay.camera]
     sentence = "its positions contradict the estimate: not used; was the camera, or a tag on the platform, moved?"

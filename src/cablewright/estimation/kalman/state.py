@@ -169,7 +169,7 @@ class FilterLayout(NamedTuple):
     @property
     def placed(self) -> NDArray[np.intp]:
         """Indices of the places of all that measures B: `surveyed`, and the camera's errors."""
-        return np.r_[self.surveyed, self.camera]
+        return np.asarray(np.r_[self.surveyed, self.camera])
 
     @property
     def tilt(self) -> slice:

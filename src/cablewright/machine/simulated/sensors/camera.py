@@ -34,7 +34,7 @@ _ANYWHERE: Final = np.repeat([1.0, 0.5], 3)  # m, rad, of an outlier
 
 
 class CameraFlaws(SensorFlaws):
-    """Flaws of a camera. ``occlusion``: share of the time in which the platform is hidden, for ``hidden``, s, on average.
+    """Flaws of a camera. ``occlusion``: share of the time in which the platform is hidden; ``hidden``: s, on average.
 
     ``exposure``: s; ``readout``: s from the first row of a picture to the last. ``latency``: s, the shortest and the
     longest from the exposure to the reading.
