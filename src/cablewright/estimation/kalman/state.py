@@ -150,16 +150,11 @@ class FilterLayout(NamedTuple):
 
     @classmethod
     def of(cls, m: int, lidars: int, walls: int, camera: int = 0) -> FilterLayout:
-        """Return the layout for *m* lines, *lidars* horizontal lidars, *walls* walls and the errors of a *camera*."""
+        """Return the layout for *m* lines, *lidars* horizontal lidars, *walls* walls and errors of a *camera*."""
         sizes = [3, 3, 3, m, m, 3, 2, lidars + 1, 1, m, 2 * walls, 3 * lidars, 6, m, m, 1, camera]
         ends = np.cumsum(sizes).tolist()
-        at = [slice(end - size, end) for size, end in zip(sizes, ends, strict=True)]
-        p, v, turn, lengths, radii, gyro, accelerometer, ranges, ground, stretch = at[:10]
-        room, mounts, vertical, zeros, compliances, clock, seen = at[10:]
-        return cls(
-            p, v, turn, lengths, radii, gyro, accelerometer, ranges, ground.start, stretch,
-            room, mounts, vertical, zeros, compliances, clock.start, ends[-1], seen,
-        )  # fmt: skip
+        at: list[Any] = [slice(end - size, end) for size, end in zip(sizes, ends, strict=True)]
+        return cls._make([*at[:8], at[8].start, *at[9:15], at[15].start, ends[-1], at[16]])
 
     @property
     def surveyed(self) -> slice:
