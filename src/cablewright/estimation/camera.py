@@ -24,7 +24,7 @@ _LEAST: Final = np.repeat([1e-5, 1e-6], [3, 5])  # no camera is known better
 
 @dataclass(frozen=True, eq=False)
 class KnownCamera:
-    """A camera as its data sheet has it: ``place`` (3,), m, unit vector ``axis`` (3,), ``sigmas`` (8,) of its errors."""
+    """A camera as its data sheet has it: ``place`` (3,), m, unit vector ``axis`` (3,), ``sigmas`` (8,) of errors."""
 
     place: Array
     axis: Array

@@ -38,9 +38,9 @@ def unit_vector(direction: tuple[float, float, float]) -> Vec3:
 
 
 def facing(normal: Vec3, up: Vec3) -> tuple[Vec3, Vec3, Vec3]:
-    """Return right, top and normal, unit vectors at right angles, of what faces along *normal*, its top towards *up*.
+    """Return right, top and normal of a picture that faces along *normal*: unit vectors at right angles.
 
-    Raises `ValueError` where both directions are along each other.
+    Its top is towards *up*. Raises `ValueError` where both directions are along each other.
     """
     z, top = unit_vector(normal), unit_vector(up)
     across = cross(top, z)
