@@ -154,7 +154,7 @@ def test_log_and_ros_have_the_pose(tmp_path: Path) -> None:
     assert [(each.time, each.pose.tolist(), each.covariance.tolist()) for each in logged] == [
         (each.time, each.pose.tolist(), each.covariance.tolist()) for each in sent
     ]
-    ros = [each for entry in entries for each in RosMessages(head).of(entry) if each.topic == "/camera"]
+    ros = [each for entry in entries for each in RosMessages(head).of(entry) if each.topic == "/camera_pose"]
     assert [each.type for each in ros] == ["geometry_msgs/msg/PoseWithCovarianceStamped"] * len(sent)
     assert ros[0].fields["pose"]["pose"]["position"]["y"] == pytest.approx(sent[0].pose[1])
     assert ros[0].fields["pose"]["covariance"][7] == sent[0].covariance[7]

@@ -151,7 +151,7 @@ class RosMessages:
             turns = np.asarray(reading.counts * (math.tau / self._head.settings.winch.counts))
             yield self._joints("/motors", reading.time, self._winches, position=turns)
         elif isinstance(reading, CameraPose):
-            yield self._posed("/camera", reading.time, reading.pose[:3], reading.pose[3:], reading.covariance)
+            yield self._posed("/camera_pose", reading.time, reading.pose[:3], reading.pose[3:], reading.covariance)
         else:
             for name, mark in per_line(type(reading)).items():
                 if mark.unit == _EFFORT:

@@ -7,7 +7,7 @@ from cablewright.foundation.signals.reading import Reading, Source
 
 
 @dataclass(frozen=True, eq=False)
-class CameraPose(Reading, sources=[Source("camera", stream=16, topic="/camera")]):
+class CameraPose(Reading, sources=[Source("camera", stream=16, topic="/camera_pose")]):
     """Pose of the platform by tags on it in one picture, in the world as the camera's file has it."""
 
     time: float  # s, of the middle of the exposure
