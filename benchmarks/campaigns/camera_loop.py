@@ -83,7 +83,7 @@ def beside(which: str, owner: MachineSettings) -> dict[str, tuple[str, MachineSe
     """Return the estimators by name: which one, and of what machine."""
     found = {"encoders": ("encoders", owner)}
     if which == "body":
-        no_cells = dict.fromkeys(("load_cells", "motor_torques", "inertial"))
+        no_cells = dict.fromkeys(("load_cells", "motor_torques", "inertial", "swivels"))
         found["camera"] = "filter", owner.model_copy(update=no_cells)
         found["cells and inertial unit"] = "filter", owner.model_copy(update={"camera": None})
         found["all"] = "filter", owner

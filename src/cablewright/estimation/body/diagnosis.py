@@ -71,8 +71,15 @@ def fits(settings: BodySettings, state: BodyState, measured: Measurement, accele
     if contradiction <= most_likely(count):
         state.judged.doubts = 0
         state.monitor.clear("load_cells", "contradiction")
+        state.monitor.clear("camera", "contradiction")
         return True
     state.judged.doubts += 1
+    if not len(measured.cells) and measured.innovation[measured.camera].size:
+        if state.judged.doubts > _DOUBTS:  # nothing shows which of both is wrong
+            state.belief.covariance[state.layout.home, state.layout.home] += _OWN_SIGMA**2 * np.eye(state.layout.m)
+            what = "its poses contradict the lengths, which count less: did a line slip, or was the camera moved?"
+            state.monitor.report("camera", "contradiction", what)
+        return False
     if state.judged.doubts > _DOUBTS and not state.judged.danger:
         causes = _causes(settings, state, measured, inverse, contradiction)
         if acceleration > _SWINGING and causes[0].kind not in ("cell", "camera"):
