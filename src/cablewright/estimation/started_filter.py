@@ -20,11 +20,13 @@ from cablewright.estimation.known_creep import KnownCreep, known_creep
 from cablewright.estimation.merlet2023 import observer
 from cablewright.estimation.merlet2023.state import ObserverSettings, ObserverState
 from cablewright.estimation.reading_checks import ReadingChecks
+from cablewright.foundation.arrays import Array
 from cablewright.foundation.signals import CameraPose, Estimate, SensorFrame, frozen
 from cablewright.models.rotation import matrix_of
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.taut import Taut
 
+_SAME: Final = 0.3  # m between two pictures that agree: a single one may be wrong by any amount
 _SEEN_SIGMA: Final = 0.1  # m, of a position by a camera: more than its errors, which later pictures show again
 
 
@@ -42,6 +44,7 @@ class StartedState:
 
     filter: FilterState
     chain: ObserverState | None  # until the first position is found
+    seen: Array | None = None  # (3,) m, by the last picture before that
 
     @property
     def creep(self) -> KnownCreep | None:
@@ -76,7 +79,7 @@ def step(settings: StartedSettings, state: StartedState, frame: SensorFrame) -> 
         state.chain = None
         return error_state.estimate(settings.filter, state.filter)
     if state.filter.taut is None:
-        return _seen_first(settings, state.filter, frame)
+        return _seen_first(settings, state, frame)
     estimate = error_state.step(settings.filter, state.filter, frame)
     if not error_state.is_lost(settings.filter, state.filter):
         return estimate
@@ -89,11 +92,14 @@ def step(settings: StartedSettings, state: StartedState, frame: SensorFrame) -> 
     return replace(estimate, valid=False)
 
 
-def _seen_first(settings: StartedSettings, state: FilterState, frame: SensorFrame) -> Estimate:
-    """Begin at the position that a camera shows in *frame*, if it does; return the estimate, invalid before that."""
-    model, m = settings.chain.model, settings.chain.model.m
+def _seen_first(settings: StartedSettings, started: StartedState, frame: SensorFrame) -> Estimate:
+    """Begin at the position that two pictures show, one after the other; return the estimate, invalid before that."""
+    model, m, state = settings.chain.model, settings.chain.model.m, started.filter
     readings = list(state.checks.accepted(frame)) if state.checks.has_time(frame) else []
     for pose in (each.pose for each in readings if isinstance(each, CameraPose) and np.isfinite(each.pose).all()):
+        last, started.seen = started.seen, pose[:3]
+        if last is None or not np.linalg.norm(pose[:3] - last) <= _SAME:
+            continue
         held = solve_inverse(model, pose[:3])
         yaw, radii = float(np.arctan2(*matrix_of(pose[3:])[[1, 0], 0])), np.array(settings.chain.radius.nominal)
         begun = slackness.start(settings.chain.slackness)
