@@ -15,7 +15,7 @@ import cablewright as cw
 from benchmarks.campaigns import tag_pictures
 from cablewright.calibration.poses.simulation import measure, random_poses
 from cablewright.calibration.sightings.detection import SeenPicture, Sighting, detected, in_light, measured
-from cablewright.calibration.sightings.layout import TagMount, facing
+from cablewright.calibration.sightings.layout import TagMount
 from cablewright.calibration.sightings.sighted import Sightings
 from cablewright.models.rotation import matrices
 from cablewright.models.statics import Model
@@ -135,7 +135,7 @@ def _seen(
         off = rng.normal(0.0, tag.sigma, 3) + (np.array([0.018, 0.0, -0.012]) if tag.number == setup.moved else 0.0)
         tags[tag.number] = (
             np.array(tag.at) + off,
-            matrices(rng.normal(0.0, 0.5 * tag.turn_sigma, 3)) @ facing(tag.normal, tag.up),
+            matrices(rng.normal(0.0, 0.5 * tag.turn_sigma, 3)) @ tag.axes,
         )
     sigmas = np.array([setup.focal_sigma * focal] * 2 + [0.003 * focal] * 2 + [3e-3, 3e-3, 3e-4, 3e-4, 0.0])
     draw = sigmas * rng.normal(0.0, 1.0, 9)

@@ -76,8 +76,11 @@ CASES = (
 )  # fmt: skip
 
 
-def expected(robot: cw.Robot, setup: Setup, made: Room) -> Room:
-    """Return the room with the sightings that pictures of its tags would give, without errors."""
+def expected(robot: cw.Robot, setup: Setup, made: Room, noise: np.random.Generator | None = None) -> Room:
+    """Return the room with the sightings that pictures of its tags would give, without errors.
+
+    With *noise* edges have errors of their stated standard deviations, and fits start from the layout.
+    """
     seen = made.data.sightings
     assert seen is not None
     layout, place, rotation = layout_of(robot, setup, made.poses[:, :3].mean(axis=0))
@@ -96,8 +99,12 @@ def expected(robot: cw.Robot, setup: Setup, made: Room) -> Room:
             along = np.array([(two - one) / np.linalg.norm(two - one) for one, two in ends])
             normals = np.column_stack([along[:, 1], -along[:, 0]])
             values = [(n @ (one + two), n @ (one - two)) for n, (one, two) in zip(normals, ends, strict=True)]
-            found.append(Sighting(tag.number, corners, np.ravel(values), np.tile(_EDGE, 4), normals))
+            sigmas = np.tile(_EDGE, 4)
+            off = np.zeros(8) if noise is None else sigmas * noise.standard_normal(8)
+            found.append(Sighting(tag.number, corners, np.ravel(values) + off, sigmas, normals))
         pictures.append(SeenPicture(Path("expected"), tuple(found), ()))
+    if noise is not None:
+        return replace(made, data=replace(made.data, sightings=replace(seen, pictures=tuple(pictures))))
     told = replace(seen, pictures=tuple(pictures), place=place, rotation=rotation)
     return replace(made, data=replace(made.data, sightings=told, guess=made.poses))
 

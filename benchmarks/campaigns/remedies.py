@@ -21,6 +21,7 @@ from typing import Final
 
 import numpy as np
 
+from benchmarks.campaigns.camera_loop import FLAWS, camera_of
 from cablewright.foundation.arrays import Array
 from cablewright.live.prints.loop import run
 from cablewright.live.prints.plan import MOST_IRREGULAR, PrintOptions, plan_print, twin_of
@@ -42,6 +43,7 @@ PRINTS: Final = {
     "exhibition": ("merlet2023", EXAMPLES / "blind-machines.toml"),
 }
 EVERY: Final = {"house": 3600.0, "exhibition": 900.0}  # s between calibrations; of a print of an hour, a quarter of it
+CAMERA: Final = {"house": (4.0, 3.0), "exhibition": (3.0, 1.5)}  # m before the frame, and high: it sees the whole part
 STOPS: Final = 4
 UNKNOWN: Final = 0.1  # of the compliance of mounts that were measured
 UNEVEN: Final = 0.3  # difference of the creep of a line from that of the measured piece
@@ -52,7 +54,7 @@ MOST_SHOWN: Final = 1e4  # N
 
 @dataclass(frozen=True)
 class Remedy:
-    """Measures of an owner: ``creep`` of a piece of cable and ``mounts`` measured, the place, tensions, or lidars.
+    """Measures of an owner: ``creep`` of a piece of cable and ``mounts`` measured, the place, tensions, lidars, camera.
 
     ``hourly``: the place measured at `STOPS` places each so often (`EVERY`), which together ``learn`` lengths.
     """
@@ -65,6 +67,7 @@ class Remedy:
     lidars: tuple[str, ...] | None = None  # None: encoders alone
     hourly: bool = False
     learn: bool = False
+    camera: bool = False
 
 
 REMEDIES: Final = (
@@ -84,6 +87,7 @@ REMEDIES: Final = (
     Remedy(
         "creep and mounts, and recalibrated each hour at 4 places", creep=True, mounts=True, hourly=True, learn=True
     ),
+    Remedy("a camera in the room, a picture each second (filter)", camera=True),
 )
 
 
@@ -110,6 +114,15 @@ def machine_of(name: str, severity: str, remedy: Remedy) -> tuple[Robot, TwinSet
         gain = twin.simulation.tolerances.tension_gain
         cells = TensionSensor(rate=1.0, deviation=CELL_NOISE, bias=CELL_NOISE, gain_deviation=gain, most=MOST_SHOWN)
         twin = twin.with_owner(load_cells=cells)
+    if remedy.camera:
+        which = next(key for key, (robot_name, _) in PRINTS.items() if robot_name == name)
+        seen, (away, high) = camera_of(which, robot), CAMERA[which]
+        low = {
+            "rate": 1.0,
+            "at": (seen.at[0], robot.scene.frame_min[1] - away, high),
+            "looks": (0.0, 1.0, -0.1),
+        }
+        twin = twin.with_owner(camera=seen.model_copy(update=low), lidars={}).with_simulation(camera=FLAWS)
     if remedy.lidars is not None:
         kept = {key: lidar for key, lidar in twin.owner.lidars.items() if key in remedy.lidars}
         twin = twin.with_owner(lidars=kept)
@@ -122,7 +135,7 @@ def printed(item: tuple[str, str, Remedy, int, int]) -> tuple[float, float, floa
     name, job = PRINTS[which]
     robot, settings = machine_of(name, severity, remedy)
     options = PrintOptions(
-        estimator="encoders" if remedy.lidars is None else "paper",
+        estimator="filter" if remedy.camera else "encoders" if remedy.lidars is None else "paper",
         height=None if remedy.lidars is not None else "job",
         layers=layers,
         plant="quasi-static",

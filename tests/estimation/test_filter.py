@@ -381,8 +381,8 @@ def test_frames_without_readings_give_no_position() -> None:
 
 
 def test_the_layout_has_room_for_all() -> None:
-    lay = FilterLayout.of(4, 2, 4)
-    parts = [part if isinstance(part, slice) else slice(part, part + 1) for part in lay[:-1]]
+    lay = FilterLayout.of(4, 2, 4, 8)
+    parts = [part if isinstance(part, slice) else slice(part, part + 1) for part in (*lay[:-2], lay.camera)]
     assert [part.stop for part in parts] == [part.start for part in parts[1:]] + [lay.size]
 
 

@@ -513,7 +513,7 @@ def test_rejections() -> None:
     with pytest.raises(InputError, match="room: no wall 'south'; it has west, east, north"):
         step(WallSettings(KNOWN), start(), turned(WallSettings(KNOWN), a, r), (Laser("south", 1.0),))
     with pytest.raises(InputError, match="0 walls"):
-        RoomMap(())
+        WallSettings(RoomMap(()))
     with pytest.raises(InputError, match="two walls are named 'a'"):
         RoomMap((RoomWall("a", (1, 0), 1), RoomWall("a", (0, 1), 1)))
     with pytest.raises(InputError, match="a unit normal"):

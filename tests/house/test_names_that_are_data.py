@@ -90,6 +90,7 @@ def test_schemas_of_a_log_are_this_list() -> None:
     assert {each.schema for each in TOPICS} == {
         "cablewright.Barrier",
         "cablewright.BeamLength",
+        "cablewright.CameraPose",
         "cablewright.Climate",
         "cablewright.Command",
         "cablewright.Distance",

@@ -6,7 +6,9 @@ from benchmarks.campaigns import tag_pictures
 from PIL import Image
 
 import cablewright as cw
+from cablewright.calibration.sightings import detection
 from cablewright.calibration.sightings.camera import camera_text, load_camera
+from cablewright.calibration.sightings.detection import detected
 from cablewright.calibration.sightings.intrinsics import _camera, sheet
 from cablewright.models.rotation import matrices
 
@@ -28,9 +30,13 @@ def _pictures(folder: Path, count: int, turn: float) -> None:
         Image.fromarray(tag_pictures.picture(LENS, 640, 480, tags, rng)).save(folder / f"sheet-{at}.png")
 
 
-def test_a_lens_is_found_from_pixels_to_its_stated_sigmas(tmp_path: Path) -> None:
+def test_a_lens_is_found_from_pixels_to_its_stated_sigmas(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Tags are detected once in each picture; only their edges are measured again with each better lens."""
     _pictures(tmp_path, 8, 0.7)
+    searched = list[int]()
+    monkeypatch.setattr(detection, "detected", lambda picture: searched.append(1) or list(detected(picture)))
     found = cw.camera(tmp_path)
+    assert len(searched) == 8
     assert not found.refusal
     assert found.residual is not None
     assert found.residual < 0.1

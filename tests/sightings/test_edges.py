@@ -5,9 +5,9 @@ from benchmarks.campaigns.camera_rooms import seen
 
 import cablewright as cw
 from cablewright.calibration.sightings.detection import MIN_SIDE, Sighting, detected, in_light, measured
-from cablewright.calibration.sightings.layout import facing
 from cablewright.kernels.fitting import sighting
 from cablewright.models.rotation import matrices
+from cablewright.robot.direction import facing
 
 LENS = np.array([800.0, 805.0, 325.0, 236.0, -0.12, 0.05, 1e-3, -5e-4, 0.01])
 CAMERA = cw.Camera(width=640, height=480, focal=(800.0, 805.0), principal=(325.0, 236.0), distortion=tuple(LENS[4:]))
@@ -80,7 +80,7 @@ def test_a_black_stripe_over_an_edge_moves_no_edge_silently() -> None:
 def _bodies(theta: np.ndarray, mounted: tuple[float, float]) -> np.ndarray:
     """Return a camera and a tag whose 16 numbers each are *theta* (32,)."""
     bodies = np.zeros((2, sighting.BODY_COLUMNS))
-    bodies[:, sighting.BASE : sighting.HALF] = facing((0.3, -1.0, 0.2), (0.0, 0.1, 1.0)).ravel()
+    bodies[:, sighting.BASE : sighting.HALF] = np.array(facing((0.3, -1.0, 0.2), (0.0, 0.1, 1.0))).T.ravel()
     if mounted[0]:
         bodies[0, sighting.BASE : sighting.HALF] = np.diag([1.0, -1.0, -1.0]).ravel()
         bodies[1, sighting.BASE : sighting.HALF] = np.eye(3).ravel()

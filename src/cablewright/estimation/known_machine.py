@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from cablewright.estimation.camera import KnownCamera
 from cablewright.estimation.clock_offset import ClockLeadSettings
 from cablewright.estimation.height import HeightSettings
 from cablewright.estimation.lidar.localisation import WallSettings
@@ -24,7 +25,7 @@ class KnownMachine:
     ``valve_depth``: m, from B down to the distance sensor. ``max_rejections``: scans in a row whose lidar position is
     rejected, after which it is accepted. ``position_timeout``: s without an accepted lidar position until the estimate
     is invalid. ``timeouts``: time without a reading after which a source is at fault, s, by source. ``clock``: clock of
-    the platform; None: it is the machine's.
+    the platform; None: it is the machine's. ``camera``: camera in the room, if there is one.
     """
 
     model: Model
@@ -40,6 +41,7 @@ class KnownMachine:
     position_timeout: float = 30.0
     timeouts: Mapping[str, float] = field(default_factory=dict)
     clock: ClockLeadSettings | None = None
+    camera: KnownCamera | None = None
 
     def __post_init__(self) -> None:
         """Reject lidars without a model, platforms with a rotation and counts that are not positive."""

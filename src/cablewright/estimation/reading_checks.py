@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Final, TypeVar
+from typing import Any, Final, Self, TypeVar
 
 import numpy as np
 
@@ -64,6 +64,12 @@ class ReadingChecks:
     gravity_time: float = -math.inf  # s: of the last acceleration that was about gravity
     last_encoders: Encoders | None = None
     last_ranges: dict[str, Array] = field(default_factory=dict)  # of each lidar's last turn
+
+    @classmethod
+    def of(cls, machine: KnownMachine) -> Self:
+        """Return the checks of a *machine* before the first reading."""
+        clock = None if machine.clock is None else ClockLead(machine.clock)
+        return cls(FaultMonitor(dict(machine.timeouts)), clock, WinchLines.of(machine.model.robot))
 
     def accepted(self, frame: SensorFrame) -> Iterator[Reading]:
         """Yield the readings of a frame that are to be used, by the machine's clock."""

@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import Any, Final
 
 from cablewright.estimation import started_filter
+from cablewright.estimation.camera import KnownCamera
 from cablewright.estimation.clock_offset import ClockLeadSettings
 from cablewright.estimation.height import HeightSettings
 from cablewright.estimation.kalman.coil_layers import CoilLayers
@@ -24,6 +25,7 @@ from cablewright.estimation.started_filter import StartedSettings
 from cablewright.estimation.tilt import TiltSettings
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import (
+    CameraPose,
     Climate,
     Distance,
     Encoders,
@@ -34,6 +36,7 @@ from cablewright.foundation.signals import (
     SensorFrame,
 )
 from cablewright.machine.coils import coil_of
+from cablewright.machine.sensors.camera import CAMERA
 from cablewright.machine.sensors.distance import DISTANCE
 from cablewright.machine.sensors.inertial import INERTIAL
 from cablewright.machine.sensors.lidars import LidarSettings
@@ -50,24 +53,27 @@ _YAW_STEP: Final = math.radians(15.0)  # largest change of the drum's yaw betwee
 _HELD_YAW_STEP: Final = math.radians(5.0)  # ... and of a yaw that a drive holds
 _FLOOR_CONE: Final = math.radians(70.0)  # from the drum's axis: where a vertical lidar sees floor
 _HORIZONTAL: Final = ("north", "south")
-_READ: Final[tuple[type[Reading], ...]] = (Inertial, LineAngles, Distance, Encoders, Climate)
-"""Readings that both point estimators use besides lidar scans; a silent one is reported."""
+_READ: Final[tuple[type[Reading], ...]] = (Inertial, LineAngles, Distance, Encoders, Climate, CameraPose)
+"""Readings that point estimators use besides lidar scans; a silent one is reported."""
 
 
-def observer_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[Laser] = ()) -> ObserverSettings:
+def observer_settings(
+    robot: Robot, settings: MachineSettings, lasers: Sequence[Laser] = (), *, by_camera: bool = False
+) -> ObserverSettings:
     """Return the Merlet 2023 estimator's settings for the machine that *robot* and *settings* describe.
 
-    *lasers*: an operator's distances at the start. Raises `InputError` for a machine without the required sensors (a
-    horizontal lidar, walls, line angles), and for a *laser* to no wall.
+    *lasers*: an operator's distances at the start. *by_camera*: for the filter alone, of a machine whose camera takes
+    the place of horizontal lidars. Raises `InputError` for a machine without the required sensors (a horizontal lidar,
+    walls, line angles), and for a *laser* to no wall.
     """
     require(robot, Capability.ROOM_ESTIMATION)
     model = Model(with_drum_mass(robot, settings))
-    walls = surveyed_walls(settings.room)
+    walls = RoomMap(()) if by_camera else surveyed_walls(settings.room)
     for laser in lasers:
         walls.index(laser.wall)
-    mounted = {name: settings.lidars[name] for name in _HORIZONTAL if name in settings.lidars}
-    sensor = settings.sensor(LINE_ANGLES)
-    if not mounted or sensor is None:
+    mounted = {} if by_camera else _horizontal(settings)
+    sensor, camera = settings.sensor(LINE_ANGLES), settings.sensor(CAMERA)
+    if not by_camera and (not mounted or sensor is None):
         missing = "line_angles" if mounted else "horizontal lidar"
         raise InputError(f"machine {settings.name!r}: has no {missing}, which the estimation needs")
     nominal = [line.winch.drum_radius for line in _wound(robot)]
@@ -83,7 +89,9 @@ def observer_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[
             yaw_step=_YAW_STEP if settings.point_drum.yaw_drive is None else _HELD_YAW_STEP,
         ),
         lidars=tuple(mounted),
-        slackness=SlacknessSettings(model, sensor.from_platform, timeout=max(0.5, 2.5 / sensor.rate)),
+        slackness=SlacknessSettings(model)
+        if sensor is None
+        else SlacknessSettings(model, sensor.from_platform, timeout=max(0.5, 2.5 / sensor.rate)),
         radius=RadiusSettings(radii, _RADIUS_BOUNDS[0] * min(radii), _RADIUS_BOUNDS[1] * max(radii)),
         counts_per_radian=winch.counts * winch.ratio / math.tau,
         height=None
@@ -102,7 +110,22 @@ def observer_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[
         lasers=tuple(lasers),
         timeouts=_timeouts(settings),
         clock=clock_of(settings),
+        camera=None if camera is None else KnownCamera.told(camera),
     )
+
+
+def _horizontal(settings: MachineSettings) -> dict[str, LidarSettings]:
+    """The horizontal lidars by name."""
+    return {name: settings.lidars[name] for name in _HORIZONTAL if name in settings.lidars}
+
+
+def sees_position(settings: MachineSettings) -> bool:
+    """Whether the sensors of a point platform's machine find its position: a camera, or lidars and line angles."""
+    return settings.sensor(CAMERA) is not None or _is_by_lidars(settings)
+
+
+def _is_by_lidars(settings: MachineSettings) -> bool:
+    return settings.sensor(LINE_ANGLES) is not None and bool(_horizontal(settings))
 
 
 def clock_of(settings: MachineSettings) -> ClockLeadSettings | None:
@@ -113,7 +136,8 @@ def clock_of(settings: MachineSettings) -> ClockLeadSettings | None:
 
 def started_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[Laser] = ()) -> StartedSettings:
     """Return settings of the filter and of the estimator that starts it; raises errors as `observer_settings`."""
-    chain = observer_settings(robot, settings, lasers)
+    by_camera = settings.sensor(CAMERA) is not None and not _is_by_lidars(settings)
+    chain = observer_settings(robot, settings, lasers, by_camera=by_camera)
     winch, inertial, vertical = settings.winch, settings.sensor(INERTIAL), settings.lidars.get("vertical")
     bare = min(chain.radius.nominal)
     walk = winch.radius_deviation * math.sqrt(2.0 / (winch.radius_turns * math.tau)) / bare  # per root radian

@@ -24,11 +24,11 @@ from cablewright.foundation.errors import AnswerError, InputError, Status, Unkno
 from cablewright.foundation.saved_state import Saved
 from cablewright.foundation.signals import Estimate, SensorFrame
 from cablewright.live.body_estimator import BodyEstimator, body_settings, cells_of
-from cablewright.live.estimator_settings import OBSERVERS, Observer, with_drum_mass
+from cablewright.live.estimator_settings import OBSERVERS, Observer, sees_position, with_drum_mass
 from cablewright.machine.coils import coils_of
 from cablewright.machine.sensors import SENSORS
+from cablewright.machine.sensors.camera import CAMERA
 from cablewright.machine.sensors.encoders import ENCODERS
-from cablewright.machine.sensors.line_angles import LINE_ANGLES
 from cablewright.machine.sensors.tensions import MOTOR_TORQUES
 from cablewright.machine.settings import MachineSettings
 from cablewright.models.statics import Model
@@ -70,10 +70,10 @@ class Measuring(Protocol):
 def best_estimator(settings: MachineSettings) -> str:
     """Return the name of the best estimator for a machine's sensors: the filter, or encoders alone."""
     if settings.body is not None:
-        return "encoders" if settings.tension_sensor is None else "filter"
-    if settings.sensor(LINE_ANGLES) is None or not {"north", "south"} & settings.lidars.keys():
-        return "encoders"
-    return "filter"
+        found = settings.tension_sensor is not None or settings.sensor(CAMERA) is not None
+    else:
+        found = sees_position(settings)
+    return "filter" if found else "encoders"
 
 
 def estimator(

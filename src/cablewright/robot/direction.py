@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from typing import Annotated, Final
 
 from pydantic import AfterValidator, Strict
 from pydantic_core import PydanticCustomError
@@ -11,6 +11,7 @@ from pydantic_core import PydanticCustomError
 from cablewright.foundation.units import Vec3
 
 _Number = Annotated[float, Strict()]
+_MIN_SINE: Final = 0.1  # of the angle between a normal and the direction of a top
 
 
 def _not_zero(direction: tuple[float, float, float]) -> tuple[float, float, float]:
@@ -34,3 +35,16 @@ def unit_vector(direction: tuple[float, float, float]) -> Vec3:
     x, y, z = (number / largest for number in direction)
     size = math.hypot(x, y, z)
     return x / size, y / size, z / size
+
+
+def facing(normal: Vec3, up: Vec3) -> tuple[Vec3, Vec3, Vec3]:
+    """Return right, top and normal of a picture that faces along *normal*: unit vectors at right angles.
+
+    Its top is towards *up*. Raises `ValueError` where both directions are along each other.
+    """
+    z, top = unit_vector(normal), unit_vector(up)
+    across = cross(top, z)
+    if math.hypot(*across) < _MIN_SINE:
+        raise ValueError("is along the other direction: give that of the top")
+    x = unit_vector(across)
+    return x, cross(z, x), z

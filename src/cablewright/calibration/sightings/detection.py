@@ -64,6 +64,7 @@ class SeenPicture:
     path: Path
     sightings: tuple[Sighting, ...]
     left_out: tuple[str, ...]
+    found: tuple[tuple[int, Array], ...] = ()  # numbers and corners (4, 2), px, of all tags, as detected
 
 
 def mean_side(corners: Array) -> float:
@@ -71,9 +72,12 @@ def mean_side(corners: Array) -> float:
     return float(np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1).mean())
 
 
-def seen_in(path: Path, camera: Camera, wanted: frozenset[int]) -> SeenPicture:
+def seen_in(
+    path: Path, camera: Camera, wanted: frozenset[int], known: tuple[tuple[int, Array], ...] = ()
+) -> SeenPicture:
     """Return the tags with the *wanted* numbers in a picture by *camera*, without faulty ones.
 
+    *known*: `SeenPicture.found`, where tags were detected before, with another lens; edges are measured again.
     Raises `InputError` for a picture of another size, and for a tag that is in it twice.
     """
     picture = read_picture(path)
@@ -83,7 +87,7 @@ def seen_in(path: Path, camera: Camera, wanted: frozenset[int]) -> SeenPicture:
             f"{path}: {width} x {height} pixels, but the camera's pictures have {camera.width} x {camera.height}: "
             "give pictures as the camera stored them, none turned, cropped or scaled"
         )
-    found = list(detected(picture))
+    found = known or tuple(detected(picture))
     counts = Counter(number for number, _ in found if number in wanted)
     for number, count in counts.items():
         if count > 1:
@@ -98,7 +102,7 @@ def seen_in(path: Path, camera: Camera, wanted: frozenset[int]) -> SeenPicture:
     if not counts:
         others = ", ".join(str(number) for number, _ in found[:8])
         left_out.append(f"shows tags {others}, none of which is in the layout" if found else "shows no tag")
-    return SeenPicture(path, tuple(sightings), tuple(left_out))
+    return SeenPicture(path, tuple(sightings), tuple(left_out), found)
 
 
 def in_light(picture: Array) -> Array:

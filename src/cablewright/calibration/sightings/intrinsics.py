@@ -116,10 +116,11 @@ def camera(
     focal = _FOCAL * max(width, height)
     first = {"width": width, "height": height, "focal": (focal, focal), "principal": (width / 2.0, height / 2.0)}
     guess = validated(Camera, first, files[0])
-    seen = _shown(files, guess, tags, progress)
+    detected = dict.fromkeys(files, tuple[tuple[int, Array], ...]())
+    seen = _shown(detected, guess, tags, progress)
     start = _start(seen, guess)
     for _ in range(2):
-        seen = _shown(files, start, tags, progress)
+        seen = _shown(detected, start, tags, progress)
         agreed, poses, _ = in_own_frame(seen)
         agreed, bundle = consistent(agreed, poses, False)
         off, shares, _, covariance = bundle.evidence()
@@ -145,12 +146,18 @@ def _camera(old: Camera, lens: Array, spread: Array) -> Camera:
     return validated(Camera, old.model_dump() | values | {"covariance": rows}, "the lens that fits the pictures")
 
 
-def _shown(files: Sequence[Path], guess: Camera, tags: TagLayout, progress: Progress) -> Sightings:
-    """Return the sightings of the pictures that show enough tags. Raises `InputError` for too few of them."""
-    wanted, found = frozenset(tag.number for tag in tags.tags), list[SeenPicture]()
+def _shown(
+    detected: dict[Path, tuple[tuple[int, Array], ...]], guess: Camera, tags: TagLayout, progress: Progress
+) -> Sightings:
+    """Return the sightings of the pictures that show enough tags. Raises `InputError` for too few of them.
+
+    *detected*: the files, with the tags that were detected in each, which are added at the first time.
+    """
+    wanted, files, found = frozenset(tag.number for tag in tags.tags), list(detected), list[SeenPicture]()
     for at, path in enumerate(files):
         progress("pictures", at, len(files))
-        found.append(seen_in(path, guess, wanted))
+        found.append(seen_in(path, guess, wanted, detected[path]))
+        detected[path] = found[-1].found
     good = [each for each in found if len(each.sightings) >= min(MIN_TAGS, len(tags.tags))]
     if len(good) < MIN_PICTURES:
         reasons = Counter(word for each in found for word in each.left_out).most_common(2)

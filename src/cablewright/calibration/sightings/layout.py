@@ -19,7 +19,7 @@ from cablewright.foundation.results import Figure, Result
 from cablewright.foundation.toml_input import load_model
 from cablewright.foundation.units import Angle, Length, Vec3
 from cablewright.foundation.validation import Description, FileDescription, refusal
-from cablewright.robot.direction import Direction
+from cablewright.robot.direction import Direction, facing
 
 NUMBERS: Final = 587
 """The number of tags of the family 36h11."""
@@ -31,18 +31,12 @@ _Sigma = Annotated[Length, Ge(0.0), Le(100.0)]
 _Turn = Annotated[Angle, Ge(0.0), Le(10.0)]
 
 
-def facing(normal: Direction, up: Direction) -> Array:
-    """Return the rotation matrix (3, 3) of a tag that faces along *normal*, with its top towards *up*."""
-    z = np.asarray(normal) / np.linalg.norm(normal)
-    x = np.cross(up, z)
-    x /= np.linalg.norm(x)
-    return np.column_stack([x, np.cross(z, x), z])
-
-
-def _require_across(key: str, one: Direction, other: Direction) -> None:
+def _require_across(key: str, normal: Direction, up: Direction) -> None:
     """Raise `refusal` of *key* where two directions are along each other."""
-    if np.linalg.norm(np.cross(one, other)) < 0.1 * np.linalg.norm(one) * np.linalg.norm(other):
-        raise refusal(key, "is along the normal: give the direction of the tag's top")
+    try:
+        facing(normal, up)
+    except ValueError:
+        raise refusal(key, "is along the normal: give the direction of the tag's top") from None
 
 
 class Tag(Description):
@@ -68,6 +62,11 @@ class Tag(Description):
         return self
 
     @property
+    def axes(self) -> Array:
+        """The rotation (3, 3) of the tag's frame."""
+        return np.array(facing(self.normal, self.up)).T
+
+    @property
     def mounted(self) -> bool:
         """Return whether the tag is on the platform."""
         return self.on == "platform"
@@ -88,8 +87,7 @@ class TagMount(Description):
     @property
     def rotation(self) -> Array:
         """The rotation (3, 3) of the camera on the platform."""
-        x, y, z = facing(self.looks, self.up).T
-        return np.column_stack([-x, -y, z])
+        return np.array(facing(self.looks, self.up)).T * [-1.0, -1.0, 1.0]
 
 
 class TagLayout(FileDescription):

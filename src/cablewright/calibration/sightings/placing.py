@@ -15,7 +15,7 @@ import numpy as np
 
 from cablewright.calibration.sightings.bundle import Bundle, consistent
 from cablewright.calibration.sightings.detection import Sighting
-from cablewright.calibration.sightings.layout import Tag, facing
+from cablewright.calibration.sightings.layout import Tag
 from cablewright.calibration.sightings.sighted import Sightings, turned
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
@@ -31,7 +31,7 @@ _FLAT: Final = 0.02  # of the largest extent of the positions: flatter ones do n
 
 def tag_corners(tag: Tag) -> Array:
     """Return the corners (4, 3) of a tag, m, in the frame of the platform or in the world."""
-    return np.asarray(tag.at + 0.5 * tag.size * _SQUARE @ facing(tag.normal, tag.up).T)
+    return np.asarray(tag.at + 0.5 * tag.size * _SQUARE @ tag.axes.T)
 
 
 def _views(seen: Sightings, mounted: bool) -> list[list[tuple[Array, Array]]]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from cablewright.calibration.sightings.camera import LENS, Camera
 from cablewright.calibration.sightings.detection import EDGES, SeenPicture
-from cablewright.calibration.sightings.layout import Tag, TagLayout, facing
+from cablewright.calibration.sightings.layout import Tag, TagLayout
 from cablewright.calibration.unknowns import Unknown
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.units import ANGLE, LENGTH, Dimension
@@ -170,7 +170,7 @@ class Sightings:
             rows.append(({scale: 1.0 / self.layout.print_sigma}, 1.0 / self.layout.print_sigma, -1))
         for body, tag in enumerate(tags, 1):
             table[body, [sighting.HALF, sighting.PRINT, sighting.MOUNTED]] = 0.5 * tag.size, 1.0, float(tag.mounted)
-            table[body, sighting.BASE : sighting.HALF] = facing(tag.normal, tag.up).ravel()
+            table[body, sighting.BASE : sighting.HALF] = tag.axes.ravel()
             table[body, : sighting.TURN] = tag.at
             sigma, turn = _RELEASED if tag.number in self.moved else (tag.sigma, tag.turn_sigma)
             for at, axis in enumerate(AXES if sigma else ""):

@@ -1,4 +1,4 @@
-"""Diagnosis of readings that contradict the statics: a wrong load cell, a line of wrong length, or a broken line.
+"""Diagnosis of readings that contradict the statics: a wrong load cell, a line of wrong length or that broke, a camera.
 
 Each single cause predicts its own pattern of tensions, tilt and swivels. A wrong cell changes one number alone; a
 line that is longer or shorter than its encoder says changes all tensions together, by the equilibrium of the changed
@@ -36,17 +36,22 @@ _ALIKE: Final = 25.0  # of the sum of squares: causes that differ by less are in
 _TORN: Final = 0.055  # m: a line that seems longer by more may have broken ...
 _PULLS: Final = 2.0  # sigmas of its cell: ... if it pulls no more than this
 _LOOSE: Final = 1.0  # m: assumed extra length of a broken line
+_PENALTY: Final = (
+    0.5  # of the sum of squares that all numbers of a camera may have by chance: as a cause it takes them all
+)
 _OWN_SIGMA: Final = 2e-3  # m, of a length that was found to be off
 
 
 class Cause(NamedTuple):
     """A possible cause of contradictory measurements, and how much of the contradiction it leaves.
 
+    Of the camera as a cause ``left`` counts its numbers, as a single other cause has but one.
+
     ``shift``: additional length of a line, m. ``hangs``: where the platform hangs without a line that broke.
     """
 
     left: float
-    kind: str  # cell, length or break
+    kind: str  # cell, camera, length or break
     line: int
     shift: float = 0.0
     hangs: Hanging | None = None
@@ -66,11 +71,18 @@ def fits(settings: BodySettings, state: BodyState, measured: Measurement, accele
     if contradiction <= most_likely(count):
         state.judged.doubts = 0
         state.monitor.clear("load_cells", "contradiction")
+        state.monitor.clear("camera", "contradiction")
         return True
     state.judged.doubts += 1
+    if not len(measured.cells) and measured.innovation[measured.camera].size:
+        if state.judged.doubts > _DOUBTS:  # nothing shows which of both is wrong
+            state.belief.covariance[state.layout.home, state.layout.home] += _OWN_SIGMA**2 * np.eye(state.layout.m)
+            what = "its poses contradict the lengths, which count less: did a line slip, or was the camera moved?"
+            state.monitor.report("camera", "contradiction", what)
+        return False
     if state.judged.doubts > _DOUBTS and not state.judged.danger:
         causes = _causes(settings, state, measured, inverse, contradiction)
-        if acceleration > _SWINGING and causes[0].kind != "cell":
+        if acceleration > _SWINGING and causes[0].kind not in ("cell", "camera"):
             size = math.sqrt(contradiction)
             state.judged.danger = (
                 f"tensions contradict the statics by {size:.0f} sigma: a line slipped, left its sheave or broke"
@@ -128,6 +140,10 @@ def _causes(
 ) -> list[Cause]:
     """Return what may have happened, the likeliest first."""
     causes = [*_cells(measured, inverse, whole), *_lines(settings, state, measured, inverse)]
+    if own := measured.innovation[measured.camera].size:
+        weighted, block = (inverse @ measured.innovation)[measured.camera], inverse[measured.camera, measured.camera]
+        without = whole - float(weighted @ np.linalg.solve(block, weighted))
+        causes.append(Cause(without + _PENALTY * most_likely(own), "camera", 0))
     return sorted(causes, key=lambda cause: cause.left)
 
 
@@ -145,6 +161,12 @@ def _name(settings: BodySettings, state: BodyState, measured: Measurement, cause
         why = f"tensions contradict the statics by {math.sqrt(whole):.0f} sigma, and no single cause explains it"
         state.monitor.report("load_cells", "contradiction", why)
         state.judged.danger = why
+    elif best.kind == "camera":
+        what = "its poses contradict the other sensors: they are ignored; was it, or a tag on the platform, moved?"
+        state.monitor.report("camera", "off", what)
+        state.judged.camera_used, state.judged.doubts = False, 0
+        if state.judged.danger:  # it stands already
+            state.judged.danger = f"camera: {what}"
     elif best.kind == "cell":
         off = float(measured.innovation[np.flatnonzero(measured.cells == best.line)[0]])
         what = f"the load cell of line {name} contradicts the others by {off:.0f} N: its readings are ignored"
@@ -171,7 +193,7 @@ def _name(settings: BodySettings, state: BodyState, measured: Measurement, cause
 def _slackest(state: BodyState, measured: Measurement, causes: list[Cause], best: Cause) -> Cause:
     """Decide between a line that is too long and one that broke: a broken one pulls nothing at all."""
     rows = np.flatnonzero(measured.cells == best.line)
-    if best.kind == "cell" or not len(rows):
+    if best.kind in ("cell", "camera") or not len(rows):
         return best
     place = state.layout.zero.start + best.line
     sigma = math.sqrt(float(measured.noise[rows[0], rows[0]] + state.belief.covariance[place, place]))

@@ -44,6 +44,7 @@ def step(settings: BodySettings, state: BodyState, frame: SensorFrame) -> Estima
     if not dt > 0.0:
         state.monitor.restart(frame.time, f"the clock jumped from {state.latest.time:g} to {frame.time:g} s")
         state.window.begin, dt = math.nan, math.inf
+        state.motion.poses.clear()
     state.latest.time, before = frame.time, state.pose
     if state.latest.clock is not None:
         frame = replace(frame, readings=by_machine_clock(state.latest.clock, frame.readings, frame.time))
@@ -55,6 +56,7 @@ def step(settings: BodySettings, state: BodyState, frame: SensorFrame) -> Estima
     state.belief.gradients.flat[first : first + m * (size + 1) : size + 1] = state.wound.paid  # by the drums' radii
     state.lengths = corrected(state)
     found = follow(state)
+    state.motion.poses.add(frame.time, state.pose)
     for climate in accepted(state.monitor, frame.of(Climate), frame.time):
         state.creep.read(climate)
     state.creep.advance(state.tensions, frame.time, settings.interval)
@@ -115,6 +117,7 @@ def _measure(settings: BodySettings, state: BodyState) -> Slopes | None:
     slopes = correct(settings, state, math.sqrt(float(change @ change) + state.motion.shaking) + _CALM)
     window.begin, window.velocity = state.latest.time, state.motion.velocity.copy()
     window.readings.clear()
+    window.seen.clear()
     return slopes
 
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from cablewright.estimation.body.estimated_constants import BodyLayout, length_gradients
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.state import Belief, BodyState
+from cablewright.estimation.body.updates.camera import Seeing
 from cablewright.estimation.body.updates.cells import Cells
 from cablewright.estimation.body.updates.update import HeldBody, Slopes, UpdatePart
 from cablewright.foundation.arrays import Array
@@ -34,6 +35,7 @@ class Measurement(NamedTuple):
     noise: Array
     rows: _Rows  # (k,) of each innovation in `predictions`
     cells: _Rows  # (c,) index of the line of each of the first c innovations
+    camera: slice  # of the innovations by a camera
 
 
 def slopes_of(state: BodyState) -> Slopes | None:
@@ -69,12 +71,15 @@ def measurement_of(settings: BodySettings, state: BodyState, slopes: Slopes, acc
     *acceleration*: m/s^2, of the platform.
     """
     parts: list[UpdatePart] = []
-    cells, begin = np.zeros(0, dtype=np.int64), 0
+    cells, camera, begin = np.zeros(0, dtype=np.int64), slice(0, 0), 0
     for sensor, expected in zip(settings.sensors, predicted(settings, state), strict=True):
         read = state.window.readings.get(sensor)
         if read is not None:
             part = sensor.part(settings, state, slopes, np.array(read), acceleration)
             cells = part.rows[part.rows < state.layout.m] if isinstance(sensor, Cells) else cells
+            if isinstance(sensor, Seeing):
+                first = sum(len(each.rows) for each in parts)
+                camera = slice(first, first + len(part.rows))
             parts.append(part._replace(rows=begin + part.rows))
         begin += len(expected)
     if not parts:
@@ -85,7 +90,7 @@ def measurement_of(settings: BodySettings, state: BodyState, slopes: Slopes, acc
         own = slice(at, at + len(part.innovation))
         noise[own, own] = part.noise
         at = own.stop
-    return Measurement(innovation, gradients, noise, rows, cells)
+    return Measurement(innovation, gradients, noise, rows, cells, camera)
 
 
 def predicted(settings: BodySettings, state: BodyState) -> list[Array]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.updates.update import DrumPulls, Update
 from cablewright.estimation.clock_offset import ClockLead
 from cablewright.estimation.fault_monitor import FaultMonitor
+from cablewright.estimation.time_buffer import TimeBuffer
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import Status
 from cablewright.kernels.layout import Packed
@@ -25,6 +27,8 @@ from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.taut import Taut, mount_share, stretches, taut_of
 
+_POSES: Final = 500  # 5 s at 10 ms
+
 
 @dataclass(eq=False)
 class Window:
@@ -32,6 +36,7 @@ class Window:
 
     begin: float = math.nan  # s
     readings: dict[Update, list[Array]] = field(default_factory=dict)  # (k,) each
+    seen: list[Array] = field(default_factory=list)  # (6, 6) noise of the poses by a camera
     velocity: Array | None = None  # (3,) m/s, at its begin
 
 
@@ -103,6 +108,7 @@ class BodySwing:
     """Velocity of the platform, and the record of its swing."""
 
     velocity: Array = field(default_factory=lambda: np.zeros(6))  # m/s and rad/s
+    poses: TimeBuffer = field(default_factory=lambda: TimeBuffer(6, _POSES))  # m and rad, for readings that are late
     force: Array | None = None  # (3,) m/s^2, platform: mean specific force of late
     time: float = math.nan  # s, of the last
     shaking: float = 0.0  # m^2/s^4: mean square of the force's change about that
@@ -118,6 +124,7 @@ class Doubts:
     SAVED = ("cells_used",)
 
     cells_used: Mask  # (m,)
+    camera_used: bool = True
     consistency: dict[str, float] = field(default_factory=dict)
     silent: Mask = field(default_factory=lambda: np.zeros(1, dtype=bool))  # (m,) or (1,) cells without a reading
     doubts: int = 0  # measurements in a row that contradict the statics

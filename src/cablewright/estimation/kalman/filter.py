@@ -15,7 +15,8 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from cablewright.estimation import slackness
-from cablewright.estimation.kalman import attitude, lidar_update, line_update, vertical_update
+from cablewright.estimation.camera import ERRORS
+from cablewright.estimation.kalman import attitude, camera_update, lidar_update, line_update, vertical_update
 from cablewright.estimation.kalman.gauss_markov import fade_clock, fade_survey
 from cablewright.estimation.kalman.ground_map import GroundMap
 from cablewright.estimation.kalman.state import (
@@ -45,7 +46,7 @@ from cablewright.estimation.reading_checks import (
 from cablewright.estimation.slackness import SlacknessState
 from cablewright.estimation.time_buffer import TimeBuffer
 from cablewright.foundation.arrays import Array
-from cablewright.foundation.signals import Distance, Encoders, Estimate, Inertial, SensorFrame
+from cablewright.foundation.signals import CameraPose, Distance, Encoders, Estimate, Inertial, SensorFrame
 from cablewright.kernels.covariance import add_multiples
 from cablewright.kernels.filtering import estimate as kernel
 from cablewright.kernels.filtering.estimate import AXES, OF_LINES
@@ -81,12 +82,14 @@ class FirstState(NamedTuple):
     lengths: Array  # (m,) m
     radii: Array  # (m,) m
     slackness: SlacknessState
+    sigma: float = _POSITION_SIGMA  # m, of each coordinate
 
 
 def start(settings: FilterSettings, checks: ReadingChecks) -> FilterState:
     """Return the Kalman filter's state before `begin`."""
     own = settings.machine
-    mean = Mean.of(FilterLayout.of(own.model.m, len(own.lidars), len(own.walls.room.walls)))
+    errors = 0 if own.camera is None else ERRORS
+    mean = Mean.of(FilterLayout.of(own.model.m, len(own.lidars), len(own.walls.room.walls), errors))
     weight = float(PlatformNumbers(own.model.packed.platform).weight)
     return FilterState(
         checks=checks,
@@ -179,17 +182,17 @@ def begin(settings: FilterSettings, state: FilterState, first: FirstState) -> bo
     line_update.update_jacobian(settings, state, at_once=True)
     if state.taut is None:
         return False
-    state.P = _initial_covariance(settings, state, state.taut.toward)
-    state.built.survey_variances = diagonal(state.P)[state.layout.surveyed].copy()
+    state.P = _initial_covariance(settings, state, state.taut.toward, first.sigma)
+    state.built.survey_variances = diagonal(state.P)[state.layout.placed]
     return True
 
 
-def _initial_covariance(settings: FilterSettings, state: FilterState, toward: Array) -> Array:
-    """Covariance of the state that it begins with."""
+def _initial_covariance(settings: FilterSettings, state: FilterState, toward: Array, position: float) -> Array:
+    """Covariance of the state that it begins with, with a standard deviation of its *position*, m."""
     lay, clock = state.layout, state.checks.clock
     sigma = np.zeros(lay.size)
     lidars = settings.machine.walls.lidars
-    turn = max(one.turn_sigma for one in lidars)  # of a mount that was taken to be exact
+    turn = max((one.turn_sigma for one in lidars), default=0.0)  # of a mount that was taken to be exact
     sigma[lay.attitude] = _TILT_SIGMA, _TILT_SIGMA, math.hypot(_YAW_SIGMA, turn)
     sigma[lay.lengths], sigma[lay.radii], sigma[lay.ground] = _LENGTH_SIGMA, settings.radius_sigma, _GROUND_SIGMA
     sigma[lay.gyro_bias], sigma[lay.accelerometer_bias] = settings.gyro_bias_sigma, settings.accelerometer_bias_sigma
@@ -204,10 +207,12 @@ def _initial_covariance(settings: FilterSettings, state: FilterState, toward: Ar
     sigma[lay.zeros], sigma[lay.stretch] = settings.zero_sigma, settings.stretch_rate_sigma * state.lines.lengths
     sigma[lay.compliances] = settings.compliance_sigma
     sigma[lay.clock] = 0.0 if clock is None else clock.sigma
+    if settings.machine.camera is not None:
+        sigma[lay.camera] = settings.machine.camera.sigmas
     P = np.diag(sigma**2)
     rows = np.r_[lay.position, lay.lengths]
     spread = np.vstack([np.eye(3), toward])
-    P[np.ix_(rows, rows)] += (_POSITION_SIGMA**2 + (turn * _WALL_RANGE) ** 2) * (spread @ spread.T)
+    P[np.ix_(rows, rows)] += (position**2 + (turn * _WALL_RANGE) ** 2) * (spread @ spread.T)
     return P
 
 
@@ -220,8 +225,9 @@ def is_lost(settings: FilterSettings, state: FilterState) -> bool:
 
 
 def _is_contradicted(settings: FilterSettings, state: FilterState) -> bool:
-    """Whether all horizontal lidars see walls that are elsewhere, turn after turn: B may be where they say."""
-    return all(state.judged.rejections.get(source, 0) >= _DOUBTFUL_TURNS for source in settings.machine.lidars)
+    """Whether all horizontal lidars, or without any the camera, contradict it one after another: B may be elsewhere."""
+    sources = settings.machine.lidars or ("camera",)
+    return all(state.judged.rejections.get(source, 0) >= _DOUBTFUL_TURNS for source in sources)
 
 
 def _restart(state: FilterState, now: float) -> None:
@@ -284,6 +290,7 @@ _HANDLERS: Final[dict[type, Callable[[FilterSettings, FilterState, Any], None]]]
     Inertial: attitude.read,
     Encoders: _predict_from_encoders,
     Distance: _update_ground,
+    CameraPose: camera_update.update,
 }
 """What reads each kind of reading, but scans, line angles and climate."""
 

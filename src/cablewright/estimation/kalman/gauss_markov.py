@@ -37,10 +37,13 @@ def fade_clock(state: FilterState, dt: float) -> None:
 
 
 def fade_survey(state: FilterState, dt: float) -> None:
-    """Predict the errors of walls and lidar mounts by *dt*, s, which decay to the positions of the machine file."""
+    """Predict the errors of walls, lidar mounts and camera by *dt*, s, which decay to the values of the machine file."""
     state.built.unfaded += dt
     if state.built.unfaded < _INTERVAL:
         return
-    keep = fade(state.P, state.layout.surveyed, state.built.unfaded / _SURVEY_TIME, state.built.survey_variances)
+    share, begin = state.built.unfaded / _SURVEY_TIME, 0
+    for states in (state.layout.surveyed, state.layout.camera):
+        end = begin + states.stop - states.start
+        state.mean.x[states] *= fade(state.P, states, share, state.built.survey_variances[begin:end])
+        begin = end
     state.built.unfaded = 0.0
-    state.mean.x[state.layout.surveyed] *= keep

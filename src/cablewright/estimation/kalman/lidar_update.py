@@ -190,7 +190,7 @@ def _add_motion_noise(
     """Add the error of linearising the displacement since the sweep of line *i*, and unmeasured rotation and motion."""
     to_end, along, slope, lidar_offset = turn.sweeps[i, :4].tolist()
     dt, far = min(to_end, 1.0), math.sqrt(float(moved @ moved))
-    R[1, 1] += (far * far / (2.0 * _LINE_LENGTH)) ** 2 + settings.travel_noise**2 * far
+    R[1, 1] += displacement_variance(settings, far)
     R[0, 0] += settings.gyro_noise**2 * abs(state.attitude.last_imu_time - (turn.end - to_end))
     if state.motion.coasting:
         R += settings.velocity_noise**2 * dt * slope**2 * _lever_covariance(along)
@@ -198,6 +198,11 @@ def _add_motion_noise(
     if state.has_long_steps or turn.begin < state.attitude.imu_gap_end:
         R += (settings.turn_rate_sigma * max(dt, 0.2)) ** 2 * _lever_covariance(-lidar_offset)
         R[1, 1] += (settings.turn_rate_sigma * settings.skew_time) ** 2
+
+
+def displacement_variance(settings: FilterSettings, far: float) -> float:
+    """Return the variance, m^2, of a displacement of B by *far*, m, that is linearised."""
+    return (far * far / (2.0 * _LINE_LENGTH)) ** 2 + settings.travel_noise**2 * far
 
 
 def _lever_covariance(arm: float) -> Array:

@@ -168,7 +168,7 @@ def update(settings: FilterSettings, state: FilterState) -> None:
         _doubt_zeros(settings, state, lines, found.innovation[m:] ** 2)
     judge(state, "line_angles", found.nis, len(found.innovation) - 1)
     # lengths have unmodelled errors, which over hours would move the lidars' estimated positions wrongly
-    apply_update(state, H, found.innovation, found.noise, found.spread, lay.surveyed)
+    apply_update(state, H, found.innovation, found.noise, found.spread, lay.placed)
 
 
 def _doubt_zeros(settings: FilterSettings, state: FilterState, lines: NDArray[np.intp], more: Array) -> None:

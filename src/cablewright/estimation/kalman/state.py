@@ -147,24 +147,25 @@ class FilterLayout(NamedTuple):
     compliances: slice  # of each line with its mount, as logarithms of `Lines.compliances`
     clock: int  # of the drum's clock, ahead of the machine's
     size: int
+    camera: slice  # its errors, before the end
 
     @classmethod
-    def of(cls, m: int, lidars: int, walls: int) -> FilterLayout:
-        """Return the layout for *m* lines, *lidars* horizontal lidars and *walls* walls."""
-        sizes = [3, 3, 3, m, m, 3, 2, lidars + 1, 1, m, 2 * walls, 3 * lidars, 6, m, m, 1]
+    def of(cls, m: int, lidars: int, walls: int, camera: int = 0) -> FilterLayout:
+        """Return the layout for *m* lines, *lidars* horizontal lidars, *walls* walls and errors of a *camera*."""
+        sizes = [3, 3, 3, m, m, 3, 2, lidars + 1, 1, m, 2 * walls, 3 * lidars, 6, m, m, 1, camera]
         ends = np.cumsum(sizes).tolist()
-        at = [slice(end - size, end) for size, end in zip(sizes, ends, strict=True)]
-        p, v, turn, lengths, radii, gyro, accelerometer, ranges, ground, stretch = at[:10]
-        room, mounts, vertical, zeros, compliances, clock = at[10:]
-        return cls(
-            p, v, turn, lengths, radii, gyro, accelerometer, ranges, ground.start, stretch,
-            room, mounts, vertical, zeros, compliances, clock.start, ends[-1],
-        )  # fmt: skip
+        at: list[Any] = [slice(end - size, end) for size, end in zip(sizes, ends, strict=True)]
+        return cls._make([*at[:8], at[8].start, *at[9:15], at[15].start, ends[-1], at[16]])
 
     @property
     def surveyed(self) -> slice:
         """Indices of quantities measured by tape: walls and mounts of lidars."""
         return slice(self.walls.start, self.vertical_mount.stop)
+
+    @property
+    def placed(self) -> NDArray[np.intp]:
+        """Indices of the places of all that measures B: `surveyed`, and the camera's errors."""
+        return np.asarray(np.r_[self.surveyed, self.camera])
 
     @property
     def tilt(self) -> slice:

@@ -79,8 +79,10 @@ class WallSettings:
         if not 0 < self.yaw_range[1] - self.yaw_range[0] <= math.tau + 1e-9:
             low, high = (f"{end:g}" for end in self.yaw_range)
             raise InputError(f"yaw_range = ({low}, {high}): must be two rising angles in rad, at most one turn apart")
-        if self.kept_turns < 1 or not self.lidars:
-            raise InputError("at least one lidar and one kept turn are expected")
+        if self.kept_turns < 1:
+            raise InputError("at least one kept turn is expected")
+        if self.lidars and not self.room.walls:
+            raise InputError("room: 0 walls; lidars need at least 1")
 
     @cached_property
     def visible(self) -> Mask:

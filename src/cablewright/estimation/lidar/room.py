@@ -58,13 +58,13 @@ class Laser:
 
 @dataclass(frozen=True)
 class RoomMap:
-    """The upright walls of a room. Raises `InputError` for none, too many, equal names, or normals not of length 1."""
+    """The upright walls of a room. Raises `InputError` for too many, equal names, or normals not of length 1."""
 
     walls: tuple[RoomWall, ...]
 
     def __post_init__(self) -> None:
-        if not 1 <= len(self.walls) <= MAX_WALLS:
-            raise InputError(f"room: {len(self.walls)} walls; 1 to {MAX_WALLS} are expected")
+        if not len(self.walls) <= MAX_WALLS:
+            raise InputError(f"room: {len(self.walls)} walls; at most {MAX_WALLS} are expected")
         names = [wall.name for wall in self.walls]
         for wall in self.walls:
             if names.count(wall.name) > 1:

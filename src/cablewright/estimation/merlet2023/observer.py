@@ -15,8 +15,6 @@ from typing import Any, Final
 import numpy as np
 
 from cablewright.estimation import slackness, tilt
-from cablewright.estimation.clock_offset import ClockLead
-from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.estimation.height import HeightSettings, estimate_height
 from cablewright.estimation.known_creep import KnownCreep, known_creep
 from cablewright.estimation.lidar import localisation
@@ -40,7 +38,6 @@ from cablewright.estimation.time_buffer import TimeBuffer
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import Status
 from cablewright.foundation.signals import Distance, Encoders, Estimate, Inertial, Scan, SensorFrame, frozen
-from cablewright.models.winch_lines import WinchLines
 from cablewright.solvers.continuation import TrackerSettings
 from cablewright.solvers.taut import taut_at
 
@@ -72,11 +69,7 @@ def start(settings: ObserverSettings) -> ObserverState:
     first = turn_of(settings.walls.lidars[0], 0, settings.walls.search, _AROUND, _SQUARE_ROOM)
     localisation.step(settings.walls, localisation.start(), first)
     return ObserverState(
-        checks=ReadingChecks(
-            FaultMonitor(dict(settings.timeouts)),
-            None if settings.clock is None else ClockLead(settings.clock),
-            WinchLines.of(settings.model.robot),
-        ),
+        checks=ReadingChecks.of(settings),
         slackness=no_reading,
         turns=Turns(TimeBuffer(3, HISTORY_LENGTH), TimeBuffer(3, HISTORY_LENGTH)),
         creep=known_creep(settings.model.robot),

@@ -16,13 +16,13 @@ from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import (
     READINGS,
     SOURCES,
+    CameraPose,
     Encoders,
     Estimate,
     Inertial,
     Reading,
     Scan,
     Source,
-    Truth,
     per_line,
 )
 from cablewright.machine.log.fields import XYZ
@@ -56,7 +56,7 @@ class RosMessage(NamedTuple):
     fields: Fields
 
 
-_SHOWN: Final = (Scan, Inertial, Encoders)
+_SHOWN: Final = (Scan, Inertial, Encoders, CameraPose)
 _LEFT: Final = [
     source
     for kind in READINGS
@@ -88,7 +88,10 @@ class RosMessages:
         for reading in entry.frame.readings:
             yield from self._reading(reading)
         if entry.truth is not None:
-            fields = {"header": self._header(entry.truth.time, "world"), "pose": _pose(entry.truth)}
+            fields = {
+                "header": self._header(entry.truth.time, "world"),
+                "pose": _pose(entry.truth.position, entry.truth.rotation),
+            }
             yield RosMessage("/truth", "geometry_msgs/msg/PoseStamped", self._time(entry.truth.time), fields)
         if entry.estimate is not None and entry.estimate.valid:
             yield self._estimate(entry.estimate)
@@ -147,6 +150,8 @@ class RosMessages:
         elif isinstance(reading, Encoders):
             turns = np.asarray(reading.counts * (math.tau / self._head.settings.winch.counts))
             yield self._joints("/motors", reading.time, self._winches, position=turns)
+        elif isinstance(reading, CameraPose):
+            yield self._posed("/camera_pose", reading.time, reading.pose[:3], reading.pose[3:], reading.covariance)
         else:
             for name, mark in per_line(type(reading)).items():
                 if mark.unit == _EFFORT:
@@ -178,9 +183,12 @@ class RosMessages:
         covariance = np.zeros((6, 6))
         if told.covariance is not None:
             covariance = np.asarray(told.covariance, dtype=float)[np.ix_(_POSED, _POSED)]
-        pose = {"pose": _pose(told), "covariance": covariance.ravel()}
-        fields = {"header": self._header(told.time, "world"), "pose": pose}
-        return RosMessage("/estimate", "geometry_msgs/msg/PoseWithCovarianceStamped", self._time(told.time), fields)
+        return self._posed("/estimate", told.time, told.position, told.rotation, covariance.ravel())
+
+    def _posed(self, topic: str, time: float, position: Array, rotation: Array, covariance: Array) -> RosMessage:
+        pose = {"pose": _pose(position, rotation), "covariance": covariance}
+        fields = {"header": self._header(time, "world"), "pose": pose}
+        return RosMessage(topic, "geometry_msgs/msg/PoseWithCovarianceStamped", self._time(time), fields)
 
     def _lines(self, entry: Entry) -> Iterator[RosMessage]:
         """Unstrained lengths, and of a log with the truth tensions."""
@@ -215,9 +223,9 @@ class RosMessages:
         yield from ({**about, "id": k, **each} for k, each in enumerate(made))
 
 
-def _pose(told: Truth | Estimate) -> Fields:
-    turn = quaternion(matrix_of(np.nan_to_num(told.rotation)))
-    return {"position": XYZ.write(told.position), "orientation": turn}
+def _pose(position: Array, rotation: Array) -> Fields:
+    turn = quaternion(matrix_of(np.nan_to_num(rotation)))
+    return {"position": XYZ.write(position), "orientation": turn}
 
 
 def _stamp(stamp: Fields) -> Fields:

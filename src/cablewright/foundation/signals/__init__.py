@@ -15,6 +15,7 @@ from typing import Final
 from cablewright.foundation.discovery import modules_of
 from cablewright.foundation.signals.barrier import Barrier
 from cablewright.foundation.signals.beam_length import BeamLength
+from cablewright.foundation.signals.camera import CameraPose
 from cablewright.foundation.signals.climate import Climate
 from cablewright.foundation.signals.commands import ORDER_LIFE, RETRACTION, YAW, Command, Order, OrderKind, WinchMode
 from cablewright.foundation.signals.distance import Distance
@@ -41,6 +42,7 @@ __all__ = [
     "YAW",
     "Barrier",
     "BeamLength",
+    "CameraPose",
     "Climate",
     "Command",
     "Condition",

@@ -33,6 +33,7 @@ TEETH: Final = 17
 PUSHES: Final = 18
 BRAKES: Final = 19
 CROSSINGS: Final = 20
+OCCLUSIONS: Final = 21
 _ON_ONE_LINE: Final = 1e-6  # m
 _SHORT: Final = 1.0  # m: a shorter wall is not turned, as errors at its ends would turn it by much
 

@@ -9,7 +9,8 @@ import numpy as np
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.signals import SOURCES
 from cablewright.machine.settings import WinchSettings
-from cablewright.machine.simulated.as_built_parts import angle_zeros, mounting, tension_gains
+from cablewright.machine.simulated.as_built_parts import OCCLUSIONS, angle_zeros, mounting, tension_gains
+from cablewright.machine.simulated.random_periods import Spells
 from cablewright.machine.simulated.settings import Tolerances
 from cablewright.robot import Robot
 
@@ -40,3 +41,7 @@ class Mounted:
     def tension_gains(self, source: str) -> Array:
         """Return the relative error of the scale of each load cell or torque of a source, (m,)."""
         return tension_gains(source, self.tolerances, self.seed, self.robot.m)
+
+    def occlusions(self, pause: float, lengths: tuple[float, float]) -> Spells:
+        """Return when something hides the platform from a camera, after *pause*, s, on average, for *lengths*, s."""
+        return Spells(pause, lengths, self.seed, OCCLUSIONS, begun=True)
