@@ -25,7 +25,7 @@ import numpy as np
 
 from benchmarks.campaigns.body_stretch import JOB, PERIOD, Found, machine_of
 from cablewright.foundation.signals import Estimate
-from cablewright.live.drive import DriveSettings, Pilot, random_loop
+from cablewright.live.drive_along_path import DriveSettings, Pilot, random_loop
 from cablewright.live.estimators import Estimator, estimator
 from cablewright.live.prints.plan import PrintOptions, plan_print, twin_of
 from cablewright.live.prints.run import begin_print

@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from cablewright.foundation.arrays import Array
-from cablewright.foundation.saving import Saved, SavedRows
+from cablewright.foundation.saved_state import Saved, SavedRows
 from cablewright.foundation.signals import CameraPose, frozen
 from cablewright.foundation.validation import refusal
 from cablewright.machine.quantities import Delay, Share, Time
@@ -22,7 +22,7 @@ from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simu
 from cablewright.models.rotation import matrices, moved
 
 if TYPE_CHECKING:
-    from cablewright.machine.simulated.rig import RigState
+    from cablewright.machine.simulated.true_state import RigState
     from cablewright.machine.simulated.sensor_context import Mounted
 
 _LEAST_SIDE: Final = 25.0  # px of the shortest side of a tag that is read
