@@ -12,7 +12,7 @@ import pytest
 pytest.importorskip("starlette")
 
 from browser import browser, executable
-from operator_page import STATE, enable, order
+from operator_page import STATE, enable, load, order
 from served import Served, client, served
 
 pytestmark = pytest.mark.clock
@@ -84,8 +84,7 @@ def test_a_layer_is_printed_from_the_page(server: Served) -> None:
         page.until("document.querySelector('#jobs').textContent.includes('check: ')", 300.0)
         assert "check: yes" in page.run("document.querySelector('#jobs').textContent")
         enable(page)
-        page.run("[...document.querySelectorAll('#jobs button')].find((b) => b.textContent === 'Load').click()")
-        page.until("operate.state.sitting.job?.name === 'ring' && operate.view.view?.path", 60.0)
+        load(page, "ring")
         enable(page)
         order(page, "start", "moving to the path", "printing", confirm=True)
         page.until(f"{STATE} === 'printing'", 120.0)

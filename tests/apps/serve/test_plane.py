@@ -17,7 +17,7 @@ pytest.importorskip("starlette")
 import cablewright as cw
 from browser import Page, browser, executable
 from cablewright.machine.simulated.machine_file import machine_file
-from operator_page import STATE, order
+from operator_page import STATE, load, order, take
 from served import Served, served
 
 pytestmark = pytest.mark.clock
@@ -113,8 +113,7 @@ def test_a_machine_in_a_plane_goes_from_enable_to_a_printed_layer(server: Served
         page.until("document.querySelectorAll('#jog button').length === 4")
         labels = page.run("[...document.querySelectorAll('#jog button')].map((b) => b.textContent)")
         assert labels == ["\u2212x", "+x", "down in the plane", "up in the plane"]
-        page.run("document.getElementById('take').click()")
-        page.until("operate.orders.mine")
+        take(page)
         home(page, BEGIN)
         homed = place(page)
         assert np.linalg.norm(homed - np.array(json.loads(f"[{BEGIN}]"))) < 1e-3
@@ -123,6 +122,7 @@ def test_a_machine_in_a_plane_goes_from_enable_to_a_printed_layer(server: Served
         end = time.monotonic() + 120.0
         while place(page)[2] < homed[2] + 0.03:  # a busy computer's page may end a jog by itself, as its state is old
             assert time.monotonic() < end, place(page)
+            take(page)  # which that page may have lost too
             page.until(f"!{up}.disabled")
             page.run(f"{up}.dispatchEvent(new KeyboardEvent('keydown', {{ key: 'Enter' }}))")
             time.sleep(1.0)
@@ -143,8 +143,7 @@ def test_a_machine_in_a_plane_goes_from_enable_to_a_printed_layer(server: Served
         page.until("document.querySelector('#jobs').textContent.includes('check: ')", 300.0)
         keep(page, "checked")
         assert "check: yes" in page.run("document.querySelector('#jobs').textContent")
-        page.run("[...document.querySelectorAll('#jobs button')].find((b) => b.textContent === 'Load').click()")
-        page.until("operate.state.sitting.job?.name === 'triangle' && operate.view.view?.path", 60.0)
+        load(page, "triangle")
         home(page, "")  # by the lengths that it has kept
         order(page, "start", "moving to the path", "printing", confirm=True)
         page.until(f"{STATE} === 'printing'", 120.0)
