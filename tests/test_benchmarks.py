@@ -20,7 +20,7 @@ from benchmarks.timing import Row
 
 PEERS = {"statics": "moorpy", "bodies": "moorpy", "workspace": "daqp", "interference": "fcl"}  # of the extra `bench`
 MARKS = {  # beside the last: the prints of tests/machine/drives
-    **dict.fromkeys(("bracket", "hanging", "print_job", "statics"), (pytest.mark.slow,)),
+    **dict.fromkeys(("bracket", "commands", "hanging", "print_job", "statics"), (pytest.mark.slow,)),
     "drives": (pytest.mark.slow, pytest.mark.clock),
 }
 WITH_AND_WITHOUT = [pytest.param(name, "", marks=MARKS.get(name, ())) for name in run.NAMES]
