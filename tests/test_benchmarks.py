@@ -19,8 +19,11 @@ from benchmarks.processes import alone
 from benchmarks.timing import Row
 
 PEERS = {"statics": "moorpy", "bodies": "moorpy", "workspace": "daqp", "interference": "fcl"}  # of the extra `bench`
-BY_CLOCK = {"drives": (pytest.mark.slow, pytest.mark.clock)}  # beside it: the prints of tests/machine/drives
-WITH_AND_WITHOUT = [pytest.param(name, "", marks=BY_CLOCK.get(name, ())) for name in run.NAMES]
+MARKS = {  # beside the last: the prints of tests/machine/drives
+    **dict.fromkeys(("bracket", "commands", "hanging", "print_job", "statics"), (pytest.mark.slow,)),
+    "drives": (pytest.mark.slow, pytest.mark.clock),
+}
+WITH_AND_WITHOUT = [pytest.param(name, "", marks=MARKS.get(name, ())) for name in run.NAMES]
 WITH_AND_WITHOUT += [one for one in PEERS.items() if find_spec(one[1])]
 
 

@@ -61,7 +61,7 @@ def test_every_example_is_pinned() -> None:
     assert sorted(path.stem for path in EXAMPLES.glob("*.py")) == sorted(name for name in PINNED if "/" not in name)
 
 
-SLOW = ("09_retract_as_it_grows", "18_print_with_a_retracting_beam")  # the former takes three minutes
+SLOW = ("09_retract_as_it_grows", "17_print_with_a_body", "18_print_with_a_retracting_beam")  # seconds to minutes
 
 
 @pytest.mark.parametrize(

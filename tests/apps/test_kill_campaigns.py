@@ -9,10 +9,12 @@ from pathlib import Path
 
 import pytest
 
+from cases import some
+
 TOOL = runpy.run_path(str(Path(__file__).parents[2] / "tools" / "kill_campaigns.py"), run_name="tool")
 EACH_ONCE = len(TOOL["TASKS"]) * len(TOOL["DISASTERS"])
 CAMPAIGNS = TOOL["listed"](2 * EACH_ONCE, 1, TOOL["TASKS"], TOOL["DISASTERS"])
-FEW = [("trade", "kill"), ("trade", "interrupt"), ("trade", "full-disk")]
+FEW = some([("trade", "kill"), ("trade", "interrupt"), ("trade", "full-disk")])
 
 
 @pytest.mark.parametrize(("command", "disaster"), FEW)

@@ -339,6 +339,7 @@ def test_exit_points_in_the_plane_need_priors_of_the_plan(tmp_path: Path) -> Non
         StraightProblem.of(truth, made.measured, few)
 
 
+@pytest.mark.slow
 def test_what_across_brings_on_the_board_of_the_docs() -> None:
     """Belts 6 cm off it; the medians that docs/theory/calibration.md states, and home lengths within their sigmas."""
     robot, runs = load(Path(__file__).parents[2] / "examples" / "robots" / "board.toml"), 30

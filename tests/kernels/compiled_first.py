@@ -136,8 +136,9 @@ def calibrated(name: str) -> Callable[[], object]:
 def plain() -> Work:
     """What plain robots need."""
     found = list(machines("merlet2023", (0.3, -1.0, 1.2)))
-    for each in (("eyelet", False), ("mount", False), ("body", True), ("shared-winch", True), ("few-winches", True)):
+    for each in (("eyelet", False), ("body", True), ("shared-winch", True)):
         found += uses(*each)
+    found.append(lambda: cw.inverse(cw.load("grab-four-lines"), [1.1, 0.1, -0.2, np.nan, np.nan, 0.0]))
     found += [
         print_begun(cw.load("merlet2023"), ring(0.1, 1.0, 0.1, 0.3), each, "quasi-static")
         for each in ("filter", "paper")

@@ -15,6 +15,7 @@ from cablewright.live.drives import actions
 from cablewright.live.drives.session import RealMachine, SessionOperator, Watching, session_path
 from cablewright.live.prints import loop
 from cablewright.robot.cable import Creep
+from cases import some
 from virtual_drives import RING_BEGIN, Bench, bench
 
 
@@ -59,7 +60,7 @@ def test_a_line_that_was_moved_by_hand_without_power_is_found(line: int, tmp_pat
     assert f"it is line {name} by -5" in operator.reason  # after three poses: none of the other three
 
 
-@pytest.mark.parametrize("line", ["south-west", "south-east", "north-east", "north-west"])
+@pytest.mark.parametrize("line", some(["south-west", "south-east", "north-east", "north-west"]))
 def test_a_wrong_direction_is_said_before_anything_is_pulled(line: str, tmp_path: Path) -> None:
     found = bench(rig={"reversed_lines": (line,)})
     _, operator, _ = home(found, tmp_path, np.array(RING_BEGIN["merlet2023"]))
@@ -92,7 +93,10 @@ def test_winches_turned_without_counting_are_homed_by_a_measured_place_alone(tmp
     assert "no valid lengths are saved" in refused.reason
 
 
-@pytest.mark.parametrize("way", [(-0.7, 0.5, 0.0), (-1.4, 1.0, 0.0), (0.0, 0.0, 1.5)])
+@pytest.mark.parametrize(
+    "way",
+    [(-0.7, 0.5, 0.0), *(pytest.param(each, marks=pytest.mark.slow) for each in ((-1.4, 1.0, 0.0), (0.0, 0.0, 1.5)))],
+)
 def test_a_place_that_was_typed_wrong_is_not_believed(way: tuple[float, ...], tmp_path: Path) -> None:
     on, operator, _ = home(bench(), tmp_path, PLACE + way)
     assert "the tensions do not fit the place" in operator.reason
@@ -154,7 +158,7 @@ def test_a_loss_of_power_is_survived_and_reported(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("pair", "place"),
-    [(("south-west", "south-east"), (0.0, -0.5, 1.0)), (("south-west", "north-west"), (0.7, -0.5, 1.0))],
+    some([(("south-west", "south-east"), (0.0, -0.5, 1.0)), (("south-west", "north-west"), (0.7, -0.5, 1.0))]),
 )
 def test_two_drives_with_the_nodes_of_each_other_are_found_before_the_platform_goes_astray(
     pair: tuple[str, str], place: tuple[float, float, float], tmp_path: Path
@@ -206,6 +210,7 @@ def case(seed: int, folder: Path, *, wrong: bool) -> tuple[str, str]:
     return operator.reason, line
 
 
+@pytest.mark.slow
 def test_what_is_wrong_is_rejected_and_what_is_right_passes(tmp_path: Path) -> None:
     reason, line = case(1, tmp_path, wrong=True)
     assert f"{line} by " in reason

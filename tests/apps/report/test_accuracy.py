@@ -29,7 +29,7 @@ from cablewright.studies.accuracy import (
     AccuracyStudy,
     accuracy,
 )
-from cases import nozzle_errors
+from cases import nozzle_errors, some
 
 EVIL = "</script><script>alert(1)</script>\"'&<b> $\\frac{1}$ $x_"
 
@@ -232,7 +232,7 @@ def test_no_place_answered(folder):
 
 
 @pytest.mark.parametrize("shape", ["workspace", "plane", "helix", "path"])
-@pytest.mark.parametrize("kept", ["half", "one"])
+@pytest.mark.parametrize("kept", some(["half", "one"]))
 def test_some_places_answered(folder, shape, kept):
     study = studied(shape)
     count = len(study.accuracy.codes)

@@ -25,6 +25,7 @@ from cablewright.apps.report.check import write
 from cablewright.apps.report.document import script
 from cablewright.foundation.errors import EnvironmentFault
 from cablewright.robot import load
+from cases import some
 
 SOLVED = ("uncompensated", "compensated", "elastic_only", "tensions", "lowest_tension", "highest_tension")
 SOLVED += ("lengths", "winch_speed")
@@ -168,7 +169,7 @@ def test_half_of_it_solved(small, folder):
     assert "nan" not in text
 
 
-@pytest.mark.parametrize("m", [1, 2, 4, 8, 12, 64])
+@pytest.mark.parametrize("m", some([1, 12, 2, 4, 8, 64], 2))
 def test_any_number_of_lines(tmp_path, folder, m):
     text = told(page_of(make_check(ring_robot(m), small_job(tmp_path)), folder))
     assert (f"Of {m} lines, the 8 with tensions nearest to their limits are drawn." in text) == (m > 8)

@@ -117,6 +117,7 @@ def test_a_print_that_was_left_goes_on_where_it_was(tmp_path: Path) -> None:
     assert np.linalg.norm(found.rig.plant.truth.position - RING_BEGIN["merlet2023"]) < 0.02
 
 
+@pytest.mark.slow
 def test_a_print_waits_for_powder_and_goes_on_when_a_person_says_so(tmp_path: Path) -> None:
     twin = virtual_twin(flow=0.0376)
     twin = twin.with_owner(drum=twin.owner.drum.model_copy(update={"powder": 0.4}))

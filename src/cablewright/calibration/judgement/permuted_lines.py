@@ -73,9 +73,7 @@ def better_arrangement(problem: CalibrationProblem, found: PoseFit, rough: float
     return f"{best.words} would explain the data far better: {change}, {motion}"
 
 
-def _tried(
-    words: str, problem: CalibrationProblem, measured: Measured, rough: float, good: float = math.inf
-) -> _Trial:
+def _tried(words: str, problem: CalibrationProblem, measured: Measured, rough: float, good: float = math.inf) -> _Trial:
     """Return how well *measured* fits from the file's numbers; residuals far beyond *good*, m, are not fitted on."""
     again = StraightProblem.of(problem.robot, measured, problem.plan, hold=False)
     return _told(words, again, quick_fit(again, rough, good))

@@ -116,9 +116,7 @@ def best_fit(problem: CalibrationProblem, seed: int, rough: float, progress: Pro
     return replace(polished, steps=nearest.steps + polished.steps, starts=len(found), alike=len(alike))
 
 
-def _from_far(
-    problem: CalibrationProblem, theta: Array, poses: Array, rough: float, good: float = np.inf
-) -> PoseFit:
+def _from_far(problem: CalibrationProblem, theta: Array, poses: Array, rough: float, good: float = np.inf) -> PoseFit:
     """Fit from a far start, in stages that pull exit points less and less towards their start values.
 
     Without these stages many robots end in a local minimum of another shape that fits to millimetres. *good*: see
