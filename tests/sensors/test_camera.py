@@ -17,11 +17,11 @@ from cablewright.exchange.ros.messages import RosMessages
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import CameraPose, Command, SensorFrame, frozen
-from cablewright.live.drive import DriveSettings, Pilot, random_loop
+from cablewright.live.drive_along_path import DriveSettings, Pilot, random_loop
 from cablewright.live.estimator_settings import started_settings
 from cablewright.live.estimators import best_estimator, estimator
 from cablewright.live.rest_pose import rest_pose
-from cablewright.machine.accuracy import MachineAccuracy
+from cablewright.machine.description_sigmas import MachineAccuracy
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import read_log, write_log
 from cablewright.machine.sensors.camera import CameraSensor, PlatformTag

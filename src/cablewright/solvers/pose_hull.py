@@ -48,10 +48,11 @@ def enclose_poses(
 ) -> PoseBox:
     """Enclose the poses of a single solved *equilibrium* whose lengths are known to *length_error*, m.
 
-    *length_error*: one number for all lines, or one for each; a line with a counterweight has none. The box exceeds the sampled poses by at most *tolerance*
-    of its width; if that takes more than *budget* leaves there is no box. *progress* is called with a stage, the used
-    part of *budget*, and *budget*. Raises `InputError` for an error that is not positive or as large as a length, a
-    batch, rigid cables, a budget or tolerance that is not positive; `AnswerError` for an unsolved equilibrium.
+    *length_error*: one number for all lines, or one for each; a line with a counterweight has none. The box exceeds the
+    sampled poses by at most *tolerance* of its width; if that takes more than *budget* leaves there is no box.
+    *progress* is called with a stage, the used part of *budget*, and *budget*. Raises `InputError` for an error that is
+    not positive or as large as a length, a batch, rigid cables, a budget or tolerance that is not positive;
+    `AnswerError` for an unsolved equilibrium.
     """
     errors = _errors(equilibrium, length_error)
     if budget < 1:

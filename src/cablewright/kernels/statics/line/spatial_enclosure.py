@@ -10,8 +10,8 @@ that of the length.
 
 from math import cos as cos_of
 from math import exp as exp_of
-from math import inf, sqrt
 from math import sin as sin_of
+from math import sqrt
 
 import numpy as np
 
@@ -19,11 +19,9 @@ from cablewright.kernels import jit
 from cablewright.kernels.certificates.interval import (
     ENTIRE,
     ONE,
-    PI,
     ROUNDING,
     ZERO,
     add,
-    contains_zero,
     div,
     hull,
     inflate,
@@ -43,10 +41,8 @@ from cablewright.kernels.certificates.jets import (
     SLOPED,
     added,
     along,
-    angle,
     chained,
     constant,
-    cosine,
     cross,
     dot,
     fixed,
@@ -58,10 +54,8 @@ from cablewright.kernels.certificates.jets import (
     plus,
     put,
     scaled,
-    sine,
     square_root,
     times,
-    unbounded,
     unit,
     variable,
 )
@@ -100,14 +94,17 @@ from cablewright.kernels.layout import (
     WEIGHT,
     WINCH_RISE,
 )
+from cablewright.kernels.statics.line.guide_enclosure import (
+    leave_aside,
+    leave_pulley,
+    leave_swivel,
+    turn_of_swivel,
+    vector,
+)
 from cablewright.kernels.statics.line.guides import compliance_of_mount
 from cablewright.kernels.statics.platform_enclosure import along as turning
 from cablewright.kernels.statics.platform_enclosure import component, turn
 
-TWO_PI = (2.0 * PI[0], 2.0 * PI[1])
-TURNS = 30  # Newton steps for the angle of a swivel
-TURN = 0.3  # rad: the longest of them
-GRAIN = 1e-15  # rad: a step that ends them
 SERIES, TERMS = 0.25, 28  # up to where, and how many terms: the rest is below 2^-55
 PARTS = 8  # of half a span over which second derivatives are integrated
 
@@ -128,7 +125,7 @@ def centre_of(row, y, pose, rotation, arm, moved, out):
     if row[GUIDE] == ASIDE:
         c = cos_of(y[PHI])
         _, away = _platform_point(row, pose, np.zeros(pose.shape[0]), 0.0, rotation, arm, moved, SLOPED)
-        out[4] = _turn_of_swivel(row, fixed(c * cos_of(y[AZIMUTH]), c * sin_of(y[AZIMUTH]), sin_of(y[PHI])), away)
+        out[4] = turn_of_swivel(row, fixed(c * cos_of(y[AZIMUTH]), c * sin_of(y[AZIMUTH]), sin_of(y[PHI])), away)
 
 
 @jit
@@ -148,11 +145,6 @@ def frame_of(row, y):
     """The direction of `tangent_of`, and a horizontal and a third one across it: vectors of doubles."""
     c, s, ca, sa, _ = tangent_of(row, y)
     return fixed(c * ca, c * sa, s), fixed(-sa, ca, 0.0), fixed(-s * ca, -s * sa, c)
-
-
-@jit
-def _middle(a):
-    return 0.5 * (a[0] + a[1])
 
 
 @jit(allocates=True)
@@ -323,16 +315,10 @@ def _turning(value, rows):
 
 
 @jit(allocates=True)
-def _vector(row, at):
-    """Vector of doubles in columns *at* of a line."""
-    return fixed(row[at], row[at + 1], row[at + 2])
-
-
-@jit(allocates=True)
 def _placed(row, at, n, omega, rotation, arm, moved, rows):
     """Vector of the platform in columns *at* of a line, turned with a body."""
     if n == 3:
-        return _vector(row, at)
+        return vector(row, at)
     turn(row[at], row[at + 1], row[at + 2], omega, rotation, arm)
     size = sqrt(row[at] ** 2 + row[at + 1] ** 2 + row[at + 2] ** 2)
     bend = size * (1.0 + 2.0 * omega) * ROUNDING  # of exp([d]x) b, for omega <= 1
@@ -405,15 +391,15 @@ def leave(row, centre, box, force, away, rows):
     """
     nothing = constant(ZERO)
     covered = constant(point(row[DEAD_SPAN]))
-    axis = _vector(row, AXIS_X)
+    axis = vector(row, AXIS_X)
     if row[GUIDE] == ASIDE:
-        return _leave_aside(row, _unknown(centre, box, 4, rows), force)
+        return leave_aside(row, _unknown(centre, box, 4, rows), force)
     if row[GUIDE] == SWIVEL:
-        leaves, arc = _leave_swivel(axis, row[RADIUS], row[SIDE], force, away)
+        leaves, arc = leave_swivel(axis, row[RADIUS], row[SIDE], force, away)
         return leaves, arc, covered, nothing
     if row[GUIDE] == PULLEY:
-        arrival = _vector(row, ARRIVAL_X)
-        leaves, arc = _leave_pulley(axis, arrival, row[RADIUS], force)
+        arrival = vector(row, ARRIVAL_X)
+        leaves, arc = leave_pulley(axis, arrival, row[RADIUS], force)
         return leaves, arc, covered, nothing
     return (nothing, nothing, nothing), nothing, covered, nothing
 
@@ -428,102 +414,6 @@ def _leave_platform(row, n, omega, rotation, arm, moved, end, away):
     minus_one = constant((-1.0, -1.0))
     force = along(end, minus_one)
     if row[END_ARRIVAL_X] == row[END_ARRIVAL_X + 1] == row[END_ARRIVAL_X + 2] == 0.0:
-        return _leave_swivel(axis, row[END_RADIUS], 1.0, force, along(away, minus_one))
+        return leave_swivel(axis, row[END_RADIUS], 1.0, force, along(away, minus_one))
     arrival = _placed(row, END_ARRIVAL_X, n, omega, rotation, arm, moved, rows)
-    return _leave_pulley(along(axis, minus_one), arrival, row[END_RADIUS], force)
-
-
-@jit(allocates=True)
-def _leave_swivel(axis, radius, side, force, toward):
-    """Contact point and length of a sheave whose centre is one *radius* from its *axis*, on the side of *toward*."""
-    rise = dot(force, axis)
-    out = less(force, along(axis, rise))
-    away = square_root(dot(out, out))
-    size, facing = square_root(plus(times(away, away), times(rise, rise))), of(dot(out, toward), 0)
-    if contains_zero(facing):
-        return (unbounded(), unbounded(), unbounded()), unbounded()
-    if facing[1] < 0.0:
-        away = scaled(away, (-1.0, -1.0))
-    c, s = over(away, size), over(rise, size)
-    turned = point(side * radius)
-    reach = minus(constant(point(radius)), scaled(s, turned))
-    leaves = added(along(out, over(reach, away)), along(axis, scaled(c, turned)))
-    quarter = constant(mul(point(0.5 * radius), PI))
-    if of(c, 0)[1] < 0.0 and contains_zero(of(s, 0)):
-        return leaves, unbounded()
-    return leaves, minus(quarter, scaled(angle(c, s), turned))
-
-
-@jit(allocates=True)
-def _leave_pulley(axis, arrival, radius, force):
-    """Contact point and length of a wheel on a fixed *axis*, about which the cable travels from its *arrival* on."""
-    inside = less(force, along(axis, dot(force, axis)))
-    radial = cross(unit(inside), axis)
-    turned = _wound(angle(dot(arrival, radial), dot(cross(axis, arrival), radial)))
-    return along(radial, constant(point(radius))), scaled(turned, point(radius))
-
-
-@jit(allocates=True)
-def _wound(turned):
-    """Angle of contact, rad, above -pi / 2 and up to 3 pi / 2."""
-    lowest = -0.5 * PI[1]
-    if of(turned, 0)[0] > lowest:
-        return turned
-    return plus(turned, constant(TWO_PI)) if of(turned, 0)[1] < lowest else unbounded()
-
-
-@jit(allocates=True)
-def _leave_aside(row, turned, force):
-    """As `leave`, of a swivel *turned* by an unknown angle, where the moments of both spans about its axis balance."""
-    axis = _vector(row, AXIS_X)
-    winch = _vector(row, ARRIVAL_X)
-    first = _zero_of_swivel(row, axis)
-    e = added(along(first, cosine(turned)), along(cross(axis, first), sine(turned)))
-    n = cross(axis, e)
-    toward = unit(force)
-    fe, fn, rise = dot(toward, e), dot(toward, n), dot(toward, axis)
-    wn, fall, radius = dot(winch, n), dot(winch, axis), constant(point(row[RADIUS]))
-    ahead, turn_radius = minus(dot(winch, e), radius), point(row[SIDE] * row[RADIUS])
-    flat = square_root(plus(times(fe, fe), times(rise, rise)))
-    c, s = over(fe, flat), over(rise, flat)
-    far = plus(times(ahead, ahead), times(fall, fall))
-    square = minus(far, times(radius, radius))
-    reach, span = square_root(square), square_root(plus(square, times(wn, wn)))
-    cp = over(minus(times(ahead, reach), scaled(fall, turn_radius)), far)
-    sp = over(plus(times(fall, reach), scaled(ahead, turn_radius)), far)
-    leaves, enters = minus(radius, scaled(s, turn_radius)), plus(radius, scaled(sp, turn_radius))
-    moment = plus(times(leaves, fn), over(times(enters, wn), span))
-    between = angle(plus(times(cp, c), times(sp, s)), minus(times(sp, c), times(cp, s)))
-    wrap = _wound(plus(scaled(between, point(row[SIDE])), constant(PI)))
-    contact = added(along(e, leaves), along(axis, scaled(c, turn_radius)))
-    return contact, scaled(wrap, point(row[RADIUS])), plus(span, constant(point(row[DEAD_SPAN]))), moment
-
-
-@jit(allocates=True)
-def _zero_of_swivel(row, axis):
-    """Unit vector across the *axis* from which a swivel's angle is measured."""
-    k = 0
-    for j in range(1, 3):
-        if abs(row[AXIS_X + j]) < abs(row[AXIS_X + k]):
-            k = j
-    edge = fixed(1.0 if k == 0 else 0.0, 1.0 if k == 1 else 0.0, 1.0 if k == 2 else 0.0)
-    return unit(less(edge, along(axis, axis[k])))
-
-
-@jit(allocates=True)
-def _turn_of_swivel(row, force, away):
-    """Angle by which a swivel ASIDE is turned under the *force*: Newton from where the force and *away* point."""
-    axis = _vector(row, AXIS_X)
-    first = _zero_of_swivel(row, axis)
-    second = cross(axis, first)
-    x, y = of(dot(force, first), 0)[0], of(dot(force, second), 0)[0]
-    toward = of(dot(away, first), 0)[0] * x + of(dot(away, second), 0)[0] * y
-    sign = -1.0 if toward < 0.0 else 1.0
-    turned = _middle(of(angle(constant((sign * x, sign * x)), constant((sign * y, sign * y))), 0))
-    for _ in range(TURNS):
-        moment = _leave_aside(row, variable((turned, turned), 4, SLOPED), force)[3]
-        step = _middle(of(moment, 0)) / _middle(of(moment, 1 + 4))  # by the angle, in slot 4
-        if abs(step) < GRAIN or not abs(step) < inf:
-            break
-        turned -= min(max(step, -TURN), TURN)
-    return turned
+    return leave_pulley(along(axis, minus_one), arrival, row[END_RADIUS], force)
