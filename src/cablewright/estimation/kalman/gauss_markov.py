@@ -37,7 +37,7 @@ def fade_clock(state: FilterState, dt: float) -> None:
 
 
 def fade_survey(state: FilterState, dt: float) -> None:
-    """Predict the errors of walls, lidar mounts and camera by *dt*, s, which decay to the values of the machine file."""
+    """Predict errors of walls, lidar mounts and camera by *dt*, s: they decay to the values of the machine file."""
     state.built.unfaded += dt
     if state.built.unfaded < _INTERVAL:
         return

@@ -18,7 +18,7 @@ from cablewright.kernels.statics.line.spatial_enclosure import enclose_spatial, 
 
 LENGTH, MOMENT, FORCE = 2, 4, 5  # rows: of lengths, of a swivel's moment, and the first of the force
 GAPS = (0, 1, 3)  # rows: of the span's end along the chord and twice across
-PART, PARTS = 0.04, 8  # half width of a relative tension that is enclosed at once, and the largest number of parts
+PART, PARTS = 0.04, 8  # half width of a relative tension that is enclosed together, and the largest number of parts
 LOCAL_PAIRS = np.where(PAIRS < OWN, PAIRS, PAIRS - 3)  # a line's variables: its own unknowns, then three rotations
 
 

@@ -14,9 +14,9 @@ from cablewright.foundation.signals import CameraPose, Reading
 from cablewright.models.rotation import motion_between, moved
 
 if TYPE_CHECKING:
+    from cablewright.estimation.body.estimated_constants import BodyLayout
     from cablewright.estimation.body.settings import BodySettings
     from cablewright.estimation.body.state import BodyState
-    from cablewright.estimation.body.estimated_constants import BodyLayout
 
 _STEP: Final = 1e-6  # rad, of a difference quotient
 

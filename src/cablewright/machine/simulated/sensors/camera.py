@@ -22,8 +22,8 @@ from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simu
 from cablewright.models.rotation import matrices, moved
 
 if TYPE_CHECKING:
-    from cablewright.machine.simulated.true_state import RigState
     from cablewright.machine.simulated.sensor_context import Mounted
+    from cablewright.machine.simulated.true_state import RigState
 
 _LEAST_SIDE: Final = 25.0  # px of the shortest side of a tag that is read
 _MODULES: Final = 8  # along a tag's side: a smear of more than one module is not read
