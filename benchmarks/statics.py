@@ -17,10 +17,10 @@ from cablewright.kernels.statics.line.upright import guess, settle
 from cablewright.models.fidelity import Fidelity, SheaveLaw
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import load
-from cablewright.solvers.batches import run
 from cablewright.solvers.continuation import Tracker, TrackerSettings
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
+from cablewright.solvers.row_threads import run
 
 Array = NDArray[np.float64]
 BATCH = 100  # poses

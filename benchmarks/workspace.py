@@ -67,7 +67,7 @@ def rows(size: Size) -> Iterator[Row]:
 def volume_row(model: Model, criterion: str, size: Size) -> Row:
     """Time of a volume whose error is within the tolerance, relative, on one thread."""
     tolerance = size.tolerance
-    with patch("cablewright.solvers.batches.thread_count", lambda: 1):
+    with patch("cablewright.solvers.row_threads.thread_count", lambda: 1):
         found = workspace(model, criterion, tolerance=tolerance)
         seconds = best(lambda: workspace(model, criterion, tolerance=tolerance), size.volumes)
     known = found.converged and found.volume_error <= tolerance * found.volume

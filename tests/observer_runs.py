@@ -12,7 +12,7 @@ from cablewright.estimation.kalman.sag import Balanced, Sag
 from cablewright.estimation.slackness import SlacknessState
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.signals import Estimate, SensorFrame, Truth
-from cablewright.kernels.filtering import line_angles, sagging_lines
+from cablewright.kernels.filtering import sagging_lines, smoothed_line_angles
 from cablewright.live.drive_along_path import DriveSettings, Pilot, random_loop
 from cablewright.live.estimator_settings import OBSERVERS
 from cablewright.machine.simulated.settings import FaultPlan, TwinSettings
@@ -66,7 +66,11 @@ def errors(found: list[Estimate], recording: list[tuple[SensorFrame, Truth]], si
     ])  # fmt: skip
 
 
-_ROWS = {"differences": line_angles.DIFFERENCE, "excess": line_angles.EXCESS, "variances": line_angles.VARIANCE}
+_ROWS = {
+    "differences": smoothed_line_angles.DIFFERENCE,
+    "excess": smoothed_line_angles.EXCESS,
+    "variances": smoothed_line_angles.VARIANCE,
+}
 
 
 def forces_at(may_be: Balanced, shares: Array) -> Array:

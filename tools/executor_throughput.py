@@ -22,7 +22,7 @@ from cablewright.running.executors.executor import Executor, Serial
 from cablewright.running.executors.stored_results import KeptResults
 from cablewright.running.executors.study import evaluate
 from cablewright.running.executors.task import Task
-from cablewright.solvers.batches import use_threads
+from cablewright.solvers.row_threads import use_threads
 from cablewright.studies.design.problem import DesignProblem, Variable, places_of
 from cablewright.studies.design.search import judged
 

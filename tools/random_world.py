@@ -38,7 +38,7 @@ from cablewright.foundation.signals import (
 )
 from cablewright.live.prints.loop import PrintPlan
 from cablewright.live.serve.events import Events
-from cablewright.live.serve.latest_message import shared
+from cablewright.live.serve.latest_shared_message import shared
 from cablewright.live.serve.link import LEASE, ControlLink, ServerLink
 from cablewright.live.serve.messages import ChannelName, OrderMessage
 from cablewright.live.serve.page_orders import PageOperator

@@ -33,7 +33,7 @@ def _draw(result: Pictured, *file: Any, **look: Any) -> Any:
 
 
 def _html(result: Result) -> str:
-    from cablewright.apps.notebook import result_html
+    from cablewright.apps.notebook_display import result_html
 
     return result_html(result)
 

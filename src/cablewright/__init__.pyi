@@ -20,8 +20,8 @@ from cablewright.analyses.rigidity import Dexterity as Dexterity
 from cablewright.analyses.rigidity import dexterity as dexterity
 from cablewright.analyses.rigidity import natural_frequencies as natural_frequencies
 from cablewright.analyses.rigidity import stiffness as stiffness
-from cablewright.analyses.tension_methods import TensionComparison as TensionComparison
-from cablewright.analyses.tension_methods import compare_tensions as compare_tensions
+from cablewright.analyses.tension_comparison import TensionComparison as TensionComparison
+from cablewright.analyses.tension_comparison import compare_tensions as compare_tensions
 from cablewright.analyses.workspace.area import WorkspaceArea as WorkspaceArea
 from cablewright.analyses.workspace.area import workspace_area as workspace_area
 from cablewright.analyses.workspace.best_retraction import RetractionStudy as RetractionStudy
@@ -35,8 +35,8 @@ from cablewright.analyses.workspace.workspace import count_nodes as count_nodes
 from cablewright.analyses.workspace.workspace import workspace as workspace
 from cablewright.analyses.wrench_polytope import WrenchPolytope as WrenchPolytope
 from cablewright.analyses.wrench_polytope import available_wrenches as available_wrenches
-from cablewright.apps.notebook import View as View
-from cablewright.apps.notebook import view as view
+from cablewright.apps.notebook_display import View as View
+from cablewright.apps.notebook_display import view as view
 from cablewright.calibration.calibrate import calibrate as calibrate
 from cablewright.calibration.drift.drift import Drift as Drift
 from cablewright.calibration.drift.drift import check_drift as check_drift

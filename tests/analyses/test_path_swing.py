@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.optimize import fsolve
 
-from cablewright.analyses.motion.sagging import with_sag
+from cablewright.analyses.motion.sag_correction import with_sag
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.robot import Robot, loads

@@ -11,7 +11,7 @@ import pytest
 
 from cablewright.apps import compilation
 from cablewright.kernels import cache
-from cablewright.solvers import batches
+from cablewright.solvers import row_threads
 
 ECHO = "import sys\nfor line in sys.stdin: print(line.strip(), flush=True)"
 """A process that reports each task as done."""
@@ -81,18 +81,18 @@ def test_an_error_ends_the_others(done: list[str], monkeypatch) -> None:
 
 def test_nothing_is_prepared_where_all_is_compiled(monkeypatch) -> None:
     asked: list[int] = []
-    monkeypatch.setattr(batches, "_ready", set())
-    monkeypatch.setattr(batches, "is_compiled", lambda *_: True)
-    with batches.before_compiling(lambda: asked.append(1)):
+    monkeypatch.setattr(row_threads, "_ready", set())
+    monkeypatch.setattr(row_threads, "is_compiled", lambda *_: True)
+    with row_threads.before_compiling(lambda: asked.append(1)):
         compilation.TASKS["inverse"][0]()
     assert not asked
 
 
 def test_it_is_prepared_once(monkeypatch) -> None:
     asked: list[int] = []
-    monkeypatch.setattr(batches, "_ready", set())
-    monkeypatch.setattr(batches, "is_compiled", lambda *_: False)
-    with batches.before_compiling(lambda: asked.append(1)), batches.saying_more():
+    monkeypatch.setattr(row_threads, "_ready", set())
+    monkeypatch.setattr(row_threads, "is_compiled", lambda *_: False)
+    with row_threads.before_compiling(lambda: asked.append(1)), row_threads.saying_more():
         compilation.TASKS["inverse"][0]()
         compilation.TASKS["forward"][0]()
     assert asked == [1]

@@ -9,7 +9,7 @@ import sys
 
 import pytest
 
-from cablewright.apps.cli.examples import FURTHER
+from cablewright.apps.cli.help_examples import FURTHER
 from cablewright.apps.cli.main import COMMANDS, command
 from cablewright.apps.cli.output import print_text
 from cablewright.foundation.results import Figure, Result

@@ -335,7 +335,10 @@ def test_exit_points_in_the_plane_need_priors_of_the_plan(tmp_path: Path) -> Non
     with pytest.raises(InputError, match=r"^across: robot 'wang2021' has no platform.plane$"):
         StraightProblem.of(load("wang2021"), Measured(np.zeros((20, 4))), CalibrationPlan(across=1e-3))
     few = CalibrationPlan(unknowns=("length_offset",), across=1e-3)
-    with pytest.raises(InputError, match=r"^across: exit_point is not among the unknowns$"):
+    with pytest.raises(
+        InputError,
+        match=r"^across: is for exit points beside the plane; add exit_point to the unknowns, or leave out across$",
+    ):
         StraightProblem.of(truth, made.measured, few)
 
 

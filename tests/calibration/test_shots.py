@@ -145,7 +145,7 @@ def test_ways_to_write_a_csv(file: Path, text: str) -> None:
         ("110001+00000X11 21.327+00012345", "unit '7'; an angle has one of 2, 3, 4, 5"),
         ("110001+00000X11 21.324+04565000", "65 minutes and 0 seconds; both must be under 60"),
         ("110001+00000X11 31..00+0001A345", "'0001A345' must be digits"),
-        ("110001+00000X11 31..00+00012345 31..00+00012345", "word 31 occurs twice"),
+        ("110001+00000X11 31..00+00012345 31..00+00012345", "the GSI word 31 occurs twice"),
         ("110001+00000X11 31..00+00012345 110002+00000X12 31..00+0001", "line 1, block 2: word '31..00+0001' has 4"),
         ("110001+00000X11 31..00+---", "has 3 places of data; expected 8"),
         ("110001+00000X11 " + "31..00+00012345 " * 65, "66 words, over the limit of 64"),

@@ -11,7 +11,7 @@ import pytest
 from cablewright.control import manual, path_follower
 from cablewright.control.manual import LEASE, ManualSettings, ManualState
 from cablewright.control.path_follower import GuideMode, GuideState, Target, TimedPath
-from cablewright.control.swing_free_speed import RampMean
+from cablewright.control.speed_smoothing import RampMean
 from cablewright.foundation.signals import Order, OrderKind
 from cablewright.printing.job import Job, Motion
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import cablewright as cw
-from cablewright.estimation.lidar.housing import find_housing
+from cablewright.estimation.lidar.housing_detection import find_housing
 from cablewright.estimation.lidar.noise import estimate_noise_by_range
 from cablewright.estimation.lidar.scan import LidarModel, level_points
 from cablewright.foundation.errors import InputError

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 import cablewright as cw
 from cablewright.exchange.caspr import read_caspr
 from cablewright.exchange.robot_toml import robot_toml
-from cablewright.exchange.translation import ImportedRobot
+from cablewright.exchange.translation_result import ImportedRobot
 from cablewright.foundation.errors import InputError
 from cablewright.robot import loads
 from exchange import samples

@@ -13,7 +13,7 @@ from cablewright.exchange.formats import READ, ImportOptions, read_robot
 from cablewright.exchange.klipper_config import klipper_anchors
 from cablewright.exchange.robot_toml import robot_toml
 from cablewright.exchange.rrf_config import rrf_config
-from cablewright.exchange.translation import ImportedRobot
+from cablewright.exchange.translation_result import ImportedRobot
 from cablewright.foundation.errors import InputError
 from cablewright.machine.drums import drums_of
 from cablewright.robot import load, loads

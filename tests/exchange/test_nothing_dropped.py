@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cablewright.exchange.translation import ExportedFile
+from cablewright.exchange.translation_result import ExportedFile
 from cablewright.exchange.urdf import urdf
 from cablewright.exchange.wirex_output import wirex
 from cablewright.foundation.errors import InputError

@@ -19,7 +19,7 @@ from cablewright.apps.cli.main import run
 from cablewright.exchange.firmware import firmware
 from cablewright.exchange.slicers.formats import slicer_files
 from cablewright.exchange.slicers.profile import SWING, profile_of
-from cablewright.exchange.translation import Notes
+from cablewright.exchange.translation_result import Notes
 from cablewright.foundation.errors import InputError
 from cablewright.printing.job import Bead, load_job
 from cablewright.robot import Robot, load

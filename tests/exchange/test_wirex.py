@@ -9,7 +9,7 @@ import pytest
 
 import cablewright as cw
 from cablewright.exchange.robot_toml import robot_toml
-from cablewright.exchange.translation import ImportedRobot
+from cablewright.exchange.translation_result import ImportedRobot
 from cablewright.exchange.wirex import VERSIONS, read_wirex
 from cablewright.exchange.wirex_output import wirex
 from cablewright.foundation.errors import InputError

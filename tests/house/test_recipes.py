@@ -80,7 +80,7 @@ import json
 from pathlib import Path
 
 from cablewright.exchange.assumed_values import chosen_cable, frame_of
-from cablewright.exchange.translation import ImportedRobot, Mapped
+from cablewright.exchange.translation_result import ImportedRobot, Mapped
 from cablewright.robot import Robot
 from cablewright.foundation.toml_input import read_bytes
 from cablewright.foundation.validation import validated
@@ -134,7 +134,7 @@ def test_a_format_that_is_written(copy: Copy) -> None:
 
 from __future__ import annotations
 
-from cablewright.exchange.translation import ExportedFile
+from cablewright.exchange.translation_result import ExportedFile
 from cablewright.robot import Robot
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cablewright.kernels.covariance import add_multiples
+from cablewright.kernels.covariance_prediction import add_multiples
 
 
 @pytest.mark.parametrize(("to", "source", "shape"), [(0, 3, (3, 4)), (5, 1, (2, 4)), (6, 0, (1, 1))])

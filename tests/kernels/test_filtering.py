@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cablewright.kernels.filtering import line_angles, sagging_lines
+from cablewright.kernels.filtering import sagging_lines, smoothed_line_angles
 from cablewright.kernels.filtering.predict import fade
 from cablewright.kernels.filtering.update import correct, size_of
 
@@ -105,10 +105,12 @@ def test_the_mixture_of_forces_is_that_of_whole_grids(zero: float) -> None:
 
 
 def test_angles_that_are_lost_late_or_astray_are_as_they_were() -> None:
-    rows, straight = np.zeros((line_angles.KNOWN, 4)), np.zeros(4)
-    rows[line_angles.SCATTER_TIMES], rows[line_angles.VARIANCE] = 5.0, 1e-4
-    line_angles.smooth(rows, np.array([0.01, np.nan, 0.9, 0.02]), straight, 0.1, 0.1, 0.2, 0.15, 0.5)
-    assert rows[line_angles.DIFFERENCE] == pytest.approx([-np.expm1(-0.5) * 0.01, 0.0, 0.0, -np.expm1(-0.5) * 0.02])
-    assert rows[line_angles.LAST_TIME].tolist() == [0.1, 0.0, 0.0, 0.1]
-    assert rows[line_angles.OUTLIERS].tolist() == [0.0, 0.0, 1.0, 0.0]
-    assert rows[line_angles.VARIANCE, 1] == 1e-4
+    rows, straight = np.zeros((smoothed_line_angles.KNOWN, 4)), np.zeros(4)
+    rows[smoothed_line_angles.SCATTER_TIMES], rows[smoothed_line_angles.VARIANCE] = 5.0, 1e-4
+    smoothed_line_angles.smooth(rows, np.array([0.01, np.nan, 0.9, 0.02]), straight, 0.1, 0.1, 0.2, 0.15, 0.5)
+    assert rows[smoothed_line_angles.DIFFERENCE] == pytest.approx(
+        [-np.expm1(-0.5) * 0.01, 0.0, 0.0, -np.expm1(-0.5) * 0.02]
+    )
+    assert rows[smoothed_line_angles.LAST_TIME].tolist() == [0.1, 0.0, 0.0, 0.1]
+    assert rows[smoothed_line_angles.OUTLIERS].tolist() == [0.0, 0.0, 1.0, 0.0]
+    assert rows[smoothed_line_angles.VARIANCE, 1] == 1e-4

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cablewright.kernels.control.moving_lengths import split
+from cablewright.kernels.control.length_change_split import split
 from cases import some
 
 

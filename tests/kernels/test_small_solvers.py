@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from cablewright.kernels import rotation
 from cablewright.kernels.dense_systems import solve
-from cablewright.kernels.statics.tension import SOFT, Program, distribute
+from cablewright.kernels.statics.tension_distribution import SOFT, Program, distribute
 
 
 @pytest.mark.parametrize("n", range(1, 7))

@@ -12,8 +12,8 @@ from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import Order, OrderKind, PrintState
 from cablewright.live.drives import actions
 from cablewright.live.drives.session import RealMachine
+from cablewright.live.placeholder_path import still_path
 from cablewright.live.prints.loop import Printer
-from cablewright.live.stationary_path import still_path
 from cablewright.models.statics import Model
 from cablewright.printing.job import Motion
 from cablewright.solvers.held_tensions import with_margin

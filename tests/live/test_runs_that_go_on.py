@@ -12,7 +12,7 @@ from cablewright.apps.serve.uploads import Uploads
 from cablewright.foundation.errors import InputError
 from cablewright.live.prints.recorder import Timing
 from cablewright.live.prints.run import CHECKPOINT
-from cablewright.live.serve.control import RUN, RUNS, Control
+from cablewright.live.serve.control_process import RUN, RUNS, Control
 from cablewright.live.serve.link import ControlLink
 from cablewright.live.serve.operated_machines import SimulatedStation, resting_pose
 from cablewright.machine.simulated.machine_file import built_machine

@@ -16,7 +16,7 @@ from cablewright.machine.files import machine_text
 from cablewright.machine.log.messages import encode
 from cablewright.machine.simulated.link import Channel, Gaps
 from cablewright.machine.simulated.people import WIDTH, Visits
-from cablewright.machine.simulated.random_periods import Spells
+from cablewright.machine.simulated.random_spells import Spells
 from cablewright.machine.simulated.settings import Link, TwinSettings, load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.robot import load

@@ -30,7 +30,7 @@ from cablewright.exchange.wirex_output import wirex
 from cablewright.live.estimator_settings import observer_settings
 from cablewright.live.estimators import estimator
 from cablewright.live.prints.limits import planned
-from cablewright.machine.drives.scale import scales_of
+from cablewright.machine.drives.drum_units import scales_of
 from cablewright.machine.drives.settings import WinchDriveSettings
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.simulated.machine_file import machine_file

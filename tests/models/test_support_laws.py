@@ -17,7 +17,7 @@ from cablewright.exchange.motion_export.linuxcnc import LETTERS as LINUXCNC
 from cablewright.foundation.signals import Command, Encoders, Estimate, SensorFrame, frozen
 from cablewright.live.body_estimator import body_settings
 from cablewright.live.estimators import estimator, reckoning_of
-from cablewright.machine.drives.scale import scales_of
+from cablewright.machine.drives.drum_units import scales_of
 from cablewright.machine.simulated.machine_file import built_machine
 from cablewright.machine.simulated.settings import Tolerances
 from cablewright.models.free_coordinates import free_coordinates

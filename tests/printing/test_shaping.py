@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from cablewright.foundation.memory_mapped import Room
 from cablewright.printing.job import Job, Motion
-from cablewright.printing.mean_motion import IntegratedLaw, Kernel
 from cablewright.printing.numeric_path import Helix
 from cablewright.printing.path import Samples, sample
+from cablewright.printing.running_mean import IntegratedLaw, Kernel
 from cablewright.printing.shaping import Shaper
 from cablewright.printing.timing import TimeLaw, time_law
 from cablewright.robot import load

@@ -250,7 +250,7 @@ def test_a_body_is_found_by_encoders_and_camera(seed: int) -> None:
 @pytest.mark.parametrize(
     ("key", "value", "why"),
     [
-        ("up", (0.0, 1.0, -0.1), "up: is along the other direction"),
+        ("up", (0.0, 1.0, -0.1), "up: is parallel to the direction that it faces"),
         ("tags", (), "tags: Tuple should have at least 1 item"),
         ("corner_deviation", 0.0, "corner_deviation: Input should be greater than 0"),
         ("focal_deviation", 0.6, "focal_deviation: Input should be less than or equal to 0.5"),

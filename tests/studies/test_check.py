@@ -227,7 +227,7 @@ def test_blocks_do_not_matter(found: Check, job_file, monkeypatch, block: int) -
 
 @pytest.mark.parametrize("threads", [1, 3])
 def test_threads_do_not_matter(found: Check, monkeypatch, threads: int) -> None:
-    monkeypatch.setattr("cablewright.solvers.batches.thread_count", lambda: threads)
+    monkeypatch.setattr("cablewright.solvers.row_threads.thread_count", lambda: threads)
     assert_same(check(found.robot, found.job), found, 0.0)
 
 

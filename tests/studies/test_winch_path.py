@@ -15,7 +15,7 @@ from cablewright.models.statics import Model
 from cablewright.printing.job import Job, load_job
 from cablewright.robot import load
 from cablewright.robot.new_robot import Outline
-from cablewright.studies.checks.winch_path import winch_path
+from cablewright.studies.checks.winch_angles import winch_path
 from cablewright.studies.new_robot import MACHINE, PART, ROBOT, new_robot
 
 MODEL = Model.full(load("merlet2023"))

@@ -19,9 +19,9 @@ from cablewright.kernels.collision.clearance import Surroundings
 from cablewright.models.obstacles import Obstacle, nothing
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
-from cablewright.solvers.batches import run
 from cablewright.solvers.hanging_path import hung
 from cablewright.solvers.inverse import solve_inverse
+from cablewright.solvers.row_threads import run
 
 KINDS = ("line", "platform", "frame", "part")
 """What a line's distance is measured to, in the order of the columns of `Interference.margins`."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from cablewright.foundation.arrays import Array
 from cablewright.kernels.collision.clearance import Surroundings, drawn_lines
-from cablewright.kernels.collision.line_polyline import MAX_POINTS
+from cablewright.kernels.collision.polyline_of_line import MAX_POINTS
 from cablewright.kernels.layout import Packed
 
 

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Final
 from cablewright.foundation.errors import AnswerError
 from cablewright.kernels import thread_count
 from cablewright.kernels.cache import open_folder
-from cablewright.solvers.batches import saying_more
+from cablewright.solvers.row_threads import saying_more
 
 if TYPE_CHECKING:
     from cablewright.models.statics import Equilibrium

@@ -87,7 +87,7 @@ def calibrate(
     if not 0.0 <= rough <= MAX_ROUGH:
         raise InputError(f"rough = {rough:g}: must be from 0 to {MAX_ROUGH:g} m")
     if not 0.0 < need < math.inf:
-        raise InputError(f"need = {need:g}: must be over 0 m")
+        raise InputError(f"need = {need:g}: the required standard deviation of exit points must be over 0 m")
     if seed < 0:
         raise InputError(f"seed = {seed}: must not be negative")
     model = Model.of(robot, cable=cable, sheave=sheave, default=CableLaw.RIGID)

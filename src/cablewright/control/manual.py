@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from cablewright.control.swing_free_speed import PeriodAt, RampMean
+from cablewright.control.speed_smoothing import PeriodAt, RampMean
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import Order, OrderKind

@@ -46,7 +46,7 @@ def examine(
     procedures: Collection[PrintState],
     step: float = 0.0,
 ) -> list[Order]:
-    """Return the orders at *now*, s, each with the reason of a rejection; empty: the state decides.
+    """Return the orders at *now*, s, with `refusal` filled in; an empty one leaves the decision to the state machine.
 
     *known*: whether the position is known. *procedures*: procedures that the plan has. *step*: planned duration of the
     last step, s; an order given before it is no older for that. A stop overrides motion orders of the same step, and a

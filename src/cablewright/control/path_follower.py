@@ -15,7 +15,7 @@ from typing import Final, NamedTuple, Self
 import numpy as np
 
 from cablewright.control.attitude import Attitude
-from cablewright.control.swing_free_speed import STEADY, PeriodAt, RampMean
+from cablewright.control.speed_smoothing import STEADY, PeriodAt, RampMean
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
 from cablewright.kernels.control import path_target as kernel

@@ -32,7 +32,7 @@ from cablewright.foundation.choices import LawName
 from cablewright.foundation.errors import InputError, UnknownName, require_positive
 from cablewright.foundation.signals import Encoders, Estimate, SensorFrame
 from cablewright.kernels.control import point_velocity_step as kernel
-from cablewright.kernels.control.moving_lengths import split
+from cablewright.kernels.control.length_change_split import split
 from cablewright.kernels.control.point_velocity_step import PointGains
 from cablewright.kernels.layout import Packed
 from cablewright.models.fidelity import CableLaw

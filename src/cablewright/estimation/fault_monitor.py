@@ -54,7 +54,7 @@ class FaultMonitor:
             self.clear(source, kind)
 
     def is_active(self, source: str, kind: str) -> bool:
-        """Return whether a fault of a sensor is active."""
+        """Return whether a fault *kind* of the sensor *source* was detected and has not ended."""
         return (source, kind) in self._active
 
     def concerns(self, source: str) -> bool:

@@ -16,7 +16,7 @@ import numpy as np
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import LineAngles
-from cablewright.kernels.filtering import line_angles as kernel
+from cablewright.kernels.filtering import smoothed_line_angles as kernel
 from cablewright.kernels.layout import Code
 from cablewright.models.packed_views import LineNumbers, LineStates, blank_states
 from cablewright.models.statics import Model
@@ -61,7 +61,7 @@ class SlacknessSettings:
 class SlacknessState(NamedTuple):
     """Smoothed angle and excess length of each line."""
 
-    rows: Array  # (KNOWN, m), see `kernels.filtering.line_angles`
+    rows: Array  # (KNOWN, m), see `kernels.filtering.smoothed_line_angles`
     time: float
 
     @property

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from cablewright.exchange.translation import Notes
+from cablewright.exchange.translation_result import Notes
 from cablewright.foundation.errors import InputError, UnknownName
 from cablewright.foundation.units import three_digits
 from cablewright.robot.cable_table import CABLES, DENSITY, ELONGATION, SAFETY, STRENGTH

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from cablewright.exchange.assumed_values import BOX, Point, as_point, assumed_cable, chosen_cable, frame_of, name_of
-from cablewright.exchange.translation import ImportedRobot, Mapped, Notes
+from cablewright.exchange.translation_result import ImportedRobot, Mapped, Notes
 from cablewright.exchange.xml_input import Element, number_or_none, read_xml
 from cablewright.foundation.errors import InputError, UnknownName
 from cablewright.foundation.toml_input import is_file

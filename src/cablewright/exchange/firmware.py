@@ -26,7 +26,7 @@ from cablewright.exchange.motion_export.gcode_lines import extruder_words, motio
 from cablewright.exchange.motion_export.klipper import SQUARE_CORNER, Stepper, klipper_job, printer_config
 from cablewright.exchange.motion_export.non_motion_gcode import Beside, beside
 from cablewright.exchange.rrf_config import FEW, LETTERS, RrfTarget, geometry_words, law_of, rrf_config
-from cablewright.exchange.translation import Notes
+from cablewright.exchange.translation_result import Notes
 from cablewright.foundation.choices import DialectName, RrfVersionName
 from cablewright.foundation.errors import InputError, UnknownName, printable
 from cablewright.foundation.progress import Progress, silent
@@ -37,7 +37,7 @@ from cablewright.models.statics import Model
 from cablewright.models.support_table import Capability, require
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
-from cablewright.studies.checks.winch_path import TOLERANCE, WinchPath, winch_path
+from cablewright.studies.checks.winch_angles import TOLERANCE, WinchPath, winch_path
 
 
 @dataclass(frozen=True, eq=False)

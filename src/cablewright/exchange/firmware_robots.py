@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from cablewright.exchange.assumed_values import Point, chosen_cable, frame_of
-from cablewright.exchange.translation import Notes
+from cablewright.exchange.translation_result import Notes
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.validation import validated
 from cablewright.robot import Robot

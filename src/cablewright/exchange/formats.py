@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import Final
 
 from cablewright.exchange import caspr, klipper_config, maslow, rrf_config, wirex, xml_input
-from cablewright.exchange.translation import ImportedRobot, Mapped
+from cablewright.exchange.translation_result import ImportedRobot, Mapped
 from cablewright.exchange.walls import fluidnc, maslow_classic, polargraph
 from cablewright.foundation.errors import InputError, UnknownName
 from cablewright.foundation.toml_input import read_bytes

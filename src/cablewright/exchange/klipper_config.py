@@ -16,7 +16,7 @@ from cablewright.exchange.assumed_values import Point
 from cablewright.exchange.firmware_robots import anchored_robot, as_points, spool
 from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.exchange.millimetres import from_mm, radius_of_turn, to_mm, turn_of_radius
-from cablewright.exchange.translation import ExportedFile, ImportedRobot, Mapped, Notes
+from cablewright.exchange.translation_result import ExportedFile, ImportedRobot, Mapped, Notes
 from cablewright.exchange.xml_input import finite, whole
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.csv_input import text_lines
@@ -130,7 +130,7 @@ class _Printer:
         return finite(self.options[key], f"{self.places['printer', key]}: {key}", least=0.0) or None
 
     def values(self, key: str, read: Callable[[str, str], Any], default: Any) -> list[Any]:
-        """Return one value of the file for each winch."""
+        """Return the values of an option of [printer], one for each winch; the *default* where the option is absent."""
         if key not in self.options:
             return [default] * self.count
         parts, place = self.options[key].split(","), f"{self.places['printer', key]}: {key}"

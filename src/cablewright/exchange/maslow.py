@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from cablewright.exchange.assumed_values import chosen_cable, frame_of
 from cablewright.exchange.millimetres import from_mm
-from cablewright.exchange.translation import ImportedRobot, Mapped, Notes
+from cablewright.exchange.translation_result import ImportedRobot, Mapped, Notes
 from cablewright.exchange.xml_input import finite
 from cablewright.foundation.csv_input import text_lines
 from cablewright.foundation.errors import InputError
@@ -214,7 +214,7 @@ class _Settings:
     used: set[str] = field(default_factory=set)
 
     def length(self, name: str) -> float:
-        """Return a length of the new layout, m; 0 without it."""
+        """Return the length setting *name*, m, of a file in the new layout; 0 without the key."""
         entry = self.entries.get(SECTION + name.lower())
         if entry is None:
             return 0.0

@@ -16,7 +16,7 @@ import numpy as np
 
 from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.exchange.mjcf_lines import Mounting, mounting, platform_end, xml_name
-from cablewright.exchange.translation import ExportedFile, Notes, xml_numbers
+from cablewright.exchange.translation_result import ExportedFile, Notes, xml_numbers
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import AnswerError, InputError, printable
 from cablewright.models.fidelity import CableLaw

@@ -15,7 +15,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from cablewright.exchange.translation import xml_numbers
+from cablewright.exchange.translation_result import xml_numbers
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import printable
 from cablewright.models.rotation import placed

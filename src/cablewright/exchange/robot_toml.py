@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from cablewright.exchange.translation import ImportedRobot
+from cablewright.exchange.translation_result import ImportedRobot
 from cablewright.foundation.errors import printable
 from cablewright.robot import Robot
 from cablewright.robot.default_tables import PARTS

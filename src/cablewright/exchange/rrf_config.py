@@ -18,7 +18,7 @@ from cablewright.exchange.firmware_robots import anchored_robot, as_points, spoo
 from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.exchange.millimetres import from_mm, to_mm
 from cablewright.exchange.rrf_spool import SpoolLaw, dead_length, spool_law
-from cablewright.exchange.translation import ExportedFile, ImportedRobot, Mapped, Notes
+from cablewright.exchange.translation_result import ExportedFile, ImportedRobot, Mapped, Notes
 from cablewright.exchange.xml_input import finite, whole
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.choices import RrfVersionName

@@ -12,7 +12,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from cablewright.exchange.losses import keys_given, lost_keys
-from cablewright.exchange.translation import ExportedFile, Notes, xml_numbers
+from cablewright.exchange.translation_result import ExportedFile, Notes, xml_numbers
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import printable
 from cablewright.models.rotation import placed

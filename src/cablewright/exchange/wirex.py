@@ -16,7 +16,7 @@ from cablewright.exchange.assumed_values import (
     name_of,
     require_right_handed,
 )
-from cablewright.exchange.translation import ImportedRobot, Mapped, Notes
+from cablewright.exchange.translation_result import ImportedRobot, Mapped, Notes
 from cablewright.exchange.xml_input import Element, read_xml
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.validation import shown, validated

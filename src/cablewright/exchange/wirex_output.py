@@ -8,7 +8,7 @@ from typing import Final
 from xml.sax.saxutils import quoteattr
 
 from cablewright.exchange.losses import keys_given, lost_keys
-from cablewright.exchange.translation import ExportedFile, Notes
+from cablewright.exchange.translation_result import ExportedFile, Notes
 from cablewright.exchange.wirex import MODULUS, VERSIONS, axes_of
 from cablewright.foundation.errors import UnknownName, printable
 from cablewright.models.support_table import Capability, require

@@ -21,7 +21,7 @@ from cablewright.machine.quantities import Delay, Dense, Factor, Share, Span, Ti
 from cablewright.machine.sensors import SENSORS
 from cablewright.machine.sensors.lidars import LidarName, LidarSettings
 from cablewright.machine.sensors.retraction import RetractionDrive
-from cablewright.machine.sensors.sensor import Sensor, SensorSheet
+from cablewright.machine.sensors.sensor_declaration import Sensor, SensorSheet
 from cablewright.machine.sensors.tensions import LOAD_CELLS, MOTOR_TORQUES, TensionSensor
 from cablewright.machine.sensors.yaw_encoder import YAW_ENCODER
 from cablewright.printing.beads import Bead
@@ -222,7 +222,7 @@ class MachineSettings(_WithSensors):
     def point_drum(self) -> Drum:
         """The container below a point platform. Raises `InputError` for a machine with a body."""
         if self.drum is None:
-            raise InputError(f"machine {self.name!r}: it has a body, and a drum below a point platform is needed here")
+            raise InputError(f"machine {self.name!r}: has a rigid platform ([body]); one with a [drum] is needed here")
         return self.drum
 
     def with_carrier(self, **changes: Any) -> Self:

@@ -301,9 +301,10 @@ class Job(FileDescription):
     def speed_limits(
         self, toolpath: Toolpath, beads: Beads | None = None, *, fastest: bool, room: Room = MEMORY
     ) -> Array:
-        """Return the largest speed of each move (k,), m/s, by feeds, speeds and flow; *fastest*: without feeds.
+        """Return the largest speed of each move (k,), m/s, by the feeds of the file, the job's speeds and its flow.
 
-        inf where nothing limits it. *beads*: beads of the moves; None: they are found. *room*: folder for the speeds.
+        inf where nothing limits it. *fastest*: without feeds. *beads*: beads of the moves; None: found. *room*:
+        folder for the speeds.
         """
         motion, found = self.motion, room.empty((len(toolpath.start),))
         printing = motion.most_speed("print_speed", fastest)

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.memory_mapped import MEMORY, Room, blocks, let_go
-from cablewright.printing.mean_motion import IntegratedLaw, Kernel
 from cablewright.printing.path import Samples
+from cablewright.printing.running_mean import IntegratedLaw, Kernel
 from cablewright.printing.timing import TimeLaw, time_law
 
 LONG: Final = 1.05

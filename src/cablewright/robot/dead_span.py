@@ -54,7 +54,7 @@ class Straight:
         return min(self.start[2], self.end[2]), max(self.start[2], self.end[2])
 
     def drawn(self) -> list[Vec3]:
-        """Points after its start that a picture joins, (k, 3) m."""
+        """Points of this piece of cable after its first, which a picture joins, (k, 3) m."""
         return [self.end]
 
 
@@ -92,7 +92,7 @@ class Arc:
         return _on_rim(self.centre, self.radius, _turned(self.arm, self.ahead, angle))
 
     def drawn(self) -> list[Vec3]:
-        """Points after its start that a picture joins, (k, 3) m."""
+        """Points of this piece of cable after its first, which a picture joins, (k, 3) m."""
         count = math.ceil(self.angle / _DRAWN)
         return [self.at(self.angle * (k + 1) / count) for k in range(count)]
 
@@ -142,7 +142,7 @@ class DeadSpan:
         return min(low), max(high)
 
     def drawn(self) -> list[Vec3]:
-        """Points that a picture joins, (k, 3) m, from the winch to the sheave."""
+        """Points of the cable from the winch to the sheave, which a picture joins, (k, 3) m."""
         return [self.first.start, *(point for piece in self.pieces for point in piece.drawn())]
 
 

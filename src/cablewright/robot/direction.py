@@ -45,6 +45,6 @@ def facing(normal: Vec3, up: Vec3) -> tuple[Vec3, Vec3, Vec3]:
     z, top = unit_vector(normal), unit_vector(up)
     across = cross(top, z)
     if math.hypot(*across) < _MIN_SINE:
-        raise ValueError("is along the other direction: give that of the top")
+        raise ValueError("is parallel to the direction that it faces: give the direction of its top")
     x = unit_vector(across)
     return x, cross(z, x), z

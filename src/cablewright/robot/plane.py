@@ -44,7 +44,7 @@ class Plane(Description):
 
     @property
     def across(self) -> Vec3:
-        """Unit vector across the plane, along ``normal``."""
+        """Unit normal of the plane, in the direction of ``normal``."""
         return unit_vector(self.normal)
 
     @property

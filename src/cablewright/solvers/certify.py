@@ -17,7 +17,7 @@ from cablewright.kernels.statics.line import enclosure
 from cablewright.kernels.statics.line.vertical_plane import NO_PLANE
 from cablewright.models.batch_rows import Rows, by_row, scalar
 from cablewright.models.statics import Equilibrium
-from cablewright.solvers.batches import run
+from cablewright.solvers.row_threads import run
 
 TOLERANCE = 1e-9  # default tolerance of a certificate, m and rad
 

@@ -14,7 +14,6 @@ from cablewright.foundation.errors import InputError
 from cablewright.foundation.progress import Progress, silent
 from cablewright.kernels.certificates import exclusion
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.solvers.batches import run
 from cablewright.solvers.certify import certify
 from cablewright.solvers.equilibria import (
     FOUND,
@@ -27,6 +26,7 @@ from cablewright.solvers.equilibria import (
     solve_starts,
 )
 from cablewright.solvers.line_cover import OutOfTime, atlases, refuse_unfit
+from cablewright.solvers.row_threads import run
 from cablewright.solvers.uniqueness import EVERYWHERE
 
 BLOCK, CHUNK = 512, 16  # boxes judged between two checks of the time limit, and by a thread at a time

@@ -16,7 +16,7 @@ from cablewright.models.parameters import varied
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot, parameters_of
 from cablewright.solvers.arguments import as_lengths, as_poses, given_numbers, given_rows
-from cablewright.solvers.batches import run
+from cablewright.solvers.row_threads import run
 
 
 def forward(

@@ -34,13 +34,13 @@ def with_margin(
     above: Array | float = 0.0,
     below: Array | float = 0.0,
 ) -> tuple[Model, float]:
-    """Return the model with the narrowest tension limits, within its own, that all *poses* (k, n) allow.
+    """Return the model with tension limits narrowed as far as all *poses* (k, n) stay feasible.
 
     Inverse solutions of it are the tensions that control holds: the least ones within those limits, of a rigid platform
     those nearest to `PREFERRED` times the least. *above* the least and *below* the largest tension, (m,) N, is their
     reserve; the share of it that they get is returned, too. *retraction* (k,), m. As it is where lines are not
     redundant; the limits of a line with a counterweight, whose tension is given, stay as they are. On a plane that only
-    pushes tensions are no higher than leaves half of the press that the least ones leave.
+    pushes, at least half of the press under the least tensions remains.
     """
     robot = model.robot
     if robot.winches <= model.freedoms:

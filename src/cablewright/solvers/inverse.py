@@ -16,8 +16,8 @@ from cablewright.models.shared_winches import shares
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_poses, given_numbers, given_rows, require_a_load
-from cablewright.solvers.batches import run
 from cablewright.solvers.preferred_tensions import preferred_tensions
+from cablewright.solvers.row_threads import run
 
 BLOCK: Final = 128 * 64
 """Poses of a path that a study solves between two reports of progress: a multiple of the kernels' chunk."""

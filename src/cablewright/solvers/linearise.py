@@ -14,7 +14,7 @@ from cablewright.kernels import batches
 from cablewright.kernels.layout import EXIT, LENGTH, MODULUS, PARAMETERS, POINT, SHEAVE, WEIGHT_FACTOR
 from cablewright.models.batch_rows import Rows
 from cablewright.models.statics import Equilibrium
-from cablewright.solvers.batches import run
+from cablewright.solvers.row_threads import run
 
 
 @dataclass(frozen=True, eq=False, repr=False)

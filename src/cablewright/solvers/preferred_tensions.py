@@ -16,7 +16,7 @@ from cablewright.kernels.wrench_feasibility import distribution
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.plane import within
 from cablewright.models.statics import Model
-from cablewright.solvers.batches import run
+from cablewright.solvers.row_threads import run
 
 SLACK: Final = 1e-3
 """Share of the weight that each cable carries: a smaller minimum tension lets a line hang slack."""

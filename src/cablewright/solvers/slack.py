@@ -37,7 +37,6 @@ from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.support_table import Capability, require
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_lengths, as_poses, as_rows
-from cablewright.solvers.batches import run
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.one_line import (
     LineKey,
@@ -48,6 +47,7 @@ from cablewright.solvers.one_line import (
     taut_lengths,
     winch_line,
 )
+from cablewright.solvers.row_threads import run
 
 Excess = Mapping[str, float] | Mapping[int, float] | Mapping[LineKey, float]
 """Excess of slack lines, m, by the line's name or its index in the robot's lines, from 0."""

@@ -25,8 +25,8 @@ from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.stiffness import along_chords
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_poses, as_rows, given_numbers, given_rows, require_a_load
-from cablewright.solvers.batches import run
 from cablewright.solvers.preferred_tensions import preferred_tensions
+from cablewright.solvers.row_threads import run
 from cablewright.solvers.winched_tensions import (
     Choice,
     CoupledProgram,

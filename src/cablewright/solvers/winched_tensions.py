@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.kernels.layout import OK, Code, Packed
 from cablewright.kernels.shared_winches.quadratic_program import AGREE
-from cablewright.kernels.statics.tension import SOFT, Program, distribute
+from cablewright.kernels.statics.tension_distribution import SOFT, Program, distribute
 from cablewright.kernels.wrench_feasibility.distribution import structure_rows
 from cablewright.models.packed_views import LineNumbers, PlatformNumbers
 from cablewright.models.shared_drum_tensions import Drums

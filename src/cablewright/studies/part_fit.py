@@ -114,7 +114,7 @@ def fit(
     the robot reaches nothing.
     """
     if turns < 1:
-        raise InputError(f"turns = {turns}: must be at least 1")
+        raise InputError(f"turns = {turns}: the number of rotations to try must be at least 1")
     job = on_plane(robot, part) if isinstance(part, Job) else None
     lift = job.origin[2] if job else 0.0
     found = reach(robot, max_error=max_error, progress=progress)

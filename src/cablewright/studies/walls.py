@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Final
 import numpy as np
 
 from cablewright.calibration.survey.result import Survey
-from cablewright.estimation.lidar.housing import Housing, find_housing
+from cablewright.estimation.lidar.housing_detection import Housing, find_housing
 from cablewright.estimation.lidar.localisation import WallPose, WallSettings, start, step
 from cablewright.estimation.lidar.noise import Noise, estimate_noise_by_range, refine_noise
 from cablewright.estimation.lidar.point_classes import MEANINGS, drop_lines_behind, kinds_off_walls, range_errors

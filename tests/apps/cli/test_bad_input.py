@@ -86,8 +86,8 @@ def test_without_a_command_the_help_is_the_answer(cli) -> None:
 
 
 def test_a_rejection_is_one_line_even_where_kernels_are_still_to_be_compiled(cli, monkeypatch) -> None:
-    monkeypatch.setattr("cablewright.solvers.batches.is_compiled", lambda *_: False)
-    monkeypatch.setattr("cablewright.solvers.batches._ready", set())
+    monkeypatch.setattr("cablewright.solvers.row_threads.is_compiled", lambda *_: False)
+    monkeypatch.setattr("cablewright.solvers.row_threads._ready", set())
     assert "finite" in cli("forward", HOUSE, "--lengths", "1,2,3,nan").refusal
     assert "4 numbers" in cli("forward", HOUSE, "--lengths", "1,2,3").refusal
 

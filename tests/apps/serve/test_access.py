@@ -26,7 +26,7 @@ from cablewright.live.serve.jobs import (
     subject_of,
     write_check,
 )
-from cablewright.live.serve.latest_message import shared
+from cablewright.live.serve.latest_shared_message import shared
 from cablewright.live.serve.link import LEASE, ControlLink, ServerLink
 from cablewright.live.serve.messages import LoadMessage, OrderMessage, parsed
 from cablewright.robot import load

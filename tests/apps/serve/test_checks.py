@@ -11,11 +11,11 @@ import pytest
 
 pytest.importorskip("starlette")
 
-from cablewright.apps.serve import checks, worker
+from cablewright.apps.serve import check_worker, checks
 from cablewright.apps.serve.checks import WAITING, Checks
 from cablewright.apps.serve.uploads import Uploads
 from cablewright.foundation.errors import EnvironmentFault
-from cablewright.live.serve.control import JOBS
+from cablewright.live.serve.control_process import JOBS
 from cablewright.live.serve.jobs import CHECK, REPORT, SCENE, JobCheck, forget_check, read_check, write_check
 from cablewright.machine.files import load_machine
 from cablewright.robot import load
@@ -29,7 +29,7 @@ def job(tmp_path: Path) -> Path:
     uploads = Uploads(tmp_path)
     number = uploads.new_job("ring")
     uploads.put_whole(number, "settings", RING.encode())
-    worker.write_station(tmp_path, load("house-printer"), load_machine("house-printer"))
+    check_worker.write_station(tmp_path, load("house-printer"), load_machine("house-printer"))
     return uploads.job(number)
 
 
@@ -55,7 +55,7 @@ def test_a_report_that_fails_leaves_the_answer(job: Path, monkeypatch: pytest.Mo
 
     checked(monkeypatch, full)
     with pytest.raises(EnvironmentFault, match="no space left"):
-        worker.check_job(job.parents[1], job.name)
+        check_worker.check_job(job.parents[1], job.name)
     found = read_check(job)
     assert found is not None
     assert (found.answer, found.has_report) == ("yes", False)
@@ -74,8 +74,8 @@ def test_scene_and_answer_are_there_before_the_report(job: Path, monkeypatch: py
         write_check(folder, check)
 
     checked(monkeypatch, write)
-    monkeypatch.setattr(worker, "write_check", keep)
-    assert worker.check_job(job.parents[1], job.name).has_report
+    monkeypatch.setattr(check_worker, "write_check", keep)
+    assert check_worker.check_job(job.parents[1], job.name).has_report
     found = read_check(job)
     assert found is not None
     assert found.has_report

@@ -15,8 +15,8 @@ pytest.importorskip("starlette")
 
 from browser import browser, executable
 from cablewright.apps.serve.application import Page
+from cablewright.apps.serve.check_worker import check_job
 from cablewright.apps.serve.uploads import Uploads
-from cablewright.apps.serve.worker import check_job
 from cablewright.live.serve.jobs import JobCheck, digest_of, subject_of, write_check
 from cablewright.robot import load
 from operator_page import enable

@@ -17,7 +17,7 @@ from cablewright.apps.web.colours import RAMPS
 from cablewright.apps.web.detail_levels import unpacked
 from cablewright.apps.web.path_scene import chosen
 from cablewright.apps.web.robot_scene import one_state, robot_scene
-from cablewright.apps.web.states import States
+from cablewright.apps.web.viewer_states import States
 from cablewright.live.logged_line_shapes import hanging_lines
 from cablewright.live.rest_pose import rest_pose
 from cablewright.models.rotation import placed

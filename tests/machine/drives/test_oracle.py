@@ -16,9 +16,9 @@ from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.axis import Axis
 from cablewright.machine.drives.can_port import CanPort
 from cablewright.machine.drives.canopen_network import Network
+from cablewright.machine.drives.drum_units import Scale
 from cablewright.machine.drives.local_can_bus import Hub, LoopbackPort
 from cablewright.machine.drives.object_transfers import Transfer
-from cablewright.machine.drives.scale import Scale
 from cablewright.machine.drives.virtual.virtual_drive import VirtualDrive
 
 SCALE = Scale(1.0, 1.0, 1.0, 1.0, (0.05, 0.05), 1.0, 1.0)

@@ -36,13 +36,13 @@ _STEPS: Final = (0.4, 0.8)  # smallest and largest factor of a round
 
 
 def slowed(robot: Robot, job: Job, samples: Samples, beads: Beads, room: Room = MEMORY) -> Job:
-    """Return a *job* whose acceleration keeps the motion along *samples* within limits, if it asks for the fastest.
+    """Return the *job* with its acceleration lowered until the motion along *samples* stays within limits.
 
     At each sample the tensions of the full model, with the swing of the platform, are to stay within the limits of the
     robot file where those at rest do, if need be with a reserve at rest, and the error by motion within half of the
     job's tolerance where material is laid. At least the share `LEAST` of the acceleration is left, and limits that
     motion then breaks are left to the verdict. Motion that is not shaped stays as it is: its corners may swing more if
-    it is slower.
+    it is slower, and a job with the speeds of its G-code is returned unchanged.
     """
     asked = job.motion.acceleration
     if job.motion.speed == "gcode":

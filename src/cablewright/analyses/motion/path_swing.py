@@ -15,7 +15,7 @@ from typing import Final, Self
 
 import numpy as np
 
-from cablewright.analyses.motion.sagging import with_sag
+from cablewright.analyses.motion.sag_correction import with_sag
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.kernels.motion.swing import CARRIED, swing_rows
 from cablewright.models.inertia import moving_masses, with_inertia

@@ -18,7 +18,7 @@ from rich.markup import escape
 from typer.core import TyperCommand
 from typer.main import get_command
 
-from cablewright.apps.cli.examples import FURTHER
+from cablewright.apps.cli.help_examples import FURTHER
 
 _Group = TypeVar("_Group")
 

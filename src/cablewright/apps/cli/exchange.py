@@ -27,7 +27,7 @@ from cablewright.foundation.units import LENGTH
 if TYPE_CHECKING:
     from cablewright.exchange.motion_export.klipper import Stepper
     from cablewright.exchange.result import Exported
-    from cablewright.exchange.translation import ExportedFile
+    from cablewright.exchange.translation_result import ExportedFile
 
 
 @command("import examples/robot.wcrfx --out runs/robot.toml", "exchange.result:Imported")
@@ -285,7 +285,7 @@ def _at_pose(target: str, robot: cw.Robot, at: str | None) -> tuple[ExportedFile
     """The robot at `--at`, or at rest near the middle of its frame; bytes of a file that is no text."""
     from cablewright.exchange.mjcf import mjcf
     from cablewright.exchange.shapes import shapes
-    from cablewright.exchange.translation import ExportedFile
+    from cablewright.exchange.translation_result import ExportedFile
     from cablewright.exchange.urdf import urdf
     from cablewright.live.rest_pose import rest_pose
     from cablewright.solvers.inverse import solve_inverse

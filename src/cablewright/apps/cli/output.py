@@ -192,7 +192,7 @@ def progress(*kernels: str) -> Iterator[Progress]:
 @contextmanager
 def compiling(*kernels: str, then: Callable[[], None] | None = None) -> Iterator[None]:
     """Return a context that compiles *kernels*, tasks of `apps.compilation`, when the first one is needed."""
-    from cablewright.solvers.batches import before_compiling
+    from cablewright.solvers.row_threads import before_compiling
 
     def prepare() -> None:
         from cablewright.apps import compilation

@@ -74,7 +74,7 @@ class SimulatedOptions:
         typer.Option(
             "--place-stops",
             metavar="S",
-            help="Number of positions to measure each time, evenly spaced along one layer.",
+            help="Number of places along one layer at which the position is measured, at each of these stops.",
         ),
     ] = 1
     place_learn: Annotated[

@@ -88,7 +88,7 @@ class DriveOptions:
     ] = None
     slack: Annotated[
         float,
-        typer.Option("--slack", metavar="E", help="Excess of the slackest line's length over that of a taut line, m."),
+        typer.Option("--slack", metavar="E", help="Target for the control: excess length of the slackest line, m."),
     ] = 0.03
     valve: Annotated[
         float, typer.Option("--valve", metavar="O", help="Opening of the powder's valve, 0 (shut) to 1 (open).")

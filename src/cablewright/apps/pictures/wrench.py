@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.spatial import ConvexHull
 
-from cablewright.analyses.tension_methods import TensionComparison
+from cablewright.analyses.tension_comparison import TensionComparison
 from cablewright.analyses.wrench_polytope import WrenchPolytope
 from cablewright.apps import style
 from cablewright.apps.space_axes import add_faces, add_lines, space

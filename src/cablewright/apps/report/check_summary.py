@@ -67,7 +67,7 @@ class Digest:
 
     @cached_property
     def extruding(self) -> NDArray[np.int32]:
-        """Samples whose segment lays material, and whose error is known; in 32 bits, as they may be many."""
+        """Indices of the samples whose segment lays material and whose error is known; int32, as they may be many."""
         laid = self.check.samples.extruding & np.isfinite(self.check.error_uncompensated)
         return np.flatnonzero(laid).astype(np.int32)
 

@@ -10,8 +10,8 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Final
 
+from cablewright.apps.serve.check_worker import TIME
 from cablewright.apps.serve.uploads import FAILED, Uploads
-from cablewright.apps.serve.worker import TIME
 from cablewright.foundation.errors import CablewrightError, one_line
 from cablewright.foundation.file_output import write_whole
 from cablewright.live.serve.jobs import JobCheck, forget_check, read_check, write_check
@@ -59,7 +59,7 @@ class Checks:
     async def _do(self, what: str, subject: str) -> None:
         try:
             worker = await asyncio.create_subprocess_exec(
-                sys.executable, "-m", "cablewright.apps.serve.worker", what, str(self.uploads.folder), subject,
+                sys.executable, "-m", "cablewright.apps.serve.check_worker", what, str(self.uploads.folder), subject,
                 stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.DEVNULL, stderr=asyncio.subprocess.PIPE,
                 env=os.environ | {"NUMBA_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
             )  # fmt: skip

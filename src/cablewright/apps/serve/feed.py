@@ -15,7 +15,7 @@ from pydantic_core import from_json, to_json
 from cablewright.apps.serve.live_scene import Shapes, live_scene
 from cablewright.apps.serve.operators import Operators
 from cablewright.foundation.errors import CablewrightError
-from cablewright.live.serve.control import JOBS
+from cablewright.live.serve.control_process import JOBS
 from cablewright.live.serve.jobs import SCENE
 from cablewright.live.serve.link import ServerLink
 from cablewright.live.serve.status import unpacked_state

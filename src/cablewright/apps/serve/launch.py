@@ -23,13 +23,13 @@ from typing import Any, Final
 from urllib.parse import urlsplit
 
 from cablewright.apps.serve.access import Access, new_token
+from cablewright.apps.serve.check_worker import write_station
 from cablewright.apps.serve.notices.settings import load_news
 from cablewright.apps.serve.slicers.keys import Keys
-from cablewright.apps.serve.worker import write_station
 from cablewright.exchange.ros.dds import require_domain
 from cablewright.foundation.errors import EnvironmentFault, InputError
 from cablewright.live.prints.run import alone_in, make_folder
-from cablewright.live.serve.control import Control
+from cablewright.live.serve.control_process import Control
 from cablewright.live.serve.link import ControlLink
 from cablewright.live.serve.operated_machines import Station
 from cablewright.machine.settings import MachineSettings

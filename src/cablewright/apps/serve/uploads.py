@@ -19,7 +19,7 @@ from cablewright.foundation.errors import InputError, printable
 from cablewright.foundation.file_output import write_whole
 from cablewright.foundation.toml_input import read_bytes
 from cablewright.live.prints.run import CHECKPOINT
-from cablewright.live.serve.control import JOBS, RUN, RUNS
+from cablewright.live.serve.control_process import JOBS, RUN, RUNS
 from cablewright.live.serve.jobs import ABOUT, GCODE, JOB, MAX_BYTES, REPORT, folder_of, read_check
 from cablewright.running.run_folders import read_manifest
 

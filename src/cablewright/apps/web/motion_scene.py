@@ -13,7 +13,7 @@ from cablewright.apps.quantities import enlargement
 from cablewright.apps.web.check_scene import extent
 from cablewright.apps.web.path_scene import PathScene, Quantity
 from cablewright.apps.web.scene import SceneBody, SceneDescription
-from cablewright.apps.web.states import States
+from cablewright.apps.web.viewer_states import States
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.live.logged_line_shapes import hanging_lines
 from cablewright.machine.log.head import LogHead

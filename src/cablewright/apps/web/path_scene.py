@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.apps.web.detail_levels import LEFT_OUT, PIECE, levels, packed
-from cablewright.apps.web.states import States
+from cablewright.apps.web.viewer_states import States
 from cablewright.foundation.arrays import Array, Indices, Mask
 from cablewright.foundation.errors import Status
 from cablewright.foundation.memory_mapped import RowExtremes, blocks, let_go, taken

@@ -16,7 +16,7 @@ from cablewright.apps.web.check_scene import extent
 from cablewright.apps.web.log_scene import log_scene
 from cablewright.apps.web.path_scene import PathScene, Quantity, states_along
 from cablewright.apps.web.scene import Mark, SceneBody, SceneDescription
-from cablewright.apps.web.states import States
+from cablewright.apps.web.viewer_states import States
 from cablewright.foundation.results import Pictured
 from cablewright.live.replay import Replay, Replays
 from cablewright.live.rest_pose import RestPose, rest_pose

@@ -37,7 +37,7 @@ from numpy.typing import ArrayLike
 from cablewright.apps.web.colours import RAMPS
 from cablewright.apps.web.detail_levels import Packed, packed
 from cablewright.apps.web.path_scene import PathScene
-from cablewright.apps.web.states import States
+from cablewright.apps.web.viewer_states import States
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.triangle_mesh import TriangleMesh
 from cablewright.robot import Robot

@@ -48,7 +48,9 @@ def across_rows(robot: Robot, unknowns: Sequence[Unknown]) -> Array:
     if plane is None:
         raise InputError(f"across: robot {robot.name!r} has no platform.plane")
     if all(each.name != "exit_point" for each in unknowns):
-        raise InputError("across: exit_point is not among the unknowns")
+        raise InputError(
+            "across: is for exit points beside the plane; add exit_point to the unknowns, or leave out across"
+        )
     return by_exits(robot, unknowns, np.kron(np.eye(robot.m), plane.across))
 
 

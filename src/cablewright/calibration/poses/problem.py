@@ -306,7 +306,7 @@ class CalibrationProblem(ABC):
         return np.asarray(first / lines[:, line_over_sheave.SCALE])
 
     def bodies(self, theta: Array) -> Array:
-        """Return the numbers of camera and tags (b, BODY_COLUMNS), with free unknowns *theta*."""
+        """Return the numbers of the camera and of each tag (b, BODY_COLUMNS), with the unknowns *theta* put in."""
         return with_unknowns(self.rows.bodies, self.rows.body_target, theta)
 
     @property

@@ -96,7 +96,7 @@ def _block(number: int, raw: list[str], place: str) -> Block:
         if len(data) != digits:
             raise InputError(f"{place}: word {shown(word)} has {len(data)} places of data; expected {digits}")
         if index in words:
-            raise InputError(f"{place}: word {index} occurs twice")
+            raise InputError(f"{place}: the GSI word {index} occurs twice in this block")
         if index == POINT:
             point = data.lstrip("0") or "0"
         elif _NO_VALUE.fullmatch(data) is None:

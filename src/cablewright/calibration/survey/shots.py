@@ -213,7 +213,7 @@ def _station(words: Mapping[int, float], before: Vector | None) -> Vector | None
 
 def _name(text: str, place: str) -> str:
     if not text or len(text) > _LONGEST_NAME or not text.isprintable():
-        raise InputError(f"{place}: point = {shown(text)}: expected a name of 1 to {_LONGEST_NAME} letters")
+        raise InputError(f"{place}: point = {shown(text)}: expected a name of 1 to {_LONGEST_NAME} characters")
     return text
 
 

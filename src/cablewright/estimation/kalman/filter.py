@@ -47,7 +47,7 @@ from cablewright.estimation.slackness import SlacknessState
 from cablewright.estimation.time_buffer import TimeBuffer
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.signals import CameraPose, Distance, Encoders, Estimate, Inertial, SensorFrame
-from cablewright.kernels.covariance import add_multiples
+from cablewright.kernels.covariance_prediction import add_multiples
 from cablewright.kernels.filtering import estimate as kernel
 from cablewright.kernels.filtering.estimate import AXES, OF_LINES
 from cablewright.models.packed_views import PlatformNumbers

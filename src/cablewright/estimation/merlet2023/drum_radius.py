@@ -42,7 +42,7 @@ class RadiusSettings:
             raise InputError(f"{bounds}: 0 < min_radius < max_radius is expected")
         if not self.nominal or not all(self.min_radius <= radius <= self.max_radius for radius in self.nominal):
             bounds = f"{self.min_radius:g} to {self.max_radius:g} m"
-            raise InputError(f"nominal = {self.nominal}: radii from {bounds} are expected")
+            raise InputError(f"nominal = {self.nominal}: the radius of each bare drum must be from {bounds}")
 
 
 class RadiusState(NamedTuple):

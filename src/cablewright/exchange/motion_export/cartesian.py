@@ -25,7 +25,7 @@ from cablewright.printing.job import Job
 from cablewright.robot import Robot
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.studies.checks.winch_path import WinchPath
+from cablewright.studies.checks.winch_angles import WinchPath
 
 LARGEST: Final = 2e-4
 """Largest error of the nozzle that remains, m, with which a job is written."""

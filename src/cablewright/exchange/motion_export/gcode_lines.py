@@ -9,7 +9,7 @@ import numpy as np
 from cablewright.exchange.motion_export.non_motion_gcode import Beside
 from cablewright.foundation.errors import printable
 from cablewright.robot import Robot
-from cablewright.studies.checks.winch_path import WinchPath
+from cablewright.studies.checks.winch_angles import WinchPath
 
 
 def extent_notes(path: WinchPath, letters: Sequence[str], robot: Robot, extruded: str, mark: str = "; ") -> str:

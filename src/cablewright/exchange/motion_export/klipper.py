@@ -18,7 +18,7 @@ from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import printable
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
-from cablewright.studies.checks.winch_path import WinchPath
+from cablewright.studies.checks.winch_angles import WinchPath
 
 LETTERS: Final = "ABCDHIJKLOPQRSUVW"
 """Axes of G-code that winches take; X Y Z E F N, G, M and T have a meaning of their own."""

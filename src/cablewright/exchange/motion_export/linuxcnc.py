@@ -17,7 +17,7 @@ from cablewright.exchange.motion_export.non_motion_gcode import Beside
 from cablewright.foundation.errors import printable
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
-from cablewright.studies.checks.winch_path import WinchPath
+from cablewright.studies.checks.winch_angles import WinchPath
 
 LETTERS: Final = "ABCUVW"
 BLENDING: Final = 0.01

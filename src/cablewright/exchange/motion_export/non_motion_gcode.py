@@ -20,7 +20,7 @@ from cablewright.foundation.errors import printable
 from cablewright.printing.gcode_words import MACRO, WordError, bare_text, code_of, split
 from cablewright.printing.job import Job
 from cablewright.printing.toolpath import BY_HEIGHT, Toolpath
-from cablewright.studies.checks.winch_path import WinchPath
+from cablewright.studies.checks.winch_angles import WinchPath
 
 LONGEST: Final = 250
 """Bytes of a line that RepRapFirmware reads."""

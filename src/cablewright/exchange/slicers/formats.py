@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import Any, Final
 
 from cablewright.exchange.slicers.profile import Profile, profile_of
-from cablewright.exchange.translation import Notes
+from cablewright.exchange.translation_result import Notes
 from cablewright.foundation.choices import SlicerName
 from cablewright.foundation.errors import printable
 from cablewright.foundation.progress import Progress, silent

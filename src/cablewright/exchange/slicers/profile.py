@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from cablewright.analyses.modes import modes
-from cablewright.exchange.translation import Notes
+from cablewright.exchange.translation_result import Notes
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.foundation.progress import Progress, silent

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Final
 
 from cablewright.exchange.millimetres import from_mm
-from cablewright.exchange.translation import ImportedRobot, Mapped, Notes
+from cablewright.exchange.translation_result import ImportedRobot, Mapped, Notes
 from cablewright.exchange.walls.two_belts import Wall, wall_robot
 from cablewright.exchange.xml_input import finite
 from cablewright.foundation.csv_input import text_lines

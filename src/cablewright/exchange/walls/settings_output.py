@@ -13,7 +13,7 @@ from typing import Final
 from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.exchange.maslow import CORNERS, TILT, middle, require_unmirrored
 from cablewright.exchange.millimetres import to_mm, turn_of_radius
-from cablewright.exchange.translation import ExportedFile, Notes
+from cablewright.exchange.translation_result import ExportedFile, Notes
 from cablewright.exchange.walls.maslow_classic import LEAN
 from cablewright.exchange.walls.two_belts import ORIGIN
 from cablewright.foundation.errors import InputError, printable

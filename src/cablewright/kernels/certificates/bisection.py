@@ -3,9 +3,9 @@
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.branch_tube import UNBOUNDED, reach_now, slopes
 from cablewright.kernels.certificates.jets import OWN
-from cablewright.kernels.certificates.spatial_tube import LOCAL_PAIRS
 from cablewright.kernels.layout import GUIDE, STATE, TAU, UPRIGHT
 from cablewright.kernels.statics.line.hessian_bounds import ASIDE, PAIRS, ROWS, TURN
+from cablewright.kernels.statics.line.spatial_hessian_bounds import LOCAL_PAIRS
 
 COUNTED = 6  # number of unknowns by which a bisection is judged
 

@@ -21,13 +21,6 @@ from cablewright.kernels.certificates.interval import ROUNDING, inflate, point
 from cablewright.kernels.certificates.jets import OWN
 from cablewright.kernels.certificates.krawczyk import image, invert, newton_bound, split
 from cablewright.kernels.certificates.length_polytope import upper_bound
-from cablewright.kernels.certificates.spatial_tube import (
-    LOCAL_PAIRS,
-    bend_spatial,
-    box_spatial,
-    frame_spatial,
-    share_spatial,
-)
 from cablewright.kernels.certificates.system_enclosure import jacobian_of_all, place_line, residual_of_all
 from cablewright.kernels.dense_systems import copy
 from cablewright.kernels.layout import (
@@ -63,6 +56,13 @@ from cablewright.kernels.statics.line.hessian_bounds import (
     TURNED,
     VARIABLES,
     bend_line,
+)
+from cablewright.kernels.statics.line.spatial_hessian_bounds import (
+    LOCAL_PAIRS,
+    bend_spatial,
+    box_spatial,
+    frame_spatial,
+    share_spatial,
 )
 from cablewright.kernels.statics.platform_enclosure import (
     bend_of_tilt,

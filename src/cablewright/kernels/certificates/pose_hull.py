@@ -27,7 +27,6 @@ from cablewright.kernels.certificates.interval import (
 )
 from cablewright.kernels.certificates.krawczyk import CERTIFIED, certify
 from cablewright.kernels.certificates.length_polytope import centre_of, holds, offset
-from cablewright.kernels.certificates.spatial_tube import between_spatial
 from cablewright.kernels.certificates.system_enclosure import (
     CertificateWork,
     certificate_pool,
@@ -37,6 +36,7 @@ from cablewright.kernels.dense_systems import copy, solve
 from cablewright.kernels.layout import OK, STATE, TAU, UNKNOWNS
 from cablewright.kernels.rotation import left_jacobian
 from cablewright.kernels.statics.equilibrium import Work, refine, workspace
+from cablewright.kernels.statics.line.spatial_hessian_bounds import between_spatial
 from cablewright.kernels.statics.platform_enclosure import rotation_between, width_that_counts
 
 COVERED, GOING, TOO_DEEP, NO_CENTRE, UNGLUED, HALF_TURN, UNCERTIFIED = 0, 1, 2, 3, 4, 5, 6

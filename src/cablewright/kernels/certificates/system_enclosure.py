@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.interval import ROUNDING, ZERO, add, div, inflate, mul, neg, point, root, sqr, sub
+from cablewright.kernels.certificates.lines_out_of_plane import enclose_spatial_line
 from cablewright.kernels.certificates.plane_rows import hold_jacobian, hold_residual
-from cablewright.kernels.certificates.spatial_system import enclose_spatial_line
 from cablewright.kernels.layout import (
     EXIT_X,
     FREE,

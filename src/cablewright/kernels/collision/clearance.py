@@ -16,7 +16,7 @@ from cablewright.kernels.collision.distance import (
     segment_segment,
     vector,
 )
-from cablewright.kernels.collision.line_polyline import MAX_POINTS, polyline
+from cablewright.kernels.collision.polyline_of_line import MAX_POINTS, polyline
 from cablewright.kernels.dense_systems import copy_rows
 from cablewright.kernels.layout import END_RADIUS, EXIT_X, FREE, PHI, STATE, TAU, WEIGHT
 from cablewright.kernels.rotation import rotate_back

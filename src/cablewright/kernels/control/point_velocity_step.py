@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cablewright.kernels import jit
-from cablewright.kernels.control.moving_lengths import split
+from cablewright.kernels.control.length_change_split import split
 from cablewright.kernels.layout import NOT_CONVERGED, OK, PREFERRED, TAU, WRENCH, Packed
 from cablewright.kernels.rotation import matrix
 from cablewright.kernels.statics.inverse import solve_inverse

@@ -5,7 +5,7 @@ from math import exp, sqrt
 import numpy as np
 
 from cablewright.kernels import jit
-from cablewright.kernels.covariance import add_multiples
+from cablewright.kernels.covariance_prediction import add_multiples
 from cablewright.kernels.filtering.update import ATTITUDE, COMPLIANCES, GROUND, GYRO, LENGTHS, POSITION, RADII, STRETCH
 
 # Noise of a prediction by encoders: m per root metre, m per root second, share per root radian, m per root metre.

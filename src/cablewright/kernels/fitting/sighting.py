@@ -159,10 +159,10 @@ def _add_pose(slope, gx, gy, gz, ax, ay, az):
 
 @jit
 def edge(bodies, camera, tag, extra, pose, rotation, slope, by):
-    """Return the sum or difference of the distances n (u, v) at both ends of an edge; write its derivatives.
+    """Return one residual of a tag's edge: the sum or difference of its corners' distances along the normal n.
 
-    They are by the pose and by both bodies. *extra*: number of the first corner; +1 for the sum, -1 for the difference;
-    n. *by* (2, NUMBERS): by camera, tag.
+    Writes its derivatives by the pose, the camera and the tag. *extra*: number of the first corner; +1 for the sum, -1
+    for the difference; n. *by* (2, NUMBERS): by camera, tag.
     """
     by[:, :] = 0.0
     slope[:] = 0.0

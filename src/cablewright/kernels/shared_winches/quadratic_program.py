@@ -18,7 +18,7 @@ from cablewright.kernels.statics.inverse import curve
 from cablewright.kernels.statics.line.interface import extremes_at_pull
 from cablewright.kernels.statics.line.pull_limits import pull_limits
 from cablewright.kernels.statics.platform import keep_free, rates_of_rotation
-from cablewright.kernels.statics.tension import Program
+from cablewright.kernels.statics.tension_distribution import Program
 
 # Columns of a table of lines on another's drum: L[LINE] = OFFSET + SENSE * L[OTHER].
 LINE, OTHER, SENSE, OFFSET = 0, 1, 2, 3

@@ -43,7 +43,7 @@ from cablewright.kernels.statics.inverse import (
 )
 from cablewright.kernels.statics.line.counterweight import beyond_limits
 from cablewright.kernels.statics.platform import turn_to_start
-from cablewright.kernels.statics.tension import SOFT, Program, distribute
+from cablewright.kernels.statics.tension_distribution import SOFT, Program, distribute
 from cablewright.kernels.statics.underactuated import evaluate_at_pulls, hang, keep
 
 ATTEMPTS, PLACED = 5, 2  # starts where the position is free, and where only rotations are

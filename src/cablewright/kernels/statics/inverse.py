@@ -50,7 +50,7 @@ from cablewright.kernels.statics.line.pull_limits import pull_limits
 from cablewright.kernels.statics.line.upright import SLACK_TENSION, extremes, lengths_of
 from cablewright.kernels.statics.line.vertical_plane import place
 from cablewright.kernels.statics.platform import keep_free, load_scale, place_platform, start_balance
-from cablewright.kernels.statics.tension import SOFT, Program, distribute
+from cablewright.kernels.statics.tension_distribution import SOFT, Program, distribute
 
 PROGRAMS = 120
 SOFT_PROGRAMS = 40

@@ -15,7 +15,7 @@ from cablewright.kernels import jit
 from cablewright.kernels.dense_systems import cholesky
 from cablewright.kernels.layout import INFEASIBLE, NOT_CONVERGED, OK, SINGULAR, TENSION_MAX, TENSION_MIN, Packed
 from cablewright.kernels.statics.platform import free_rows, keep_free, keep_free_columns
-from cablewright.kernels.statics.tension import SOFT, Program, distribute
+from cablewright.kernels.statics.tension_distribution import SOFT, Program, distribute
 from cablewright.kernels.wrench_feasibility.structure_matrix import (
     StructureScratch,
     reduce,

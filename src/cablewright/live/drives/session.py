@@ -25,14 +25,14 @@ from cablewright.foundation.errors import InputError
 from cablewright.foundation.saved_state import Snapshot
 from cablewright.foundation.signals import Order, OrderKind, PrintState
 from cablewright.live.drives.saved_lengths import KeptEstimator, LengthKeeper, warm
+from cablewright.live.placeholder_path import still_path
 from cablewright.live.prints.body_limits import chosen_places, poses_at
 from cablewright.live.prints.limits import planned
 from cablewright.live.prints.loop import Printer, PrintPlan, Step
-from cablewright.live.stationary_path import still_path
-from cablewright.machine.drives.axes import require_drives
 from cablewright.machine.drives.can_bus import Port
 from cablewright.machine.drives.choice import drives_of
 from cablewright.machine.drives.drive_machine import DriveMachine
+from cablewright.machine.drives.drives_of_winches import require_drives
 from cablewright.machine.drives.limits import require_limits
 from cablewright.machine.drives.settings import ACKNOWLEDGED, LOOPBACK
 from cablewright.machine.drives.winch_drives import WinchDrives

@@ -107,7 +107,7 @@ def read_checkpoint(path: Path) -> dict[str, Snapshot]:
     """
     found = read_snapshots(path, is_signed=is_signed)
     if "print" not in found:
-        raise InputError(f"{path}: holds no print")
+        raise InputError(f"{path}: this checkpoint has no saved state of a print")
     layout = found["print"].values.get("layout", 1)
     if layout != LAYOUT:
         raise InputError(

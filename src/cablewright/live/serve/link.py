@@ -16,7 +16,7 @@ from typing import Final
 
 from cablewright.control.orders import STOPS
 from cablewright.foundation.signals import ORDER_LIFE
-from cablewright.live.serve.latest_message import Latest, shared
+from cablewright.live.serve.latest_shared_message import Latest, shared
 from cablewright.live.serve.messages import MAX_MESSAGE, ChannelName, Message, OrderMessage, parsed
 
 STATE_SIZE: Final = 4 << 20

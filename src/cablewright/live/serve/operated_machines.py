@@ -23,6 +23,7 @@ from cablewright.foundation.signals import PrintState
 from cablewright.live.drives.printing import taken_up
 from cablewright.live.drives.session import RealMachine, taking_up
 from cablewright.live.estimators import Estimator, estimator
+from cablewright.live.placeholder_path import still_path
 from cablewright.live.prints.limits import path_of
 from cablewright.live.prints.loop import Printer
 from cablewright.live.prints.part_contact import check_clear
@@ -31,7 +32,6 @@ from cablewright.live.prints.recorder import read_checkpoint
 from cablewright.live.prints.run import CHECKPOINT, log_epoch
 from cablewright.live.rest_pose import rest_pose
 from cablewright.live.serve.winch import WinchByHand
-from cablewright.live.stationary_path import still_path
 from cablewright.machine.drives.can_bus import Port
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.real_time_machine import Paced

@@ -17,11 +17,11 @@ from cablewright.machine.drives.cia402 import (
     controlword,
     state_of,
 )
+from cablewright.machine.drives.drum_units import Scale
 from cablewright.machine.drives.faults import fault_line
 from cablewright.machine.drives.object_transfers import Transfer, Transfers
 from cablewright.machine.drives.objects import Mode
 from cablewright.machine.drives.parameters import ObjectParameter
-from cablewright.machine.drives.scale import Scale
 
 STANDS: Final = 0.02
 """Speed of a drum that stands, rad/s."""

@@ -8,11 +8,11 @@ from typing import Final
 from cablewright.foundation.errors import CablewrightError, EnvironmentFault, InputError
 from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.acyclic_requests import begin_speed_limits, bring_off, read_back
-from cablewright.machine.drives.axes import axes_of, require_drives
 from cablewright.machine.drives.axis import Axis, Setpoint
 from cablewright.machine.drives.can_bus import Port
 from cablewright.machine.drives.can_port import CanPort
 from cablewright.machine.drives.canopen_network import Network
+from cablewright.machine.drives.drives_of_winches import axes_of, require_drives
 from cablewright.machine.drives.identity import Identity
 from cablewright.machine.drives.local_can_bus import LoopbackPort
 from cablewright.machine.drives.parameters import (

@@ -10,10 +10,10 @@ from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.acyclic_requests import require_agreed
 from cablewright.machine.drives.axis import Axis, Setpoint
 from cablewright.machine.drives.can_bus import BusError, CanFrame, Port
+from cablewright.machine.drives.drum_units import Scale
 from cablewright.machine.drives.identity import Asked, Identity
 from cablewright.machine.drives.object_transfers import TIMEOUT, Transfer
 from cablewright.machine.drives.parameters import ObjectParameter
-from cablewright.machine.drives.scale import Scale
 from cablewright.machine.drives.sdo import SdoClient
 from cablewright.machine.drives.statistics import BusStatistics
 

@@ -6,7 +6,7 @@ import math
 from typing import Final
 
 from cablewright.foundation.errors import InputError
-from cablewright.machine.drives.scale import scales_of
+from cablewright.machine.drives.drum_units import scales_of
 from cablewright.machine.settings import MachineSettings
 from cablewright.robot import Robot
 

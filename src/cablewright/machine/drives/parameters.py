@@ -6,8 +6,8 @@ import math
 from typing import Final, NamedTuple
 
 from cablewright.machine.drives import objects as o
+from cablewright.machine.drives.drum_units import Scale
 from cablewright.machine.drives.objects import Object
-from cablewright.machine.drives.scale import Scale
 from cablewright.machine.drives.settings import NodeSettings, WinchDriveSettings
 
 _OFF: Final = 1 << 31  # a PDO that is not in use

@@ -7,7 +7,7 @@ all units of the kind. Each sensor has a module here: modules are found, not lis
 from typing import Any, Final
 
 from cablewright.foundation.discovery import declared
-from cablewright.machine.sensors.sensor import Sensor
+from cablewright.machine.sensors.sensor_declaration import Sensor
 
 SENSORS: Final[tuple[Sensor[Any], ...]] = tuple(
     sorted(declared(__name__, __path__, Sensor), key=lambda sensor: sensor.stream)

@@ -11,7 +11,7 @@ from cablewright.foundation.arrays import Array
 from cablewright.foundation.units import Angle, NonNegative, Vec3
 from cablewright.foundation.validation import Description, refusal
 from cablewright.machine.quantities import Delay, Rate, Share, Span, Width
-from cablewright.machine.sensors.sensor import Sensor, SensorSheet
+from cablewright.machine.sensors.sensor_declaration import Sensor, SensorSheet
 from cablewright.robot.direction import Direction, facing
 
 _Pixels = Annotated[int, Strict(), Field(ge=64, le=20_000)]

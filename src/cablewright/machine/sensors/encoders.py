@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import ClassVar, Final
 
 from cablewright.machine.quantities import Rate
-from cablewright.machine.sensors.sensor import Sensor, SensorSheet, moved_flaws
+from cablewright.machine.sensors.sensor_declaration import Sensor, SensorSheet, moved_flaws
 
 
 class Encoder(SensorSheet):

@@ -7,7 +7,7 @@ from pydantic import Field
 
 from cablewright.foundation.units import Angle, NonNegative, Vec3
 from cablewright.machine.quantities import Rate, Size
-from cablewright.machine.sensors.sensor import Sensor, SensorSheet, moved_flaws
+from cablewright.machine.sensors.sensor_declaration import Sensor, SensorSheet, moved_flaws
 
 
 class InertialSensor(SensorSheet):

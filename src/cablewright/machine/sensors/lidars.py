@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 from cablewright.foundation.units import Angle, NonNegative, Vec3
 from cablewright.foundation.validation import Description, refusal
 from cablewright.machine.quantities import Span, Time, Width, require_pairs_rise
-from cablewright.machine.sensors.sensor import moved_flaws
+from cablewright.machine.sensors.sensor_declaration import moved_flaws
 
 MAX_RAYS: Final = 20_000
 

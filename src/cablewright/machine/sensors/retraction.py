@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 from cablewright.foundation.units import Force, Mass, NonNegative, Positive, Vec3
 from cablewright.foundation.validation import refusal
 from cablewright.machine.quantities import Delay, Rate, Span, Width
-from cablewright.machine.sensors.sensor import Sensor, SensorSheet
+from cablewright.machine.sensors.sensor_declaration import Sensor, SensorSheet
 
 
 class RetractionDrive(SensorSheet):

@@ -6,7 +6,7 @@ from pydantic import Field
 
 from cablewright.foundation.units import Angle, NonNegative
 from cablewright.machine.quantities import Rate
-from cablewright.machine.sensors.sensor import Sensor, SensorSheet
+from cablewright.machine.sensors.sensor_declaration import Sensor, SensorSheet
 
 
 class SwivelSensor(SensorSheet):

@@ -3,7 +3,7 @@
 from typing import Final
 
 from cablewright.machine.quantities import Factor, Rate, Share, Size
-from cablewright.machine.sensors.sensor import Sensor, SensorSheet
+from cablewright.machine.sensors.sensor_declaration import Sensor, SensorSheet
 
 
 class TensionSensor(SensorSheet):

@@ -14,7 +14,7 @@ from cablewright.foundation.saved_state import Coded
 from cablewright.foundation.signals import Reading
 from cablewright.machine.log.messages import decode, encode
 from cablewright.machine.simulated.as_built_parts import GAPS
-from cablewright.machine.simulated.random_periods import Spells
+from cablewright.machine.simulated.random_spells import Spells
 from cablewright.machine.simulated.settings import Link
 
 _MESSAGES: Final = TypeAdapter(

@@ -9,7 +9,7 @@ import numpy as np
 
 from cablewright.foundation.arrays import Array
 from cablewright.machine.simulated.as_built_parts import VISITS, WALKS, drawn
-from cablewright.machine.simulated.random_periods import Spell, Spells
+from cablewright.machine.simulated.random_spells import Spell, Spells
 
 WIDTH: Final = 0.4
 """Width of a person, m."""

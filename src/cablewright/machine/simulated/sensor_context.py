@@ -10,7 +10,7 @@ from cablewright.foundation.arrays import Array
 from cablewright.foundation.signals import SOURCES
 from cablewright.machine.settings import WinchSettings
 from cablewright.machine.simulated.as_built_parts import OCCLUSIONS, angle_zeros, mounting, tension_gains
-from cablewright.machine.simulated.random_periods import Spells
+from cablewright.machine.simulated.random_spells import Spells
 from cablewright.machine.simulated.settings import Tolerances
 from cablewright.robot import Robot
 

@@ -23,7 +23,7 @@ from cablewright.machine.files import machine_table
 from cablewright.machine.quantities import Delay, Factor, Share, Size, Span, Time, Times, Width, require_pairs_rise
 from cablewright.machine.sensors import SENSORS
 from cablewright.machine.sensors.lidars import LidarName
-from cablewright.machine.sensors.sensor import SensorSheet
+from cablewright.machine.sensors.sensor_declaration import SensorSheet
 from cablewright.machine.settings import MAX_WALLS, MachineSettings
 from cablewright.machine.simulated.sensors import SIMULATED
 from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated

@@ -159,7 +159,7 @@ class Rig:
         self._upright = np.array([line.has_upright_swivel for line in robot.lines])
 
     def after_load(self) -> None:
-        """Place the lines at the platform of a loaded state; their planes are those of the last step."""
+        """After a snapshot was loaded, place the lines at the platform again, in the planes of the last step."""
         planes = self.work.planes.copy()
         self.swing.place[:] = self.pose
         place_lines(self.packed, self.swing.place, self.work)

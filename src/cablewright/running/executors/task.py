@@ -18,7 +18,7 @@ from pydantic import ValidationError
 from pydantic_core import to_jsonable_python
 
 from cablewright.foundation.errors import CablewrightError, EnvironmentFault, InputError, one_line
-from cablewright.solvers.batches import use_threads
+from cablewright.solvers.row_threads import use_threads
 
 PROGRAMS: Final = ("cablewright", "numba", "numpy", "scipy")
 """Distributions on whose version results may depend."""

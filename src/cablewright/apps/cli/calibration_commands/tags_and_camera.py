@@ -71,7 +71,9 @@ def camera_command(
         Path | None,
         typer.Option("--tags", metavar="TAGS.toml", help="Layout of the sheet; by default that of `tags`."),
     ] = None,
-    out: Annotated[Path | None, typer.Option("--out", metavar="FILE.toml", help="Write the camera.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="FILE.toml", help="Camera file to write, with the lens found.")
+    ] = None,
     as_json: AsJson = False,
 ) -> int:
     """Take 10 to 20 pictures that the sheet fills, turned by 30 to 50 degrees, with focus and zoom fixed.

@@ -59,7 +59,7 @@ class SpecimenOptions:
         typer.Option(
             "--robot",
             metavar="ROBOT",
-            help="Robot file that describes the cable; by default its section and breaking load are used.",
+            help="Robot whose cable was tested: its section and breaking load, where no other option gives them.",
         ),
     ] = None
     line: Annotated[

@@ -10,7 +10,7 @@ def load_real(file: str, robot: cw.Robot) -> cw.MachineSettings:
 
     Raises `InputError`, which names file, key and value.
     """
-    from cablewright.machine.drives.axes import require_drives
+    from cablewright.machine.drives.drives_of_winches import require_drives
     from cablewright.machine.drives.limits import require_limits
     from cablewright.machine.settings import require_robot
 

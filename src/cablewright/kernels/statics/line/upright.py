@@ -118,7 +118,7 @@ def given_way(row, y):
 
 @jit
 def force_on_mount(row, y):
-    """Return the force of a line on its exit point, N: along its plane, of the free span; up, of the dead span too."""
+    """Return a line's force on its exit point, N: horizontal, of the free span, and upward, of free and dead span."""
     pull = row[PULLS] * exp(y[TAU])
     dead = sin(y[PSI]) / row[SPANS] if row[UNKNOWNS] > 3.0 else 0.0
     return pull * cos(y[PHI]), pull * (sin(y[PHI]) + dead)

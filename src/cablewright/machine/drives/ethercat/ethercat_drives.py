@@ -14,9 +14,9 @@ from typing import Final
 from cablewright.foundation.errors import CablewrightError, EnvironmentFault, InputError
 from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.acyclic_requests import begin_speed_limits, bring_off, read_back, require_agreed
-from cablewright.machine.drives.axes import axes_of, require_drives
 from cablewright.machine.drives.axis import Axis, Setpoint
 from cablewright.machine.drives.canopen_network import LISTEN
+from cablewright.machine.drives.drives_of_winches import axes_of, require_drives
 from cablewright.machine.drives.ethercat.mailbox import Mailbox
 from cablewright.machine.drives.ethercat.registers import armed, process_data, watchdog
 from cablewright.machine.drives.ethercat.ring import ERROR, OP, PREOP, SAFEOP, STATES, Ring

@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike
 
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.signals import Command, WinchMode
-from cablewright.machine.drives.axes import require_drives
 from cablewright.machine.drives.can_bus import BusError, CanFrame, Port
+from cablewright.machine.drives.drives_of_winches import require_drives
 from cablewright.machine.drives.objects import SYNC
 from cablewright.machine.drives.virtual.virtual_drive import VirtualDrive
 from cablewright.machine.simulated.settings import TwinSettings

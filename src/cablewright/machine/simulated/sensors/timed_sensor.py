@@ -13,7 +13,7 @@ from cablewright.foundation.saved_state import Saved
 from cablewright.foundation.signals import Reading
 from cablewright.foundation.validation import Description
 from cablewright.machine.quantities import Share
-from cablewright.machine.sensors.sensor import Sensor, SensorSheet
+from cablewright.machine.sensors.sensor_declaration import Sensor, SensorSheet
 
 if TYPE_CHECKING:
     from cablewright.machine.simulated.sensor_context import Mounted

@@ -6,7 +6,7 @@ import numpy as np
 
 from cablewright.foundation.arrays import Array
 from cablewright.machine.simulated.as_built_parts import PUSHES, drawn
-from cablewright.machine.simulated.random_periods import Spells
+from cablewright.machine.simulated.random_spells import Spells
 
 _LENGTHS = (0.5, 1.5)  # shortest and longest, of the mean
 

@@ -4,7 +4,7 @@ from typing import Final
 
 from cablewright.foundation.units import Angle, NonNegative
 from cablewright.machine.quantities import Rate
-from cablewright.machine.sensors.sensor import Sensor, SensorSheet
+from cablewright.machine.sensors.sensor_declaration import Sensor, SensorSheet
 
 
 class TiltSheet(SensorSheet):

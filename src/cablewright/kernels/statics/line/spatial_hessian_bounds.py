@@ -1,4 +1,4 @@
-"""Lines out of the plane in the proof of a tube: their second derivatives, and their unknowns from another solution's.
+"""Bounds of second derivatives of a line out of the vertical plane, and its unknowns from another solution's.
 
 The equations for the end of a span, and its force on the platform, are taken along its chord and across it, where it is
 stiff and soft. Moments are about the platform point at the centre. Nothing here is compiled for a robot without such

@@ -1,6 +1,6 @@
 """Process that checks jobs and writes reports of runs, with limits of time, memory and files.
 
-`python -m cablewright.apps.serve.worker check FOLDER JOB`, or `report FOLDER RUN`; it ends with its standard input.
+`python -m cablewright.apps.serve.check_worker check FOLDER JOB`, or `report FOLDER RUN`. Ends with its standard input.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from cablewright.foundation.errors import InputError
 from cablewright.machine.drives.axis import Axis
-from cablewright.machine.drives.scale import scales_of
+from cablewright.machine.drives.drum_units import scales_of
 from cablewright.machine.drives.settings import WinchDriveSettings
 from cablewright.machine.settings import MachineSettings
 from cablewright.robot import Robot
