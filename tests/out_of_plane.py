@@ -36,8 +36,8 @@ def point(kind: str) -> Robot:
 
 
 def checked(robot: Robot) -> Robot:
-    """The robot as if read from a file."""
-    return Robot.model_validate(robot.model_dump())
+    """The robot as if read from a file, without an uncertainty: that of the library's may be of sheaves it has lost."""
+    return Robot.model_validate(robot.model_dump() | {"uncertainty": None})
 
 
 def guided(line: Line, kind: str, i: int, rng: np.random.Generator) -> Line:
