@@ -214,6 +214,50 @@ def test_a_camera_that_is_moved_is_reported() -> None:
     assert any("was the camera" in each.sentence for each in told.faults)
 
 
+def test_a_camera_that_was_moved_a_little_leaves_the_estimate_invalid() -> None:
+    """Its pictures are accepted again after some time, but nothing shows whether the camera moved or the platform."""
+    settings = twin()
+    known = started_settings(cw.load("merlet2023"), settings.owner)
+    state, valid, accepted = started_filter.start(known), list[bool](), False
+    for frame, _, _ in swayed(settings, 16.0):
+        valid.append(started_filter.step(known, state, shifted(frame, 0.03) if frame.time > 5.0 else frame).valid)
+        accepted = frame.time > 10.0 and (accepted or state.filter.judged.rejections["camera"] == 0)
+    assert valid[len(valid) // 4]
+    assert accepted
+    assert not valid[-1]
+
+
+def shifted(frame: SensorFrame, by: float) -> SensorFrame:
+    """The frame with the poses by the camera *by* m away along each axis."""
+    off = np.array([by, by, by, 0.0, 0.0, 0.0])
+    moved = (CameraPose(each.time, frozen(each.pose + off), each.covariance) for each in frame.of(CameraPose))
+    kept = tuple(each for each in frame.readings if not isinstance(each, CameraPose))
+    return SensorFrame(frame.time, (*kept, *moved), frame.notices)
+
+
+def test_a_body_with_load_cells_names_a_camera_that_was_moved() -> None:
+    """Measurements between two pictures agree with the statics, and say nothing of the camera."""
+    robot = cw.load("cogiro")
+    scene = robot.scene
+    middle = 0.5 * (np.array(scene.frame_min) + np.array(scene.frame_max))
+    tags = tuple(each.model_copy(update={"size": 0.3}) for each in TAGS)
+    at = (float(middle[0]), scene.frame_min[1] - 3.0, float(middle[2]))
+    sheet = CameraSensor(**(SHEET | SENT | {"at": at, "tags": tags, "rate": 2.5}))
+    settings = load_twin("cogiro").with_owner(camera=sheet).with_simulation(camera=CameraFlaws(**FLAWS))
+    pose = rest_pose(robot).equilibrium.pose
+    machine = SimulatedMachine(robot, settings, pose, seed=83, plant="dynamic")
+    found, told = estimator("filter", robot, machine.settings, pose), None
+    speeds = np.array([0.1, 0.1, -0.1, -0.1, 0.1, 0.1, -0.1, -0.1])
+    while machine.time < 8.0:
+        frame = machine.step(Command(machine.time, speeds * np.sin(0.3 * machine.time)))
+        told = found.step(shifted(frame, 0.1) if frame.time > 3.0 else frame)
+        assert frame.time > 3.0 or not any(each.source == "camera" for each in told.faults)
+    assert told is not None
+    assert told.valid
+    assert any("they are ignored" in each.sentence for each in told.faults)
+    assert np.linalg.norm(told.position - machine.truth.position) < 0.02
+
+
 @pytest.mark.parametrize("seed", [81, 82])
 def test_a_body_is_found_by_encoders_and_camera(seed: int) -> None:
     """A machine without cells and inertial unit, whose lengths at home are wrong by up to 2 cm."""

@@ -87,7 +87,7 @@ def step(settings: StartedSettings, state: StartedState, frame: SensorFrame) -> 
     if not error_state.is_lost(settings.filter, state.filter):
         return estimate
     if not settings.chain.lidars:
-        lost, state.filter = state.filter, error_state.start(settings.filter, state.filter.checks)
+        lost, state.filter, state.seen = state.filter, error_state.start(settings.filter, state.filter.checks), None
         state.filter.creep = lost.creep
         return replace(estimate, valid=False)
     state.chain = observer.start(settings.chain)

@@ -68,16 +68,18 @@ def fits(settings: BodySettings, state: BodyState, measured: Measurement, accele
     inverse, contradiction = _weighed(state, measured)
     count = len(measured.innovation)
     state.judged.consistency = {"statics": contradiction / count}
+    has_picture = measured.innovation[measured.camera].size > 0
     if contradiction <= most_likely(count):
-        state.judged.doubts = 0
-        state.monitor.clear("load_cells", "contradiction")
-        state.monitor.clear("camera", "contradiction")
+        if has_picture or not state.judged.pictured:
+            state.judged.doubts, state.judged.pictured = 0, False
+            state.monitor.clear("load_cells", "contradiction")
         return True
+    state.judged.pictured = has_picture and (state.judged.pictured or not state.judged.doubts)
     state.judged.doubts += 1
-    if not len(measured.cells) and measured.innovation[measured.camera].size:
+    if not len(measured.cells) and has_picture:
         if state.judged.doubts > _DOUBTS:  # nothing shows which of both is wrong
             state.belief.covariance[state.layout.home, state.layout.home] += _OWN_SIGMA**2 * np.eye(state.layout.m)
-            what = "its poses contradict the lengths, which count less: did a line slip, or was the camera moved?"
+            what = "its poses contradict the lengths: did a line slip, or was the camera moved? Mend it, and home again"
             state.monitor.report("camera", "contradiction", what)
         return False
     if state.judged.doubts > _DOUBTS and not state.judged.danger:
@@ -111,12 +113,22 @@ def _search(settings: BodySettings, state: BodyState, measured: Measurement) -> 
     """Add a measurement to those from which a line is to be named, and name it once there are enough."""
     search = state.judged.search
     assert search is not None
+    measured = _without_camera(measured)
+    if not len(measured.innovation):
+        return
     search.add(measured.innovation, measured.rows)
     if search.count < _SEARCHED:
         return
     mean, state.judged.search = measured._replace(innovation=search.mean), None
     inverse, whole = _weighed(state, mean)
     _name(settings, state, mean, _causes(settings, state, mean, inverse, whole), whole)
+
+
+def _without_camera(measured: Measurement) -> Measurement:
+    """Return a measurement without the camera's rows, which come more rarely than others."""
+    kept = np.delete(np.arange(len(measured.innovation)), measured.camera)
+    innovation, gradients, rows = measured.innovation[kept], measured.gradients[kept], measured.rows[kept]
+    return Measurement(innovation, gradients, measured.noise[np.ix_(kept, kept)], rows, measured.cells, slice(0, 0))
 
 
 def _weighed(state: BodyState, measured: Measurement) -> tuple[Array, float]:

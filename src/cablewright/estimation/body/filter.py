@@ -32,7 +32,7 @@ from cablewright.foundation.signals import (
     frozen,
     per_line,
 )
-from cablewright.models.rotation import motion_between
+from cablewright.models.rotation import motion_between, moved
 
 _SPEED_SIGMA: Final = 0.01  # m/s and rad/s, of the velocity by the lengths
 _CALM: Final = 0.02  # m/s^2: of the platform's acceleration that the lengths do not show
@@ -44,7 +44,7 @@ def step(settings: BodySettings, state: BodyState, frame: SensorFrame) -> Estima
     if not dt > 0.0:
         state.monitor.restart(frame.time, f"the clock jumped from {state.latest.time:g} to {frame.time:g} s")
         state.window.begin, dt = math.nan, math.inf
-        state.motion.poses.clear()
+        state.motion.ways.clear()
     state.latest.time, before = frame.time, state.pose
     if state.latest.clock is not None:
         frame = replace(frame, readings=by_machine_clock(state.latest.clock, frame.readings, frame.time))
@@ -56,7 +56,8 @@ def step(settings: BodySettings, state: BodyState, frame: SensorFrame) -> Estima
     state.belief.gradients.flat[first : first + m * (size + 1) : size + 1] = state.wound.paid  # by the drums' radii
     state.lengths = corrected(state)
     found = follow(state)
-    state.motion.poses.add(frame.time, state.pose)
+    state.motion.way = moved(state.motion.way, motion_between(before, state.pose))
+    state.motion.ways.add(frame.time, state.motion.way)
     for climate in accepted(state.monitor, frame.of(Climate), frame.time):
         state.creep.read(climate)
     state.creep.advance(state.tensions, frame.time, settings.interval)
@@ -91,9 +92,9 @@ def _smooth_velocity(settings: BodySettings, state: BodyState, before: Array, dt
     if not math.isfinite(dt):
         state.motion.velocity = np.zeros(6)
         return
-    moved = motion_between(before, state.pose) / dt
+    own = motion_between(before, state.pose) / dt
     state.motion.velocity = state.motion.velocity + min(1.0, dt / settings.smoothing_time) * (
-        moved - state.motion.velocity
+        own - state.motion.velocity
     )
 
 
@@ -144,6 +145,8 @@ def _estimate(settings: BodySettings, state: BodyState, slopes: Slopes | None, f
         frozen(encoder_lengths.radii(settings, state)),
         covariance=covariance,
         faults=state.monitor.faults,
-        valid=found and state.home.known and not state.monitor.is_active("encoders", "quiet"),
+        valid=found
+        and state.home.known
+        and not (state.monitor.is_active("encoders", "quiet") or state.monitor.is_active("camera", "contradiction")),
         consistency=state.judged.consistency,
     )

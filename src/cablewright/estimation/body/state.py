@@ -108,7 +108,10 @@ class BodySwing:
     """Velocity of the platform, and the record of its swing."""
 
     velocity: Array = field(default_factory=lambda: np.zeros(6))  # m/s and rad/s
-    poses: TimeBuffer = field(default_factory=lambda: TimeBuffer(6, _POSES))  # m and rad, for readings that are late
+    way: Array = field(
+        default_factory=lambda: np.zeros(6)
+    )  # m and rad: sum of the motions within steps, no corrections
+    ways: TimeBuffer = field(default_factory=lambda: TimeBuffer(6, _POSES))  # those of late, for readings that are late
     force: Array | None = None  # (3,) m/s^2, platform: mean specific force of late
     time: float = math.nan  # s, of the last
     shaking: float = 0.0  # m^2/s^4: mean square of the force's change about that
@@ -118,16 +121,17 @@ class BodySwing:
 class Doubts:
     """Contradictions between measurements and statics.
 
-    They begin again when a state is loaded, except for wrong cells.
+    They begin again when a state is loaded, except for a wrong cell or camera.
     """
 
-    SAVED = ("cells_used",)
+    SAVED = ("cells_used", "camera_used")
 
     cells_used: Mask  # (m,)
     camera_used: bool = True
     consistency: dict[str, float] = field(default_factory=dict)
     silent: Mask = field(default_factory=lambda: np.zeros(1, dtype=bool))  # (m,) or (1,) cells without a reading
     doubts: int = 0  # measurements in a row that contradict the statics
+    pictured: bool = False  # whether each of these had a picture: measurements between, without one, say nothing of it
     danger: str = ""  # why the machine is to stop
     search: Contradiction | None = None  # for the line that is to blame
 

@@ -16,12 +16,14 @@ from cablewright.foundation.signals import CameraPose
 
 _DOUBTFUL: Final = 3  # rejections in a row after which B may be elsewhere, ...
 _ELSEWHERE: Final = 0.01  # m, ... and how far
+MOVED: Final = ("camera", "moved")  # fault that lasts: nothing shows whether the camera or B is elsewhere
 
 
 def update(settings: FilterSettings, state: FilterState, reading: CameraPose) -> None:
     """Update by one *reading*; one that contradicts the state is reported."""
     camera = settings.machine.camera
-    if camera is None or not (np.isfinite(reading.pose).all() and np.isfinite(reading.covariance).all()):
+    bounces = reading.time < state.motion.bounce_end  # as a refill makes the drum swing
+    if camera is None or bounces or not (np.isfinite(reading.pose).all() and np.isfinite(reading.covariance).all()):
         return
     lay, J, m = state.layout, state.hung.jacobian, len(state.lines.radii)
     change = state.change_since([reading.time])
@@ -39,5 +41,7 @@ def update(settings: FilterSettings, state: FilterState, reading: CameraPose) ->
     sentence = "its positions contradict the estimate: not used; was the camera, or a tag on the platform, moved?"
     if gated_update(state, "camera", H, off, R, ("camera", "gate"), sentence):
         state.judged.last_position_time = state.time
-    elif state.judged.rejections["camera"] >= _DOUBTFUL:
+    elif state.judged.rejections["camera"] >= _DOUBTFUL and not settings.machine.lidars:
         inflate_position(state, _ELSEWHERE)
+        what = "its positions contradicted the encoders: measure the position, mend what moved, and start again"
+        state.monitor.report(*MOVED, what)

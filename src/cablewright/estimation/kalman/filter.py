@@ -226,8 +226,11 @@ def is_lost(settings: FilterSettings, state: FilterState) -> bool:
 
 def _is_contradicted(settings: FilterSettings, state: FilterState) -> bool:
     """Whether all horizontal lidars, or without any the camera, contradict it one after another: B may be elsewhere."""
-    sources = settings.machine.lidars or ("camera",)
-    return all(state.judged.rejections.get(source, 0) >= _DOUBTFUL_TURNS for source in sources)
+    if not settings.machine.lidars:
+        return state.judged.rejections.get("camera", 0) >= _DOUBTFUL_TURNS or state.monitor.is_active(
+            *camera_update.MOVED
+        )
+    return all(state.judged.rejections.get(source, 0) >= _DOUBTFUL_TURNS for source in settings.machine.lidars)
 
 
 def _restart(state: FilterState, now: float) -> None:

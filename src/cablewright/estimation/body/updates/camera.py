@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
 
 import numpy as np
 
-from cablewright.estimation.body.updates.update import HeldBody, Slopes, Update, UpdatePart, middle
+from cablewright.estimation.body.updates.update import OF_MEDIAN, HeldBody, Slopes, Update, UpdatePart, middle
 from cablewright.estimation.camera import ERRORS, KnownCamera
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.signals import CameraPose, Reading
@@ -42,9 +42,9 @@ class Seeing(Update):
         assert isinstance(reading, CameraPose)  # its kind
         if not (state.judged.camera_used and np.isfinite(reading.pose).all() and np.isfinite(reading.covariance).all()):
             return None
-        (then,) = state.motion.poses.at([reading.time])
+        (then,) = state.motion.ways.at([reading.time])
         state.window.seen.append(self.camera.noise(reading, state.motion.velocity))
-        return moved(reading.pose, motion_between(then, state.pose))
+        return moved(reading.pose, motion_between(then, state.motion.way))
 
     def shown(self, there: HeldBody) -> Array:
         return there.pose
@@ -67,5 +67,5 @@ class Seeing(Update):
         gradients[:, layout.load] = slopes.pose_by_wrench
         gradients[:, layout.own[Seeing]] = self.camera.slopes(state.pose[:3], state.motion.velocity)
         swing = slopes.pose_by_wrench[:, :3] * (settings.model.robot.platform.mass * acceleration)
-        noise = np.mean(state.window.seen, axis=0) / len(read) + swing @ swing.T
+        noise = np.mean(state.window.seen, axis=0) * (OF_MEDIAN if len(read) > 2 else 1.0) / len(read) + swing @ swing.T
         return UpdatePart(middle(read), by_motion @ gradients, by_motion @ noise @ by_motion.T, np.arange(6))
