@@ -36,7 +36,7 @@ def matrix_of(vector: Array) -> Array:
 def motion_between(start: Array, end: Array) -> Array:
     """Return the translation, m, and the rotation in space, rad, (6,), that move pose *start* (6,) to *end*."""
     found = np.empty(6)
-    between(start, end, found)
+    between(np.array(start), np.array(end), found)  # copies may be written, as the kernel's one signature wants them
     return found
 
 

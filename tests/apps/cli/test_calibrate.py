@@ -83,7 +83,7 @@ def test_the_robot_is_written_with_its_comments_and_a_report(cli, data: Path, tm
     assert "# assumed, all exit points" in out.read_text()
     page = (tmp_path / "new.html").read_text()
     assert found["report"] == str(tmp_path / "new.html")
-    assert page.count("data:image/png") == 3
+    assert page.count("<picture>") == 3
     assert "http" not in page.split("</head>")[1].replace(script(), "")
 
 

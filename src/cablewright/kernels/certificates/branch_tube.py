@@ -302,14 +302,14 @@ def _find_effects(packed, cert, work):
             z += a * arm[1] - b * arm[0]
             ex, ey = work.planes[i, 0], work.planes[i, 1]
             _turn_effect(ex * x + ey * y, z, frame[0], frame[1], PULL, SHEAR, slack, out)
-            out[SIDEWAYS] = abs(ex * y - ey * x) + 1e-15 * slack
+            out[SIDEWAYS] = abs(ex * y - ey * x) + 4e-15 * slack
         work.effects[k, 0, TURNED] += tilt * ROUNDING  # of the plane's rows, whose bend is in the first line's
 
 
 @jit
 def _turn_effect(x, z, c, s, along, across, slack, out):
-    """Write the absolute entries along and across (c, s) from those of equations in x and z; 1e-15 covers rounding."""
-    slack = 1e-15 * (abs(x) + abs(z) + slack)
+    """Write the absolute entries along and across (c, s) from those of equations in x and z; 4e-15 covers rounding."""
+    slack = 4e-15 * (abs(x) + abs(z) + slack)
     out[along], out[across] = abs(c * x + s * z) + slack, abs(c * z - s * x) + slack
 
 

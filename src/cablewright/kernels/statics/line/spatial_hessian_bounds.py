@@ -52,8 +52,8 @@ def share_spatial(general, row, own, wrench, turned, slack, arm, axes, out):
     z = wrench[2] + a * arm[1] - b * arm[0]
     for k in range(3):
         e = axes[k]
-        out[GAPS[k]] = abs(own[0] * e[0] + own[1] * e[1] + own[3] * e[2]) + 1e-15 * gap
-        out[FORCE + k] = abs(x * e[0] + y * e[1] + z * e[2]) + 1e-15 * force
+        out[GAPS[k]] = abs(own[0] * e[0] + own[1] * e[1] + own[3] * e[2]) + 4e-15 * gap
+        out[FORCE + k] = abs(x * e[0] + y * e[1] + z * e[2]) + 4e-15 * force
     return True
 
 
@@ -64,9 +64,9 @@ def box_spatial(general, row, start, end, first, radius, reach, whole, box):
         return False
     box[:] = 0.0
     for k in range(start, end):
-        box[k - start] = radius[k] + (reach[k] if whole else 0.0)
+        box[k - start] = (radius[k] + (reach[k] if whole else 0.0)) * ROUNDING
     for k in range(first + 3, radius.shape[0]):
-        box[OWN + k - first - 3] = radius[k] + (reach[k] if whole else 0.0)
+        box[OWN + k - first - 3] = (radius[k] + (reach[k] if whole else 0.0)) * ROUNDING
     return True
 
 
@@ -90,6 +90,8 @@ def _bend(row, y, i, pose, omega, cert, work):
         radius[k] = (work.reach[first + k] + work.margin[first + k]) * ROUNDING
     given = (pose, radius, omega, cert.rotation, 0.0, work.arms[i])
     centre, box, wide = cert.centre[start:end].copy(), work.boxes[i].copy(), work.boxes[i, 1]
+    if not wide < np.inf:
+        return False
     parts = int(min(PARTS, 1.0 + wide / PART))
     work.bends[i] = 0.0
     for j in range(parts):
@@ -150,6 +152,8 @@ def _compare(row, other, y, unknowns, bound, centre, out):
     way, tension, _ = span_at(row, other, unknowns, bound, SLOPED)
     ahead, aside, third = frame_of(row, y)
     along = of(dot(way, cross(aside, third)), 0)  # Cramer's rule: the frame is orthogonal up to rounding alone
+    if not along[0] > 0.0:
+        along = (-1.0, 1.0)  # a way that may be reversed: no bound
     first, last = of(dot(way, cross(third, ahead)), 0), of(dot(way, cross(ahead, aside)), 0)
     out[0, 0], out[0, 1] = div(first, along)
     out[3, 0], out[3, 1] = div(last, along)
