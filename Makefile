@@ -38,13 +38,13 @@ check: $(VENV)/.dev
 
 # Hundreds of processes of the tests read the sources: compiled modules are kept, whatever the environment asks for.
 # Kernels that most tests need are compiled first, each by one process: both workers would compile them at the same time.
-# Tests by the clock run two files at a time; what loses against a busy computer is tried once more, alone.
+# Tests by the clock run one after another; what loses against a busy computer is tried once more.
 test slow: export PYTHONDONTWRITEBYTECODE =
 
 test: $(VENV)/.dev
 	PYTHONPATH=tests:. $(BIN)/python tests/kernels/compiled_first.py
 	$(BIN)/pytest -n 2 --dist worksteal -m "not slow and not clock"
-	$(BIN)/pytest -n 2 --dist loadfile tests/apps -m "clock and not slow" || \
+	$(BIN)/pytest tests/apps -m "clock and not slow" || \
 		$(BIN)/pytest --last-failed --last-failed-no-failures none tests/apps -m "clock and not slow"
 
 slow: $(VENV)/.dev
