@@ -150,6 +150,8 @@ class Client:
             message = json.loads(self.socket.recv(timeout=patience))
         except TimeoutError:
             return False
+        if message is None:  # the control has no state yet
+            return False
         if message["t"] == "state":
             self.beat, self.operator = message["beat"], message["operator"]
             if message["control"] is not None:
