@@ -73,7 +73,7 @@ def rooms(case: Case, count: int) -> str:
 
 def lens(case: Case, count: int) -> Iterator[str]:
     """Yield how far the lens that fits is from its file, over chance, for right and wrong set-ups."""
-    robot, excess = scaled(case.robot, 5.0), bundle._excess  # noqa: SLF001
+    robot, excess = scaled(case.robot, 5.0), bundle.excess_of
     for words, change in WRONG.items():
         found = list[float]()
 
@@ -85,13 +85,13 @@ def lens(case: Case, count: int) -> Iterator[str]:
 
         sizes = list[float]()
         for seed in range(3000, 3000 + count):
-            with patch.object(bundle, "_excess", kept), patch.object(bundle, "_OTHER", -1.0):
+            with patch.object(bundle, "excess_of", kept), patch.object(bundle, "OTHER_CAMERA", -1.0):
                 try:
                     cw.calibrate(robot, drawn(robot, replace(case.setup, **change), seed).data, case.plan, rough=0.05)
                 except cw.InputError:  # at once, as any lens is too far from its file
                     sizes += found[-1:]
             found.clear()
-        share = np.mean(np.array(sizes) > bundle._OTHER)  # noqa: SLF001
+        share = np.mean(np.array(sizes) > bundle.OTHER_CAMERA)
         yield f"{words}: {min(sizes):.2f} to {max(sizes):.2f}, rejected {share:.0%} of {len(sizes)}"
 
 

@@ -203,11 +203,7 @@ def test_a_camera_that_is_moved_is_reported() -> None:
     known = started_settings(cw.load("merlet2023"), settings.owner)
     state, told = started_filter.start(known), None
     for frame, _, _ in swayed(settings, 9.0):
-        if frame.time > 5.0:
-            moved = (CameraPose(each.time, frozen(each.pose + 0.3), each.covariance) for each in frame.of(CameraPose))
-            kept = tuple(each for each in frame.readings if not isinstance(each, CameraPose))
-            frame = SensorFrame(frame.time, (*kept, *moved), frame.notices)
-        told = started_filter.step(known, state, frame)
+        told = started_filter.step(known, state, shifted(frame, 0.3, 0.3) if frame.time > 5.0 else frame)
         assert frame.time > 5.0 or not told.faults
     assert told is not None
     assert not told.valid
@@ -227,23 +223,27 @@ def test_a_camera_that_was_moved_a_little_leaves_the_estimate_invalid() -> None:
     assert not valid[-1]
 
 
-def shifted(frame: SensorFrame, by: float) -> SensorFrame:
-    """The frame with the poses by the camera *by* m away along each axis."""
-    off = np.array([by, by, by, 0.0, 0.0, 0.0])
+def shifted(frame: SensorFrame, by: float, turned: float = 0.0) -> SensorFrame:
+    """The frame with the poses by the camera *by* m away along each axis, and *turned*, rad, about each."""
+    off = np.repeat([by, turned], 3)
     moved = (CameraPose(each.time, frozen(each.pose + off), each.covariance) for each in frame.of(CameraPose))
     kept = tuple(each for each in frame.readings if not isinstance(each, CameraPose))
     return SensorFrame(frame.time, (*kept, *moved), frame.notices)
 
 
+def before(robot: cw.Robot) -> CameraSensor:
+    """A camera 3 m before the frame of a *robot* with a rigid platform, on which tags are large."""
+    low, high = np.array(robot.scene.frame_min), np.array(robot.scene.frame_max)
+    middle = 0.5 * (low + high)
+    tags = tuple(each.model_copy(update={"size": 0.3}) for each in TAGS)
+    at = (float(middle[0]), float(low[1]) - 3.0, float(middle[2]))
+    return CameraSensor(**(SHEET | SENT | {"at": at, "tags": tags, "rate": 2.5}))
+
+
 def test_a_body_with_load_cells_names_a_camera_that_was_moved() -> None:
     """Measurements between two pictures agree with the statics, and say nothing of the camera."""
     robot = cw.load("cogiro")
-    scene = robot.scene
-    middle = 0.5 * (np.array(scene.frame_min) + np.array(scene.frame_max))
-    tags = tuple(each.model_copy(update={"size": 0.3}) for each in TAGS)
-    at = (float(middle[0]), scene.frame_min[1] - 3.0, float(middle[2]))
-    sheet = CameraSensor(**(SHEET | SENT | {"at": at, "tags": tags, "rate": 2.5}))
-    settings = load_twin("cogiro").with_owner(camera=sheet).with_simulation(camera=CameraFlaws(**FLAWS))
+    settings = load_twin("cogiro").with_owner(camera=before(robot)).with_simulation(camera=CameraFlaws(**FLAWS))
     pose = rest_pose(robot).equilibrium.pose
     machine = SimulatedMachine(robot, settings, pose, seed=83, plant="dynamic")
     found, told = estimator("filter", robot, machine.settings, pose), None
@@ -262,16 +262,11 @@ def test_a_body_with_load_cells_names_a_camera_that_was_moved() -> None:
 def test_a_body_is_found_by_encoders_and_camera(seed: int) -> None:
     """A machine without cells and inertial unit, whose lengths at home are wrong by up to 2 cm."""
     robot = cw.load("cogiro")
-    scene = robot.scene
-    middle = 0.5 * (np.array(scene.frame_min) + np.array(scene.frame_max))
-    at = (float(middle[0]), scene.frame_min[1] - 3.0, float(middle[2]))
-    tags = tuple(each.model_copy(update={"size": 0.3}) for each in TAGS)
-    sheet = CameraSensor(**(SHEET | SENT | {"at": at, "tags": tags, "rate": 2.5}))
     accuracy = MachineAccuracy(home_length=HOME / math.sqrt(3.0))  # of a uniform distribution
     plain = load_twin("cogiro").with_owner(load_cells=None, motor_torques=None, inertial=None, accuracy=accuracy)
     off_home = plain.simulation.tolerances.model_copy(update={"home_length": HOME})
     plain = plain.with_simulation(tolerances=off_home)
-    settings = plain.with_owner(camera=sheet).with_simulation(camera=CameraFlaws(**FLAWS))
+    settings = plain.with_owner(camera=before(robot)).with_simulation(camera=CameraFlaws(**FLAWS))
     assert (best_estimator(plain.owner), best_estimator(settings.owner)) == ("encoders", "filter")
     pose = rest_pose(robot).equilibrium.pose
     machine = SimulatedMachine(robot, settings, pose, seed=seed, plant="quasi-static")

@@ -283,7 +283,7 @@ def _delay(settings: VelocitySettings, state: VelocityState, now: float, dt: flo
 
 
 class _HeldPoint(NamedTuple):
-    """Lengths (5, m), m, see `point_rates.hold`, tensions (m,), N, at rest, and that equilibrium where it is needed."""
+    """Lengths (5, m), m, see `point_velocity_step.hold`, tensions (m,), N, at rest, and that equilibrium if needed."""
 
     lengths: Array
     tensions: Array

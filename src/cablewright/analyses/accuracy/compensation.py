@@ -19,7 +19,7 @@ from cablewright.solvers.inverse import solve_inverse
 
 @dataclass(frozen=True)
 class Compensation:
-    """The model with which a controller computes its lengths.
+    """The model by which a controller computes the cable lengths that it commands.
 
     `words` complete a phrase such as "error without ...".
     """

@@ -80,10 +80,7 @@ def serve_command(
     folder = run_path(out, "serve", described.name)
     if folder.exists() and not folder.is_dir():
         raise InputError(f"--out = {folder}: is no folder")
-    file = machine or described.name
-    if machine is None and described.name not in cw.machine_names():
-        file = _built(described, folder)
-        tell(f"note: no --machine was given: {file} is used, written for {described.name} with assumed numbers")
+    file = machine or (described.name if described.name in cw.machine_names() else _built(described, folder))
     if ros2 is not None:
         tell(f"note: --ros2 = {ros2}: everyone on the network reads the state, without a password; see CYCLONEDDS_URI")
     owner = cw.load_machine(file)
@@ -99,7 +96,7 @@ def serve_command(
 
 
 def _built(robot: cw.Robot, folder: Path) -> str:
-    """The machine file in the *folder*, which is built where there is none. Raises `EnvironmentFault`."""
+    """The machine file in the *folder*, which is built where there is none, with a note. Raises `EnvironmentFault`."""
     from cablewright.foundation.file_output import write_whole
     from cablewright.live.prints.plan import MACHINE_FILE
     from cablewright.live.prints.run import make_folder
@@ -109,6 +106,7 @@ def _built(robot: cw.Robot, folder: Path) -> str:
     if not file.exists():
         make_folder(folder)
         write_whole(file, built_machine(robot)[1].encode())
+    tell(f"note: no --machine was given: {file} is used, written for {robot.name} with assumed numbers")
     return str(file)
 
 

@@ -32,7 +32,7 @@ _NICE: Final = 15
 
 
 def cap() -> None:
-    """Limit memory and time of this process, as far as the system can."""
+    """Limit the memory and processor time of this process, where the operating system has such limits."""
     try:
         import resource
     except ImportError:  # pragma: no cover

@@ -44,7 +44,7 @@ _ROUNDING: Final = 1e-8  # m: of numbers in a robot's file
 
 
 class KnownValue(Description):
-    """An unknown's value and standard deviation in a record, SI, with its name and its line (none: shared by all)."""
+    """Value and standard deviation, SI, of an unknown in a calibration record. No line: all lines share it."""
 
     name: str
     line: str | None = None

@@ -26,7 +26,7 @@ _LEVEL: Final = 1e-3  # probability that a right tag is named, or a right sighti
 _MOST: Final = 60  # sightings left out
 _SMALL: Final = 1e-9  # of the largest eigenvalue: what has no information
 _MANY: Final = 0.3  # share of the sightings left out beyond which the layout or the camera is not that of the pictures
-_OTHER: Final = 4.0  # squares of the lens from its file over those of chance, beyond which it is another camera
+OTHER_CAMERA: Final = 4.0  # squares of the lens from its file over those of chance, beyond which it is another camera
 _MOVED: Final = 0.5  # share of the tags that moved, beyond which it is the layout or the camera too
 
 
@@ -122,16 +122,16 @@ def consistent(seen: Sightings, poses: Array, free_camera: bool) -> tuple[Sighti
             if len(own) and tag.number not in seen.moved:
                 linear = bundle.rows.linear[own]
                 left = np.eye(len(own)) - linear @ covariance @ linear.T
-                worst = max(worst, (_excess(stated[own], left, 1.0, len(bundle.bodies.tags)), -1, tag.number))
+                worst = max(worst, (excess_of(stated[own], left, 1.0, len(bundle.bodies.tags)), -1, tag.number))
             used = bundle.weights.reshape(off.shape)[:, rows.start] > 0.0
             for at in np.flatnonzero(used).tolist():
                 left = np.eye(EDGES) - shares[at, rows, rows]
-                worst = max(worst, (_excess(off[at, rows], left, sigma, total), at, tag.number))
+                worst = max(worst, (excess_of(off[at, rows], left, sigma, total), at, tag.number))
         excess, at, number = worst
         if excess <= 1.0:
             of_lens = bundle.bodies.of_tag < 0
             linear = bundle.rows.linear[of_lens]
-            if _excess(stated[of_lens], np.eye(len(linear)) - linear @ covariance @ linear.T, 1.0, 1) > _OTHER:
+            if excess_of(stated[of_lens], np.eye(len(linear)) - linear @ covariance @ linear.T, 1.0, 1) > OTHER_CAMERA:
                 raise InputError(
                     "pictures: the lens or the size of the print that fits them is far from its file: is the camera's "
                     "file of this camera, with its focus and zoom, and are the sizes of the tags right?"
@@ -161,7 +161,7 @@ def _spread(bundle: Bundle, off: Array, shares: Array) -> float:
     return max(1.0, float(np.sqrt(np.median(ratios)))) if ratios else 1.0
 
 
-def _excess(off: Array, left: Array, sigma: float, among: int) -> float:
+def excess_of(off: Array, left: Array, sigma: float, among: int) -> float:
     """Return the squares that rows *off* (r,) add to the sum, over what chance makes of the worst *among* so many.
 
     *left* (r, r): their covariance, singular where nothing tests them.

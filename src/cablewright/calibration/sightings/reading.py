@@ -21,7 +21,7 @@ def read_sightings(
     *,
     progress: Progress = silent,
 ) -> Sightings:
-    """Return the tags of a *layout* that *pictures*, files or folders, show at each of *count* poses.
+    """Return the tags of a *layout* seen at each of *count* poses in *pictures*, which are files or folders.
 
     The name of a picture ends with the number of its pose, from 1: ``pose-07.jpg``. Raises `InputError` for names
     without one, two pictures of a pose, pictures of another size than the camera's, damaged ones, and a tag that is

@@ -56,12 +56,13 @@ def step(settings: BodySettings, state: BodyState, frame: SensorFrame) -> Estima
     state.belief.gradients.flat[first : first + m * (size + 1) : size + 1] = state.wound.paid  # by the drums' radii
     state.lengths = corrected(state)
     found = follow(state)
-    state.motion.way = moved(state.motion.way, motion_between(before, state.pose))
+    motion = motion_between(before, state.pose)
+    state.motion.way = moved(state.motion.way, motion)
     state.motion.ways.add(frame.time, state.motion.way)
     for climate in accepted(state.monitor, frame.of(Climate), frame.time):
         state.creep.read(climate)
     state.creep.advance(state.tensions, frame.time, settings.interval)
-    _smooth_velocity(settings, state, before, dt)
+    _smooth_velocity(settings, state, motion, dt)
     _read_sensors(settings, state, frame)
     if settings.cells is not None:
         readings = accepted(state.monitor, frame.of(Tensions), frame.time)
@@ -88,13 +89,12 @@ def _read_beam(settings: BodySettings, state: BodyState, length: float) -> None:
     set_load(state, settings.model)
 
 
-def _smooth_velocity(settings: BodySettings, state: BodyState, before: Array, dt: float) -> None:
+def _smooth_velocity(settings: BodySettings, state: BodyState, motion: Array, dt: float) -> None:
     if not math.isfinite(dt):
         state.motion.velocity = np.zeros(6)
         return
-    own = motion_between(before, state.pose) / dt
     state.motion.velocity = state.motion.velocity + min(1.0, dt / settings.smoothing_time) * (
-        own - state.motion.velocity
+        motion / dt - state.motion.velocity
     )
 
 

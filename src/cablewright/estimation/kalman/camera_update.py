@@ -26,8 +26,8 @@ def update(settings: FilterSettings, state: FilterState, reading: CameraPose) ->
     if camera is None or bounces or not (np.isfinite(reading.pose).all() and np.isfinite(reading.covariance).all()):
         return
     lay, J, m = state.layout, state.hung.jacobian, len(state.lines.radii)
-    change = state.change_since([reading.time])
-    (change,), (since,) = change, state.displacement(change)
+    changes = state.change_since([reading.time])
+    change, since = changes[0], state.displacement(changes)[0]
     position, coasted = state.motion.position - since, float(change[m + 3])
     velocity = np.concatenate([moving_velocity(state), np.zeros(3)])
     slopes = camera.slopes(position, velocity)[:3]

@@ -236,7 +236,7 @@ class DrumMotionState:
     position, velocity = _Part("position"), _Part("velocity")
 
     mean: Mean
-    mass: float  # kg of the drum, see `load.weigh`
+    mass: float  # kg of the drum, see `drum_mass.weigh`
     drum_angles: Array = field(default_factory=lambda: np.zeros(0))  # (m,) rad, paid out
     drum_rates: Array = field(default_factory=lambda: np.zeros(0))  # (m,) rad/s, smoothed
     coasted: Array = field(default_factory=lambda: np.zeros(4))  # (4,): motion that no count shows, m; coasting, s

@@ -92,7 +92,7 @@ def neg(a):
 
 @jit
 def add(a, b):
-    """Return the interval of a + b."""
+    """Return an interval that contains every sum of a number in *a* and one in *b*."""
     lo = down(a[0] + b[0])
     if lo < 0.0 and a[0] >= 0.0 and b[0] >= 0.0:
         lo = 0.0

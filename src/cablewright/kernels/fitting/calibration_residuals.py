@@ -42,7 +42,7 @@ from cablewright.kernels.statics.platform import place_platform
 # Kinds of rows, and the meaning of their `line`, `other` (indices of lines or axes) and `extra` (six numbers):
 ENCODER = 0  # line
 COORDINATE = 1  # other: the axis of the pose, 3 to 5 of a rotation, whose measured vector is extra[:3]
-SWIVEL = 2  # line: angle of its free cable about the swivel's axis, rad, see `straight_line.swivel_frame`
+SWIVEL = 2  # line: angle of its free cable about the swivel's axis, rad, see `line_over_sheave.swivel_frame`
 TILT = 3  # other: 0 about x, 1 about y, rad: of the platform against the plumb line
 REACH = 4  # extra: a point of the world, a point of the platform: their distance, m
 PLANE = 5  # extra: unit normal, a point of the platform: its distance along the normal from the origin, m

@@ -40,7 +40,7 @@ class Drive(NamedTuple):
     moved: NDArray[np.float64]  # (m,): 1 of lines whose platform points move
     fixed: NDArray[np.float64]  # (m, 3): platform points at a length of 0, m
     speed: NDArray[np.float64]  # (1,): commanded, m/s
-    flags: NDArray[np.int64]  # (1,): see `beam.turn_drive`
+    flags: NDArray[np.int64]  # (1,): see `retracting_platform.turn_drive`
 
 
 @jit
@@ -254,7 +254,7 @@ def over_ground(motion, point, rotation):
 
 @jit(allocates=True)
 def feel(rotation, place, acceleration, rate, gravity, axes, measured):
-    """Add to *measured* (6,) the reading of an accelerometer and gyro at *place* (3,), m, on a moving body.
+    """Add the reading of an ideal accelerometer and gyro at *place* (3,), m, on a moving body to *measured* (6,).
 
     They are the specific force, m/s^2, and the turn rate, rad/s. *rotation* (3, 3), *acceleration* (6,), m/s^2 and
     rad/s^2, and *rate* (3,), rad/s, world: of the body. *axes* (3, 3): of the unit, in the body's frame.

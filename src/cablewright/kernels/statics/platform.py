@@ -171,7 +171,7 @@ def load_scale(packed):
 
 @jit
 def own_load(packed, rotation, wrench):
-    """Set *wrench* (n,) to weight and external wrench. Returns the arm of the weight, world; a point's has none."""
+    """Write weight plus external wrench to *wrench* (n,); return the weight's lever arm, world: zero of a point."""
     platform = packed.platform
     for k in range(packed.freedoms):
         wrench[k] = platform[WRENCH + k]

@@ -160,8 +160,8 @@ def print_on_drives(
     """Print a *job* on the real machine of *settings*, as *operator* orders; the print in *folder* can be resumed.
 
     *state*: path without suffix of the machine's counts and lengths. *inputs* identify robot and job, see
-    `store.manifest_of`. *log_every*: see `LogHead.every`. Raises `InputError`, `AnswerError` and `EnvironmentFault`
-    before anything moves.
+    `run_folders.manifest_of`. *log_every*: see `LogHead.every`. Raises `InputError`, `AnswerError` and
+    `EnvironmentFault` before anything moves.
     """
     if job.robot not in (None, robot.name):
         raise InputError(f"job {job.name!r}: robot = {job.robot!r}, but the robot is {robot.name!r}")

@@ -185,7 +185,7 @@ class Printer:
     def place_measured(self, place: Array, *, by_tensions: bool = False) -> None:
         """Pass the measured position (3,), m, of the standing platform to the estimator.
 
-        *by_tensions*: see `dead_reckoning.placed`. Raises `InputError` if it takes no position.
+        *by_tensions*: see `encoders_only.placed`. Raises `InputError` if it takes no position.
         """
         if not isinstance(self.estimator, DeadReckoning):
             raise InputError("a measured position needs the estimator of encoders alone: --estimator encoders")

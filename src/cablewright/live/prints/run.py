@@ -99,9 +99,9 @@ def run_print(
 ) -> PrintRun:
     """Print until the end of the path or until the machine stops; the print in *folder* can be resumed.
 
-    *inputs* and *options* identify the print, see `store.manifest_of`; with *resume* they must be those of the print in
-    *folder*, and with *restart* too, which prints it again from the beginning. With *real_time* each step waits for its
-    time, partly in a busy loop, which needs a core of its own.
+    *inputs* and *options* identify the print, see `run_folders.manifest_of`; with *resume* they must be those of the
+    print in *folder*, and with *restart* too, which prints it again from the beginning. With *real_time* a step waits
+    for its time, partly in a busy loop, which needs a core of its own.
 
     Raises `InputError` for a folder that holds something else, or nothing to resume, or has lost its checkpoint or its
     log, so that the laid material or the measurements are unknown; `AnswerError` for a path that cannot be printed;
@@ -192,7 +192,7 @@ def alone_in(folder: Path) -> AbstractContextManager[None]:
 
 
 def started(robot: Robot, path: TimedPath) -> Robot:
-    """Return *robot* with the retraction at the beginning of *path*."""
+    """Return *robot* with its platform retracted as at the beginning of *path*."""
     length = path.start_retraction
     return robot if math.isnan(length) else robot.retracted(length)
 

@@ -67,7 +67,7 @@ class SpecimenOptions:
     ] = None
 
     def section_and_load(self) -> tuple[float, float]:
-        """Return the cable's section, m^2, and breaking load, N. Raises `InputError`."""
+        """Return the cross-section of the cable, m^2, and its breaking load, N. Raises `InputError`."""
         from cablewright.foundation.units import AREA, FORCE, LENGTH
 
         if self.section is not None and self.diameter is not None:

@@ -110,7 +110,7 @@ class Cells(Update):
     def part(
         self, settings: BodySettings, state: BodyState, slopes: Slopes, read: Array, acceleration: float
     ) -> UpdatePart:
-        """Return innovations, gradients and noise of the cells that are used, see `Update`."""
+        """Return innovations, gradients and noise of the load cells in use; see `Update`."""
         layout, own, drums = state.layout, self._hosts(state), self._drums(state.wound.drums)
         pulls, by_wrench = _with_drums(state.tensions, drums), _with_drums(slopes.tensions_by_wrench, drums)
         used = np.pad(state.judged.cells_used, (0, len(own) - layout.m), constant_values=True)

@@ -54,7 +54,7 @@ class EthercatSlave:
         return self.memory.read(at, size)
 
     def write(self, at: int, data: bytes, now: float) -> bool:
-        """Let an EtherCAT master write to an address at *now*, s; False: it cannot."""
+        """Write the bytes of an EtherCAT master to an address at *now*, s; return whether the address accepts them."""
         if not self.memory.write(at, data):
             return False
         if at <= m.AL_CONTROL < at + len(data):

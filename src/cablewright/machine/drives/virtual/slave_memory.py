@@ -91,7 +91,7 @@ class SlaveMemory:
         return bytes(self.bytes[at : at + size])
 
     def write(self, at: int, data: bytes) -> bool:
-        """Let an EtherCAT master write to an address; False: it cannot. A mailbox is full after its last byte."""
+        """Write a master's bytes to an address; say whether it accepts them. A mailbox is full after its last byte."""
         box = self.sync_manager(0)
         in_mailbox = box.active and at < box.start + box.size and box.start < at + len(data)
         if at + len(data) > SIZE or (in_mailbox and box.status & FULL):
