@@ -21,8 +21,9 @@ from cablewright.foundation.arrays import Array
 from cablewright.models.plane import directions, projected
 from cablewright.models.rotation import moved, placed
 from cablewright.models.statics import Model
-from cablewright.solvers.taut import taut_at
+from cablewright.solvers.taut import taut_of
 
+_ERROR: Final = 0.1  # of weight or tensions, that measured tensions which may be right leave
 _STEP: Final = 1e-3  # m and rad, of a derivative
 _MEAN: Final = 0.5  # s, over which forces of a platform that moves are averaged
 _EVERY: Final = 0.05  # s
@@ -106,17 +107,25 @@ def weight_of(model: Model, laid: float = 0.0) -> float:
     return float(model.robot.scene.gravity * (model.robot.platform.mass - laid))
 
 
-def excess(model: Model, pose: Array, tensions: Array, laid: float = 0.0) -> Array:
+def balances(model: Model, pose: Array, tensions: Array, laid: float, beam: float | None) -> bool:
+    """Return whether *tensions* (m,), N, may all be right: they carry a platform without *laid* kg at *pose* (n,).
+
+    The allowed error is 10 % of its weight, or of all tensions where lines pull against each other. *beam*: m, of a
+    platform that retracts.
+    """
+    off = _as_forces(excess(model, pose, tensions, laid, beam), model.robot.arm)
+    return bool(np.linalg.norm(off) <= _ERROR * _scale(model, tensions, laid))
+
+
+def excess(model: Model, pose: Array, tensions: Array, laid: float = 0.0, beam: float | None = None) -> Array:
     """Return the surplus (n,), N and N m, of the lines' wrench over the weight of a platform without *laid* kg.
 
-    In a plane along its free directions alone: the plane carries the rest.
-
-    In a plane that carries the rest: along its free directions alone.
+    In a plane along its free directions alone: the plane carries the rest. *beam*: m, of a platform that retracts.
     """
     weight, platform = weight_of(model, laid), model.robot.platform
     x, y, _ = (placed(pose, [platform.centre_of_mass])[0] - pose[:3]).tolist()
     down = np.array([0.0, 0.0, -weight, -y * weight, x * weight, 0.0])
-    return projected(model.free_directions, _wrench(model, pose, tensions) + down[: model.n])
+    return projected(model.free_directions, _wrench(model, pose, tensions, beam) + down[: model.n])
 
 
 @dataclass(eq=False)
@@ -164,9 +173,12 @@ def _as_forces(wrench: Array, arm: float) -> Array:
     return np.asarray(np.concatenate([wrench[:3], wrench[3:] / arm]) if arm > 0.0 else wrench[:3])
 
 
-def _wrench(model: Model, pose: Array, tensions: Array) -> Array:
+def _wrench(model: Model, pose: Array, tensions: Array, beam: float | None = None) -> Array:
     """What the lines pull the platform with, (n,) N and N m: along their chords, with half of their own weight."""
-    taut, robot, spans, pulls = taut_at(model, pose), model.robot, model.lines.spans, model.lines.pulls
+    robot, spans, pulls, packed = model.robot, model.lines.spans, model.lines.pulls, model.packed
+    if beam is not None:
+        packed = packed._replace(lines=model.rows(retraction=np.array([beam])).lines[0])
+    taut = taut_of(packed, pose)
     weights = robot.scene.gravity * np.array([line.cable.linear_density for line in robot.lines]) * taut.free
     up = -taut.toward[:, 2] / spans  # from the platform to the sheave
     middle = np.maximum(tensions - 0.5 * weights * up, 0.0)

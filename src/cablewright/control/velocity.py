@@ -32,7 +32,6 @@ from cablewright.foundation.choices import LawName
 from cablewright.foundation.errors import InputError, UnknownName, require_positive
 from cablewright.foundation.signals import Encoders, Estimate, SensorFrame
 from cablewright.kernels.control import point_velocity_step as kernel
-from cablewright.kernels.control.length_change_split import split
 from cablewright.kernels.control.point_velocity_step import PointGains
 from cablewright.kernels.layout import Packed
 from cablewright.models.fidelity import CableLaw
@@ -358,10 +357,12 @@ def _length_errors(
 ) -> Array:
     """Return by how much lengths of winches' lines, m, are to grow from a pose *here* (6,) for the first one *held*.
 
-    The pose decides what moves the platform, *tensions* (m,), N, what does not. Both agree with lengths of the model as
-    long as lines are as soft and the platform as heavy as it says; else lengths alone would be followed,
-    and the pose that they no longer hold. Fewer winches than degrees of freedom correct as many coordinates of the
-    pose, with the position that of the nozzle; the others follow, as the platform hangs.
+    The pose decides what moves the platform, *tensions* (m,), N, what does not: the changes of stretch that they show,
+    less the motion by their wrench. With its compliance, tensions decide too where lengths hardly hold the platform,
+    such as a beam that turns about its own axis. Both agree with lengths of the model as long as lines are as soft and
+    the platform as heavy as it says; else lengths alone would be followed, and the pose that they no longer hold.
+    Fewer winches than degrees of freedom correct as many coordinates of the pose, with the position that of the nozzle;
+    the others follow, as the platform hangs.
     """
     model, hosts = settings.model, settings.hosts
     motion = motion_between(here, held.poses[0])
@@ -379,19 +380,15 @@ def _length_errors(
     taut = taut_of(packed, here)
     by_motion = taut.per_motion[hosts]
     error = by_motion @ motion
-    if tensions is None or len(hosts) <= model.freedoms:
+    if tensions is None or len(hosts) <= model.freedoms or model.fidelity.cable is CableLaw.RIGID:
         return np.asarray(error)
-    own = stretches(LineNumbers(packed.lines), taut) * (tensions - held.tensions[0])
-    own = own[hosts]
-    moving = by_motion if model.free_directions is None else by_motion @ model.free_directions
-    return np.asarray(error + own - _moving_part(moving, own))
-
-
-def _moving_part(by_motion: Array, change: Array) -> Array:
-    """Return the part (m,) of a *change* of lengths that moves the platform, by their gradients (m, p)."""
-    moving, motion = np.empty(len(by_motion)), np.empty(by_motion.shape[1])
-    split(np.ascontiguousarray(np.column_stack([by_motion, change])), moving, motion)
-    return moving
+    linear, codes = linearise_where_regular(held.solved[:1])
+    if codes.any():
+        return np.full(len(hosts), np.nan)
+    change = tensions - held.tensions[0]
+    wound = WinchLines.of(model.robot).sense != 0.0
+    own = stretches(LineNumbers(packed.lines), taut) * change
+    return np.asarray(error + own[hosts] - by_motion @ linear.per_wrench[0] @ (change[wound] @ taut.per_motion[wound]))
 
 
 def _stretch_rates(

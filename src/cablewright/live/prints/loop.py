@@ -15,6 +15,7 @@ from typing import ClassVar, Final, Protocol, runtime_checkable
 import numpy as np
 
 from cablewright.control import guard, height, manual, path_follower, retraction, stretch_damping, supervisor, velocity
+from cablewright.control.balance_check import balances
 from cablewright.control.clock import FrameClock
 from cablewright.control.guard import GuardSettings, GuardState, StopCause
 from cablewright.control.height import HeightControl
@@ -252,6 +253,10 @@ class Printer:
         """Why the machine is to stop: by measured limits, and by the estimate."""
         lowest = state is PrintState.PRINTING
         inferred, best = self.estimator.tensions, self.tensions
+        if inferred is not None and best is not None and (inferred > self.plan.guard.max_tensions).any():
+            beam = None if self._beam is None else self._beam.length
+            if balances(self.plan.velocity.model, self.last_pose, best, self.load.gone, beam):
+                inferred = best  # lengths that are wrong by 1 mm mean tens of newtons of a stiff line
         found = guard.judge(self.plan.guard, self._guard, frame, inferred, lowest=lowest, best=best)
         danger = "" if self.learning is None else self.learning.danger
         if danger != self._danger:
@@ -296,8 +301,8 @@ class Printer:
             if order.kind is OrderKind.OVERRIDE:
                 self.speed_share = order.arguments["share"][0]
             elif self.supervisor.state is PrintState.MANUAL and order.kind in BY_HAND:
-                begun, place = previous is PrintState.MANUAL, estimate.position
-                at = self.plan.path.printing_point(place, estimate.rotation), estimate.rotation
+                at = self.plan.path.printing_point(estimate.position, estimate.rotation), estimate.rotation
+                begun = previous is PrintState.MANUAL
                 manual.begin(self.plan.manual, self._manual, order, self.time, None if begun else at)
 
     def _next_target(self, verdict: Verdict, estimate: Estimate, dt: float) -> Target:
@@ -312,10 +317,9 @@ class Printer:
         layer = int(path.track.layer[path.track.piece(distance)])
         place, turned = motion.position, np.zeros(3)
         if path.attitude is not None:
-            turned = self._manual.rotation
-            place = path.attitude.origin(place, turned)
-        speed, rates = motion.velocity, motion.accelerations
-        return Target(place, speed, distance, layer, 0.0, False, False, False, turned, accelerations=rates)
+            place, turned = path.attitude.origin(place, self._manual.rotation), self._manual.rotation
+        own = place, motion.velocity, distance, layer, 0.0, False, False, False, turned
+        return Target(*own, accelerations=motion.accelerations)
 
     def _off_target(self, estimate: Estimate) -> float:
         """Distance, m, of the moved point from the target of a motion by hand; 0 where the estimate swings with it."""
@@ -364,23 +368,18 @@ class Printer:
 
     def _standing(self, now: float, speeds: Array, mode: WinchMode) -> Command:
         """A command of a stop, in its mode where the machine has it."""
-        return Command(now, speeds, modes=(mode,) * len(speeds) if self._has(mode) else ())
-
-    def _has(self, mode: WinchMode) -> bool:
-        return mode is not WinchMode.VELOCITY and mode in self.machine.abilities.modes
+        has = mode is not WinchMode.VELOCITY and mode in self.machine.abilities.modes
+        return Command(now, speeds, modes=(mode,) * len(speeds) if has else ())
 
     def _with_reset(self, verdict: Verdict, command: Command) -> Command:
         """The command, with an order to reset for the machine's drives where winches are disabled.
 
         It reaches them even where it was rejected, as their own faults are a cause for that: it is ordered again then.
         """
-        asked = any(order.kind is OrderKind.RESET and not self._is_late(order) for order in verdict.orders)
+        since = self.supervisor.state_start  # older orders are from before the fault
+        asked = any(order.kind is OrderKind.RESET and order.time >= since for order in verdict.orders)
         able = RESET in self.machine.abilities.outputs and WinchMode.OFF in command.modes
         return replace(command, outputs={RESET: 1.0}) if asked and able else command
-
-    def _is_late(self, order: Order) -> bool:
-        """Whether an order is from before the fault."""
-        return order.time < self.supervisor.state_start
 
     def _proceed(self, now: float, verdict: Verdict, frame: SensorFrame, estimate: Estimate, dt: float) -> Command:
         """The command of the procedure that runs. Where it ends, the winches come to rest by a ramp."""
