@@ -1,4 +1,4 @@
-"""A picture as PNG for a light and for a dark page: drawn twice, with the dark colours of the 3-D view.
+"""A picture as PNG for a light and for a dark page: drawn once, each colour then becomes that of the dark page.
 
 White becomes the dark paper of the page, black its light ink, and a tint keeps its hue over the paper. Colours of a
 scale (`style.error_colours`, `style.signed_colours`) become those that the 3-D view has on a dark page.
@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import io
 from functools import cache
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
-from matplotlib.backends.backend_agg import RendererAgg
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from PIL import Image
@@ -22,16 +21,20 @@ from cablewright.apps.web.colours import RAMPS
 from cablewright.foundation.arrays import Array
 
 PAPER, INK = np.array([[0x14, 0x18, 0x1F], [0xE6, 0xEA, 0xF0]]) / 255.0  # as in page.css
+_BYTES: Final = np.array([65536, 256, 1])  # of red, green and blue in a code
 _LIFT, _FULLER = 0.35, 0.7  # white added to a full colour; exponent on the share of a tint, which is faint when dark
 
 
 def themed(drawn: Figure) -> Themed:
     """Return a figure as PNG for a light and for a dark page; the dark one has at most 256 colours, to be small."""
-    light, renderer, out = style.png(drawn), _dark_renderer(drawn), io.BytesIO()
-    drawn.set_layout_engine("none")  # all is in its place now, and to find that takes half of the time
-    drawn.draw(renderer)
-    image = Image.fromarray(np.ascontiguousarray(np.asarray(renderer.buffer_rgba())[..., :3]))  # type: ignore[no-untyped-call]
-    image.quantize(dither=Image.Dither.NONE).save(out, "PNG", optimize=True)
+    light, out = style.png(drawn), io.BytesIO()
+    with Image.open(io.BytesIO(light)) as image:
+        codes = np.asarray(image.convert("RGB"), np.int32) @ _BYTES
+    known = np.zeros(1 << 24, np.bool_)
+    known[codes] = True
+    shades, on_dark = np.flatnonzero(known), np.zeros((1 << 24, 3), np.uint8)
+    on_dark[shades] = np.rint(255.0 * dark(shades[:, None] // _BYTES % 256 / 255.0))
+    Image.fromarray(on_dark[codes]).quantize(dither=Image.Dither.NONE).save(out, "PNG", optimize=True)
     return light, out.getvalue()
 
 
@@ -52,7 +55,7 @@ def dark(colours: Any) -> Array:
 
 
 def _code(colours: Array) -> Array:
-    return np.asarray(np.rint(255.0 * colours[..., :3]) @ [65536.0, 256.0, 1.0])
+    return np.asarray(np.rint(255.0 * colours[..., :3]) @ _BYTES)
 
 
 @cache
@@ -62,33 +65,3 @@ def _scales() -> tuple[Array, Array]:
     codes, first = np.unique(_code(np.concatenate([each(shades) for each in light.values()])), return_index=True)
     maps = [LinearSegmentedColormap.from_list(name, RAMPS[name]["dark"], len(shades)) for name in light]
     return codes, np.concatenate([each(shades)[:, :3] for each in maps])[first]
-
-
-def _dark_renderer(drawn: Figure) -> RendererAgg:
-    """Return a renderer for a figure to which every colour is passed as on a dark page."""
-    made = RendererAgg(*drawn.canvas.get_width_height(physical=True), drawn.dpi)  # type: ignore[no-untyped-call]
-    path, text, markers, many, mesh, image = (
-        getattr(made, f"draw_{name}") for name in ("path", "text", "markers", "path_collection", "quad_mesh", "image")
-    )
-
-    def inked(gc: Any) -> Any:
-        own = made.new_gc()
-        own.copy_properties(gc)
-        own.set_foreground(tuple(dark(gc.get_rgb())), isRGBA=True)
-        return own
-
-    vars(made).update(
-        draw_path=lambda gc, way, move, *rgb: path(inked(gc), way, move, *(each and tuple(dark(each)) for each in rgb)),
-        draw_text=lambda gc, *given, **more: text(inked(gc), *given, **more),
-        draw_markers=lambda gc, *given: markers(
-            inked(gc), *given[:4], *(each and tuple(dark(each)) for each in given[4:])
-        ),
-        draw_path_collection=lambda gc, *given, **more: many(
-            inked(gc), *given[:5], dark(given[5]), dark(given[6]), *given[7:], **more
-        ),
-        draw_quad_mesh=lambda gc, *given: mesh(inked(gc), *given[:6], dark(given[6]), given[7], dark(given[8])),
-        draw_image=lambda gc, x, y, pixels, *more: image(
-            gc, x, y, np.rint(255.0 * dark(np.asarray(pixels) / 255.0)).astype(np.uint8), *more
-        ),
-    )
-    return made
