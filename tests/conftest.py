@@ -7,6 +7,7 @@ A suite in the background of a shell hears interrupts, so that the programs that
 from __future__ import annotations
 
 import gc
+import io
 import os
 import signal
 import sys
@@ -93,4 +94,18 @@ def _own_key(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """Searches of tests are signed with a key of their own, not with that of the user."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("CABLEWRIGHT_STATE_DIR", str(tmp_path_factory.mktemp("state")))
+        yield
+
+
+@pytest.fixture(scope="module")
+def undrawn() -> Iterator[None]:
+    """Replace each picture of a report by a pixel: pictures take most of the time of a short print or check."""
+    from PIL import Image
+
+    from cablewright.apps import style  # which loads Matplotlib
+
+    out = io.BytesIO()
+    Image.new("RGB", (1, 1), "white").save(out, "PNG")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(style, "png", lambda _drawn: out.getvalue())
         yield

@@ -83,14 +83,6 @@ def cli() -> Callable[..., Outcome]:
     return run
 
 
-@pytest.fixture(scope="module")
-def undrawn() -> Iterator[None]:
-    """Pictures of reports take most of the time of a short print or check: none is drawn where no test needs them."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(style, "png", lambda _drawn: b"")
-        yield
-
-
 def ticks(drawn: Figure) -> list[str]:
     """All labels of ticks of a figure, great and small."""
     return [

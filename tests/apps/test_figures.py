@@ -15,6 +15,7 @@ import pytest
 
 from cablewright.apps.cli.main import COMMANDS
 from cablewright.foundation.results import Figure
+from cases import some
 
 ROOT = Path(__file__).parents[2]
 TOOL = runpy.run_path(str(ROOT / "tools" / "pages" / "figures.py"))
@@ -57,11 +58,13 @@ def _elsewhere(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 
 TEXT_ELSEWHERE = {"print", "check"}  # take seconds: tests of their own check their text
 RESUMED = {"campaign"}  # reads its stored results
+LONG = {"print", "campaign", "stages"}  # s, and tests of their own read their figures
 ENDLESS = {"serve"}  # goes on until it is stopped: `tests/apps/serve` does both
+LONG_LAST = sorted(HOMES.keys() - ENDLESS, key=lambda name: (name in LONG, name))
 
 
 @pytest.mark.usefixtures("_elsewhere", "undrawn")
-@pytest.mark.parametrize("name", [name for name in HOMES if name not in ENDLESS])
+@pytest.mark.parametrize("name", some(LONG_LAST, len(LONG_LAST) - len(LONG)))
 def test_the_example_of_a_command_runs_and_its_json_is_declared(cli, name: str) -> None:
     kind = _kind(name)
     command, *arguments = shlex.split(kind.example)

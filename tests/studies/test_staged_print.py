@@ -16,6 +16,8 @@ from cablewright.foundation.errors import InputError
 from cablewright.studies.stages import recalibration
 from cablewright.studies.stages.staged_print import StagedPrint, print_stages
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 ROOT = Path(__file__).resolve().parents[2]
 ROBOT = str(ROOT / "examples" / "rails.toml")
 OPTIONS = cw.PrintOptions(plant="quasi-static", period=1.0, seed=4)
@@ -143,6 +145,7 @@ def test_a_seam_that_is_unknown_stops(whole: StagedPrint, job: Path, tmp_path: P
     assert "the seam is unknown: stage 1: the calibration is of 'other'" in found.reason
 
 
+@pytest.mark.slow  # `test_a_kill_in_the_recalibration` goes on with data too
 def test_a_person_recalibrates(
     whole: StagedPrint, job: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

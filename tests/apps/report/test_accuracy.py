@@ -179,7 +179,7 @@ def test_same_study_same_bytes(tmp_path):
         assert path.read_bytes() == (tmp_path / "b" / path.name).read_bytes(), path.name
 
 
-@pytest.mark.parametrize("name", ["house-printer", "cogiro"])
+@pytest.mark.parametrize("name", some(["house-printer", "cogiro"]))
 def test_place(folder, name):
     found = placed(name)
     report = write_place(found, folder)

@@ -76,6 +76,7 @@ def test_a_box_holds_all_poses(name: str, error: float) -> None:
     assert excess_width(box, poses) < 0.05
 
 
+@pytest.mark.slow  # compiles what it alone calls; a bound that is too narrow shows above as a box without its poses
 @pytest.mark.parametrize("name", ["several merlet2023", "several cogiro", *(f"{a} {b}" for a, b in BOARDS)])
 def test_jacobians_differ_by_no_more_than_the_second_derivatives(name: str) -> None:
     """As of plain lines: forces of several spans and cables, and the rows of a plane."""
