@@ -227,6 +227,7 @@ def test_a_search_that_was_begun_with_more_is_not_finished_with_less(taut) -> No
     assert (len(every.stable), every.complete_for) == (16, NO_LOOPS)
 
 
+@pytest.mark.slow  # the command `equilibria` does too, on a smaller search
 def test_it_can_be_interrupted_and_goes_on() -> None:
     """To one equilibrium, with a line that hangs too."""
     model, lengths = held("merlet2023", [0.5, -1.0, 1.2], 0.3)
