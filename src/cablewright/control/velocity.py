@@ -299,8 +299,6 @@ def due(settings: VelocitySettings, state: VelocityState, target: Target, now: f
     """Return the commanded pose of the platform at the time *now*, s: position (3,), m, and rotation (3,), rad."""
     if state.time != now:
         return target.position, target.rotation
-    if settings.model.n == 3:
-        return target.position - settings.lag * state.velocity[:3], target.rotation
     pose = moved(np.concatenate([target.position, target.rotation]), -settings.lag * state.velocity)
     return pose[:3], pose[3:]
 

@@ -200,7 +200,7 @@ class Views:
 
     def _lines(self, stamp: dict[str, int], shown: Truth | Estimate) -> dict[str, Any]:
         """The lines, straight; orange where they are slack."""
-        pose = shown.position if self._robot.n == 3 else np.concatenate([shown.position, _turn(shown)])
+        pose = np.concatenate([shown.position, _turn(shown)])[: self._robot.n]
         ends = [{"x": x, "y": y, "z": z} for x, y, z in placed(pose, self._points).tolist()]
         pairs = [each for pair in zip(self._exits, ends, strict=True) for each in pair]
         slack, taut = _rgba(_ORANGE), _rgba(_BLUE)
