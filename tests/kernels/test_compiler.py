@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import threading
 from typing import Any
 
@@ -9,7 +10,7 @@ import numba
 import numpy as np
 import pytest
 
-from cablewright.kernels import compile_for, is_compiled, jit
+from cablewright.kernels import Direct, compile_for, is_compiled, jit
 from cablewright.kernels.certificates import interval
 from cablewright.kernels.compiler import KernelLibrary, Part
 
@@ -123,3 +124,12 @@ def test_types_suffice_to_compile() -> None:
     whole = kernel()
     compile_for(whole, np.zeros(3))
     assert is_compiled(whole, ROW)
+
+
+def test_direct_calls_give_the_same_answers_and_errors() -> None:
+    direct = Direct(kernel())
+    for caller in (direct, copy.deepcopy(direct)):
+        for _ in range(2):  # the first one compiles
+            assert caller.call(ROW) == WHOLE
+        with pytest.raises(ValueError, match="the first is negative"):
+            caller.call(-ROW)

@@ -92,7 +92,7 @@ def test_rates_are_those_of_the_law_in_numpy(manages: bool, measured: bool) -> N
         estimate = Estimate(
             1.0, place, nothing, nothing, np.full(4, 3.0), excess, excess > 0.0, np.full(4, 0.05), None, ()
         )
-        state = VelocityState(np.zeros(4), np.zeros((4, 6)), slack_line=np.array([int(rng.integers(-1, 4))]))
+        state = VelocityState(np.zeros(4), np.zeros((2, 4, 6)), slack_line=np.array([int(rng.integers(-1, 4))]))
         wanted, line = expected(own, excess, place, target, tensions, int(state.slack_line[0]))
         found = velocity.step(own, state, estimate, target, DT, tensions) * 0.05
         assert found == pytest.approx(wanted, rel=1e-7, abs=1e-12)
@@ -103,13 +103,17 @@ def test_rates_are_those_of_the_law_in_numpy(manages: bool, measured: bool) -> N
             assert state.chosen == pytest.approx(solve_inverse(MODEL, target.position).tensions)
 
 
-def test_a_step_from_the_lines_of_the_last_one_is_as_any_other() -> None:
+@pytest.mark.parametrize("push", [0.0, 0.1])
+def test_a_step_from_the_lines_of_the_last_one_is_as_any_other(push: float) -> None:
     """Also after a leap to a place where these do not lead."""
     own, still = VelocitySettings(MODEL, 1e3, "model", manage_slack=False), np.zeros(3)
     goes_on = velocity.start(own)
     for shift in (0.0, 3e-4, 6e-4, 1.5, -1.2):
         place = np.array([0.2 + 0.5 * shift, -0.4 + shift, 1.0])
-        target = Target(place + 1e-3, np.full(3, 0.01), 0.0, 0, 0.0, False, False, False)
+        pushed = np.array([[push, -push, 0.0], [0.9 * push, -push, 0.0]])
+        target = Target(
+            place + 1e-3, np.full(3, 0.01), 0.0, 0, 0.0, False, False, False, accelerations=pushed * (shift != 6e-4)
+        )
         estimate = Estimate(
             1.0, place, still, still, np.full(4, 3.0), np.zeros(4), np.zeros(4, np.bool_), np.full(4, 0.05), None, ()
         )
@@ -117,4 +121,4 @@ def test_a_step_from_the_lines_of_the_last_one_is_as_any_other() -> None:
         wanted = velocity.step(own, anew, estimate, target, DT)
         assert velocity.step(own, goes_on, estimate, target, DT) == pytest.approx(wanted, rel=1e-7, abs=1e-10)
         assert goes_on.chosen == pytest.approx(anew.chosen, rel=1e-7)
-        assert goes_on.is_held
+        assert goes_on.known == (2 if push and shift != 6e-4 else 1)

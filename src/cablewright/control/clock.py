@@ -67,13 +67,15 @@ class FrameClock:
 
     def _timely(self, frame: SensorFrame) -> tuple[Reading, ...]:
         """The readings of a frame by this clock."""
+        timely = not self._offset
         for each in frame.readings:
-            stamps = self._stamps.get(each.source)
+            stamps, stamp = self._stamps.get(each.source), each.stamp
             if stamps is None:
                 stamps = self._stamps[each.source] = deque(maxlen=_STAMPS)
-            if not stamps or stamps[-1] != each.stamp:
-                stamps.append(each.stamp)
-        if not self._offset and all(math.isfinite(each.time) for each in frame.readings):
+            if not stamps or stamps[-1] != stamp:
+                stamps.append(stamp)
+            timely = timely and math.isfinite(each.time)
+        if timely:
             return frame.readings
         known = (each for each in frame.readings if math.isfinite(each.time))
         anew = (each for each in known if each.stamp not in self._before.get(each.source, ()))

@@ -10,7 +10,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from operator import sub
+from functools import cached_property
+from operator import gt, lt, sub
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -94,6 +95,13 @@ class GuardSettings:
         """Return words for winch *i* in messages: the name of its line."""
         return f"line {(i if self.hosts is None else self.hosts[i]) + 1}"
 
+    @cached_property
+    def uncounted(self) -> list[tuple[float, float]]:
+        """Of each winch ``max_uncounted`` and the counts of an encoder that counts."""
+        if self.max_uncounted is None or self.counts_per_radian is None:
+            return []
+        return [(most, _COUNTS * most * self.counts_per_radian) for most in self.max_uncounted.tolist()]
+
     def __post_init__(self) -> None:
         """Raise `InputError` for limits that are not positive and finite."""
         names = ("max_drum_speed", "max_following_error", "counts_per_radian")
@@ -135,7 +143,7 @@ class GuardState:
     closing_since: float = math.nan  # s, of the first command since which brakes are to be closed
     opening_since: float = math.nan  # s, since which they are to be open
     ordered: tuple[float, Command] | None = None  # s, and the command of then
-    turned: Array = field(default_factory=lambda: np.zeros(1))  # (w,) or (1,) rad by all commands
+    turned: list[float] = field(default_factory=list)  # (w,) rad by all commands
     uncounted: dict[int, _Uncounted] = field(default_factory=dict)  # by line
 
 
@@ -167,7 +175,9 @@ def judge(
     state.start_time = min(state.start_time, frame.time)
     if state.ordered is not None:  # the command until now is in the counts of now
         then, command = state.ordered
-        state.turned = state.turned + command.winch_speeds * max(frame.time - then, 0.0)
+        speeds, passed = command.winch_speeds.tolist(), max(frame.time - then, 0.0)
+        turned = state.turned or [0.0] * len(speeds)
+        state.turned = [before + speed * passed for before, speed in zip(turned, speeds, strict=True)]
         state.ordered = frame.time, command
     for reading in frame.readings:
         if isinstance(reading, _JUDGED):
@@ -222,7 +232,7 @@ def _silences(settings: GuardSettings, state: GuardState, now: float) -> list[St
 
 
 def _conditions(frame: SensorFrame) -> list[StopCause]:
-    found = []
+    found: list[StopCause] = []
     for notice in frame.notices:
         if notice.condition in _CONDITIONS:
             reason, kind = _CONDITIONS[notice.condition]
@@ -249,9 +259,9 @@ def _measured_tensions(settings: GuardSettings, state: GuardState, reading: Tens
 
 def _inferred_tensions(settings: GuardSettings, inferred: Array) -> list[StopCause]:
     now, limits = inferred.tolist(), settings.max_tensions.tolist()
-    over = [i for i, (tension, limit) in enumerate(zip(now, limits, strict=True)) if tension > limit]
-    if not over:
+    if not any(map(gt, now, limits)):
         return []
+    over = [i for i, (tension, limit) in enumerate(zip(now, limits, strict=True)) if tension > limit]
     worst = max(over, key=lambda i: float(now[i] / limits[i]))
     return [
         StopCause(_too_much(f"line {worst + 1}", "pulls", worst, now, limits, "N") + ", by the lengths", StopKind.HOLD)
@@ -260,10 +270,10 @@ def _inferred_tensions(settings: GuardSettings, inferred: Array) -> list[StopCau
 
 def _lost_tensions(least: Array, inferred: Array, state: GuardState, now: float) -> list[StopCause]:
     """A line that is about to fall slack, for so long that the estimator could have said why."""
-    lost = np.flatnonzero(inferred < least)
-    if not len(lost):
+    if not any(map(lt, inferred.tolist(), least.tolist())):
         state.lost_since = math.nan
         return []
+    lost = np.flatnonzero(inferred < least)
     if math.isnan(state.lost_since):
         state.lost_since = now
     if now - state.lost_since < LOST_TIME:
@@ -294,17 +304,16 @@ def _encoder_speeds(settings: GuardSettings, state: GuardState, now: float, coun
 
 def _stuck(settings: GuardSettings, state: GuardState, now: float, counts: list[int]) -> list[StopCause]:
     """Winches that were ordered to turn by a speed, and whose encoders do not count."""
-    if settings.max_uncounted is None or settings.counts_per_radian is None or state.ordered is None:
+    if not settings.uncounted or state.ordered is None:
         return []
     late = _LATE * settings.timeouts.get("encoders", 0.5)
-    found, modes, turned = [], state.ordered[1].modes, state.turned.tolist() * (len(counts) // len(state.turned))
-    for i, (count, most) in enumerate(zip(counts, settings.max_uncounted.tolist(), strict=True)):
+    found, modes, turned = [], state.ordered[1].modes, state.turned
+    for i, (count, (most, counted)) in enumerate(zip(counts, settings.uncounted, strict=True)):
         last = state.uncounted.get(i)
-        given = not modes or modes[i] is WinchMode.VELOCITY
         if last is None:
             state.uncounted[i] = _Uncounted(now, count, turned[i])
             continue
-        if not given or abs(count - last.counts) > _COUNTS * most * settings.counts_per_radian:
+        if abs(count - last.counts) > counted or (modes and modes[i] is not WinchMode.VELOCITY):
             last.time, last.counts, last.turned = now, count, turned[i]
             continue
         angle = turned[i] - last.turned

@@ -18,6 +18,7 @@ from cablewright.control.attitude import Attitude
 from cablewright.control.speed_smoothing import STEADY, PeriodAt, RampMean
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
+from cablewright.kernels import Direct
 from cablewright.kernels.control import path_target as kernel
 from cablewright.kernels.control.path_target import LawArrays, TrackArrays
 from cablewright.models.path_offset import arrays_of, nearest_in, read_only
@@ -65,6 +66,14 @@ class Target(NamedTuple):
     accelerations: Array = _STEADY  # (2, 3) m/s^2, at the beginning and the end of the next step
     retraction: float = math.nan  # m; NaN: as it is
     retraction_rate: float = 0.0  # m/s, mean over the next step
+
+    def writable(self) -> Self:
+        """Return the target with position, velocity and accelerations that may be written, as kernels need them."""
+        own = self.position, self.velocity, self.accelerations
+        if all(each.flags.carray for each in own):
+            return self
+        place, speed, moving = (np.array(each, order="C") for each in own)
+        return self._replace(position=place, velocity=speed, accelerations=moving)
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,6 +225,7 @@ class GuideState:
     toured: int = 0  # places of the path's tour that were reached
     factor_mean: RampMean = field(default_factory=RampMean)  # of the speed factor
     speed_mean: RampMean = field(default_factory=RampMean)  # of the speed off the path
+    advance: Direct = field(default_factory=lambda: Direct(kernel.advance))
 
     def stand(self) -> None:
         """Stop the target where it is."""
@@ -242,7 +252,7 @@ def step(path: TimedPath, state: GuideState, dt: float, mode: GuideMode, share: 
     found = np.empty(kernel.TARGET)
     track, law = path.arrays
     lead = float(motion.pressure_advance)
-    kernel.advance(track, law, begin, state.path_time, dt, lead, factor, state.height_offset, found)
+    state.advance.call(track, law, begin, state.path_time, dt, lead, factor, state.height_offset, found)
     now, path_speed, flow, layer, lays = found[kernel.DISTANCE :].tolist()
     here, there = found[kernel.HERE : kernel.THERE], found[kernel.THERE : kernel.DISTANCE]
     moving = found[kernel.ACCELERATIONS : kernel.HERE].reshape(2, 3)
@@ -297,6 +307,8 @@ def _speed_factor(path: TimedPath, state: GuideState, dt: float, mode: GuideMode
     if path.period is None or mode is GuideMode.HOLD or state.path_time == 0.0:
         state.factor_mean.rest()
         return _ramped(path, state, dt, state.speed_factor, goal)
+    if state.speed_factor == goal and state.factor_mean.is_steady:
+        return goal
     now, period = np.array([state.speed_factor]), path.period
     asked = _ramped(path, state, dt, float(state.factor_mean.asked(now)[0]), goal)
 

@@ -42,6 +42,11 @@ class RampMean:
         """Whether a mean was taken since the last `rest`."""
         return len(self._weights) > 0
 
+    @property
+    def is_steady(self) -> bool:
+        """Whether the speed is the wanted one, and has been for as long as the mean takes."""
+        return self.rates is STEADY and not len(self._past)
+
     def rest(self) -> None:
         """Forget the wanted speeds: the next speed is no mean."""
         self._past = self._weights = _NONE
@@ -64,7 +69,7 @@ class RampMean:
 
         *period*: period of the slowest mode at the position where the mean begins, s.
         """
-        if self.rates is STEADY and not len(self._past) and now.tolist() == asked.tolist():
+        if self.is_steady and now.tolist() == asked.tolist():
             return asked
         then = self._mean(now, asked, period, dt)
         rates = np.empty((2, len(then)))

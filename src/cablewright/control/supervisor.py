@@ -152,15 +152,19 @@ def step(
     """
     now, before = frame.time, state.state
     _update_readings(state, frame, estimate)
-    seen = (notice.condition for notice in frame.notices if notice != _BEAM_END)  # a retraction may be at its end
-    conditions = frozenset(seen) if frame.notices else _NOTHING
+    conditions = _NOTHING
+    if frame.notices:
+        seen = (notice.condition for notice in frame.notices if notice != _BEAM_END)  # a retraction may be at its end
+        conditions = frozenset(seen)
     inputs = _Inputs(now, estimate, target, powder, conditions, cause, standing, stopped)
     given = tuple(orders)
     answered = tuple(
-        order if order.refusal else replace(order, refusal=_apply_order(settings, state, order, inputs))
-        for order in given
+        [
+            order if order.refusal else replace(order, refusal=_apply_order(settings, state, order, inputs))
+            for order in given
+        ]
     )
-    state.reset_before = any(order.kind is OrderKind.RESET for order in given)
+    state.reset_before = OrderKind.RESET in [order.kind for order in given]
     if state.state is not before:
         inputs = inputs._replace(target=None)  # a target is judged in the state for which it was made
     danger = cause or _hard_limit(settings, state, inputs)
@@ -200,7 +204,9 @@ _MODES = {PrintState.PRINTING: GuideMode.FOLLOW, PrintState.READY: GuideMode.APP
 
 def _update_readings(state: SupervisorState, frame: SensorFrame, estimate: Estimate) -> None:
     state.first_frame_time = min(state.first_frame_time, frame.time)
-    for reading in frame.of(Barrier):
+    for reading in frame.readings:
+        if not isinstance(reading, Barrier):
+            continue
         timeliness = state.barrier_times.judge(_BARRIER, reading.time, frame.time)
         if timeliness is Timeliness.NEW:
             state.barrier_broken = reading.broken
@@ -213,7 +219,7 @@ def _update_readings(state: SupervisorState, frame: SensorFrame, estimate: Estim
             state.valid_since = frame.time
     else:
         state.valid_since = math.nan
-    stalled = any(notice.condition is Condition.STALLED for notice in frame.notices)
+    stalled = bool(frame.notices) and any(notice.condition is Condition.STALLED for notice in frame.notices)
     if not stalled:
         state.stalled_since = math.nan
     elif math.isnan(state.stalled_since):
@@ -358,7 +364,7 @@ def _soft_limit(settings: SupervisorSettings, state: SupervisorState, inputs: _I
     if inputs.target is not None and inputs.estimate.valid:
         if reason := _target_limit(settings, inputs):
             return reason
-        excess = max((each for each in inputs.estimate.excess.tolist() if not math.isnan(each)), default=-math.inf)
+        excess = max([each for each in inputs.estimate.excess.tolist() if each == each], default=-math.inf)  # not NaN
         if excess > settings.max_excess:
             return f"a line is {excess:.3f} m too long; at most {settings.max_excess:g} is allowed"
     return ""

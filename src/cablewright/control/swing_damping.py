@@ -53,7 +53,12 @@ class SwingState:
     mean: Array = field(default_factory=lambda: np.full(2, np.nan))
 
 
+def gains(settings: SwingDamping, dt: float) -> tuple[float, float]:
+    """Return share and velocity of `point_velocity_step.calm`, in steps of *dt*, s."""
+    share, faster = min(dt * settings.rate / (_PERIODS * math.tau), 1.0), 2.0 * settings.added * settings.rate
+    return share, faster * settings.length
+
+
 def follow(settings: SwingDamping, state: SwingState, rotation: Array, dt: float) -> Array:
     """Return the velocity (3,), m/s, of the point that follows a container of *rotation* (3,), rad, for *dt*, s."""
-    share, faster = min(dt * settings.rate / (_PERIODS * math.tau), 1.0), 2.0 * settings.added * settings.rate
-    return np.array([*calm(rotation.copy(), state.mean, share, faster * settings.length, MOST_SPEED), 0.0])
+    return np.array([*calm(rotation.copy(), state.mean, *gains(settings, dt), MOST_SPEED), 0.0])

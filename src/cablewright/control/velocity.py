@@ -25,12 +25,13 @@ from cablewright.control.retraction import BeamMotion
 from cablewright.control.slack import SlackSettings, slack_rates
 from cablewright.control.stretch_damping import StretchDamping, StretchState
 from cablewright.control.stretch_damping import follow as follow_stretch
-from cablewright.control.swing_damping import SwingDamping, SwingState, follow
+from cablewright.control.swing_damping import MOST_SPEED, SwingDamping, SwingState, follow, gains
 from cablewright.control.tensioned_lengths import Held, held_at
 from cablewright.foundation.arrays import Array, Indices
 from cablewright.foundation.choices import LawName
 from cablewright.foundation.errors import InputError, UnknownName, require_positive
 from cablewright.foundation.signals import Encoders, Estimate, SensorFrame
+from cablewright.kernels import Direct
 from cablewright.kernels.control import point_velocity_step as kernel
 from cablewright.kernels.control.point_velocity_step import PointGains
 from cablewright.kernels.layout import Packed
@@ -50,6 +51,7 @@ from cablewright.solvers.taut import Taut, stretches, taut_at, taut_of
 LAWS: Final = get_args(LawName)
 
 _STILL: Final = np.zeros(3)
+_NONE: Final = np.empty(0)
 _OLDEST: Final = 0.1  # s, age of counts that is allowed for: the guard judges older ones
 
 
@@ -111,6 +113,11 @@ class VelocitySettings:
         return packed
 
     @cached_property
+    def steers(self) -> bool:
+        """Whether one kernel computes the speeds of the winches, see `point_velocity_step.steer`."""
+        return self.model.n == 3 and self.law == "model" and self.plain is not None
+
+    @cached_property
     def pair(self) -> Packed | None:
         """A batch of two rows for `solve_rows`, of a rigid platform with a winch for each line; None: others."""
         model, robot = self.model, self.model.robot
@@ -149,8 +156,10 @@ class VelocityState:
     """State of the velocity control, changed in place by `step`."""
 
     planned_excess: Array  # (m,) m, of each line on purpose
-    held: Array  # (m, 6) states of the lines with which a point was held at rest last ...
-    is_held: bool = False  # ... if it was
+    near: Array  # (2, m, 6) states of the lines that hold a point at rest, and accelerated, see `hold` ...
+    at: Array = field(default_factory=lambda: np.full((2, 3), np.nan))  # ... at a position and acceleration ...
+    known: int = 0  # ... and of how many they are known
+    steer: Direct = field(default_factory=lambda: Direct(kernel.steer))
     slack_line: Indices = field(default_factory=lambda: np.array([-1]))  # (1,) index; -1: none chosen yet
     swing: SwingState = field(default_factory=SwingState)
     stretch: StretchState = field(default_factory=StretchState)
@@ -164,7 +173,7 @@ class VelocityState:
 
 def start(settings: VelocitySettings) -> VelocityState:
     """Return the state of the control before the first step."""
-    return VelocityState(np.zeros(settings.model.m), np.zeros((settings.model.m, 6)))
+    return VelocityState(np.zeros(settings.model.m), np.zeros((2, settings.model.m, 6)))
 
 
 def step(
@@ -187,6 +196,8 @@ def step(
     """
     state.tension_error = math.inf  # unless it is found here
     delay = _delay(settings, state, estimate.time, dt)
+    if settings.steers:
+        return _steered(settings, state, estimate, target, dt, tensions, delay)
     if settings.model.n == 6:
         rates = _rates_of_body(settings, state, estimate, target, dt, tensions, beam, delay, calms=calms)
     else:
@@ -198,6 +209,33 @@ def step(
     share = min(1.0, settings.max_drum_speed / max(*map(abs, speeds.tolist()), 1e-300))
     state.commanded = share * np.concatenate([target.velocity, target.rate])
     return np.asarray(share * speeds)
+
+
+def _steered(
+    settings: VelocitySettings,
+    state: VelocityState,
+    estimate: Estimate,
+    target: Target,
+    dt: float,
+    tensions: Array | None,
+    delay: float,
+) -> Array:
+    """Return the speeds of `step` of a point under the law ``model``, where one kernel computes all. *delay*: s."""
+    found, target = estimate, target.writable()
+    estimated = np.concatenate([found.position, found.rotation, found.excess, found.lengths, found.radii])
+    pushed, swing = target.accelerations if settings.leads else np.zeros((2, 3)), settings.swing
+    share, faster = (0.0, 0.0) if swing is None else gains(swing, dt)
+    numbers = np.array([settings.model.robot.platform.mass, share, faster, MOST_SPEED, settings.max_drum_speed])
+    chosen, speeds = np.empty(settings.model.m), np.empty(len(settings.hosts))
+    state.known, drawn, error, share = state.steer.call(
+        settings.plain, settings.model.packed, settings.hosts, settings.free, settings.gains, numbers, state.swing.mean,
+        target.position, target.velocity, pushed, estimated, _NONE if tensions is None else tensions.copy(), dt, delay,
+        state.known, state.near, state.at, state.velocity, state.planned_excess, state.slack_line, chosen, speeds,
+    )  # fmt: skip
+    if not (math.isnan(error) or settings.manage_slack):
+        state.chosen, state.tension_error = chosen, error
+    state.commanded = share * np.concatenate([target.velocity, target.rate]) if drawn else np.zeros(6)
+    return speeds
 
 
 def _rates_of_point(
@@ -214,10 +252,7 @@ def _rates_of_point(
     """Return rates (w,), m/s, of the winches' lines of a point; None for an unknown position or line. *delay*: s."""
     if not np.isfinite(estimate.lengths).all():
         return None
-    own = target.position, target.velocity, target.accelerations
-    if not all(each.flags.carray for each in own):  # kernels are compiled for arrays that may be written
-        place, speed, moving = (np.array(each, order="C") for each in own)
-        target = target._replace(position=place, velocity=speed, accelerations=moving)
+    target = target.writable()
     held = _held_point(settings, state, target, dt)
     swing, rates = _STILL, np.empty(settings.model.m)
     if settings.swing is not None:
@@ -237,7 +272,7 @@ def _rates_of_point(
         packed, settings.hosts, free, gains, held.lengths, held.tensions,
         target.position if held.solved is None else held.solved.pose,
         place, target.position, target.velocity, swing,
-        estimate.excess.copy(), np.empty(0) if tensions is None else tensions.copy(), dt,
+        estimate.excess.copy(), _NONE if tensions is None else tensions.copy(), dt,
         state.planned_excess, state.slack_line, rates,
     )  # fmt: skip
     if not drawn:
@@ -254,7 +289,9 @@ def note_counts(state: VelocityState, frame: SensorFrame) -> None:
 
     Call it for each frame.
     """
-    state.counted = max([state.counted, *(min(each.time, frame.time) for each in frame.of(Encoders))])
+    for each in frame.readings:
+        if isinstance(each, Encoders):
+            state.counted = max(state.counted, min(each.time, frame.time))
 
 
 def due(settings: VelocitySettings, state: VelocityState, target: Target, now: float) -> tuple[Array, Array]:
@@ -295,9 +332,9 @@ def _held_point(settings: VelocitySettings, state: VelocityState, target: Target
     pushed = target.accelerations if settings.leads else np.zeros((2, 3))
     if settings.plain is not None:
         lengths, tensions = np.empty((kernel.HELD, model.m)), np.empty(model.m)
-        state.is_held = kernel.hold(
+        state.known = kernel.hold(
             settings.plain, model.robot.platform.mass, target.position, target.velocity, pushed, dt,
-            state.held, state.is_held, lengths, tensions,
+            state.near, state.at, state.known, lengths, tensions,
         )  # fmt: skip
         return _HeldPoint(lengths, tensions, None)
     held = solve_inverse(model, target.position)

@@ -43,7 +43,7 @@ class FaultMonitor:
 
     def clear(self, source: str, kind: str) -> None:
         """Mark a fault of a sensor as ended."""
-        if self._active.pop((source, kind), None) is not None:
+        if self._active and self._active.pop((source, kind), None) is not None:
             self._faults = None
 
     def set(self, source: str, kind: str, sentence: str, *, active: bool) -> None:
@@ -56,6 +56,11 @@ class FaultMonitor:
     def is_active(self, source: str, kind: str) -> bool:
         """Return whether a fault *kind* of the sensor *source* was detected and has not ended."""
         return (source, kind) in self._active
+
+    @property
+    def has_faults(self) -> bool:
+        """Whether any fault is active."""
+        return bool(self._active)
 
     def concerns(self, source: str) -> bool:
         """Return whether any fault of a *source* is active."""
@@ -74,14 +79,17 @@ class FaultMonitor:
         self._now = now
         if self._start_time is None:
             self._start_time = now
+        active, times, start = self._active, self._times.times, self._start_time
         for source, timeout in self._timeouts.items():
-            last = self._times.last(source, self._start_time)
+            last = times.get(source, start)
             if now - last > timeout:
-                if (source, "quiet") not in self._active:
-                    self._active[source, "quiet"] = Fault(source, last, f"no reading for over {timeout:g} s")
+                if (source, "quiet") not in active:
+                    active[source, "quiet"] = Fault(source, last, f"no reading for over {timeout:g} s")
                     self._faults = None
-            else:
+            elif active:
                 self.clear(source, "quiet")
+        if not active:
+            return
         for key in (("clock", "back"), ("encoders", "jump")):
             fault = self._active.get(key)
             if fault is not None and now - fault.since > _BRIEF_FAULT_TIME:

@@ -32,7 +32,6 @@ from cablewright.foundation.signals import (
     Scan,
     SensorFrame,
     miscounted,
-    per_line,
 )
 from cablewright.models.winch_lines import WinchLines
 from cablewright.robot import Line
@@ -44,6 +43,8 @@ _MAX_LEAP: Final = 1e6  # s between two frames, from which the clock was set
 _LONG_STEP: Final = 0.05  # s, of a step in which all lidar scans are processed that arrive in it
 
 _Kind = TypeVar("_Kind", bound=Reading)
+_OF_DRUM: Final = frozenset(name for name, source in SOURCES.items() if source.clock == "drum")
+"""Sensors whose readings the drum's clock stamps."""
 _MAX_BAD: Final = 10  # identical or implausible readings in a row before the sensor is rejected
 _MAX_BOUNCE: Final = 1.0  # s in which no acceleration is about gravity, before the sensor is rejected
 
@@ -87,9 +88,8 @@ class ReadingChecks:
 
     def _fits(self, reading: Reading) -> bool:
         """Whether a reading has a number for each line; another one is reported."""
-        own, wrong = self.winches, None
-        if own is not None and per_line(type(reading)):
-            wrong = miscounted(reading, len(own.host), len(own.hosts))
+        own = self.winches
+        wrong = None if own is None else miscounted(reading, len(own.host), len(own.hosts))
         if wrong is not None:
             why = f"a reading of {wrong[1]} lines, where there are {wrong[2]}: not used"
             self.monitor.report(reading.source, "lines", why)
@@ -107,15 +107,11 @@ def by_machine_clock(clock: ClockLead, readings: tuple[Reading, ...], now: float
 
     *now*: time of the frame, s.
     """
-    wrong = clock.hear([each.time for each in readings if _is_of_drum(each)], now)
+    wrong = clock.hear([each.time for each in readings if each.source in _OF_DRUM], now)
     if wrong < math.inf:
-        readings = tuple(each for each in readings if not (_is_of_drum(each) and each.time - now > wrong))
-    return tuple(each.stamped(each.stamp - clock.ahead) if _is_of_drum(each) else each for each in readings)
-
-
-def _is_of_drum(reading: Reading) -> bool:
-    """Whether the drum's clock stamped a reading."""
-    return SOURCES[reading.source].clock == "drum"
+        readings = tuple(each for each in readings if not (each.source in _OF_DRUM and each.time - now > wrong))
+    ahead = clock.ahead
+    return tuple([each.stamped(each.stamp - ahead) if each.source in _OF_DRUM else each for each in readings])
 
 
 def accepted(monitor: FaultMonitor, readings: Iterable[_Kind], now: float) -> Iterator[_Kind]:
@@ -142,7 +138,7 @@ def accept_imu(checks: ReadingChecks, settings: TiltSettings, reading: Inertial)
         return None
     monitor.clear("inertial", "implausible")
     last, checks.last_imu = checks.last_imu, reading
-    same = last is not None and _numbers(last) == _numbers(reading)
+    same = last is not None and last.rate.tolist() == reading.rate.tolist() and _same_force(last, reading)
     checks.imu_repeats = checks.imu_repeats + 1 if same else 0
     if checks.imu_repeats >= _MAX_BAD:
         monitor.report("inertial", "stuck", "repeats the same reading: not used")
@@ -151,9 +147,9 @@ def accept_imu(checks: ReadingChecks, settings: TiltSettings, reading: Inertial)
     return True
 
 
-def _numbers(reading: Inertial) -> list[float]:
-    """All numbers of a reading."""
-    return [*reading.rate.tolist(), *reading.acceleration.tolist()]
+def _same_force(last: Inertial, reading: Inertial) -> bool:
+    """Whether two readings have the same acceleration."""
+    return bool(last.acceleration.tolist() == reading.acceleration.tolist())
 
 
 def drum_rotation(
@@ -167,8 +163,10 @@ def drum_rotation(
     if last is None:
         return None, 0.0
     turned, dt = (reading.counts - last.counts) / counts_per_radian, reading.time - last.time
-    rotation = turned if checks.winches is None else checks.winches.of_lines(turned)
-    if max(map(abs, rotation.tolist())) > 2.0 * max_speed * max(dt, 0.02):
+    own = checks.winches
+    rotation = turned if own is None or own.plain else own.of_lines(turned)
+    turns = rotation.tolist()
+    if max(*turns, -min(turns)) > 2.0 * max_speed * max(dt, 0.02):
         checks.monitor.report("encoders", "jump", "the counts jumped by more than the winches can turn: left out")
         return None, dt
     return rotation, dt
@@ -196,6 +194,8 @@ def queue_scan(checks: ReadingChecks, pending: list[Scan], scan: Scan, keep: int
 
 def report_line_sensors(monitor: FaultMonitor, lines: tuple[Line, ...], state: SlacknessState) -> None:
     """Report or clear the fault of each line's accelerometer: no reading, or always the same."""
+    if not monitor.has_faults and state.all_measure:
+        return
     found = state.excess.tolist(), state.stuck.tolist()
     if not (monitor.concerns("line_angles") or any(map(math.isnan, found[0])) or any(found[1])):
         return

@@ -85,6 +85,12 @@ class SlacknessState(NamedTuple):
         return np.asarray(self.rows[kernel.VARIANCE])
 
     @property
+    def all_measure(self) -> bool:
+        """Whether no line's excess is unknown, and no sensor repeats the same reading."""
+        excess, repeats = self.rows[kernel.EXCESS].tolist(), self.rows[kernel.REPEATS].tolist()
+        return not math.isnan(sum(excess)) and max(repeats) < kernel.MAX_REPEATS
+
+    @property
     def stuck(self) -> Mask:
         """Lines whose sensor repeats the same reading, (m,)."""
         return np.asarray(self.rows[kernel.REPEATS] >= kernel.MAX_REPEATS)

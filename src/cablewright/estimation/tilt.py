@@ -40,7 +40,8 @@ class TiltSettings:
 
     def has_rate(self, reading: Inertial) -> bool:
         """Return whether the rate of a *reading* is finite and possible for a platform that hangs on lines."""
-        return all(abs(rate) <= self.max_rate for rate in reading.rate.tolist())  # NaN is not
+        (x, y, z), most = reading.rate.tolist(), self.max_rate
+        return bool(abs(x) <= most and abs(y) <= most and abs(z) <= most)  # NaN is not
 
     def has_gravity(self, reading: Inertial) -> bool:
         """Return whether a *reading*'s acceleration is finite and may be gravity, not that of a bouncing platform."""

@@ -30,7 +30,7 @@ class ReadingTimes:
 
     def __init__(self) -> None:
         """Begin without any reading."""
-        self._last: dict[str, float] = {}
+        self.times: dict[str, float] = {}  # s, of the last new reading of each source
         self._ahead: dict[str, deque[float]] = {}  # of those that were ahead
 
     def judge(self, source: str, time: float, now: float) -> Timeliness:
@@ -39,17 +39,19 @@ class ReadingTimes:
         One that was ahead is old when it is repeated. One that it overtook counts as ahead as well, also when the clock
         has reached its time: it may be as old as that, or its source's clock was put right.
         """
-        ahead = self._ahead.get(source)
+        last, ahead, reached = self.times.get(source, -math.inf), self._ahead.get(source), now + CLOCK_TOLERANCE
+        if not ahead and last < time <= reached:
+            self.times[source] = time
+            return Timeliness.NEW
         if ahead is None:
             ahead = self._ahead[source] = deque(maxlen=_MOST)
-        if time <= self._last.get(source, -math.inf) or time in ahead:
+        if time <= last or time in ahead:
             return Timeliness.OLD
-        reached = now + CLOCK_TOLERANCE
         if not time <= reached or (ahead and any(time <= each <= reached for each in ahead)):
             if math.isfinite(time):
                 ahead.append(time)
             return Timeliness.AHEAD
-        self._last[source] = time
+        self.times[source] = time
         while ahead and ahead[0] <= time:
             ahead.popleft()
         return Timeliness.NEW
@@ -60,9 +62,9 @@ class ReadingTimes:
 
     def last(self, source: str, otherwise: float = -math.inf) -> float:
         """Time of the last new reading of *source*, s; *otherwise* where there was none."""
-        return self._last.get(source, otherwise)
+        return self.times.get(source, otherwise)
 
     def clear(self) -> None:
         """Forget all readings, as when the clock was reset."""
-        self._last.clear()
+        self.times.clear()
         self._ahead.clear()

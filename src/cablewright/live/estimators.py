@@ -251,7 +251,8 @@ class _WithTensions:
 
     def step(self, frame: SensorFrame) -> Estimate:
         estimate = self._filtered.step(frame)
-        if not (estimate.valid and all(each > 0.0 for each in estimate.lengths.tolist())):
+        lengths = estimate.lengths.tolist()
+        if not (estimate.valid and min(lengths) > 0.0 and sum(lengths) > 0.0):  # a sum with NaN is not
             self._tracker = None
         elif self._tracker is None:
             with suppress(AnswerError):  # no equilibrium, so no tensions

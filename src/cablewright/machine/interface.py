@@ -97,7 +97,7 @@ def check_command(abilities: Abilities, command: Command, last_time: float) -> N
     """
     m, given = abilities.winches, np.asarray(command.winch_speeds, dtype=np.float64)
     speeds = given.tolist()
-    if given.shape != (m,) or not all(map(math.isfinite, speeds)):
+    if given.shape != (m,) or not (math.isfinite(sum(speeds)) or all(map(math.isfinite, speeds))):
         raise InputError(f"command.winch_speeds: {m} finite numbers are expected, rad/s; got {speeds}")
     if not 0.0 <= command.valve <= 1.0:
         raise InputError(f"command.valve = {command.valve:g}: must be from 0 (shut) to 1 (open)")
@@ -107,7 +107,9 @@ def check_command(abilities: Abilities, command: Command, last_time: float) -> N
         raise InputError(f"command.time = {command.time:g} s: the clock jumped back, from {last_time:g} s")
     if command.modes:
         _check_modes(abilities, command, speeds)
-    if command.outputs and (unknown := sorted(command.outputs.keys() - abilities.outputs)):
+    if not command.outputs:
+        return
+    if unknown := sorted(command.outputs.keys() - abilities.outputs):
         raise InputError(f"command.outputs: {unknown[0]!r}: the machine has no such output")
     for name, value in command.outputs.items():
         if not math.isfinite(value):

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError, Status
 from cablewright.foundation.units import LARGEST
-from cablewright.kernels import continuation
+from cablewright.kernels import Direct, continuation
 from cablewright.kernels.certificates.system_enclosure import certificate_pool
 from cablewright.kernels.layout import Code, Packed
 from cablewright.kernels.statics import forward as kernel
@@ -74,6 +74,7 @@ class Tracker:
         self._packed = model.packed
         self._work = workspace(self._packed)
         self._pool: Array | None = None
+        self._track = Direct(continuation.follow)
 
     def step(self, lengths: ArrayLike) -> Status:
         """Track the equilibrium to *lengths* (m,), m. Unless the status is OK, the pose stays as it was.
@@ -134,7 +135,7 @@ class Tracker:
         if self.model.massless:  # a slack line has no shape to linearise
             (code, _, _), margin = kernel.solve_warm(packed, lengths, pose, states, self._work), np.nan
         else:
-            code, margin = continuation.follow(
+            code, margin = self._track.call(
                 packed, self._lengths, lengths, pose, states, own.jump, own.fold, self._work
             )
         if own.certify and code == Code.OK:
@@ -147,4 +148,5 @@ class Tracker:
 
 def _are_sound(lengths: Array) -> bool:
     """Whether *lengths* (m,) are numbers over 0 that are not too large: most are, in a loop of control."""
-    return lengths.dtype == np.float64 and all(0.0 < each <= LARGEST for each in lengths.tolist())
+    numbers = lengths.tolist()
+    return lengths.dtype == np.float64 and 0.0 < min(numbers) <= max(numbers) <= LARGEST and sum(numbers) > 0.0

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import zstandard
 from mcap.writer import CompressionType, IndexType, Writer
 
 from cablewright.foundation.errors import EnvironmentFault
@@ -32,7 +33,8 @@ from cablewright.machine.log.mcap_writer import McapWriter
 from twins import head
 
 
-def test_bytes_are_those_of_mcaps_own_writer() -> None:
+def test_bytes_are_those_of_mcaps_own_writer(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("mcap.writer.zstandard.compress", zstandard.ZstdCompressor(level=1).compress)
     rng, topics = np.random.default_rng(1), ("/frame", "/imu", "/truth", "/scene")
     own, theirs = io.BytesIO(), io.BytesIO()
     writer = McapWriter(own, {"key": "text"}, SCHEMAS, 2000)

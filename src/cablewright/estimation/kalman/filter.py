@@ -218,8 +218,10 @@ def _initial_covariance(settings: FilterSettings, state: FilterState, toward: Ar
 
 def is_lost(settings: FilterSettings, state: FilterState) -> bool:
     """Return whether a lidar's scans have been rejected too often in a row: the position may be wrong."""
-    turns = max((state.judged.rejections.get(source, 0) for source in settings.machine.lidars), default=0)
-    number = float(state.P.sum()) + float(state.motion.position.sum())  # no number in it is near overflow
+    rejections = state.judged.rejections
+    turns = max([rejections.get(source, 0) for source in settings.machine.lidars], default=0) if rejections else 0
+    flat = state.P.reshape(-1)
+    number = flat.dot(flat) + sum(state.motion.position.tolist())  # no number in it is near overflow
     tracked = state.time - state.motion.settling_start > _MIN_TRACKING_TIME
     return not math.isfinite(number) or (turns >= settings.machine.max_rejections and tracked)
 
@@ -230,7 +232,8 @@ def _is_contradicted(settings: FilterSettings, state: FilterState) -> bool:
         return state.judged.rejections.get("camera", 0) >= _DOUBTFUL_TURNS or state.monitor.is_active(
             *camera_update.MOVED
         )
-    return all(state.judged.rejections.get(source, 0) >= _DOUBTFUL_TURNS for source in settings.machine.lidars)
+    found = state.judged.rejections
+    return bool(found) and all(found.get(source, 0) >= _DOUBTFUL_TURNS for source in settings.machine.lidars)
 
 
 def _restart(state: FilterState, now: float) -> None:
@@ -403,7 +406,8 @@ def estimate(settings: FilterSettings, state: FilterState) -> Estimate:
     found.flags.writeable = False
     position, excess = found[:3], found[OF_LINES + m : OF_LINES + 2 * m]
     covariance = found[OF_LINES + 3 * m :].reshape(AXES, AXES)
-    sure = float(covariance[0, 0] + covariance[1, 1] + covariance[2, 2]) <= settings.max_position_sigma**2
+    x, y, z = covariance[:3, :3].diagonal().tolist()
+    sure = x + y + z <= settings.max_position_sigma**2
     current = state.time - state.judged.last_position_time <= own.position_timeout
     return Estimate(
         state.time,

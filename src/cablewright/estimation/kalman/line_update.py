@@ -104,7 +104,7 @@ def predict(settings: FilterSettings, state: FilterState, rotation: Array, dt: f
     """Predict lengths, B and the covariance by the *rotation* (m,), rad, of the winch drums in *dt*, s."""
     motion, hung, m = state.motion, state.hung, len(rotation)
     assert state.taut is not None  # `begin` has found it
-    unknown = np.count_nonzero(np.isnan(state.slackness.excess)) > 1  # which line is slack
+    unknown = sum(map(math.isnan, state.slackness.excess.tolist())) > 1  # which line is slack
     noise = np.append(_UNKNOWN_SLACK_NOISE, settings.rolling[1:]) if unknown else settings.rolling
     gain = min(1.0, dt / settings.machine.slackness.smoothing_time)
     creep = np.zeros(m) if state.creep is None else state.creep.rates

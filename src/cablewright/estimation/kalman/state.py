@@ -198,11 +198,15 @@ class _Part:
 
     def __init__(self, name: str, columns: int = 0, last: int | None = None) -> None:
         self._name, self._shape, self._last = name, (-1, columns) if columns else (-1,), last
+        self._key = f"_{name}_{last}"  # of the view that its owner keeps
 
     def __get__(self, owner: Any, kind: type) -> Array:
-        mean: Mean = owner.mean
-        part: slice = getattr(mean.layout, self._name)
-        return mean.x[part][: self._last].reshape(self._shape)
+        mean, found = owner.mean, owner.__dict__.get(self._key)  # which deep copies do not share
+        if found is None or found.base is not mean.x:
+            part = mean.x[getattr(mean.layout, self._name)]
+            found = owner.__dict__[self._key] = part[: self._last].reshape(self._shape)
+        view: Array = found
+        return view
 
     def __set__(self, owner: Any, value: ArrayLike) -> None:
         self.__get__(owner, type(owner))[...] = value
@@ -417,11 +421,9 @@ def apply_update(
 
 def moving_velocity(state: FilterState) -> Array:
     """Return the velocity (3,) of B, m/s: by the winches, or its own state while no encoder reports it."""
-    return (
-        state.motion.velocity
-        if state.motion.coasting
-        else np.asarray(state.hung.jacobian @ (state.lines.radii * state.motion.drum_rates))
-    )
+    if state.motion.coasting:
+        return state.motion.velocity
+    return np.asarray(state.hung.jacobian @ (state.lines.radii * state.motion.drum_rates))
 
 
 def judge(state: FilterState, sensor: str, nis: float, freedoms: int) -> None:

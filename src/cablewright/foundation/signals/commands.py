@@ -6,6 +6,7 @@ from enum import StrEnum
 from typing import Annotated, Final
 
 from cablewright.foundation.arrays import Array
+from cablewright.foundation.quick_values import quickly_filled
 from cablewright.foundation.signals.reading import PerLine
 
 RETRACTION: Final = "retraction"
@@ -24,6 +25,7 @@ class WinchMode(StrEnum):
     TENSION = "tension"
 
 
+@quickly_filled
 @dataclass(frozen=True, eq=False)
 class Command:
     """Command to the machine, valid until the next one. The speed of a winch that holds or is switched off is 0."""

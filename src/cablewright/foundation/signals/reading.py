@@ -2,8 +2,8 @@
 
 import functools
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, NamedTuple, Self, get_type_hints
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar, Final, Literal, NamedTuple, Self, get_type_hints
 
 
 class Source(NamedTuple):
@@ -67,8 +67,9 @@ class Reading:
         Times within it are by a clock that runs at a *rate* to the former.
         """
         del rate
-        fields: dict[str, Any] = {"time": time}
-        return replace(self, **fields)
+        found = object.__new__(type(self))
+        found.__dict__.update(self.__dict__, time=time)
+        return found
 
 
 def per_line(kind: type) -> Mapping[str, PerLine]:
@@ -78,7 +79,8 @@ def per_line(kind: type) -> Mapping[str, PerLine]:
 
 def miscounted(signal: object, lines: int, winches: int) -> tuple[str, int, int] | None:
     """Return name, count and right count of the first field that has not a number for each line or winch; or None."""
-    for name, mark in per_line(type(signal)).items():
+    kind: type = type(signal)
+    for name, mark in _marks(kind).items():
         given, right = len(getattr(signal, name)), winches if mark.winch else lines
         if given != right:
             return name, given, right

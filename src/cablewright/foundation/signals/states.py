@@ -6,9 +6,11 @@ from enum import StrEnum
 from typing import Annotated
 
 from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.quick_values import quickly_filled
 from cablewright.foundation.signals.reading import PerLine
 
 
+@quickly_filled
 @dataclass(frozen=True, eq=False)
 class Truth:
     """The true state of a simulated machine: logged, but never part of a frame.
@@ -38,6 +40,7 @@ class Fault:
     sentence: str
 
 
+@quickly_filled
 @dataclass(frozen=True, eq=False)
 class Estimate:
     """Estimated state of the machine, and its covariance."""
@@ -79,6 +82,7 @@ class PrintState(StrEnum):
     FAULT = "fault"
 
 
+@quickly_filled
 @dataclass(frozen=True, eq=False)
 class Progress:
     """Progress of a print, once in each control step."""

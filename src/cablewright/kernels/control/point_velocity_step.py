@@ -17,6 +17,10 @@ from cablewright.kernels.statics.taut import FOUND, SOFTNESS, STRETCH, WHOLE, dr
 # Rows of the lengths that `hold` writes: at rest at the target, and now and after the step, pushed and at rest.
 REST, PUSHED, PUSHED_THEN, NOW, THEN = 0, 1, 2, 3, 4
 HELD = 5
+SAME = 1e-14  # m or m/s^2, and of a larger number: rounding of a target that goes on
+
+# Numbers of `steer`: mass, kg; share, velocity and largest speed of `calm`, the first 0 without; limit of drums, rad/s.
+MASS, SHARE, FASTER, MOST, LIMIT = 0, 1, 2, 3, 4
 
 
 class PointGains(NamedTuple):
@@ -33,38 +37,63 @@ class PointGains(NamedTuple):
 
 
 @jit(allocates=True)
-def hold(packed, mass, position, velocity, accelerations, dt, near, known, lengths, tensions):
+def hold(packed, mass, position, velocity, accelerations, dt, near, at, known, lengths, tensions):
     """Compute the cable lengths (HELD, m), m, and tensions (m,), N, that hold a point of *mass*, kg, on its path.
 
     *packed* is a batch of one row. *accelerations* (2, 3), m/s^2: now and after *dt*, s. The rows of a point that is
-    not accelerated are 0. NaN where no tensions hold it. *near* (m, 6): states of the lines at rest; where *known*,
-    those at a position nearby. They become those here. Returns whether these are known.
+    not accelerated are 0. NaN where no tensions hold it. *near* (2, m, 6): states of the lines at rest and pushed, of
+    which *known* are known, *at* (2, 3) a position, m, and an acceleration, m/s^2: those with which the next step
+    begins, unless the path changes. Returns how many of them are known.
     """
     m = packed.lines.shape[1]
     own = Packed(packed.freedoms, packed.lines[0], packed.platform[0].copy(), packed.general)
     work, pose = inverse_workspace(own), position.copy()
-    states = np.zeros((HELD, m, 6))
-    states[REST] = near
-    held = _solve(own, pose, states[REST], work, known) == OK
-    near[:, :] = states[REST]
-    lengths_of(own, states[REST], lengths[REST])
+    at_rest = near[0].copy()
+    goes_on = known > 0 and _is_same(position, at[0])
+    held = goes_on or _solve(own, pose, at_rest, work, known > 0) == OK
+    lengths_of(own, at_rest, lengths[REST])
     for i in range(m):
-        tensions[i] = exp(states[REST, i, TAU])
+        tensions[i] = exp(at_rest[i, TAU])
     lengths[PUSHED:] = 0.0
-    if not accelerations.any():
-        return held
-    code = NOT_CONVERGED
-    for row in range(PUSHED, HELD):
-        later = row in (PUSHED_THEN, THEN)
+    moves = accelerations.any()
+    if moves:
+        lengths[NOW] = lengths[REST]
+        if known < 2:
+            near[1] = at_rest
+        _push(own, packed, -mass, accelerations[0])
+        pushed = goes_on and known > 1 and _is_same(accelerations[0], at[1])
+        pushed = pushed or _solve(own, pose, near[1], work, held or known > 1) == OK
+        lengths_of(own, near[1], lengths[PUSHED])
         for k in range(3):
-            pose[k] = position[k] + (dt * velocity[k] if later else 0.0)
-            pushed = -mass * accelerations[1 if later else 0, k] if row < NOW else 0.0
-            own.platform[WRENCH + k] = packed.platform[0, WRENCH + k] + pushed
-        if code == OK:
-            states[row] = states[row - 1]
-        code = _solve(own, pose, states[row], work, code == OK)
-        lengths_of(own, states[row], lengths[row])
-    return held
+            pose[k] += dt * velocity[k]
+        _push(own, packed, -mass, accelerations[1])
+        pushed = _solve(own, pose, near[1], work, pushed) == OK
+        lengths_of(own, near[1], lengths[PUSHED_THEN])
+        _push(own, packed, 0.0, accelerations[1])
+        near[0] = at_rest
+        stays = _solve(own, pose, near[0], work, held) == OK
+        lengths_of(own, near[0], lengths[THEN])
+        if stays:
+            at[0], at[1] = pose, accelerations[1]
+            return 2 if pushed else 1
+    near[0], at[0] = at_rest, position
+    return 1 if held else 0
+
+
+@jit
+def _is_same(vector, other):
+    """Return whether two vectors (3,) are the same but for rounding."""
+    for k in range(3):
+        if not abs(vector[k] - other[k]) <= SAME * max(1.0, abs(vector[k])):
+            return False
+    return True
+
+
+@jit
+def _push(own, packed, share, acceleration):
+    """Add a *share*, kg, of an *acceleration* (3,), m/s^2, to the force on the platform."""
+    for k in range(3):
+        own.platform[WRENCH + k] = packed.platform[0, WRENCH + k] + share * acceleration[k]
 
 
 @jit(allocates=True)
@@ -199,6 +228,46 @@ def balance(
         most = max(most, abs(off / softness[hosts[j], STRETCH]))
         rates[hosts[j]] += min(max(gain * off, -gains.most), gains.most)
     return np.nan if gains.manages else most
+
+
+@jit(allocates=True)
+def steer(
+    plain, packed, hosts, free, gains, swing, mean, position, velocity, accelerations, estimated, tensions, dt, delay,
+    known, near, at, moving, planned, line, chosen, speeds,
+):  # fmt: skip
+    """Write the speeds (w,), rad/s, of the drums that `pursue` a target, with lengths as of `hold`.
+
+    *plain*: a batch of one row, see `hold`. *swing* (5,), see SWING: platform and limits; *mean* (2,): see `calm`.
+    *estimated* (6 + 3 m,): position, rotation, excess, lengths and radii at the drums; *delay*, s, for which the point
+    goes on at *moving* (6,). *chosen* (m,), N, become the tensions at rest. Returns how many of the states *near* are
+    known, whether the speeds are, the largest error of a tension, and the share of the speeds that their limit allows.
+    """
+    m = packed.lines.shape[0]
+    lengths, rates, turned, place = np.empty((HELD, m)), np.empty(m), np.zeros(3), np.empty(3)
+    excess = estimated[6 : 6 + m]
+    speeds[:] = 0.0
+    for i in range(m):
+        if not isfinite(estimated[6 + m + i]):
+            return known, False, np.nan, 0.0
+    known = hold(plain, swing[MASS], position, velocity, accelerations, dt, near, at, known, lengths, chosen)
+    if swing[SHARE] > 0.0:
+        turned[0], turned[1] = calm(estimated[3:6], mean, swing[SHARE], swing[FASTER], swing[MOST])
+    for k in range(3):
+        place[k] = estimated[k] + delay * moving[k]
+    drawn, error = pursue(
+        packed, hosts, free, gains, lengths, chosen, position, place, position, velocity, turned, excess, tensions, dt,
+        planned, line, rates,
+    )  # fmt: skip
+    if not drawn:
+        return known, False, np.nan, 0.0
+    fastest = 1e-300
+    for j in range(hosts.shape[0]):
+        speeds[j] = rates[hosts[j]] / estimated[6 + 2 * m + hosts[j]]
+        fastest = max(fastest, abs(speeds[j]))
+    share = min(1.0, swing[LIMIT] / fastest)
+    for j in range(hosts.shape[0]):
+        speeds[j] *= share
+    return known, True, error, share
 
 
 @jit

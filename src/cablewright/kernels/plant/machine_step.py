@@ -11,7 +11,7 @@ from cablewright.kernels.layout import FREE, NOT_CONVERGED, OK, TAU, WEIGHT
 from cablewright.kernels.plant.counterweights import hang, rise
 from cablewright.kernels.plant.dynamics import PLACE, RATE, TURN, VELOCITY, midpoint_step
 from cablewright.kernels.plant.retracting_platform import LENGTH, pull_along, set_part, set_points, turn_drive
-from cablewright.kernels.plant.winding import radius_at, turn_winches
+from cablewright.kernels.plant.winding import count, radius_at, turn_winches
 from cablewright.kernels.rotation import cross, matrix, rotate
 from cablewright.kernels.statics.line.interface import draw_line, guess_line
 from cablewright.kernels.statics.line.solved_line import heading_of_line
@@ -219,13 +219,14 @@ def show_lines(packed, states, pose, work, ends, vibrations, vibration, sensors_
 @jit
 def observe(
     packed, states, pose, work, ends, vibrations, vibration, sensors_at, scratch, shown,
-    motion, lengths, winches, radii, ratio, upright, told, rotation,
+    motion, lengths, winches, radii, ratio, upright, hosts, begin, counts_per_turn, told, rotation, counts,
 ):  # fmt: skip
     """Write what sensors measure: each line's readings, as `show_lines`, and the numbers *told* (12 + 7 m,).
 
     These are *motion* (12,); and of each line its length, m, tension, N, excess, m, the radius at which it leaves its
     drum, m, the angle that its accelerometer shows, rad, the direction of its swivel, rad, NaN unless *upright* (m,),
-    and the tension at its winch, N, by the *ratio* (m,). Writes also the *rotation* (3, 3) of the drum or body.
+    and the tension at its winch, N, by the *ratio* (m,). Writes also the *rotation* (3, 3) of the drum or body, and the
+    encoders' *counts* (w,), see `winding.count`.
     """
     show_lines(packed, states, pose, work, ends, vibrations, vibration, sensors_at, scratch, shown)
     m = lengths.shape[0]
@@ -239,6 +240,7 @@ def observe(
         told[LINES + 5 * m + i] = shown[i, HEADING] if upright[i] else nan
         told[LINES + 6 * m + i] = shown[i, TENSION] * ratio[i]
     matrix(motion[TURN : TURN + 3], rotation)
+    count(winches, hosts, begin, counts_per_turn, counts)
 
 
 @jit

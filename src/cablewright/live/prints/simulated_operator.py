@@ -37,7 +37,7 @@ class Attendant:
 
     def orders(self, printer: Printer, now: float) -> tuple[Order, ...]:
         """Return the simulated operator's orders at the time *now*, s."""
-        return tuple(Order(kind, _NAME, now) for kind in self._kinds(printer, now))
+        return tuple([Order(kind, _NAME, now) for kind in self._kinds(printer, now)])
 
     def is_over(self, printer: Printer) -> bool:
         """Return whether the path has ended, or the machine has stopped with a cause: an attendant tries no further."""

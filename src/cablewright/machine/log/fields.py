@@ -185,7 +185,8 @@ def _notice(value: Any) -> Notice:
     return Notice(Condition[name], str(value.get("whose", ""))[:_MAX_SUBJECT])
 
 
-def _listed(values: Any) -> Any:
+def listed(values: Any) -> Any:
+    """Return an array, or another sequence, as a list."""
     return values.tolist() if isinstance(values, np.ndarray) else np.asarray(values).tolist()
 
 
@@ -195,7 +196,7 @@ def _vector(names: str) -> FieldKind:
     return FieldKind(
         object_schema(**dict.fromkeys(names, NUMBER.schema)),
         lambda value: frozen(list(read_object(kinds, value).values())),
-        lambda values: dict(zip(names, _listed(values), strict=True)),
+        lambda values: dict(zip(names, listed(values), strict=True)),
     )
 
 
@@ -217,19 +218,19 @@ ARGUMENTS: Final = FieldKind(
 NUMBERS_BY_NAME: Final = FieldKind({"type": "object"}, _numbers_by_name, lambda values: dict(values) or None)
 MODES: Final = _tuple_of(_choice(WinchMode, "winch mode"), "winch modes", optional=True)
 DRIVE_STATES: Final = _tuple_of(_choice(DriveState, "state of a drive"), "states of drives")
-NUMBERS: Final = FieldKind(array_schema(NUMBER.schema), _numbers, _listed)
-NUMBERS_OR_NAN: Final = FieldKind(array_schema(NUMBER_OR_NAN.schema), _numbers_or_nan, _listed)
+NUMBERS: Final = FieldKind(array_schema(NUMBER.schema), _numbers, listed)
+NUMBERS_OR_NAN: Final = FieldKind(array_schema(NUMBER_OR_NAN.schema), _numbers_or_nan, listed)
 NUMBERS_OR_NONE: Final = FieldKind(
     NUMBERS_OR_NAN.schema,
     lambda value: None if value is None else _numbers_or_nan(value),
-    lambda values: None if values is None else _listed(values),
+    lambda values: None if values is None else listed(values),
 )
 TEXTS: Final = _tuple_of(TEXT, "texts")._replace(write=lambda texts: [_fitting(text, _MAX_TEXT) for text in texts])
 CLOSED: Final = _tuple_of(FLAG, "true or false")
-PLACE: Final = FieldKind(NUMBERS.schema, _place, _listed)
-COUNTS: Final = FieldKind(array_schema(WHOLE_NUMBER.schema), _counts, _listed)
+PLACE: Final = FieldKind(NUMBERS.schema, _place, listed)
+COUNTS: Final = FieldKind(array_schema(WHOLE_NUMBER.schema), _counts, listed)
 FLAGS: Final = FieldKind(
-    array_schema(FLAG.schema), lambda value: np.array(_list(value, (bool,), "true or false"), dtype=np.bool_), _listed
+    array_schema(FLAG.schema), lambda value: np.array(_list(value, (bool,), "true or false"), dtype=np.bool_), listed
 )
 XYZ: Final = _vector("xyz")
 XYZW: Final = _vector("xyzw")

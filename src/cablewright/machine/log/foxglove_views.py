@@ -85,6 +85,9 @@ _LINE_STRIP, _LINE_LIST = 0, 2
 _INK, _GREY = (0.11, 0.14, 0.19, 1.0), (0.54, 0.58, 0.63, 1.0)
 _SAND = (0.69, 0.55, 0.34, 0.6)
 _BLUE, _ORANGE = (0.0, 0.45, 0.7, 1.0), (0.9, 0.62, 0.0, 1.0)
+_NEVER: Final = {"sec": 0, "nsec": 0}
+_SHAPES: Final = ("arrows", "cubes", "spheres", "cylinders", "lines", "triangles", "texts", "models")
+_EMPTY: Final[dict[str, Any]] = {key: [] for key in ("metadata", *_SHAPES)}
 _UNTURNED: Final = {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}
 _EDGES: Final = tuple((a, b) for a in range(8) for b in range(a + 1, 8) if (a ^ b) in (1, 2, 4))
 
@@ -102,6 +105,7 @@ class Views:
         self._points = np.array([line.platform_point for line in head.robot.lines])
         self._exits = [_xyz(line.exit_point) for line in head.robot.lines]
         self._lidars = [_mounted(name, lidar) for name, lidar in head.settings.lidars.items()]
+        self._line = _line(_LINE_LIST, (), _BLUE, 2.0)
         self._path: list[dict[str, float]] = []
         self._last = np.full(3, np.inf)  # m, where the path ends
         self._since = 0.0  # s, at the first point of the path's last piece
@@ -121,7 +125,7 @@ class Views:
             return
         told = estimate if estimate is not None and estimate.valid else None
         shown = truth if truth is not None else told
-        if shown is None or not np.isfinite(shown.position).all():
+        if shown is None or not _is_known(shown.position):
             return
         self._due = time + EVERY
         stamp = self._stamp(time)
@@ -137,10 +141,10 @@ class Views:
     ) -> Iterator[dict[str, Any]]:
         first, second = (truth, told) if truth is not None else (told, None)
         for each, frame in ((first, "drum"), (second, "drum_estimate")):
-            if each is not None and np.isfinite(each.position).all():
-                yield _transform(stamp, "world", frame, each.position, np.nan_to_num(each.rotation))
-        for name, place, turned in self._lidars:
-            yield _between(stamp, "drum", name, place, turned)
+            if each is not None and _is_known(each.position):
+                yield _transform(stamp, "world", frame, each.position, _turn(each))
+        for lidar in self._lidars:
+            yield lidar | {"timestamp": stamp}
 
     def _entities(
         self, stamp: dict[str, int], shown: Truth | Estimate, progress: Progress | None
@@ -151,7 +155,7 @@ class Views:
             yield self._platform(stamp)
         yield self._lines(stamp, shown)
         if progress is not None and progress.state is PrintState.PRINTING:
-            turn = matrix_of(np.nan_to_num(shown.rotation))
+            turn = matrix_of(_turn(shown))
             yield from self._gone(stamp, shown.time, shown.position + turn @ self._nozzle)
 
     def _frame(self, stamp: dict[str, int]) -> dict[str, Any]:
@@ -196,12 +200,12 @@ class Views:
 
     def _lines(self, stamp: dict[str, int], shown: Truth | Estimate) -> dict[str, Any]:
         """The lines, straight; orange where they are slack."""
-        pose = np.concatenate([shown.position, np.nan_to_num(shown.rotation)])[: self._robot.n]
-        ends = [dict(zip("xyz", end, strict=True)) for end in placed(pose, self._points).tolist()]
+        pose = np.concatenate([shown.position, _turn(shown)])[: self._robot.n]
+        ends = [{"x": x, "y": y, "z": z} for x, y, z in placed(pose, self._points).tolist()]
         pairs = [each for pair in zip(self._exits, ends, strict=True) for each in pair]
-        colours = [_ORANGE if each else _BLUE for each in (shown.excess > 0.0).tolist() for _ in range(2)]
-        drawn = _line(_LINE_LIST, (), _BLUE, 2.0, colours) | {"points": pairs}
-        return _entity(stamp, "world", "lines", lines=[drawn])
+        slack, taut = _rgba(_ORANGE), _rgba(_BLUE)
+        colours = [slack if each > 0.0 else taut for each in shown.excess.tolist() for _ in range(2)]
+        return _entity(stamp, "world", "lines", lines=[self._line | {"points": pairs, "colors": colours}])
 
     def _gone(self, stamp: dict[str, int], time: float, place: Array) -> Iterator[dict[str, Any]]:
         """The path that the nozzle printed, in pieces: the last one is sent again as it grows."""
@@ -219,23 +223,28 @@ class Views:
         yield _entity(stamp, "world", f"path from {self._since:.2f} s", lines=drawn)
 
 
-def _mounted(name: str, lidar: LidarSettings) -> tuple[str, dict[str, float], dict[str, float]]:
-    """Return the frame of a lidar, and its place and rotation in that of the drum."""
+def _mounted(name: str, lidar: LidarSettings) -> dict[str, Any]:
+    """Return the transform of a lidar in the frame of the drum, without its time."""
     x, y = np.array(lidar.axes)
     turned = np.column_stack([x, y, np.cross(x, y)])
-    return f"lidar_{name}", dict(zip("xyz", lidar.place, strict=True)), quaternion(turned)
+    return _between(None, "drum", f"lidar_{name}", _xyz(lidar.place), quaternion(turned))
+
+
+def _is_known(place: Array) -> bool:
+    return math.isfinite(sum(place.tolist()))
+
+
+def _turn(shown: Truth | Estimate) -> Array:
+    """Rotation (3,), rad; 0 where it is not known."""
+    return shown.rotation if _is_known(shown.rotation) else np.nan_to_num(shown.rotation)
 
 
 def _entity(stamp: dict[str, int], frame: str, name: str, **shapes: list[dict[str, Any]]) -> dict[str, Any]:
-    empty: dict[str, Any] = {
-        key: [] for key in ("arrows", "cubes", "spheres", "cylinders", "lines", "triangles", "texts", "models")
-    }
-    never = {"sec": 0, "nsec": 0}
-    about = {"timestamp": stamp, "frame_id": frame, "id": name, "lifetime": never, "frame_locked": frame != "world"}
-    return about | {"metadata": []} | empty | shapes
+    about = {"timestamp": stamp, "frame_id": frame, "id": name, "lifetime": _NEVER, "frame_locked": frame != "world"}
+    return about | _EMPTY | shapes
 
 
-def _line(kind: int, points: Any, colour: Any, thickness: float, colours: Any = ()) -> dict[str, Any]:
+def _line(kind: int, points: Any, colour: Any, thickness: float) -> dict[str, Any]:
     return {
         "type": kind,
         "pose": {"position": _xyz((0.0, 0.0, 0.0)), "orientation": _UNTURNED},
@@ -243,7 +252,7 @@ def _line(kind: int, points: Any, colour: Any, thickness: float, colours: Any = 
         "scale_invariant": True,
         "points": [_xyz(each) for each in points],
         "color": _rgba(colour),
-        "colors": [_rgba(each) for each in colours],
+        "colors": [],
         "indices": [],
     }
 
@@ -282,7 +291,8 @@ def quaternion(R: Array) -> dict[str, float]:
 
 
 def _xyz(values: Any) -> dict[str, float]:
-    return dict(zip("xyz", np.asarray(values, dtype=float).tolist(), strict=True))
+    x, y, z = np.asarray(values, dtype=float).tolist()
+    return {"x": x, "y": y, "z": z}
 
 
 @functools.cache

@@ -81,7 +81,7 @@ class LogWriter:
         *drops*, leaves steps out until there is room, and the next step has a notice that says how many.
         """
         self.head = head
-        self._winches = head.robot.winch_names
+        self._winches, self._counts = head.robot.winch_names, head.settings.winch.counts
         self._file, self._failed, self._drops = file, False, drops
         self._disk = DiskThread() if threaded else None
         self._flush_every, self._clock, self._flushed = flush_every, clock, -math.inf
@@ -133,12 +133,13 @@ class LogWriter:
         if self._gap:
             notice = Notice(Condition.LOG_BEHIND, f"{self._gap} steps")
             frame, self._lost, self._gap = replace(frame, notices=(*frame.notices, notice)), None, 0
-        now, add = self._epoch + round(frame.time * 1e9), self._writer.add
-        counts = self.head.settings.winch.counts
+        epoch, add, winches, counts = self._epoch, self._writer.add, self._winches, self._counts
+        time, now = frame.time, epoch + round(frame.time * 1e9)
         for signal in (step.command, *frame.readings, *step.orders, step.truth, step.estimate, step.progress):
             if signal is not None:
-                topic, data = encode(signal, self._winches, counts, self._epoch)
-                add(topic, now, self._epoch + round(max(signal.time, 0.0) * 1e9), data)
+                topic, data = encode(signal, winches, counts, epoch)
+                same = signal.time == time >= 0.0
+                add(topic, now, now if same else epoch + round(max(signal.time, 0.0) * 1e9), data)
         for topic, data in self._views.messages(frame.time, step.truth, step.estimate, step.progress):
             add(topic, now, now, data)
         add(CLOSING_TOPIC, now, now, encode_frame(frame))

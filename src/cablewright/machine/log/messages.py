@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from operator import attrgetter
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,25 +15,38 @@ from pydantic_core import from_json, to_json
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import SOURCES, Encoders, Inertial, Reading, Scan, SensorFrame, frozen
-from cablewright.machine.log.fields import NOTICES, XYZ, XYZW, as_it_is, read_object
+from cablewright.machine.log.fields import NOTICES, XYZ, XYZW, as_it_is, listed, read_object
 from cablewright.machine.log.topics import TOPICS, Signal, Topic
 
 _BY_NAME: Final = {each.topic: each for each in TOPICS}
-_BY_SIGNAL: Final = {each.signal: each for each in TOPICS if not each.source}
-_WRITERS: Final = {
-    each.topic: (
-        tuple(each.kinds),
-        attrgetter(*(each.renamed.get(key, key) for key in each.kinds)),
-        tuple(None if kind.write is as_it_is else kind.write for kind in each.kinds.values()),
-    )
-    for each in TOPICS
-    if each.signal is not SensorFrame
-}
-"""Of each topic: keys, attributes, and what makes JSON of each; None: it is JSON."""
+_BY_SIGNAL: Final = {each.signal: each.topic for each in TOPICS if not each.source}
 
+
+class _Writer(NamedTuple):
+    """What makes JSON of a signal's values: keys, their attributes, those that are arrays, and functions of others."""
+
+    keys: tuple[str, ...]
+    attributes: Callable[[Any], tuple[Any, ...]]
+    arrays: tuple[str, ...]
+    others: tuple[tuple[str, Callable[[Any], Any]], ...]
+
+    @classmethod
+    def of(cls, topic: Topic) -> _Writer:
+        """Return the writer of the messages of a *topic*."""
+        kinds = topic.kinds.items()
+        attributes = attrgetter(*(topic.renamed.get(key, key) for key in topic.kinds))
+        arrays = tuple(key for key, kind in kinds if kind.write is listed)
+        others = tuple((key, kind.write) for key, kind in kinds if kind.write not in (as_it_is, listed))
+        return cls(tuple(topic.kinds), attributes, arrays, others)
+
+
+_WRITERS: Final = {each.topic: _Writer.of(each) for each in TOPICS if each.signal is not SensorFrame}
 _MAX_RANGE: Final = 99.99  # m, of ranges that are written by table ...
 _STEPS: Final = 1e5  # ... in steps of 10 um: so many a metre
 _NOT_TURNED: Final = XYZW.write((0.0, 0.0, 0.0, 1.0))
+_ZEROS: Final = (0.0,) * 9
+_UNKNOWN: Final = (-1.0, *_ZEROS[1:])  # ROS: there is no such measurement
+_EMPTY: Final = ()
 
 
 def encode(signal: Signal, winches: Sequence[str], counts_per_turn: int, epoch: int = 0) -> tuple[str, bytes]:
@@ -41,27 +54,23 @@ def encode(signal: Signal, winches: Sequence[str], counts_per_turn: int, epoch: 
 
     *epoch*: time 0, ns since 1970, for the stamps that others read.
     """
-    topic = _BY_NAME[SOURCES[signal.source].topic] if isinstance(signal, Reading) else _BY_SIGNAL[type(signal)]
-    match signal:
-        case Scan():
-            data = _scan(signal, epoch)
-        case Inertial():
-            data = _dump(_imu(signal, epoch))
-        case Encoders():
-            data = _dump(_joints(signal, winches, counts_per_turn, epoch))
-        case _:
-            data = _dump(_plain(signal, topic))
-    return topic.topic, data
-
-
-def _plain(signal: Signal, topic: Topic) -> dict[str, Any]:
-    """The signal's attributes by the topic's kinds, without those that are left out."""
-    keys, attributes, writers = _WRITERS[topic.topic]
-    written = {}
-    for key, write, value in zip(keys, writers, attributes(signal), strict=True):
-        if (shown := value if write is None else write(value)) is not None:
-            written[key] = shown
-    return written
+    kind = type(signal)
+    topic = _BY_SIGNAL.get(kind) or SOURCES[signal.source].topic  # type: ignore[union-attr]
+    foreign = _FOREIGN.get(kind)
+    if foreign is not None:
+        return topic, foreign(signal, winches, counts_per_turn, epoch)
+    keys, attributes, arrays, others = _WRITERS[topic]
+    values = dict(zip(keys, attributes(signal), strict=True))
+    for key in arrays:
+        value = values[key]
+        values[key] = value.tolist() if type(value) is np.ndarray else listed(value)
+    for key, write in others:
+        shown = write(values[key])
+        if shown is None:
+            del values[key]
+        else:
+            values[key] = shown
+    return topic, _dump(values)
 
 
 def encode_frame(frame: SensorFrame) -> bytes:
@@ -115,7 +124,7 @@ def _ranges(ranges: Array) -> bytes:
     return to_json(ranges.tolist())
 
 
-def _scan(scan: Scan, epoch: int) -> bytes:
+def _scan(scan: Scan, _winches: Sequence[str], _counts_per_turn: int, epoch: int) -> bytes:
     sec, nanosec = _stamp(scan.begin, epoch)
     values = {
         "timestamp": {"sec": sec, "nsec": nanosec},
@@ -132,35 +141,44 @@ def _scan(scan: Scan, epoch: int) -> bytes:
     return _dump(values)[:-1] + b',"ranges":' + _ranges(ranges) + b"}"
 
 
-def _imu(reading: Inertial, epoch: int) -> dict[str, Any]:
-    unknown = [-1.0] + [0.0] * 8  # ROS: there is no such measurement
-    return {
-        "header": _header(reading.time, "drum", epoch),
-        "orientation": _NOT_TURNED,
-        "orientation_covariance": unknown,
-        "angular_velocity": XYZ.write(reading.rate),
-        "angular_velocity_covariance": [0.0] * 9,
-        "linear_acceleration": XYZ.write(reading.acceleration),
-        "linear_acceleration_covariance": [0.0] * 9,
-        "time": reading.time,
-    }
+def _imu(reading: Inertial, _winches: Sequence[str], _counts_per_turn: int, epoch: int) -> bytes:
+    sec, nanosec = _stamp(reading.time, epoch)
+    (x, y, z), (ax, ay, az) = reading.rate.tolist(), reading.acceleration.tolist()
+    return _dump(
+        {
+            "header": {"stamp": {"sec": sec, "nanosec": nanosec}, "frame_id": "drum"},
+            "orientation": _NOT_TURNED,
+            "orientation_covariance": _UNKNOWN,
+            "angular_velocity": {"x": x, "y": y, "z": z},
+            "angular_velocity_covariance": _ZEROS,
+            "linear_acceleration": {"x": ax, "y": ay, "z": az},
+            "linear_acceleration_covariance": _ZEROS,
+            "time": reading.time,
+        }
+    )
 
 
-def _joints(reading: Encoders, winches: Sequence[str], counts_per_turn: int, epoch: int) -> dict[str, Any]:
-    return {
-        "header": _header(reading.time, "winches", epoch),
-        "name": list(winches),
-        "position": (reading.counts * (2.0 * math.pi / counts_per_turn)).tolist(),
-        "velocity": [],
-        "effort": [],
-        "counts": reading.counts.tolist(),
-        "time": reading.time,
-    }
+def _joints(reading: Encoders, winches: Sequence[str], counts_per_turn: int, epoch: int) -> bytes:
+    sec, nanosec = _stamp(reading.time, epoch)
+    return _dump(
+        {
+            "header": {"stamp": {"sec": sec, "nanosec": nanosec}, "frame_id": "winches"},
+            "name": winches,
+            "position": (reading.counts * (2.0 * math.pi / counts_per_turn)).tolist(),
+            "velocity": _EMPTY,
+            "effort": _EMPTY,
+            "counts": reading.counts.tolist(),
+            "time": reading.time,
+        }
+    )
 
 
-def _header(time: float, frame: str, epoch: int) -> dict[str, Any]:
-    sec, nanosec = _stamp(time, epoch)
-    return {"stamp": {"sec": sec, "nanosec": nanosec}, "frame_id": frame}
+_FOREIGN: Final[Mapping[type, Callable[[Any, Sequence[str], int, int], bytes]]] = {
+    Scan: _scan,
+    Inertial: _imu,
+    Encoders: _joints,
+}
+"""What writes the messages whose schemas are of other programs."""
 
 
 def _stamp(time: float, epoch: int) -> tuple[int, int]:

@@ -30,6 +30,7 @@ class Gaps:
         every, length = settings.gap_every, settings.gap_length
         self._planned = settings.gaps
         self._spells = Spells(every, (length, length), seed, GAPS, number) if every and length else None
+        self.any = bool(self._planned) or self._spells is not None
 
     def end(self, time: float) -> float:
         """Return the next time with a connection from *time* on, s: *time*, or the end of a gap."""
@@ -80,17 +81,18 @@ class Channel:
 
     def send(self, now: float, reading: Reading) -> None:
         """Send a *reading* over the link at *now*, s."""
-        delay, lost = self._random.exponential(), self._random.random()
-        if lost < self.settings.loss:
+        delay, lost, own = self._random.exponential(), self._random.random(), self.settings
+        if lost < own.loss:
             return
-        arrives = max(self._next_arrival, now + self.settings.latency + self.settings.jitter * delay)
-        self._next_arrival = arrives = self._gaps.end(arrives)
+        arrives = max(self._next_arrival, now + own.latency + own.jitter * delay)
+        self._next_arrival = arrives = self._gaps.end(arrives) if self._gaps.any else arrives
         self._sent.append((arrives, reading))
 
     def arrived(self, now: float) -> list[Reading]:
         """Return the readings that have arrived by *now*, s."""
-        readings = []
-        while self._sent and self._sent[0][0] <= now:
-            self.last_arrival_time, reading = self._sent.popleft()
+        readings: list[Reading] = []
+        sent = self._sent
+        while sent and sent[0][0] <= now:
+            self.last_arrival_time, reading = sent.popleft()
             readings.append(reading)
         return readings

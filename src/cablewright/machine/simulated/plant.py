@@ -9,7 +9,7 @@ import numpy as np
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import Condition, Notice
-from cablewright.kernels import continuation
+from cablewright.kernels import Direct, continuation
 from cablewright.kernels.certificates.system_enclosure import certificate_pool
 from cablewright.kernels.layout import COUNTERWEIGHT, HELD, Code, Packed
 from cablewright.kernels.plant import counterweights, dynamics, machine_step, retracting_platform, winding
@@ -54,7 +54,7 @@ class DynamicPlant:
                 f"substeps, at most {MAX_SUBSTEPS}"
             )
         self._count = round(count)
-        self._lengths_after = np.zeros(rig.robot.m)
+        self._lengths_after, self._advance = np.zeros(rig.robot.m), Direct(machine_step.advance)
         self._random = np.random.default_rng([rig.seed, 3])
         self._hung = rig.robot.hung
         for i in self._hung:  # a mass in place of a force
@@ -69,7 +69,7 @@ class DynamicPlant:
         rig, winches = self.rig, self.rig.winches
         if self._hung:
             rig.swing.weights[:, counterweights.RATIO] = rig.unmodelled.ratio
-        code = machine_step.advance(
+        code = self._advance.call(
             rig.packed,
             rig.body,
             winches.state,

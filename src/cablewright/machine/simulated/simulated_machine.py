@@ -123,6 +123,7 @@ class SimulatedMachine:
         self._faults = {source: [f for f in settings.simulation.faults if f.source == source] for source in SOURCES}
         self._held_readings: dict[FaultPlan, Reading] = {}
         self._abilities = self._able()
+        self._outputs = bool(self._abilities.outputs)
         self._steps, self._last_command_time = 0, -np.inf
         self._rig_state = self.rig.observe(0.0)
         for sensor in self._sensors.values():
@@ -183,26 +184,28 @@ class SimulatedMachine:
 
     def step(self, command: Command) -> SensorFrame:
         """Send *command*, wait for the step, and return the readings that arrived; see `Machine.step`."""
-        speeds = self._checked(command)
-        self.rig.retraction.command(command.outputs.get(RETRACTION, 0.0))
-        self.rig.yaw.command(command.outputs.get(YAW, 0.0))
-        self.rig.brake(command.modes, command.outputs.get(RESET, 0.0) > 0.0)
-        notices = self.rig.advance_slowly(self.time, self.period, command.valve)
+        speeds, rig, wifi = self._checked(command), self.rig, self._wifi
+        if self._outputs:
+            rig.retraction.command(command.outputs.get(RETRACTION, 0.0))
+            rig.yaw.command(command.outputs.get(YAW, 0.0))
+            rig.brake(command.modes, command.outputs.get(RESET, 0.0) > 0.0)
+        begin, period = self.time, self._plant.period
+        notices = rig.advance_slowly(begin, period, command.valve)
         notices += self._plant.advance(speeds)
-        self.rig.advance_unmodelled(self.time, self.period)
-        notices += self.rig.take_notices()
+        rig.advance_unmodelled(begin, period)
+        notices += rig.take_notices()
         self._steps += 1
-        now = self.time
-        self._rig_state = self.rig.observe(now)
+        now = self._steps * period
+        self._rig_state = state = rig.observe(now)
         for source, sensor in self._sensors.items():
-            reading = sensor.read(self._rig_state)
+            reading = sensor.read(state)
             if reading is not None and self._faults[source]:
                 reading = self._apply_faults(source, reading)
             if reading is not None:
                 channel = self._channels[source]
-                channel.send(now, self._clock.stamped(reading) if channel is self._wifi else reading)
-        readings = (*self._barrier_wire.arrived(now), *self._wire.arrived(now), *self._wifi.arrived(now))
-        if now - self._wifi.last_arrival_time > _LINK_TIMEOUT and self._wireless:
+                channel.send(now, self._clock.stamped(reading) if channel is wifi else reading)
+        readings = (*self._barrier_wire.arrived(now), *self._wire.arrived(now), *wifi.arrived(now))
+        if now - wifi.last_arrival_time > _LINK_TIMEOUT and self._wireless:
             notices.append(Notice(Condition.SILENT, "wifi"))
         return SensorFrame(now, readings, tuple(notices))
 

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import Condition, Notice, Truth, WinchMode
+from cablewright.kernels import Direct
 from cablewright.kernels.layout import PLATFORM_WEIGHT
 from cablewright.kernels.plant import dynamics, machine_step, retracting_platform, winding
 from cablewright.kernels.rotation import matrix
@@ -154,6 +155,10 @@ class Rig:
         if robot.hung:
             self.SAVED = (*Rig.SAVED, "swing.weights")
         self._shown = np.zeros((robot.m, machine_step.SHOWS))
+        self._air, self._carrier = (math.nan, (0.0, 0.0)), owner.carrier
+        self._drives = self.retraction.has_drive or self.yaw.has_drive
+        self._observe = Direct(machine_step.observe)
+        self._told = machine_step.LINES + machine_step.OF_EACH * robot.m
         sensor = owner.sensor(LINE_ANGLES)
         self._sensors_at = np.maximum(0.0, along + (0.0 if sensor is None else sensor.from_platform))  # m before B
         self._upright = np.array([line.has_upright_swivel for line in robot.lines])
@@ -198,19 +203,18 @@ class Rig:
         self._wander(period)
         if self.retraction.has_drive and self.retraction.drive.beam[retracting_platform.MOVING_MASS]:
             self._weigh()
-        law = self.settings.simulation.climate
-        warmer = air_at(law, time)[0] - law.temperature
+        warmer = self._air_at(time)[0] - self.settings.simulation.climate.temperature
         self.winches.set_strain(self._expansion * warmer + self.unmodelled.strain)
         return notices
 
     def _wander(self, period: float) -> None:
         """Change the yaw at which the twist of a drum's lines rests, by its path and by its drive."""
-        drum = self._twist
+        drum, last = self._twist, self._last_position
         if drum is None:
             return
-        moved = math.dist(self.motion[:3].tolist(), self._last_position.tolist())
+        moved = math.dist(self.motion[:3].tolist(), last.tolist())
         keep = math.exp(-moved / drum.yaw_wander_length)
-        self._last_position = self.motion[:3].copy()
+        last[:] = self.motion[:3]
         push = drum.yaw_wander * math.sqrt(1.0 - keep * keep)
         rest = keep * (self.body[dynamics.YAW_REST] - self.yaw.angle) + push * self._random.standard_normal()
         if self.yaw.has_drive:
@@ -220,8 +224,14 @@ class Rig:
 
     def advance_unmodelled(self, time: float, period: float) -> None:
         """Advance creep, friction and other unmodelled effects by the *period*, s, since *time*, s."""
-        place, air = self.motion[:3], Air(*air_at(self.settings.simulation.climate, time))
-        self.unmodelled.advance(self.packed, self.states, self.work.planes, self.winches, place, period, air)
+        place, air, planes = self.motion[:3], Air(*self._air_at(time)), self.work.planes
+        self.unmodelled.advance(self.packed, self.states, planes, self.winches, place, period, air)
+
+    def _air_at(self, time: float) -> tuple[float, float]:
+        """Temperature, degrees Celsius, and relative humidity at *time*, s."""
+        if self._air[0] != time:
+            self._air = time, air_at(self.settings.simulation.climate, time)
+        return self._air[1]
 
     def brake(self, modes: Sequence[WinchMode], reset: bool) -> None:
         """Close the brakes of winches whose *modes* are `OFF`, and open others; *reset*: reported slip is cleared."""
@@ -234,7 +244,7 @@ class Rig:
 
     def take_notices(self) -> list[Notice]:
         """Return the notices of winches, brakes, retraction, yaw and plane since the last call."""
-        notices = [*self.retraction.take_notices(), *self.yaw.take_notices()]
+        notices = [*self.retraction.take_notices(), *self.yaw.take_notices()] if self._drives else []
         if self.brakes is not None:
             notices += self.brakes.notices(self.winches)
         if self.robot.platform.may_lift and self.swing.on_plane[1] > 0.0:
@@ -253,11 +263,13 @@ class Rig:
 
     def observe(self, time: float) -> RigState:
         """Return the present quantities that sensors measure, at *time*, s."""
-        told, rotation = np.empty(machine_step.LINES + machine_step.OF_EACH * self.robot.m), np.empty((3, 3))
-        machine_step.observe(
+        told, rotation, winches = np.empty(self._told), np.empty((3, 3)), self.winches
+        counts = np.empty(len(winches.lines.hosts), np.int64)
+        self._observe.call(
             self.packed, self.states, self.swing.place, self.work, self.swing.ends, self.vibrations, self.vibration,
-            self._sensors_at, self._scratch, self._shown, self.motion, self.lengths, self.winches.state,
-            self.winches.radii, self.unmodelled.ratio, self._upright, told, rotation,
+            self._sensors_at, self._scratch, self._shown, self.motion, self.lengths, winches.state, winches.radii,
+            self.unmodelled.ratio, self._upright, winches.lines.hosts, winches.start_angles, winches.counts_per_turn,
+            told, rotation, counts,
         )  # fmt: skip
         told.flags.writeable = False
         place, velocity, turned, rate = told[: machine_step.LINES].reshape(4, 3)
@@ -266,13 +278,13 @@ class Rig:
         truth = Truth(
             time, place, velocity, turned, rate, lengths, tensions, excess, radii, self.powder, self.retraction.length
         )
-        air = air_at(self.settings.simulation.climate, time)
-        acceleration, counts, yaw = self.acceleration.copy(), self.winches.counts, self.yaw.angle
+        air, acceleration = self._air_at(time), self.acceleration.copy()
+        yaw = self.yaw.angle
         return RigState(truth, acceleration, rotation, shown, counts, *air, self.ground, swivels, pulled, yaw)
 
     def _pour(self, period: float, valve: float) -> list[Notice]:
         """Release powder through the valve; deposit it once the drum has moved by half a cell, or enough has fallen."""
-        carrier = self.settings.owner.carrier
+        carrier = self._carrier
         released = carrier.flow * valve * period
         if carrier.capacity:
             released = min(self.powder, released)
@@ -315,7 +327,7 @@ class Rig:
         kept, stuck = self.body[dynamics.YAW_REST], 0.0 if self.stuck is None else self.stuck.mass
         self.body = self.masses.numbers(self.powder, stuck, self.retraction.length)
         self.body[dynamics.YAW_REST] = kept
-        self.packed.platform[PLATFORM_WEIGHT] = self.masses.total(self.powder, stuck) * self.robot.scene.gravity
+        self.packed.platform[PLATFORM_WEIGHT] = self.body[dynamics.MASS] * self.vibration[machine_step.GRAVITY]
         if self.robot.n == 6:
             PlatformNumbers(self.packed.platform).centre_of_mass = self.body[dynamics.CENTRE : dynamics.CENTRE + 3]
 

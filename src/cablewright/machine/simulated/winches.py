@@ -36,7 +36,7 @@ class Winches:
         Raises `InputError` for a line without drum radius or cable diameter, or more cable out than a winch holds.
         """
         self.settings, self.lines = settings, WinchLines.of(robot)
-        self._counted = np.array([settings.ratio / winding.TURN, settings.counts])
+        self.counts_per_turn = np.array([settings.ratio / winding.TURN, settings.counts])
         walks = {"radius_walk": walk.radius_walk, "sideways_walk": walk.sideways_walk, "memory": walk.walk_turns}
         self.coils = coils_of(robot, settings, seed, **walks)
         turns = min(len(coil.radii) for coil in self.coils if coil is not None)
@@ -116,7 +116,7 @@ class Winches:
     def counts(self) -> NDArray[np.int64]:
         """Counts (w,) of the motors' encoders since the start; paying out is positive."""
         found = np.empty(len(self.lines.hosts), np.int64)
-        winding.count(self.state, self.lines.hosts, self.start_angles, self._counted, found)
+        winding.count(self.state, self.lines.hosts, self.start_angles, self.counts_per_turn, found)
         return found
 
     def after_load(self) -> None:

@@ -41,14 +41,13 @@ class InertialUnit(TimedSensor[InertialSensor, InertialFlaws]):
         self._deviation = np.repeat([sheet.acceleration_deviation, sheet.rate_deviation], 3)
 
     def _measure(self, state: RigState) -> Inertial | None:
-        noise, chance = self._random.standard_normal(6), self._random.random()
-        anywhere = self._random.uniform(-1.0, 1.0, 6)
+        noise, chance, anywhere = self._random.standard_normal(6), self._random.random(), self._random.random(6)
         if chance < self.flaws.dropout:
             return None
         measured, rate = self.bias + self._deviation * noise, state.truth.rate
         feel(state.rotation, self._place, state.acceleration, rate, self._gravity, self._axes, measured)
         if chance > 1.0 - self.flaws.outliers:
-            measured = anywhere * _RANGE
+            measured = (2.0 * anywhere - 1.0) * _RANGE
         measured.flags.writeable = False
         return Inertial(state.truth.time, measured[:3], measured[3:])
 

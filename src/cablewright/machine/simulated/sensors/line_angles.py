@@ -25,10 +25,10 @@ class LineAccelerometers(TimedSensor[LineSensor, SensorFlaws]):
     def _measure(self, state: RigState) -> LineAngles:
         settings, flaws, count = self.settings, self.flaws, len(state.apparent_angles)
         angles = state.apparent_angles + self._zeros + settings.deviation * self._random.standard_normal(count)
-        chance, anywhere = self._random.random(count), self._random.uniform(-0.5 * math.pi, 0.5 * math.pi, count)
+        chance, anywhere = self._random.random(count), self._random.random(count)
         if flaws.outliers:
-            angles = np.where(chance > 1.0 - flaws.outliers, anywhere, angles)
-        if flaws.dropout:
+            angles = np.where(chance > 1.0 - flaws.outliers, math.pi * anywhere - 0.5 * math.pi, angles)
+        if min(chance.tolist()) < flaws.dropout:
             angles[chance < flaws.dropout] = np.nan
         angles.flags.writeable = False
         return LineAngles(state.truth.time, angles)

@@ -90,6 +90,8 @@ class Unmodelled:
         self.pushes = Pushes(pushes.force, pushes.pause, pushes.length, seed) if pushes.force else None
         self.ratio = np.ones(robot.m) if self.sheaves is None else self.sheaves.ratio
         """Tension at the winch over that at the platform, (m,)."""
+        followers = [each for each in (self.hysteresis, self.load_strain) if each is not None]
+        self._strained = (*self.creeps.values(), *followers)
         self._loads = tensions
         self._given_force, self._time = PlatformNumbers(packed.platform).wrench[:3].copy(), 0.0
         self._push(packed, place)
@@ -97,8 +99,7 @@ class Unmodelled:
     @property
     def strain(self) -> Array | float:
         """Return the inelastic strain (m,) of cables: described and further creep, hysteresis, and by load."""
-        parts = (*self.creeps.values(), *(each for each in (self.hysteresis, self.load_strain) if each is not None))
-        return sum(each.strain for each in parts)
+        return sum(each.strain for each in self._strained) if self._strained else 0.0
 
     def advance(
         self, packed: Packed, states: Array, planes: Array, winches: Winches, place: Array, period: float, air: Air
