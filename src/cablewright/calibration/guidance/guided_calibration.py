@@ -16,7 +16,7 @@ import numpy as np
 
 from cablewright.calibration.calibrate import ROUGH
 from cablewright.calibration.guidance.next_search import NextSearch, variance_with
-from cablewright.calibration.guidance.pictures_to_take import View, usable, views_of
+from cablewright.calibration.guidance.pictures_to_take import CameraView, usable, views_of
 from cablewright.calibration.guidance.pose_selection import nearest_order
 from cablewright.calibration.guidance.present_knowledge import Knowledge
 from cablewright.calibration.judgement.result import Calibration
@@ -163,7 +163,7 @@ class Guidance(Pictured):
     exits: tuple[KnownExit, ...]
     robot: Robot  # as known
     found: Calibration | None = None
-    view: View | None = None  # of the camera, if there is one
+    view: CameraView | None = None  # of the camera, if there is one
     faults: tuple[str, ...] = ()  # of pictures
 
     @property

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.calibration.guidance.pictures_to_take import View
+from cablewright.calibration.guidance.pictures_to_take import CameraView
 from cablewright.calibration.guidance.pose_selection import PoseSearch
 from cablewright.calibration.guidance.present_knowledge import Knowledge
 from cablewright.calibration.measurement_rows.pictures import as_body
@@ -30,7 +30,9 @@ class NextSearch(PoseSearch):
     measured that do not count in *known* yet.
     """
 
-    def __init__(self, known: Knowledge, places: Array, view: View | None = None, like: Sequence[int] = ()) -> None:
+    def __init__(
+        self, known: Knowledge, places: Array, view: CameraView | None = None, like: Sequence[int] = ()
+    ) -> None:
         self.view, self.robot = view, known.problem.robot
         self.seen = None if view is None else view.at(places)
         rows, told, unknowns = _rows_of(known, places, self.seen)
@@ -86,7 +88,7 @@ class NextSearch(PoseSearch):
             before = after
 
 
-def variance_with(known: Knowledge, places: Array, view: View) -> float:
+def variance_with(known: Knowledge, places: Array, view: CameraView) -> float:
     """Return the sum of the variances of exit points, m^2, after pictures at *places* (C, n) from a *view*.
 
     Before there is a result: the file's exit points are known to a few centimetres, so that all is determined.

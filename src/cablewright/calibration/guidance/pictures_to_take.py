@@ -27,7 +27,7 @@ PICTURED: Final = 4
 
 
 @dataclass(frozen=True, eq=False)
-class View:
+class CameraView:
     """A place of the camera, in the world or on the platform, as in *seen*; ``words`` say it to people."""
 
     seen: Sightings
@@ -74,14 +74,18 @@ def usable(measured: Measured) -> tuple[Measured | None, tuple[str, ...]]:
 
 def views_of(
     seen: Sightings, measured: Measured | None, robot: Robot, found: Calibration | None, middle: Array
-) -> list[View]:
+) -> list[CameraView]:
     """Return where the camera stands: by the calibration, by the pictures, or places to choose from, around the frame.
 
     *measured*: rows with pictures, if any; *found*: the calibration so far; *middle* (3,): of the poses, m.
     """
     if seen.layout.camera == "platform":
         mount = seen.layout.mount
-        return [View(replace(seen, place=np.array(mount.at), rotation=mount.rotation), "the camera is on the platform")]
+        return [
+            CameraView(
+                replace(seen, place=np.array(mount.at), rotation=mount.rotation), "the camera is on the platform"
+            )
+        ]
     if found is not None and (data := found.problem.measured.sightings) is not None:
         value = dict(zip(((each.kind, each.line) for each in found.unknowns), found.values.tolist(), strict=True))
         place, turn = (
@@ -95,11 +99,13 @@ def views_of(
         except InputError as error:
             why = f"; from the pictures so far its place is not known ({error})"
     looks = f"and let it look at {_told(middle)}; do not move it from picture to picture{why}"
-    return [View(each, f"put the camera at {_told(each.place)} {looks}") for each in standpoints(seen, robot, middle)]
+    return [
+        CameraView(each, f"put the camera at {_told(each.place)} {looks}") for each in standpoints(seen, robot, middle)
+    ]
 
 
-def _standing(seen: Sightings) -> View:
-    return View(seen, f"the camera stands at {_told(seen.place)}: leave it there")
+def _standing(seen: Sightings) -> CameraView:
+    return CameraView(seen, f"the camera stands at {_told(seen.place)}: leave it there")
 
 
 def _told(place: Array) -> str:
