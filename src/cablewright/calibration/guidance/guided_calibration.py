@@ -226,6 +226,7 @@ def guide(
     faults, seen, taken = tuple[str, ...](), sightings, 0 if measured is None else len(measured.counted)
     if measured is not None and measured.sightings is not None:
         seen, (measured, faults) = measured.sightings, usable(measured)
+    seen = None if seen is None else seen.at_exits(robot)
     known = Knowledge.of(robot, measured, plan, rough, need, seed, progress, seen is not None)
     if known.found is not None and known.found.verdict == "bad":
         words = f"no further pose helps: {known.found.reasons[0]}"

@@ -157,7 +157,7 @@ def started(
     Poses without a picture keep their *guess* (N, n), or are NaN. The bundle is that of the pictures by themselves.
     Raises `InputError` for pictures without tags of the layout, and as `camera_of_world`.
     """
-    seen, poses, in_world = in_own_frame(seen)
+    seen, poses, in_world = in_own_frame(seen.at_exits(robot))
     pictured = np.asarray(np.isfinite(poses).all(axis=1))
     if not pictured.any():
         reasons = [word for picture in seen.pictures if picture is not None for word in picture.left_out]
