@@ -25,7 +25,7 @@ CARRIED = replace(SMALL, camera="platform", focal=500.0)
 
 
 class Maker:
-    """A person who does what the guide says: moves the platform, takes a picture, writes the lengths down."""
+    """A person who follows the guide: moves the platform, takes a picture, writes the lengths down."""
 
     def __init__(self, made: Room, setup: Setup, folder: Path, camera: tuple[Any, Any]) -> None:
         self.made, self.setup, self.folder, self.camera = made, setup, folder, camera

@@ -62,7 +62,7 @@ def _own_sigma(found: cw.Calibration) -> float:
 
 
 def test_exit_points_are_measured(machine: cw.Robot, measured: Room, found: cw.Calibration) -> None:
-    """Their places to each other are known better than without these tags, and errors agree with what is stated."""
+    """Their places to each other are known better than without these tags, and errors agree with the stated ones."""
     assert found.status == "ok"
     without = cw.calibrate(machine, _without_exits(measured), PLAN, rough=0.05)
     sigma = _own_sigma(found)

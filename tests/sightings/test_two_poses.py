@@ -1,4 +1,4 @@
-"""The two poses in which a small flat tag appears nearly alike: pictures together find the right one of each."""
+"""The two poses in which a small flat tag appears nearly the same: pictures together find the right one of each."""
 
 from __future__ import annotations
 

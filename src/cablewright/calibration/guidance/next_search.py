@@ -104,7 +104,7 @@ def variance_with(known: Knowledge, places: Array, view: CameraView) -> float:
 def _rows_of(known: Knowledge, places: Array, seen: Sightings | None) -> tuple[Array, Array, tuple[Unknown, ...]]:
     """Return rows (C, e, k) of measurements at *places*, poses eliminated, known rows (r, k), and the k unknowns.
 
-    They are the unknowns of the problem, then those that only pictures there bring, with what is known of them.
+    They are the unknowns of the problem, then those that only pictures there bring, with the prior knowledge of them.
     """
     problem, body = known.problem, known.problem.robot if seen is None else as_body(known.problem.robot)
     states = np.pad(places, ((0, 0), (0, body.n - places.shape[1])))

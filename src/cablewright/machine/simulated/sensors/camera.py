@@ -3,7 +3,7 @@
 From the true pose, through the camera as it is: place, direction, focal length and clock with errors of one unit,
 rolling shutter, blur by motion, people in between, and an answer that arrives late. The pose is found by the camera as
 its data sheet has it. Tags in one plane fit in a second pose too, mirrored about the line of sight: the better of both
-is told, or none where noise may have decided.
+is given, or none where noise may have decided.
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ class RoomCamera(TimedSensor[CameraSensor, CameraFlaws]):
         other = None if found is None else self._mirrored(found[0], shown[read], read)
         if found is not None and other is not None:
             if max(found[2], other[2]) < _AMBIGUOUS * max(min(found[2], other[2]), self._unlikely(len(shown[read]))):
-                return None  # nothing tells which one is right
+                return None  # either may be right
             found = min(found, other, key=lambda each: each[2])
         if found is None:
             return None
@@ -136,7 +136,7 @@ class RoomCamera(TimedSensor[CameraSensor, CameraFlaws]):
         return float((2 * points - 6) * self.settings.corner_deviation**2)
 
     def _mirrored(self, pose: Array, shown: Array, read: Array) -> tuple[Array, Array, float] | None:
-        """Return the other pose in which tags in one plane appear nearly alike; None for tags in several planes."""
+        """Return the other pose in which tags in one plane appear nearly the same; None for tags in several planes."""
         corners = self._corners[read]
         middle = corners.mean(axis=0)
         _, extent, axes = np.linalg.svd(corners - middle)
