@@ -89,6 +89,8 @@ class CameraRoutes:
         before = dict(self.page.feed.state)
         if not picture:
             picture = await asyncio.to_thread(camera_folder.picture_from, self.page.camera)
+            if any(self.page.feed.state.get("speeds") or ()):
+                raise InputError("the winches have turned meanwhile: take the picture again once the platform stands")
         name = await asyncio.to_thread(camera_folder.add, self.folder, picture, before, head.robot)
         return {"picture": name} | self._guided()
 

@@ -96,7 +96,7 @@ def _staged(uploads: Uploads, number: str, robot: Robot, job: Job) -> str:
     own, stages = uploads.job(number), stages_of(robot, job)
     there = {each["of"] for each in uploads.jobs({})}
     for stage in reversed(stages if number not in there else ()):
-        name = f"{job.name}, stage {stage.number} of {len(stages)}"
+        name = f"stage {stage.number} of {len(stages)}: {job.name}"
         made = uploads.new_job(name, of=number, stage=stage.number)
         table = tomlkit.parse((own / JOB).read_text())
         del table["stages"]
