@@ -137,13 +137,21 @@ def _draw_room(axes: Axes, found: Guidance, plane: list[int]) -> None:
     (left, low), (right, high) = (np.array(corner)[plane] for corner in (scene.frame_min, scene.frame_max))
     axes.plot([left, right, right, left, left], [low, low, high, high, low], color=style.GREY, label="frame")
     axes.plot(*exits.T, "o", color=style.BLUE, markersize=4, label="exit point")
+    near, labels = _CLOSE * float(np.ptp(exits)), list[tuple[Array, list[str]]]()
     for known, point in zip(found.exits, exits, strict=False):
         label = f"{style.label(known.line, 16)} {1e3 * known.now:.2g} mm"
-        axes.annotate(label, (point[0], point[1]), xytext=(5, 5), textcoords="offset points", fontsize=7)
+        same = next((words for place, words in labels if np.linalg.norm(place - point) < near), None)
+        labels += [(point, [label])] if same is None else []
+        if same is not None:
+            same.append(label)
+    for place, words in labels:
+        told = "\n".join(words)
+        axes.annotate(told, (place[0], place[1]), xytext=(5, 5), textcoords="offset points", fontsize=7)
     if found.found is not None:
         axes.plot(*found.found.poses[:, plane].T, ".", color=style.GREY, label="measured")
     places = np.array([each.pose[:3] for each in found.next_poses]).reshape(-1, 3)[:, plane]
-    axes.plot(*places.T, "s-", color=style.ORANGE, linewidth=0.6, markersize=4, label="next, in this order")
+    if len(places):
+        axes.plot(*places.T, "s-", color=style.ORANGE, linewidth=0.6, markersize=4, label="next, in this order")
     for at, place in enumerate(places.tolist(), 1):
         axes.annotate(f"{at}", place, xytext=(4, -9), textcoords="offset points", color=style.ORANGE, fontsize=8)
     if found.view is not None and found.view.seen.layout.camera == "room":
