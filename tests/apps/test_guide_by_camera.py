@@ -34,7 +34,7 @@ class Maker:
         seen = made.data.sightings
         assert seen is not None
         (folder / "phone.toml").write_text(camera_text(seen.camera))
-        (folder / "tags.toml").write_text(tomlkit.dumps(seen.layout.model_dump(mode="json")))
+        (folder / "tags.toml").write_text(tomlkit.dumps(seen.layout.model_dump(mode="json", exclude_none=True)))
         (folder / "data.toml").write_text('schema = 1\nsigma.encoder = "0.1 mm"\n')
         (folder / "pictures").mkdir()
         self.layout = seen.layout
