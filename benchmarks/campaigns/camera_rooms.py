@@ -33,6 +33,7 @@ class Setup:
     height: int = 720
     focal: float = 1000.0  # px
     size: float = 0.2  # m, of a tag
+    exits: int = 0  # lines with a tag below the exit point
     floor: int = 0  # tags on the floor, whose places are surveyed
     poses: int = 14
     encoder: float = 5e-4  # m
@@ -121,6 +122,20 @@ def layout_of(robot: cw.Robot, setup: Setup, middle: Array) -> tuple[cw.TagLayou
                 turn_sigma=0.005,
             )
         )
+    for k, line in enumerate(robot.lines[: setup.exits]):
+        x, y, _ = (at - line.exit_point).tolist()
+        tags.append(
+            cw.Tag(
+                number=40 + k,
+                size=setup.size,
+                on="exit",
+                line=line.name,
+                at=(0.0, 0.0, -0.2),
+                normal=(x, y, 0.0),
+                up=(0.0, 0.0, 1.0),
+                sigma=setup.tag_sigma,
+            )
+        )
     return cw.TagLayout(tags=tuple(tags)), at, rotation
 
 
@@ -131,8 +146,13 @@ def _seen(
     lens[:] = focal, focal, setup.width / 2 + 3.0, setup.height / 2 - 4.0, -0.08, 0.03, 5e-4, -4e-4, 0.0
     layout, place, rotation = layout_of(true, setup, poses[:, :3].mean(axis=0))
     tags = {}
+    exit_of = {line.name: np.array(line.exit_point) for line in true.lines}
     for tag in layout.tags:
-        off = rng.normal(0.0, tag.sigma, 3) + (np.array([0.018, 0.0, -0.012]) if tag.number == setup.moved else 0.0)
+        off = (
+            exit_of.get(tag.line or "", np.zeros(3))
+            + rng.normal(0.0, tag.sigma, 3)
+            + (np.array([0.018, 0.0, -0.012]) if tag.number == setup.moved else 0.0)
+        )
         tags[tag.number] = (
             np.array(tag.at) + off,
             matrices(rng.normal(0.0, 0.5 * tag.turn_sigma, 3)) @ tag.axes,
@@ -220,8 +240,11 @@ def later(before: Room, setup: Setup, seed: int, bump: float = 0.0) -> tuple[Roo
     seen_of = before.data.sightings
     assert seen_of is not None
     pictures: list[SeenPicture | None] = []
+    shift = moved - before.robot.lines[at].exit_point
+    of_line = {tag.number for tag in seen_of.layout.tags if tag.line == robot.lines[at].name}
+    tags = {number: (p + shift * (number in of_line), turn) for number, (p, turn) in before.tags.items()}
     for pose in full:
-        shown = _shown(seen_of.layout, setup, before.tags, pose, camera)
+        shown = _shown(seen_of.layout, setup, tags, pose, camera)
         grey = tag_pictures.picture(before.lens, setup.width, setup.height, shown, rng, setup.flaws)
         pictures.append(seen(grey, seen_of.camera, f"later-{len(pictures) + 1}.png"))
     sightings = Sightings(seen_of.layout, seen_of.camera, tuple(pictures))

@@ -22,11 +22,11 @@ from cablewright.calibration.measurement_rows.pictures import as_body
 from cablewright.calibration.poses.observability import information
 from cablewright.calibration.poses.problem import StraightProblem
 from cablewright.calibration.sightings.detection import MIN_SIDE, SeenPicture, Sighting, mean_side
+from cablewright.calibration.sightings.expected import EDGE_SIGMAS
 from cablewright.calibration.unknowns import exit_rows
 
 Array = NDArray[np.float64]
 NEED = 3e-3  # m
-_EDGE = (0.065, 0.055)  # px: sum and difference of an edge, on rendered pictures with noise of 2 grey levels
 _OBLIQUE = 0.35  # cosine of the angle of view, under which a tag is not counted on
 
 
@@ -99,7 +99,7 @@ def expected(robot: cw.Robot, setup: Setup, made: Room, noise: np.random.Generat
             along = np.array([(two - one) / np.linalg.norm(two - one) for one, two in ends])
             normals = np.column_stack([along[:, 1], -along[:, 0]])
             values = [(n @ (one + two), n @ (one - two)) for n, (one, two) in zip(normals, ends, strict=True)]
-            sigmas = np.tile(_EDGE, 4)
+            sigmas = np.tile(EDGE_SIGMAS, 4)
             off = np.zeros(8) if noise is None else sigmas * noise.standard_normal(8)
             found.append(Sighting(tag.number, corners, np.ravel(values) + off, sigmas, normals))
         pictures.append(SeenPicture(Path("expected"), tuple(found), ()))

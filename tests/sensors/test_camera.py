@@ -25,6 +25,7 @@ from cablewright.machine.description_sigmas import MachineAccuracy
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import read_log, write_log
 from cablewright.machine.sensors.camera import CameraSensor, PlatformTag
+from cablewright.machine.simulated.sensors import camera as cameras
 from cablewright.machine.simulated.sensors.camera import SIMULATED, CameraFlaws, RoomCamera
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.machine.simulated.severities import with_severity
@@ -120,6 +121,24 @@ def test_a_rolling_shutter_and_blur_are_errors_in_motion() -> None:
     assert rms[1] > 2.0 * rms[0]
     sigmas = np.sqrt([each.spread[0, 0] for each in blurred])
     assert sigmas.max() > 2.0 * sigmas.min()
+
+
+def test_the_wrong_one_of_two_poses_is_not_given(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One flat tag: noise of its corners decides between two poses; where it may have decided none is given."""
+
+    def of_one_tag(noise: float) -> tuple[float, float]:
+        """Share of the pictures that are answered, and of these the share with a wrong rotation."""
+        _, off, _, _ = sighted(twin(rate=20.0, tags=(TAGS[3],), corner_deviation=noise), 6.0)
+        return len(off) / 119.0, float(np.mean(np.linalg.norm(off[:, 3:], axis=1) > 0.35))
+
+    assert of_one_tag(0.03) == (1.0, 0.0)
+    share, wrong = of_one_tag(0.3)
+    monkeypatch.setattr(cameras, "_AMBIGUOUS", 0.0)  # the better of both is given, however near the other
+    every, flipped = of_one_tag(0.3)
+    assert every == 1.0
+    assert flipped > 0.05
+    assert 0.3 < share < 0.8
+    assert wrong < 0.3 * flipped
 
 
 def test_no_tag_is_read_from_too_far_or_from_behind() -> None:

@@ -69,6 +69,7 @@ def pages_of(layout: TagLayout, paper: str = "A4") -> list[TagPage]:
             x, y, deep = _EDGE, _EDGE, 0.0
         _put(pages[-1], tag, x + side / MODULES, y + side / MODULES)
         where = f"on {tag.on}, centre at {_numbers(tag.at)} m"
+        where = where if tag.line is None else f"at exit point {tag.line}, centre {_numbers(tag.at)} m from it"
         facing = f"faces {_numbers(tag.normal)}, top to {_numbers(tag.up)}"
         pages[-1].texts += [
             (x + side / MODULES, y + whole + 2.0, 3.2, f"tag {tag.number}, black square {side:g} mm, {where}"),

@@ -119,6 +119,10 @@ def _horizontal(settings: MachineSettings) -> dict[str, LidarSettings]:
     return {name: settings.lidars[name] for name in _HORIZONTAL if name in settings.lidars}
 
 
+_RADII: Final = 10.0  # of the expected deviation of radii: standard deviation at the start, ...
+_RADIUS: Final = 1e-3  # ... and the least, a share: no drum is measured better
+
+
 def sees_position(settings: MachineSettings) -> bool:
     """Whether the sensors of a point platform's machine find its position: a camera, or lidars and line angles."""
     return settings.sensor(CAMERA) is not None or _is_by_lidars(settings)
@@ -142,6 +146,8 @@ def started_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[L
     bare = min(chain.radius.nominal)
     walk = winch.radius_deviation * math.sqrt(2.0 / (winch.radius_turns * math.tau)) / bare  # per root radian
     sigmas: dict[str, float] = {"radius_noise": walk} if walk > 0.0 else {}
+    if walk > 0.0:  # a radius that is hardly uncertain must not explain what a camera shows
+        sigmas["radius_sigma"] = min(max(_RADII * winch.radius_deviation / bare, _RADIUS), FilterSettings.radius_sigma)
     if inertial is not None:
         sigmas |= {
             "gyro_bias_sigma": max(inertial.rate_bias, 1e-5),

@@ -127,6 +127,17 @@ def test_options_of_simulations_are_rejected_on_drives(cli, option: tuple[str, .
     assert (answer.code, says in answer.err) == (2, True), answer.err
 
 
+def test_a_job_with_stages_is_rejected_before_the_bus_is_opened(cli, tmp_path: Path) -> None:
+    job = tmp_path / "tower.toml"
+    text = EXAMPLE.with_name("blind-machines.toml").read_text("utf-8")
+    job.write_text(f'{text}\n[[stages]]\nz = "0.1 m"\nraised = "0.5 m"\n', encoding="utf-8")
+    answer = cli("print", "merlet2023", str(job), "--machine", str(EXAMPLE), "--out", str(tmp_path / "run"))
+    assert (answer.code, answer.err.count("\n")) == (2, 1), answer.err
+    assert f"{job}: stages: are printed on simulated machines" in answer.err
+    assert "print each stage as a job of its own, with heights in place of stages" in answer.err
+    assert not (tmp_path / "run").exists()
+
+
 def test_all_actions_can_be_tried(cli) -> None:
     for action, more in (
         ("show", ()),

@@ -268,6 +268,11 @@ def _print_on_drives(
     from cablewright.running.run_folders import job_hashes, robot_hash
 
     described, path = cw.load(robot), cw.load_job(job)
+    if path.stages:
+        raise InputError(
+            f"{job}: stages: are printed on simulated machines; on the drives of {machine} print each stage as a job "
+            "of its own, with heights in place of stages, and the calibrated robot of that stage"
+        )
     folder = run_path(run.out, "print", described.name, job.stem)
     with typed_orders() as operator:
         found = print_on_drives(

@@ -1,15 +1,17 @@
-"""Pictures of a calibration: residuals of lengths, uncertainty of exit points, correlations of unknowns."""
+"""Pictures of a calibration: residuals, sigmas of exit points, correlations of unknowns; the room of a guided one."""
 
 from __future__ import annotations
 
 from typing import Final
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from cablewright.apps import style
 from cablewright.apps.quantities import enlargement
+from cablewright.calibration.guidance.guided_calibration import Guidance
 from cablewright.calibration.judgement.result import Calibration
 from cablewright.foundation.arrays import Array
 
@@ -19,6 +21,7 @@ _MAX_NAMED: Final = 12
 _SHARE: Final = 0.08  # of the longest side: about the size of the largest ellipse
 _CLOSE: Final = 0.08  # of the same: points nearer to each other share a label
 _MAX_CELLS: Final = 60
+_VIEWS: Final = ((0, 1, "from above"), (0, 2, "from the side"))
 
 
 def residuals_picture(found: Calibration) -> Figure:
@@ -116,3 +119,48 @@ def correlation_picture(found: Calibration) -> Figure | None:
     style.colour_bar(drawn, axes, image, "correlation", shrink=0.8)
     axes.set_title("correlations of the unknowns")
     return drawn
+
+
+def guidance_picture(found: Guidance) -> Figure:
+    """Draw frame, exit points with their standard deviations, measured and next poses, and the camera."""
+    drawn, both = style.subplots(9.6, 5.2, 1, 2)
+    for axes, (across, up, title) in zip(both, _VIEWS, strict=True):
+        _draw_room(axes, found, [across, up])
+        axes.set(xlabel="x in m", ylabel=f"{'xyz'[up]} in m", title=title)
+    style.legend_below(drawn, *both, columns=4)
+    return drawn
+
+
+def _draw_room(axes: Axes, found: Guidance, plane: list[int]) -> None:
+    """Draw the room in the *plane* of two axes of the world."""
+    scene, exits = found.robot.scene, np.array([line.exit_point for line in found.robot.lines])[:, plane]
+    (left, low), (right, high) = (np.array(corner)[plane] for corner in (scene.frame_min, scene.frame_max))
+    axes.plot([left, right, right, left, left], [low, low, high, high, low], color=style.GREY, label="frame")
+    axes.plot(*exits.T, "o", color=style.BLUE, markersize=4, label="exit point")
+    near, labels = _CLOSE * float(np.ptp(exits)), list[tuple[Array, list[str]]]()
+    for known, point in zip(found.exits, exits, strict=False):
+        label = f"{style.label(known.line, 16)} {1e3 * known.now:.2g} mm"
+        same = next((words for place, words in labels if np.linalg.norm(place - point) < near), None)
+        labels += [(point, [label])] if same is None else []
+        if same is not None:
+            same.append(label)
+    for place, words in labels:
+        told = "\n".join(words)
+        axes.annotate(told, (place[0], place[1]), xytext=(5, 5), textcoords="offset points", fontsize=7)
+    if found.found is not None:
+        axes.plot(*found.found.poses[:, plane].T, ".", color=style.GREY, label="measured")
+    places = np.array([each.pose[:3] for each in found.next_poses]).reshape(-1, 3)[:, plane]
+    if len(places):
+        axes.plot(*places.T, "s-", color=style.ORANGE, linewidth=0.6, markersize=4, label="next, in this order")
+    for at, place in enumerate(places.tolist(), 1):
+        axes.annotate(f"{at}", place, xytext=(4, -9), textcoords="offset points", color=style.ORANGE, fontsize=8)
+    if found.view is not None and found.view.seen.layout.camera == "room":
+        place, rotation = found.view.seen.place, found.view.seen.rotation
+        camera = found.view.seen.camera
+        half = 0.5 * camera.width / camera.focal[0]
+        reach = float(np.linalg.norm(np.subtract(scene.frame_max, scene.frame_min)))
+        for side in (-half, half) if plane[1] == 1 else (0.0,):
+            ray = np.array([place, place + reach * rotation @ np.array([side, 0.0, 1.0])])[:, plane]
+            axes.plot(*ray.T, ":", color=style.RED, linewidth=0.8)
+        axes.plot(*place[plane], "^", color=style.RED, markersize=9, label="camera")
+    axes.set_aspect("equal", adjustable="datalim")

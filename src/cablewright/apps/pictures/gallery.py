@@ -23,6 +23,7 @@ PICTURES: Final = {
     "Designed": ("variants", "design_picture"),
     "InverseDynamics": ("trajectory", "dynamics_picture"),
     "Fit": ("part_fit", "fit_picture"),
+    "Guidance": ("calibration", "guidance_picture"),
     "Interference": ("interference", "interference_picture"),
     "JobInterference": ("interference", "interference_picture"),
     "LoopComparison": ("simulation", "loops_picture"),

@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import logging
 import os
-import time
 from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager, suppress
+from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 from typing import Any, Final
 
 import numpy as np
 from starlette.applications import Starlette
-from starlette.requests import ClientDisconnect, Request
+from starlette.requests import Request
 from starlette.responses import JSONResponse, PlainTextResponse, RedirectResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
 from cablewright.apps.serve import foxglove
 from cablewright.apps.serve.assets import ASSETS, asset
+from cablewright.apps.serve.camera_routes import CameraRoutes
 from cablewright.apps.serve.live import Live
 from cablewright.apps.serve.middleware import Guard
 from cablewright.apps.serve.move_check import reach
@@ -28,22 +27,21 @@ from cablewright.apps.serve.notices.news import NewsWatch
 from cablewright.apps.serve.notices.senders import receivers_of
 from cablewright.apps.serve.notices.settings import load_news
 from cablewright.apps.serve.operators import Client
+from cablewright.apps.serve.request_bodies import body_of, json_of, not_operating, tried, whole_of
 from cablewright.apps.serve.ros_state import RosState
 from cablewright.apps.serve.shared_state import Served
 from cablewright.apps.serve.slicers.moonraker import Moonraker
 from cablewright.apps.serve.slicers.octoprint import OctoPrint
 from cablewright.apps.serve.slicers.shared_actions import SENDING, Desk
 from cablewright.apps.serve.slicers.slicer_comments import largest_picture
-from cablewright.apps.serve.uploads import MAX_NOTES, PARTS, TooLarge
+from cablewright.apps.serve.uploads import MAX_NOTES, PARTS
 from cablewright.exchange.ros.dds import DdsWriter
-from cablewright.foundation.errors import EnvironmentFault, InputError
+from cablewright.foundation.errors import InputError
 from cablewright.foundation.units import LARGEST
 from cablewright.live.serve.jobs import GCODE
-from cablewright.live.serve.messages import LoadMessage
 from cablewright.printing.trial_part import first_part
 
 _ENTER: Final = 1024  # bytes of the message with a token
-_SMALL: Final = 4096  # bytes of any other
 _REPORTS: Final = 5.0  # s between looks for runs without a report
 
 
@@ -79,6 +77,7 @@ class Page(Served):
             Route("/runs/{run}/report", self.run_report),
             Route("/keys", self.api_keys, methods=["GET", "POST"]),
             Route("/keys/{key}", self.remove_key, methods=["DELETE"]),
+            *CameraRoutes(self).routes(),
             *OctoPrint(desk).routes(),
             *Moonraker(desk).routes(),
             WebSocketRoute("/live", self.live),
@@ -135,7 +134,7 @@ class Page(Served):
         """Serve the page on which the token is entered, and check the token."""
         if request.method == "GET":
             return asset("enter.html")
-        token = (await _body(request, _ENTER)).decode("utf-8", "replace").strip()
+        token = (await body_of(request, _ENTER)).decode("utf-8", "replace").strip()
         if not self.access.is_token(token):
             if not self.access.may_guess():
                 return PlainTextResponse("too many wrong tokens; wait a second\n", 429)
@@ -172,9 +171,9 @@ class Page(Served):
         if request.method == "GET":
             return JSONResponse(await asyncio.to_thread(self.uploads.jobs, self.checks.busy))
         if self._operator(request) is None:
-            return _not_operating()
-        given = await _json(request)
-        return await _tried(lambda: asyncio.to_thread(self._new_job, given.get("name")))
+            return not_operating()
+        given = await json_of(request)
+        return await tried(lambda: asyncio.to_thread(self._new_job, given.get("name")))
 
     def _new_job(self, name: object) -> dict[str, Any]:
         return {"id": self.uploads.new_job(name)}
@@ -182,7 +181,7 @@ class Page(Served):
     async def first(self, request: Request) -> Response:
         """Create the job of a first part for this machine, and request its check."""
         if self._operator(request) is None:
-            return _not_operating()
+            return not_operating()
 
         async def make() -> dict[str, Any]:
             if self.feed.head is None:
@@ -196,12 +195,12 @@ class Page(Served):
                 raise InputError(why)
             return {"id": number}
 
-        return await _tried(make)
+        return await tried(make)
 
     async def put(self, request: Request) -> Response:
         """Receive an uploaded file of a job."""
         if self._operator(request) is None:
-            return _not_operating()
+            return not_operating()
         job, part = request.path_params["job"], request.path_params["part"]
         if part not in PARTS:
             return PlainTextResponse("there is no such part of a job\n", 404)
@@ -212,12 +211,12 @@ class Page(Served):
             async with self.sending, asyncio.timeout(SENDING):
                 return {"bytes": await self.uploads.put(job, part, request.stream())}
 
-        return await _tried(take)
+        return await tried(take)
 
     async def check(self, request: Request) -> Response:
         """Queue the check of an uploaded job."""
         if self._operator(request) is None:
-            return _not_operating()
+            return not_operating()
         job = request.path_params["job"]
 
         async def ask() -> dict[str, Any]:
@@ -226,51 +225,41 @@ class Page(Served):
                 raise InputError(why)
             return {"asked": True}
 
-        return await _tried(ask)
+        return await tried(ask)
 
     async def load(self, request: Request) -> Response:
         """Load a job into the control, or unload it."""
         client = self._operator(request)
         if client is None:
-            return _not_operating()
-        given, job = await _json(request), request.path_params.get("job")
+            return not_operating()
+        given, job = await json_of(request), request.path_params.get("job")
 
         async def load() -> dict[str, Any]:
             if job is not None:
                 self.uploads.job(job)
-            return await self._load(client, load=job, confirmed=str(given.get("confirmed", ""))[:64])
+            return await self.loaded(client, load=job, confirmed=str(given.get("confirmed", ""))[:64])
 
-        return await _tried(load)
-
-    async def _load(self, client: Client, **what: Any) -> dict[str, Any]:
-        """Ask the control to load *what*. Raises `InputError`, `EnvironmentFault`."""
-        number = next(self.numbers)
-        about = {"by": client.title, "number": number, "at": time.monotonic(), "lease": self.operators.lease}
-        if not self.link.send(LoadMessage(**about, **what)):
-            raise EnvironmentFault("the control does not answer")
-        if why := await self.answer(number, client.title):
-            raise InputError(why)
-        return {"loaded": what["load"]}
+        return await tried(load)
 
     async def resume(self, request: Request) -> Response:
         """Resume a run that was interrupted."""
         client = self._operator(request)
         if client is None:
-            return _not_operating()
+            return not_operating()
         run = request.path_params["run"]
 
         async def load() -> dict[str, Any]:
             if run in self.checks.busy:  # its folder is locked, and the machine would be closed for nothing
                 raise InputError(f"run {run}: its report is being written: resume it after that")
             job, subject = await asyncio.to_thread(self.uploads.resumed, run)
-            return await self._load(client, load=job, run=run, confirmed=subject)
+            return await self.loaded(client, load=job, run=run, confirmed=subject)
 
-        return await _tried(load)
+        return await tried(load)
 
     async def remove(self, request: Request) -> Response:
         """Remove a job that is not loaded."""
         if self._operator(request) is None:
-            return _not_operating()
+            return not_operating()
         job = request.path_params["job"]
         loaded = (self.feed.sitting.get("job") or {}).get("id")
 
@@ -280,7 +269,7 @@ class Page(Served):
             await asyncio.to_thread(self.uploads.remove, job)
             return {"removed": job}
 
-        return await _tried(remove)
+        return await tried(remove)
 
     async def job_report(self, request: Request) -> Response:
         """Serve the report of a job's check."""
@@ -291,26 +280,26 @@ class Page(Served):
         if request.method == "GET":
             return JSONResponse(self.keys.told())
         if self._operator(request) is None:
-            return _not_operating()
-        given = await _json(request)
+            return not_operating()
+        given = await json_of(request)
 
         async def make() -> dict[str, Any]:
             text, key = await asyncio.to_thread(self.keys.make, given.get("name"), given.get("scope"))
             return {"key": text} | key.told()
 
-        return await _tried(make)
+        return await tried(make)
 
     async def remove_key(self, request: Request) -> Response:
         """Remove an API key, which is valid no more."""
         if self._operator(request) is None:
-            return _not_operating()
+            return not_operating()
         number = request.path_params["key"]
 
         async def remove() -> dict[str, Any]:
             await asyncio.to_thread(self.keys.remove, number)
             return {"removed": number}
 
-        return await _tried(remove)
+        return await tried(remove)
 
     async def runs(self, _request: Request) -> Response:
         """List all runs."""
@@ -319,20 +308,20 @@ class Page(Served):
     async def notes(self, request: Request) -> Response:
         """Save a person's note on a run."""
         if self._operator(request) is None:
-            return _not_operating()
+            return not_operating()
         run = request.path_params["run"]
 
         async def keep() -> dict[str, Any]:
-            text = (await _whole(request, 4 * MAX_NOTES)).decode("utf-8", "replace")
+            text = (await whole_of(request, 4 * MAX_NOTES)).decode("utf-8", "replace")
             return {"notes": await asyncio.to_thread(self.uploads.keep_notes, run, text)}
 
-        return await _tried(keep)
+        return await tried(keep)
 
     async def reach(self, request: Request) -> Response:
         """Answer whether the platform can be held on the straight way to a position, before that motion is ordered."""
         if self._operator(request) is None:
-            return _not_operating()
-        goal = (await _json(request)).get("position")
+            return not_operating()
+        goal = (await json_of(request)).get("position")
 
         async def found() -> dict[str, Any]:
             head, platform = self.feed.head, self.feed.state.get("platform") or {}
@@ -345,7 +334,7 @@ class Page(Served):
             async with self._reaching:
                 return await asyncio.to_thread(reach, head.robot, begin, np.array(goal, dtype=float), low, high)
 
-        return await _tried(found)
+        return await tried(found)
 
     async def picture(self, request: Request) -> Response:
         """Serve the picture of the part that a slicer has put into a job's G-code."""
@@ -395,48 +384,6 @@ def _go_on_without(task: asyncio.Task[None]) -> None:
         logging.getLogger("cablewright").warning("nothing is sent any more, %s: %s", task.get_name(), error)
 
 
-async def _whole(request: Request, most: int) -> bytes:
-    """The body of a request. Raises `TooLarge` after *most* bytes, `ClientDisconnect` for one that is cut off."""
-    whole = b""
-    async for piece in request.stream():
-        whole += piece
-        if len(whole) > most:
-            raise TooLarge(f"too large; at most {most} bytes are taken")
-    return whole
-
-
-async def _body(request: Request, most: int) -> bytes:
-    """The body of a request; empty for one that is too large or cut off."""
-    with suppress(ClientDisconnect, TooLarge):
-        return await _whole(request, most)
-    return b""
-
-
-async def _json(request: Request) -> dict[str, Any]:
-    """The JSON object of a request; empty where there is none."""
-    try:
-        found = json.loads(await _body(request, _SMALL) or b"{}")
-    except (ValueError, RecursionError):
-        return {}
-    return found if isinstance(found, dict) else {}
-
-
-async def _tried(work: Callable[[], Any]) -> Response:
-    """What *work* answers, or why it was rejected."""
-    try:
-        return JSONResponse(await work())
-    except TooLarge as reason:
-        return PlainTextResponse(f"{reason}\n", 413)
-    except InputError as reason:
-        return PlainTextResponse(f"{reason}\n", 409)
-    except TimeoutError:
-        return PlainTextResponse(f"it was not sent within {SENDING:g} s\n", 408)
-    except (EnvironmentFault, OSError) as reason:
-        return PlainTextResponse(f"{reason}\n", 507)
-    except ClientDisconnect:
-        return PlainTextResponse("it was cut off\n", 400)
-
-
 async def _report_of(read: Callable[[str], bytes], name: str) -> Response:
     try:
         return Response(await asyncio.to_thread(read, name), media_type="text/html; charset=utf-8")
@@ -451,7 +398,3 @@ def _is_place(value: object) -> bool:
         and len(value) == 3
         and all(isinstance(v, int | float) and not isinstance(v, bool) and abs(v) <= LARGEST for v in value)
     )
-
-
-def _not_operating() -> Response:
-    return PlainTextResponse("only the page that operates the machine may do that\n", 403)

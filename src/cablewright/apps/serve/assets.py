@@ -15,6 +15,7 @@ _HTML, _SCRIPT, _STYLE = "text/html; charset=utf-8", "text/javascript; charset=u
 _SCRIPTS: Final = (
     "main", "texts", "words", "link", "state", "next", "lines", "orders", "questions", "printing", "jog", "plan",
     "chart", "view", "camera", "console", "first", "winches", "jobs", "runs", "slicers", "enter",
+    "calibrate",
 )  # fmt: skip
 ASSETS: Final = MappingProxyType(
     {f"{name}.js": (_PAGE, "page", _SCRIPT) for name in _SCRIPTS}

@@ -1,6 +1,7 @@
 """Process that checks jobs and writes reports of runs, with limits of time, memory and files.
 
-`python -m cablewright.apps.serve.check_worker check FOLDER JOB`, or `report FOLDER RUN`. Ends with its standard input.
+`python -m cablewright.apps.serve.check_worker check FOLDER JOB`, `report FOLDER RUN`, or `guide FOLDER calibration` and
+`accept`. Ends with its standard input.
 """
 
 from __future__ import annotations
@@ -11,12 +12,30 @@ import sys
 import threading
 from math import isfinite
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
+from cablewright.apps.serve import camera_folder
 from cablewright.apps.serve.uploads import METRICS, Uploads
 from cablewright.foundation.errors import CablewrightError, InputError
 from cablewright.foundation.file_output import whole_folder, write_whole
-from cablewright.live.serve.jobs import REPORT, SCENE, JobCheck, digest_of, load_served, subject_of, write_check
+from cablewright.live.serve.jobs import (
+    GCODE,
+    JOB,
+    REPORT,
+    SCENE,
+    JobCheck,
+    digest_of,
+    load_served,
+    subject_of,
+    write_check,
+)
+
+if TYPE_CHECKING:
+    from cablewright.printing.job import Job
+    from cablewright.robot import Robot
+
+STAGE: Final = "stage.toml"
+"""File in the folder of a stage's job with the robot whose exit points are to be set before it."""
 
 STATION: Final = "station.json"
 """File in the served folder with the robot and the owner's settings of the machine."""
@@ -64,6 +83,35 @@ def write_station(folder: Path, robot: Any, owner: Any) -> None:
     write_whole(folder / STATION, json.dumps(about).encode())
 
 
+def _staged(uploads: Uploads, number: str, robot: Robot, job: Job) -> str:
+    """Send the stages of a job as jobs of their own, unless they are there; return the next steps, in words.
+
+    Each later one has the robot's file with the exit points of its stage, as they are to be set.
+    """
+    import tomlkit
+
+    from cablewright.apps.serve.camera_folder import robot_text
+    from cablewright.models.job_stages import stages_of
+
+    own, stages = uploads.job(number), stages_of(robot, job)
+    there = {each["of"] for each in uploads.jobs({})}
+    for stage in reversed(stages if number not in there else ()):
+        name = f"stage {stage.number} of {len(stages)}: {job.name}"
+        made = uploads.new_job(name, of=number, stage=stage.number)
+        table = tomlkit.parse((own / JOB).read_text())
+        del table["stages"]
+        table |= {"name": name, "heights": list(stage.job.heights or ())}
+        uploads.put_whole(made, "settings", tomlkit.dumps(table).encode())
+        if (own / GCODE).is_file():
+            uploads.put_whole(made, "gcode", (own / GCODE).read_bytes())
+        if stage.number > 1:
+            write_whole(uploads.job(made) / STAGE, robot_text(stage.robot).encode())
+    return (
+        f"it has {len(stages)} stages, which are jobs of their own now: check and print them in order; before each "
+        "later one set the exit points, press its button, and calibrate by camera"
+    )
+
+
 def check_job(folder: Path, number: str) -> JobCheck:
     """Check a job; write its scene, its answer and its report.
 
@@ -75,6 +123,8 @@ def check_job(folder: Path, number: str) -> JobCheck:
     subject = subject_of(own, robot)
     try:
         job = load_served(own, uploads.name(number))  # what is no job is rejected before the rest is imported
+        if job.stages:
+            raise InputError(_staged(uploads, number, robot, job))
         if job.robot not in (None, robot.name):
             raise InputError(f"job {job.name!r}: robot = {job.robot!r}, but the robot is {robot.name!r}")
 
@@ -136,8 +186,11 @@ def main(arguments: list[str]) -> int:
     try:
         if what == "check":
             check_job(Path(folder), subject)
-        else:
+        elif what == "report":
             report_run(Path(folder), subject)
+        else:
+            of_calibration = {"guide": camera_folder.guide_next, "accept": camera_folder.accept}[what]
+            of_calibration(Path(folder) / subject, station_of(Path(folder))[0])
     except CablewrightError as error:
         print(error, file=sys.stderr)
         return 1

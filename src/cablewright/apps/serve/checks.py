@@ -10,6 +10,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Final
 
+from cablewright.apps.serve.camera_folder import FOLDER, write_answer
 from cablewright.apps.serve.check_worker import TIME
 from cablewright.apps.serve.uploads import FAILED, Uploads
 from cablewright.foundation.errors import CablewrightError, one_line
@@ -19,6 +20,7 @@ from cablewright.live.serve.jobs import JobCheck, forget_check, read_check, writ
 WAITING: Final = 10
 """Checks that may wait."""
 
+_DOING: Final = {"check": "is being checked", "report": "is being written"}
 _WALL_TIME: Final = 2 * TIME  # s
 _NOTHING: Final = "0" * 64
 
@@ -50,7 +52,7 @@ class Checks:
         """Run the queued checks and reports one after the other."""
         while True:
             what, subject = await self._queue.get()
-            self.busy[subject] = "is being checked" if what == "check" else "is being written"
+            self.busy[subject] = _DOING.get(what, "is being computed")
             try:
                 await self._do(what, subject)
             finally:
@@ -84,7 +86,9 @@ class Checks:
 
     def _failed(self, what: str, subject: str, why: str) -> None:
         with suppress(CablewrightError, OSError):
-            if what == "report":
+            if what in ("guide", "accept"):
+                write_answer(self.uploads.folder / FOLDER, {"failed": why})
+            elif what == "report":
                 write_whole(self.uploads.run_folder(subject) / FAILED, why.encode())
             elif read_check(folder := self.uploads.job(subject)) is None:
                 write_check(folder, JobCheck(subject=_NOTHING, answer="failed", why=why))

@@ -8,18 +8,19 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from cablewright.apps.serve.access import Access
 from cablewright.apps.serve.checks import Checks
 from cablewright.apps.serve.connections import Connections
 from cablewright.apps.serve.feed import Feed
-from cablewright.apps.serve.operators import Operators
+from cablewright.apps.serve.operators import Client, Operators
 from cablewright.apps.serve.slicers.keys import Keys
 from cablewright.apps.serve.uploads import Uploads
+from cablewright.foundation.errors import EnvironmentFault, InputError
 from cablewright.foundation.signals import OrderKind
 from cablewright.live.serve.link import ServerLink
-from cablewright.live.serve.messages import OrderMessage
+from cablewright.live.serve.messages import LoadMessage, OrderMessage
 
 _ANSWER: Final = 2.0  # s to wait for the control's answer
 _PARALLEL: Final = 2  # uploads at a time
@@ -62,6 +63,16 @@ class Served:
         self.feed.stops += 1
         message = OrderMessage(by=by, number=number, at=time.monotonic(), kind=kind)
         return await self.answer(number, by) if self.link.send(message, "stops") else "the control does not answer"
+
+    async def loaded(self, client: Client, **what: Any) -> dict[str, Any]:
+        """Ask the control to load *what*. Raises `InputError`, `EnvironmentFault`."""
+        number = next(self.numbers)
+        about = {"by": client.title, "number": number, "at": time.monotonic(), "lease": self.operators.lease}
+        if not self.link.send(LoadMessage(**about, **what)):
+            raise EnvironmentFault("the control does not answer")
+        if why := await self.answer(number, client.title):
+            raise InputError(why)
+        return {"loaded": what["load"]}
 
     async def answer(self, number: int, by: str) -> str:
         """Wait for the control's answer to a message: the reason of a rejection, or an empty text."""

@@ -141,6 +141,8 @@ class Uploads:
                 "file": str(about.get("file", "")),
                 "by": str(about.get("by", "")),
                 "wants_print": about.get("wants_print") is True,
+                "of": str(about.get("of", "")),  # a job with stages, of which it is one
+                "stage": about.get("stage", 0),
                 "parts": [part for part, name in PARTS.items() if (folder / name).is_file()],
                 "has_picture": about.get("has_picture") is True,
                 "bytes": sum(_bytes(folder / name) for name in PARTS.values()),

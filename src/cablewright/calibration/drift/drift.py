@@ -366,7 +366,7 @@ def _through(problem: CalibrationProblem, theta: Array, states: Array, eliminate
     stretch = None if problem.elastic else stretch_of(problem, theta, states)
     if stretch is not None:
         extra[:, : problem.robot.m] = problem.of_poses(problem.weights)[:, : problem.robot.m] * stretch
-    sizes = np.array([each.size for each in problem.unknowns])
+    sizes = [each.size for each in problem.unknowns]
     return np.column_stack([eliminated.unknowns / sizes, eliminated.turned @ extra.ravel()])
 
 
@@ -397,18 +397,20 @@ class _Eliminated:
 
 def _suspects(problem: CalibrationProblem, eliminated: _Eliminated, new_home: bool) -> Iterator[Suspect]:
     """Yield the possible changes: lengths first, in the order of lines."""
-    m, sizes = problem.robot.m, np.array([each.size for each in problem.unknowns])
-    effects = -eliminated.unknowns / sizes
-    lines = [line.name for line in problem.robot.lines]
+    m, effects = problem.robot.m, -eliminated.unknowns / np.array([each.size for each in problem.unknowns])
+    lines, seen = [line.name for line in problem.robot.lines], problem.measured.sightings
     column = {(each.kind, each.line): at for at, each in enumerate(problem.unknowns)}
     for name in lines if not new_home else ():
         yield Suspect("length", name, effects[:, [column["length_offset", name]]], m)
     for name in lines:
-        exits = [column[f"exit_point.{axis}", name] for axis in "xyz"]
-        yield Suspect("exit point", name, effects[:, exits], m)
+        moves = effects[:, [column[f"exit_point.{axis}", name] for axis in "xyz"]]
+        for tag in seen.tags if seen else ():  # what is on the exit point moves with it
+            if tag.line == name:
+                moves = moves + effects[:, [column[f"tag_place.{axis}", f"tag {tag.number}"] for axis in "xyz"]]
+        yield Suspect("exit point", name, moves, m)
         if not new_home:
-            both = effects[:, [*exits, column["length_offset", name]]]
-            yield Suspect("exit point and length", name, both, m, of_alarm=False)
+            longer = effects[:, [column["length_offset", name]]]
+            yield Suspect("exit point and length", name, np.hstack([moves, longer]), m, of_alarm=False)
     weights = problem.of_poses(problem.weights)
     out = np.zeros((problem.poses, problem.per_pose))
     out[:, :m] = weights[:, :m] * problem.measured.counted

@@ -7,114 +7,41 @@ uncertainty.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar, Final
 
 import numpy as np
 
-from cablewright.calibration.calibrate import ROUGH, calibrate
-from cablewright.calibration.drift.drift import with_new_home
-from cablewright.calibration.guidance.pose_selection import PoseSearch, nearest_order
+from cablewright.calibration.calibrate import ROUGH
+from cablewright.calibration.guidance.next_search import NextSearch, variance_with
+from cablewright.calibration.guidance.pictures_to_take import CameraView, usable, views_of
+from cablewright.calibration.guidance.pose_selection import nearest_order
+from cablewright.calibration.guidance.present_knowledge import Knowledge
 from cablewright.calibration.judgement.result import Calibration
 from cablewright.calibration.judgement.verdict import NEED
-from cablewright.calibration.measurement_rows.load_cells import require_tensions
 from cablewright.calibration.measurements import Measured, read_measured
 from cablewright.calibration.plan import CalibrationPlan, plan_of
-from cablewright.calibration.poses.observability import projected
-from cablewright.calibration.poses.problem import CalibrationProblem, StraightProblem
 from cablewright.calibration.poses.simulation import random_poses
-from cablewright.calibration.poses.sufficient_data import check_lengths, min_poses
-from cablewright.calibration.unknowns import coordinates_of, exit_rows
+from cablewright.calibration.sightings.sighted import Sightings
+from cablewright.calibration.unknowns import exit_rows
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.progress import Progress, silent
-from cablewright.foundation.results import Figure, Result
+from cablewright.foundation.results import Figure, Pictured
 from cablewright.models.fidelity import CableLaw
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
 
-_SPARE: Final = 5  # poses more than there must be, before anything counts as known
-_ROBOTS: Final = 6  # that it may be
 _CANDIDATES: Final = 300
-_MAX_MORE: Final = 60  # poses within which the required accuracy must be reached
-_RIDGE: Final = (1e-8, 1e-12)  # of the mean information, so that it is regular: before there are enough poses, and then
+_TRIED: Final = 30  # of these, by which a place of the camera is chosen
 MAX_NEXT: Final = 50
 """The most poses at a time."""
 
 NEXT: Final = 4
 """Default number of poses at a time."""
-
-
-@dataclass(frozen=True, eq=False)
-class Knowledge:
-    """Present knowledge: the robot, the information on its unknowns, and robots drawn from the uncertainty."""
-
-    problem: CalibrationProblem
-    theta: Array  # (k,)
-    rows: Array  # (r, k)
-    sigma: float  # m, of the encoders
-    rough: float  # m, max error of the file, where nothing is known yet; else 0
-    poses: int
-    missing: int  # poses until a result is possible
-    last: Array | None  # (n,) the last pose
-    found: Calibration | None
-
-    @classmethod
-    def of(
-        cls,
-        robot: Robot,
-        measured: Measured | None,
-        plan: CalibrationPlan,
-        rough: float,
-        need: float,
-        seed: int,
-        progress: Progress,
-    ) -> Knowledge:
-        """Calibrate if there are enough poses; otherwise take exit points of the robot file, to within *rough* (m)."""
-        blank = Measured(np.zeros((1, robot.m)), np.zeros((1, robot.n)))
-        count = 0 if measured is None else len(measured.counted)
-        own = _of_encoders(plan, count)
-        problem = StraightProblem.of(robot, measured or blank, own, hold=False)
-        needed = min_poses(problem) + _SPARE
-        if measured is not None and count >= needed:
-            found = calibrate(robot, measured, plan, need=need, rough=rough, seed=seed, progress=progress)
-            if found.verdict == "bad":
-                return cls(problem, problem.free, np.zeros((0, 0)), 0.0, 0.0, count, 0, None, found)
-            rows = found.posterior.rows / max(found.scale, 1e-6)
-            return cls(found.problem, found.fit.theta, rows, found.encoder_sigma, 0.0, count, 0, found.poses[-1], found)
-        theta = problem.free
-        if measured is not None:
-            check_lengths(robot, measured)
-            require_tensions(robot, measured)
-            told = measured.without_open_zeros(plan.unknowns)
-            theta = with_new_home(StraightProblem.of(robot, told, own, hold=False), theta)
-        exits = problem.named("exit_point")
-        rows = np.concatenate([problem.rows.linear, np.eye(len(theta))[exits] / (max(rough, 1e-6) / np.sqrt(3.0))])
-        return cls(problem, theta, rows, problem.encoder_sigma, rough, count, needed - count, None, None)
-
-    def robots(self, rng: np.random.Generator) -> Array:
-        """Return exit points (R, m, 3), m, of the robot as known now, and of random robots within its uncertainty."""
-        exits = self.problem.points(self.theta)
-        which, coordinates = coordinates_of(self.problem.robot, self.problem.unknowns)
-        away = np.zeros((_ROBOTS, exits.size))
-        if self.rough:
-            away[:, coordinates] = rng.uniform(-self.rough, self.rough, (_ROBOTS, len(coordinates)))
-        else:
-            assert self.found is not None
-            values, vectors = np.linalg.eigh(self.found.covariance[np.ix_(which, which)])
-            drawn = rng.normal(size=(_ROBOTS, len(values))) * np.sqrt(values.clip(min=0.0))
-            away[:, coordinates] = drawn @ vectors.T
-        return np.concatenate([exits[None], exits + away.reshape(-1, *exits.shape)])
-
-
-def _of_encoders(plan: CalibrationPlan, count: int) -> CalibrationPlan:
-    """Return the plan without data of poses that were not measured yet."""
-    kept = {
-        name: tuple(each for each in getattr(plan, name) if max(each.poses) <= count) for name in ("planes", "ranges")
-    }
-    return plan.model_copy(update=kept)
 
 
 @dataclass(frozen=True)
@@ -126,6 +53,7 @@ class NextPose:
     min_tension: float  # N
     max_tension: float  # N
     safe: bool  # feasible in all of these robots
+    why: str  # what it brings
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,7 +62,6 @@ class PoseCandidates:
 
     places: Array  # (C, n)
     tensions: Array  # (R, C, m) N
-    rows: Array  # (C, e, k) of the encoders, their poses eliminated
 
     @classmethod
     def drawn(cls, model: Model, known: Knowledge, rng: np.random.Generator) -> PoseCandidates:
@@ -148,85 +75,32 @@ class PoseCandidates:
         every = np.array(tensions)
         held_by = np.isfinite(every).all(axis=2).sum(axis=0)
         kept = held_by >= np.sort(held_by)[-min(2 * MAX_NEXT, len(places))]
-        places, every = places[kept], every[:, kept]
-        problem = known.problem
-        blank = Measured(np.zeros((len(places), problem.robot.m)), places)
-        kept = problem.plan
-        plan = CalibrationPlan(unknowns=kept.unknowns, shared=kept.shared, groups=kept.groups, datum=kept.datum)
-        wanted = StraightProblem.of(problem.robot, blank, plan, hold=bool(problem.held.any()))
-        _, rows, _ = projected(wanted.derivatives(known.theta, places))
-        return cls(places, every, rows * (wanted.encoder_sigma / known.sigma))
+        return cls(places[kept], every[:, kept])
 
     def ordered(self, chosen: list[int], last: Array | None) -> list[int]:
         """Return the poses in an order with short travel: the next is the nearest."""
         begin = self.places.mean(axis=0) if last is None else last
         return [chosen[at] for at in nearest_order(self.places[chosen, :3], begin[:3])]
 
-    def told(self, ordered: list[int], known: Knowledge) -> tuple[NextPose, ...]:
+    def like(self, measured: Measured, known: Knowledge) -> list[int]:
+        """Return, for each row that is *measured*, the candidate with the nearest counts."""
+        counts = known.problem.counts_at(known.theta, self.places)
+        return [int(np.argmin(np.linalg.norm(counts - row, axis=1))) for row in measured.counted]
+
+    def told(self, ordered: list[int], known: Knowledge, whys: Iterable[str]) -> tuple[NextPose, ...]:
         """Return poses in the form for people; if nothing is measured yet, the first is home, with counts 0."""
         problem, places, given = known.problem, self.places[ordered], np.zeros(1)
+        places = np.pad(places, ((0, 0), (0, problem.robot.n - places.shape[1])))  # of a body on a point
         if problem.is_soft:  # with the tensions of the robots that hold the pose
             given = problem.given(known.theta, places, np.nanmean(self.tensions[:, ordered], axis=0))
         counts = problem.counts_at(known.theta, places, given)
         counts -= counts[0] * (known.poses == 0)
         made = []
-        for at, own_counts in zip(ordered, counts.tolist(), strict=True):
+        for at, own_counts, why in zip(ordered, counts.tolist(), whys, strict=True):
             own = self.tensions[:, at]
             safe, pose = bool(np.isfinite(own).all()), tuple(self.places[at].tolist())
-            made.append(NextPose(pose, tuple(own_counts), float(np.nanmin(own)), float(np.nanmax(own)), safe))
+            made.append(NextPose(pose, tuple(own_counts), float(np.nanmin(own)), float(np.nanmax(own)), safe, why))
         return tuple(made)
-
-
-class _NextSearch(PoseSearch):
-    """Choice of poses one by one, in the space that data and candidates determine together."""
-
-    def __init__(self, known: Knowledge, candidates: PoseCandidates) -> None:
-        exits, self.line_of = exit_rows(known.problem.robot, known.problem.free_unknowns)
-        super().__init__(candidates.rows, exits, known.rows)
-        self.lines = known.problem.robot.m
-        if known.found is not None:
-            self.assumed = np.einsum("ak,kl,al->a", exits, known.found.doubt.assumed, exits)
-        own = known.rows @ self.basis
-        ridge = _RIDGE[known.found is not None] * float(np.mean(np.sum(own**2, axis=0)))
-        self.root = _root(own, np.sqrt(ridge) * np.eye(own.shape[1]))
-
-    def sigmas(self, inverse: Array | None = None) -> Array:
-        """Return the largest standard deviation of each exit point's coordinates (m,), m."""
-        found = np.zeros(self.lines)
-        np.maximum.at(found, self.line_of, self.variances(_inverse(self.root) if inverse is None else inverse))
-        return np.asarray(np.sqrt(found))
-
-    def chosen(self, size: int, need: float) -> tuple[list[int], Array, int | None]:
-        """Return the *size* best poses, sigmas (m,) after them, and how many more reach *need*; None if never."""
-        root, made = self.root, list[int]()
-        inverse = _inverse(root)
-        then = self.sigmas()
-        for _ in range(min(size + _MAX_MORE, len(self.rows))):
-            if len(made) >= size and float(self.sigmas(inverse).max()) <= need:
-                return made[:size], then, len(made) - size
-            after = self.after(inverse)
-            after[made] = np.inf
-            best = int(np.argmin(after))
-            made.append(best)
-            root = _root(root, self.rows[best])
-            inverse = _inverse(root)
-            if len(made) == size:
-                then = self.sigmas(inverse)
-        return made[:size], then, None
-
-
-def _root(*rows: Array) -> Array:
-    """Return a triangle (d, d) with the Gram matrix of all *rows* (.., d): the information that they have together.
-
-    Beside what nothing determines yet, rounding would take the rest from the information itself, and from its inverse.
-    """
-    return np.asarray(np.linalg.qr(np.concatenate(rows), mode="r"))
-
-
-def _inverse(root: Array) -> Array:
-    """Return the covariance (d, d) by the *root* (d, d) of an information."""
-    half = np.linalg.inv(root)
-    return np.asarray(half @ half.T)
 
 
 @dataclass(frozen=True)
@@ -241,6 +115,7 @@ class KnownExit:
 FIGURES = (
     Figure("advice", "", "measure (the next poses), stop (all is known that is needed), or mend (see the reasons)."),
     Figure("words", "", "What to do, in a sentence.", name="next"),
+    Figure("camera", "", "Where the camera stands, or where to put it.", only=lambda of: of.view is not None),
     Figure("reasons", "", "What speaks against the answer so far.", sentences=True),
     Figure("poses", "1", "Number of poses that are measured."),
     Figure("sigma", "m", "Largest standard deviation of a coordinate of an exit point; null before there are enough "
@@ -256,6 +131,8 @@ FIGURES = (
         Figure("min_tension", "N", "Lowest tension there, in the robots that it may be.", digits=3),
         Figure("max_tension", "N", "Highest tension there.", digits=3),
         Figure("safe", "", "Whether all of these robots hold it within their tension limits."),
+        Figure("why", "", "What it brings: picture to take, tags in it, and the least known exit point before and "
+               "after it."),
     )),
     Figure("exits", "", "How well exit points are known.", name="exit points", parts=(
         Figure("line", "", "The line."),
@@ -266,7 +143,7 @@ FIGURES = (
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Guidance(Result):
+class Guidance(Pictured):
     """Advice on a calibration in progress: the poses to measure next, and the present knowledge.
 
     `found` is the calibration so far, if there is one.
@@ -284,7 +161,10 @@ class Guidance(Result):
     more: int | None
     next_poses: tuple[NextPose, ...]
     exits: tuple[KnownExit, ...]
+    robot: Robot  # as known
     found: Calibration | None = None
+    view: CameraView | None = None  # of the camera, if there is one
+    faults: tuple[str, ...] = ()  # of pictures
 
     @property
     def to_measure(self) -> Measured:
@@ -295,7 +175,12 @@ class Guidance(Result):
     @property
     def reasons(self) -> tuple[str, ...]:
         """Reasons why the present calibration is not yet good."""
-        return () if self.found is None else self.found.reasons
+        return (*self.faults, *(() if self.found is None else self.found.reasons))
+
+    @property
+    def camera(self) -> str:
+        """Where the camera stands, in a sentence."""
+        return "" if self.view is None else self.view.words
 
     @property
     def refusal(self) -> str:
@@ -312,13 +197,15 @@ def guide(
     need: float = NEED,
     rough: float = ROUGH,
     tension_limits: tuple[float, float] | None = None,
+    sightings: Sightings | None = None,
     seed: int = 0,
     progress: Progress = silent,
 ) -> Guidance:
     """Return the *count* poses to measure next, after those in *data*: a file, or None where nothing is measured yet.
 
     *need*, *rough*: see `calibrate`. *tension_limits*: min and max, N, that all poses keep, by default those of the
-    lines. Lines are straight and rigid. Raises `InputError` as `calibrate`, and if hardly any pose is feasible.
+    lines. *sightings*: layout of tags and camera, where a camera takes a picture at each pose and the data have none
+    yet. Lines are straight and rigid. Raises `InputError` as `calibrate`, and if hardly any pose is feasible.
 
     Examples
     --------
@@ -336,13 +223,23 @@ def guide(
     if "exit_point" not in plan.unknowns:
         raise InputError("guide: poses are chosen for exit points; add exit_point to the plan's unknowns")
     measured = read_measured(data, robot) if isinstance(data, str | Path) else data
-    known = Knowledge.of(robot, measured, plan, rough, need, seed, progress)
+    faults, seen, taken = tuple[str, ...](), sightings, 0 if measured is None else len(measured.counted)
+    if measured is not None and measured.sightings is not None:
+        seen, (measured, faults) = measured.sightings, usable(measured)
+    seen = None if seen is None else seen.at_exits(robot)
+    known = Knowledge.of(robot, measured, plan, rough, need, seed, progress, seen is not None)
     if known.found is not None and known.found.verdict == "bad":
         words = f"no further pose helps: {known.found.reasons[0]}"
-        return Guidance("mend", words, known.poses, None, None, need, None, (), (), known.found)
+        return Guidance("mend", words, known.poses, None, None, need, None, (), (), robot, known.found, None, faults)
     candidates = PoseCandidates.drawn(model, known, np.random.default_rng(seed))
-    size = max(count, known.missing)
-    search = _NextSearch(known, candidates)
+    places, size = candidates.places, max(count, known.missing)
+    view = None
+    if seen is not None:
+        views = views_of(seen, measured, robot, known.found, places[:, :3].mean(axis=0))
+        some = places[:_TRIED]
+        view = min(views, key=lambda one: variance_with(known, some, one)) if len(views) > 1 else views[0]
+    like = [] if measured is None or known.found is not None else candidates.like(measured, known)
+    search = NextSearch(known, places, view, like)
     now = search.sigmas()
     chosen, then, more = search.chosen(size, need)
     enough, stop = known.found is not None, known.found is not None and known.found.verdict == "good"
@@ -359,9 +256,12 @@ def guide(
         float(then.max()),
         need,
         more,
-        () if stop else candidates.told(ordered, known),
+        () if stop else candidates.told(ordered, known, search.whys(ordered, taken)),
         exits,
+        robot if known.found is None else known.found.robot,
         known.found,
+        view,
+        faults,
     )
 
 

@@ -42,14 +42,15 @@ def _require_across(key: str, normal: Direction, up: Direction) -> None:
 class Tag(Description):
     """A tag: its ``number`` in the family, the side of its black square, and its position.
 
-    ``on``: the platform or the room: ``at`` is the tag's centre in the frame of the platform, or in the world.
-    ``normal``: out of the paper; ``up``: to its top. ``sigma``, ``turn_sigma``: standard deviations of place and
-    directions.
+    ``on``: the platform or the room: ``at`` is the tag's centre in the frame of the platform, or in the world. Or fixed
+    to the exit point of a ``line``: ``at`` is from there to the tag's centre, world. ``normal``: out of the paper;
+    ``up``: to its top. ``sigma``, ``turn_sigma``: standard deviations of place and directions.
     """
 
     number: Annotated[int, Strict(), Ge(0), Le(NUMBERS - 1)]
     size: Annotated[Length, Ge(5e-3), Le(10.0)]
-    on: Literal["platform", "room"] = "platform"
+    on: Literal["platform", "room", "exit"] = "platform"
+    line: Annotated[str, Field(min_length=1, max_length=64)] | None = None
     at: Vec3
     normal: Direction = (0.0, 0.0, 1.0)
     up: Direction = (0.0, 1.0, 0.0)
@@ -59,6 +60,15 @@ class Tag(Description):
     @model_validator(mode="after")
     def _has_a_top(self) -> Self:
         _require_across("up", self.normal, self.up)
+        if (self.line is not None) != (self.on == "exit"):
+            why = (
+                "is missing: name the line whose exit point it is at"
+                if self.on == "exit"
+                else "is for on = 'exit' alone"
+            )
+            raise refusal("line", why)
+        if self.on == "exit" and not self.sigma:
+            raise refusal("sigma", "must be over 0 m for on = 'exit': how exactly `at` is known from the exit point on")
         return self
 
     @property

@@ -24,6 +24,7 @@ from cablewright.robot import Robot
 
 _SQUARE: Final = np.array([[-1.0, 1.0, 0.0], [1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [-1.0, -1.0, 0.0]])
 _AMBIGUOUS: Final = 3.0  # errors of the second way to see a plane over those of the first, below which it may be right
+_FLIPPED: Final = 0.35  # rad from the start to the fit of a picture, beyond which that is the other pose of a plane
 _FAR: Final = 0.3  # of the frame's diagonal: max rms distance of exit points found by lengths from the file's
 _LINEAR: Final = 6  # poses with which exit points follow from lengths
 _FLAT: Final = 0.02  # of the largest extent of the positions: flatter ones do not determine exit points
@@ -157,7 +158,7 @@ def started(
     Poses without a picture keep their *guess* (N, n), or are NaN. The bundle is that of the pictures by themselves.
     Raises `InputError` for pictures without tags of the layout, and as `camera_of_world`.
     """
-    seen, poses, in_world = in_own_frame(seen)
+    seen, poses, in_world = in_own_frame(seen.at_exits(robot))
     pictured = np.asarray(np.isfinite(poses).all(axis=1))
     if not pictured.any():
         reasons = [word for picture in seen.pictures if picture is not None for word in picture.left_out]
@@ -165,7 +166,9 @@ def started(
     room = [tag for tag in seen.tags if tag.mounted == (seen.layout.camera == "platform")]
     agreed, bundle = consistent(seen.only(pictured), poses[pictured], bool(room))
     which = np.flatnonzero(pictured).tolist()
-    out = frozenset((which[at], number) for at, number in agreed.left_out)
+    out = frozenset((which[at], number) for at, number in agreed.left_out) | _flipped(
+        seen, poses[pictured], bundle, which
+    )
     poses[pictured] = bundle.poses
     if room:  # the camera's place is among the unknowns, its numbers first
         agreed = replace(agreed, place=bundle.theta[:3], rotation=turned(seen.rotation, bundle.theta[3:6]))
@@ -181,6 +184,17 @@ def started(
         full[:, : guess.shape[1]] = guess
         poses = np.where(pictured[:, None], poses, np.where(np.isfinite(guess[:, :1]), full, np.nan))
     return seen, poses, bundle
+
+
+def _flipped(seen: Sightings, begun: Array, bundle: Bundle, which: list[int]) -> frozenset[tuple[int, int]]:
+    """Return the sightings, by pose and tag, of pictures whose fit is the other pose of a plane of tags.
+
+    The tags fit there, by noise, no worse than at the pose that agrees with the other pictures, where they *begun*
+    (N, 6). *which*: the pose of each of these.
+    """
+    away = np.linalg.norm(turn_between(begun[:, 3:], bundle.poses[:, 3:]), axis=1)
+    shown = ((which[at], seen.pictures[which[at]]) for at in np.flatnonzero(away > np.median(away) + _FLIPPED).tolist())
+    return frozenset((pose, one.number) for pose, picture in shown if picture for one in picture.sightings)
 
 
 def words_of(seen: Sightings) -> Iterator[str]:

@@ -6,7 +6,7 @@ size of the print, one number for all tags.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Final, NamedTuple
 
@@ -18,11 +18,12 @@ from cablewright.calibration.sightings.detection import EDGES, SeenPicture
 from cablewright.calibration.sightings.layout import Tag, TagLayout
 from cablewright.calibration.unknowns import Unknown
 from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.errors import InputError, UnknownName
 from cablewright.foundation.units import ANGLE, LENGTH, Dimension
 from cablewright.kernels.fitting import sighting
 from cablewright.kernels.rotation import left_jacobian
 from cablewright.models.rotation import matrices
-from cablewright.robot import PointPlatform, RigidPlatform
+from cablewright.robot import PointPlatform, RigidPlatform, Robot
 from cablewright.robot.parameter_values import AXES, Kind
 
 CAMERA: Final = "camera"
@@ -101,6 +102,25 @@ class Sightings:
     moved: tuple[int, ...] = ()
     left_out: frozenset[tuple[int, int]] = frozenset()
     platform: PointPlatform | RigidPlatform | None = None  # the file's, where the pictures show a body instead
+    offsets: Mapping[int, Array] = field(
+        default_factory=dict
+    )  # from exit points to their tags (3,), by number, m, world
+
+    def at_exits(self, robot: Robot) -> Sightings:
+        """Return the sightings with tags that are on exit points where those of *robot*'s file have them.
+
+        Raises `InputError` for a line that it does not have.
+        """
+        lines, tags, offsets = {line.name: line for line in robot.lines}, list[Tag](), dict(self.offsets)
+        for tag in self.layout.tags:
+            if tag.line is not None and tag.number not in offsets:
+                if tag.line not in lines:
+                    raise InputError(f"tags: tag {tag.number}: {UnknownName('line', tag.line, list(lines))}")
+                offsets[tag.number] = np.array(tag.at)
+                at = np.add(lines[tag.line].exit_point, tag.at).tolist()
+                tag = tag.model_copy(update={"at": tuple(at)})
+            tags.append(tag)
+        return replace(self, layout=self.layout.model_copy(update={"tags": tuple(tags)}), offsets=offsets)
 
     def only(self, poses: Mask) -> Sightings:
         """Return the sightings at some *poses* (N,)."""
@@ -146,6 +166,7 @@ class Sightings:
         table = np.zeros((1 + len(tags), sighting.BODY_COLUMNS))
         target = np.full((len(table), sighting.NUMBERS), -1, dtype=np.int64)
         rows = list[tuple[dict[int, float], float, int]]()
+        exit_of = {(each.kind, each.line): at for at, each in enumerate(known)}
 
         def add(body: int, column: int, kind: str, owner: str, start: float, reach: float, size: float = 1.0) -> int:
             """Make a number of the camera or of a tag unknown, up to *reach* from its start; returns its index."""
@@ -173,10 +194,15 @@ class Sightings:
             table[body, sighting.BASE : sighting.HALF] = tag.axes.ravel()
             table[body, : sighting.TURN] = tag.at
             sigma, turn = _RELEASED if tag.number in self.moved else (tag.sigma, tag.turn_sigma)
+            exits = [exit_of.get((f"exit_point.{axis}", tag.line)) for axis in AXES]
+            if tag.line is not None and not known:  # pictures alone: the exit point is unknown
+                sigma = _RELEASED[0]
             for at, axis in enumerate(AXES if sigma else ""):
-                start = float(table[body, at])
+                start, by = float(table[body, at]), dict[int, float]()
                 one = add(body, at, f"tag_place.{axis}", f"tag {tag.number}", start, _ANYWHERE)
-                rows.append(({one: 1.0 / sigma}, start / sigma, body - 1))
+                if (index := exits[at]) is not None:
+                    start, by = float(self.offsets[tag.number][at]), {index: -1.0 / sigma}
+                rows.append(({one: 1.0 / sigma} | by, start / sigma, body - 1))
             for at, axis in enumerate(AXES if turn else ""):
                 one = add(body, sighting.TURN + at, f"tag_turn.{axis}", f"tag {tag.number}", 0.0, _TURNED)
                 rows.append(({one: 1.0 / turn}, 0.0, body - 1))

@@ -32,6 +32,7 @@ from cablewright.live.serve.page_orders import PageOperator
 from cablewright.live.serve.status import Telling, told_sitting, waiting_state
 from cablewright.machine.log.segments import next_segment
 from cablewright.printing.job import Job
+from cablewright.robot import load as load_robot
 from cablewright.running.run_folders import MANIFEST, manifest_of, read_manifest
 from cablewright.running.signing_key import signature
 
@@ -97,6 +98,9 @@ class Control:
         wanted = None if load is None else load.load
         told = "the job is being loaded" if wanted else "the machine is being opened"
         self.link.state.write(waiting_state(self.number, told, self._events, opening=True))
+        if load is not None and load.adopt is not None:
+            self.station.adopt(load_robot(self.folder / load.adopt))
+            self._events.tell("notice", f"the robot is that of {load.adopt}")
         job = self._job(load)
         again = None if load is None or load.run is None else self.folder / RUNS / load.run
         sitting = self.station.sitting(job, again)

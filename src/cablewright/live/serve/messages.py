@@ -40,12 +40,14 @@ class OrderMessage(_Message):
 class LoadMessage(_Message):
     """Message to load another job, or none. ``confirmed``: number of the check whose objections a person has read.
 
-    ``run``: name of an interrupted run of that job, to resume.
+    ``run``: name of an interrupted run of that job, to resume. ``adopt``: file, in the served folder, of the robot that
+    the machine is from now on: with other exit points, or calibrated.
     """
 
     load: Annotated[str, Field(pattern=r"^[0-9a-f]{16}$")] | None
     confirmed: Annotated[str, Field(max_length=64)] = ""
     run: Annotated[str, Field(pattern=r"^\d{8}-\d{6}-[a-z0-9-]{1,60}$")] | None = None
+    adopt: Annotated[str, Field(pattern=r"^(jobs/[0-9a-f]{16}/stage|calibration/calibrated)\.toml$")] | None = None
 
 
 Message = OrderMessage | LoadMessage

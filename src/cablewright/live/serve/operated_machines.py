@@ -84,6 +84,9 @@ class Station(Protocol):
         print, `EnvironmentFault` for a machine that is not available.
         """
 
+    def adopt(self, robot: Robot) -> None:
+        """Take the machine for another *robot* from now on. Raises `InputError` where that needs a new start."""
+
 
 def resting_pose(robot: Robot, place: Array | None = None) -> Array:
     """Return the initial pose of a simulated platform, (n,) m and rad: at *place* (3,) or (n,), if given."""
@@ -150,6 +153,10 @@ class SimulatedStation:
 
         return Sitting(printer, twin.path, head, job, refill, lambda: list(paced.lateness))
 
+    def adopt(self, robot: Robot) -> None:
+        """Take the machine for another *robot*: it is made again, as that one is built."""
+        self.robot = robot
+
 
 @dataclass(eq=False)
 class DriveStation:
@@ -207,3 +214,7 @@ class DriveStation:
         notes = () if job is None else owner.drives.valve_notes
         made = Sitting(printer, path, head, job, lateness=lambda: list(paced.lateness), home_at=home_at, notes=notes)
         return replace(made, winches=winches)
+
+    def adopt(self, robot: Robot) -> None:
+        """Raise `InputError`: saved counts and lengths are of the present exit points."""
+        raise InputError(f"robot {robot.name!r} on drives: end serve, start it with the new file, and home the machine")

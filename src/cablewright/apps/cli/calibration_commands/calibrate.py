@@ -15,7 +15,7 @@ import cablewright as cw
 from cablewright.apps.cli.command import command, options
 from cablewright.apps.cli.options import AsJson, CalibrationPlanFile, Limits, RobotName, Seed
 from cablewright.apps.cli.output import answer, progress
-from cablewright.apps.cli.parsing import quantity, tension_range
+from cablewright.apps.cli.parsing import check_suffix, quantity, tension_range
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.file_output import write_whole
 from cablewright.foundation.units import LENGTH
@@ -78,6 +78,20 @@ class GuideOptions:
             help="CSV file to write, with the poses to measure next and their encoder counts.",
         ),
     ] = None
+    plot: Annotated[
+        Path | None,
+        typer.Option(
+            "--plot",
+            metavar="FILE",
+            help="Picture of --guide to write, .png, .svg or .pdf: the room with the next poses and the camera.",
+        ),
+    ] = None
+
+    def __post_init__(self) -> None:
+        """Reject other kinds of files, and a picture of anything else. Raises `InputError`."""
+        check_suffix(self.plot, "--plot", ".png", ".svg", ".pdf")
+        if self.plot is not None and not self.guide:
+            raise InputError("--plot: is the picture of --guide; a calibration has its pictures in --report")
 
 
 @options("Pictures")
@@ -97,6 +111,15 @@ class PictureOptions:
     tags: Annotated[
         Path | None, typer.Option("--tags", metavar="TAGS.toml", help="Layout of the tags, as for `tags`.")
     ] = None
+
+    def taken_so_far(self, data: Path, machine: cw.Robot) -> tuple[Path | cw.Measured | None, cw.Sightings | None]:
+        """Return the *data*, and the sightings, both as far as there are any yet. Raises `InputError`."""
+        from cablewright.calibration.guidance.pictures_to_take import sightings_so_far
+
+        if self.pictures is None or self.camera is None or self.tags is None:
+            return self.beside(data, machine) if data.exists() else None, None
+        with progress() as show:
+            return sightings_so_far(machine, data, self.pictures, self.tags, self.camera, show)
 
     def beside(self, data: Path, machine: cw.Robot) -> Path | cw.Measured:
         """Return the *data* with the sightings of tags in the pictures, if there are any.
@@ -236,9 +259,7 @@ def calibrate_command(
     if guidance.guide:
         if out is not None or report is not None:
             raise InputError("--guide: writes no robot and no report; leave --out and --report away")
-        if seen.pictures is not None:
-            raise InputError("--guide: chooses poses by lengths alone; leave --pictures, --camera and --tags away")
-        return _guide(machine, fit, guidance, seed, as_json)
+        return _guide(machine, fit, seen, guidance, seed, as_json)
     page = report or (None if out is None else out.with_suffix(".html"))
     if out is not None and page is not None and page.resolve() == out.resolve():
         raise InputError(
@@ -299,26 +320,32 @@ def _compared(found: cw.Calibration, file: Path | None) -> cw.Calibration:
     return replace(found, last=told, moved=compared(found, record))
 
 
-def _guide(machine: cw.Robot, fit: FitOptions, given: GuideOptions, seed: int, as_json: bool) -> int:
+def _guide(
+    machine: cw.Robot, fit: FitOptions, seen: PictureOptions, given: GuideOptions, seed: int, as_json: bool
+) -> int:
     """Which poses to measure next."""
     from cablewright.calibration.measurements import write_measured
 
+    data, sightings = seen.taken_so_far(fit.data, machine)
     with progress() as show:
         found = cw.guide(
             machine,
-            fit.data if fit.data.exists() else None,
+            data,
             fit.planned(),
             count=given.count,
             need=fit.needed(),
             rough=fit.rough,
             tension_limits=tension_range(given.limits),
+            sightings=sightings,
             seed=seed,
             progress=show,
         )
     if given.next_out is not None and found.next_poses:
         comments = (f"poses to measure next of {machine.name}; counts are as far as it is known",)
         write_whole(given.next_out, write_measured(found.to_measure, machine, comments).encode())
-    return answer(found, as_json, next_out=given.next_out if found.next_poses else None)
+    if given.plot is not None:
+        found.plot(given.plot)
+    return answer(found, as_json, next_out=given.next_out if found.next_poses else None, plot=given.plot)
 
 
 @options("Noise")

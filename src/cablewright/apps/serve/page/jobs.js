@@ -78,6 +78,11 @@ export class Jobs {
     await this.tried(() => this.link.ask(`/jobs/${job.id}/load`, { method: "POST", body: JSON.stringify({ confirmed }) }), (why) => this.reject(job.id, why));
   }
 
+  async moved(job) { // the exit points, to those of a stage
+    const sure = await this.orders.sure(t("sure.stage", { name: job.name }), t("sure.stage.text"), t("sure.stage.yes"));
+    if (sure) await this.tried(() => this.link.ask(`/calibration/stage/${job.id}`, { method: "POST" }), (why) => this.reject(job.id, why));
+  }
+
   async list() {
     const jobs = await this.link.ask("/jobs").catch((reason) => reason.message);
     put(at("list-told"), typeof jobs === "string" ? t("list.failed", { why: jobs }) : "");
@@ -100,6 +105,7 @@ export class Jobs {
     if (loaded) button(t("job.away"), () => this.tried(() => this.link.ask("/close", { method: "POST" })));
     if (!job.busy && !loaded) {
       if (check?.answer !== "yes" || this.rejected[job.id]) button(t("job.again"), () => this.tried(() => this.link.ask(`/jobs/${job.id}/check`, { method: "POST" })));
+      if (job.stage > 1) button(t("job.stage"), () => this.moved(job));
       button(t("job.remove"), () => this.tried(() => this.link.ask(`/jobs/${job.id}`, { method: "DELETE" })));
     }
     const about = [

@@ -1,4 +1,5 @@
 // The operator's page: its parts, each of which listens to the connection.
+import { Calibrate } from "./calibrate.js";
 import { Camera } from "./camera.js";
 import { Chart } from "./chart.js";
 import { Console } from "./console.js";
@@ -22,7 +23,7 @@ setTexts();
 const link = new Link(), orders = new Orders(link), printing = new Printing(link, orders), jog = new Jog(link, orders), jobs = new Jobs(link, orders, printing), runs = new Runs(link, orders);
 const parts = {
   link, orders, printing, jog, jobs, state: new State(link), lines: new LineTable(link), plan: new Plan(link, jog), chart: new Chart(link), view: new LiveView(link),
-  runs, slicers: new Slicers(link, orders), console: new Console(orders, jog), camera: new Camera(link), winches: new Winches(link, orders, jog), first: new First(link, orders, jobs, runs, jog), next: new Next(link, orders, jobs, printing, runs),
+  runs, slicers: new Slicers(link, orders), console: new Console(orders, jog), camera: new Camera(link), calibrate: new Calibrate(link, orders), winches: new Winches(link, orders, jog), first: new First(link, orders, jobs, runs, jog), next: new Next(link, orders, jobs, printing, runs),
 };
 window.operate = parts; // for those who test
 

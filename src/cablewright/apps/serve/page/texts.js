@@ -8,7 +8,7 @@ export const TEXTS = {
   "kind.real": "machine of {robot}",
 
   "h.state": "State", "h.orders": "Orders", "h.hand": "By hand", "h.plan": "Plan", "h.events": "Faults and events", "h.view": "View", "h.camera": "Camera",
-  "h.lines": "Lines", "h.error": "Path error, last 60 s", "h.jobs": "Jobs", "h.runs": "History", "h.slicers": "Slicers", "h.console": "Console", "h.first": "First run", "h.winches": "Single winches",
+  "h.lines": "Lines", "h.error": "Path error, last 60 s", "h.jobs": "Jobs", "h.runs": "History", "h.slicers": "Slicers", "h.console": "Console", "h.first": "First run", "h.calibrate": "Calibrate by camera", "h.winches": "Single winches",
 
   "fact.layer": "layer", "fact.path": "path", "fact.left": "time left", "fact.job": "job", "fact.position": "position", "fact.rotation": "rotation vector",
   "fact.nozzle": "nozzle", "fact.speed": "speed", "fact.time": "machine time", "fact.swing": "swing", "fact.powder": "powder left",
@@ -28,7 +28,7 @@ export const TEXTS = {
 
   "state.off": "off", "state.tensioning": "taking up slack", "state.homing": "homing", "state.manual": "moving by hand", "state.idle": "idle", "state.ready": "moving to the path",
   "state.printing": "printing", "state.paused": "paused", "state.refilling": "refilling", "state.stopped": "stopped", "state.fault": "fault", "state.closed": "closed",
-  "drive.off": "off", "drive.ready": "ready", "drive.enabled": "enabled", "drive.fault": "fault", "busy.waits": "waits", "busy.is being checked": "is being checked", "busy.is being written": "is being written",
+  "drive.off": "off", "drive.ready": "ready", "drive.enabled": "enabled", "drive.fault": "fault", "busy.waits": "waits", "busy.is being checked": "is being checked", "busy.is being written": "is being written", "busy.is being computed": "is being computed",
   "status.finished": "finished", "status.runs, or was cut off": "was cut off",
   "reason.emergency stop": "emergency stop", "reason.not reset since it was started": "not reset since it was started", "reason.finished": "finished", "reason.reset": "reset", "reason.enabled": "enabled",
   "reason.paused by order": "paused by order", "reason.stopped by order": "stopped by order", "reason.the position is not known": "the position is not known", "reason.somebody is in the light barrier": "somebody is in the light barrier",
@@ -101,6 +101,14 @@ export const TEXTS = {
   "first.measure": "Calibrate", "first.measure.text": "Measure where the nozzle is, in the robot's frame, and compare. Do so near each corner: go there by hand.", "first.measure.field": "Measured place of the nozzle, m", "first.measure.compare": "Compare", "first.measure.again": "Measure again", "first.measure.three": "Three numbers, m, are expected.",
   "first.measure.near": "It differs by {mm} mm: good enough for a first part.", "first.measure.far": "It differs by {mm} mm, over 10 mm: home with the measured place; where it still differs, release, end serve, and calibrate the machine: cablewright calibrate.",
   "first.square": "First square", "first.square.text": "A small square of three layers in the middle of the floor, made for this frame. It is checked, and printed once you confirm it.", "first.square.make": "Make and check it", "first.square.done": "Printed: {run}. Its report is in the history.",
+
+  "calibrate.note": "Pictures of printed tags calibrate the exit points. Send the files, move to a place of the list, take a picture there once the platform stands: the lengths of that moment are kept with it. Nothing moves by itself.",
+  "calibrate.tags": "Layout of the tags", "calibrate.camera": "Camera", "calibrate.plan": "Plan", "calibrate.may": "if any", "calibrate.take": "Take a picture", "calibrate.send": "Send a picture", "calibrate.back": "Remove the last picture",
+  "calibrate.count": "Pictures so far: {n}.", "calibrate.missing": "Still missing: {what}.", "calibrate.busy": "The answer {busy}.", "calibrate.moves": "Wait until the platform stands.", "calibrate.goal": "Put into Go to", "calibrate.next": "Pictures to take next", "calibrate.sigmas": "How well exit points are known", "calibrate.pictures": "What pictures show",
+  "calibrate.sigma": "Exit points are known to {mm} mm, needed {need} mm: {verdict}.", "calibrate.shown": "{name}: tags {tags}{out}", "calibrate.none": "none", "calibrate.exit": "{line}: {mm} mm", "calibrate.accept": "Accept",
+  "calibrate.sure": "Accept this calibration?", "calibrate.sure.good": "The robot's file is written with the calibrated numbers.", "calibrate.sure.doubtful": "It is doubtful: {why}. The robot's file is written all the same.", "calibrate.sure.read": "I have read it: accept",
+  "calibrate.accepted": "Written: {file}. Use it: the machine runs with it from then on. On drives end serve, and start it with this file.", "calibrate.adopt": "Use it",
+  "sure.stage": "Are the exit points set for {name}?", "sure.stage.text": "The machine is then the robot with the exit points of that stage, as planned, and pictures of the earlier ones are removed: calibrate by camera, then check and print the job.", "sure.stage.yes": "They are set", "job.stage": "Exit points are set", "verdict.good": "good", "verdict.doubtful": "doubtful", "verdict.bad": "bad",
 
   "faults": "Present faults", "faults.none": "No fault is reported.", "events": "Events, the newest first",
   "view.none": "This browser has no WebGL 2: there is no view.",

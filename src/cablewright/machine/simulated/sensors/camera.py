@@ -2,7 +2,8 @@
 
 From the true pose, through the camera as it is: place, direction, focal length and clock with errors of one unit,
 rolling shutter, blur by motion, people in between, and an answer that arrives late. The pose is found by the camera as
-its data sheet has it. The wrong one of two poses that a small flat tag allows is not simulated.
+its data sheet has it. Tags in one plane fit in a second pose too, mirrored about the line of sight: the better of both
+is given, or none where noise may have decided.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from cablewright.foundation.validation import refusal
 from cablewright.machine.quantities import Delay, Share, Time
 from cablewright.machine.sensors.camera import CAMERA, CameraSensor
 from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated, TimedSensor
-from cablewright.models.rotation import matrices, moved
+from cablewright.models.rotation import matrices, motion_between, moved
 
 if TYPE_CHECKING:
     from cablewright.machine.simulated.sensor_context import Mounted
@@ -29,6 +30,9 @@ _LEAST_SIDE: Final = 25.0  # px of the shortest side of a tag that is read
 _MODULES: Final = 8  # along a tag's side: a smear of more than one module is not read
 _SMEARED: Final = 0.1  # of a smear, standard deviation of a corner besides its own noise, assumed
 _ROUNDS: Final = 5  # of Gauss and Newton
+_FLAT: Final = 1e-3  # of the largest extent of corners in one plane
+_SAME: Final = 1e-3  # rad between two poses that are one
+_AMBIGUOUS: Final = 4.0  # squares of the second pose over those of the first, below which noise may have decided
 _MOST_WAITING: Final = 10_000
 _ANYWHERE: Final = np.repeat([1.0, 0.5], 3)  # m, rad, of an outlier
 
@@ -99,9 +103,14 @@ class RoomCamera(TimedSensor[CameraSensor, CameraFlaws]):
         read = np.repeat(self._are_read(shown.reshape(-1, 4, 2), smear.reshape(-1, 4).max(axis=1)), 4)
         pose = np.concatenate([truth.position, truth.rotation])
         found = self._fitted(pose, shown[read], read) if read.any() else None
+        other = None if found is None else self._mirrored(found[0], shown[read], read)
+        if found is not None and other is not None:
+            if max(found[2], other[2]) < _AMBIGUOUS * max(min(found[2], other[2]), self._unlikely(len(shown[read]))):
+                return None  # either may be right
+            found = min(found, other, key=lambda each: each[2])
         if found is None:
             return None
-        pose, covariance = found
+        pose, covariance, _ = found
         if chance > 1.0 - flaws.outliers:
             pose = pose + _ANYWHERE * anywhere
         return CameraPose(truth.time, frozen(pose), frozen(covariance.ravel()))
@@ -122,10 +131,34 @@ class RoomCamera(TimedSensor[CameraSensor, CameraFlaws]):
         least = np.linalg.norm(sides, axis=2).min(axis=1)
         return np.asarray(inside & (turns > 0.0).all(axis=1) & (least >= _LEAST_SIDE) & (smear <= least / _MODULES))
 
-    def _fitted(self, pose: Array, shown: Array, read: Array) -> tuple[Array, Array] | None:
+    def _unlikely(self, points: int) -> float:
+        """The mean of the squares, px^2, of a right pose for corners of that number of *points*: theirs by noise."""
+        return float((2 * points - 6) * self.settings.corner_deviation**2)
+
+    def _mirrored(self, pose: Array, shown: Array, read: Array) -> tuple[Array, Array, float] | None:
+        """Return the other pose in which tags in one plane appear nearly the same; None for tags in several planes."""
+        corners = self._corners[read]
+        middle = corners.mean(axis=0)
+        _, extent, axes = np.linalg.svd(corners - middle)
+        if extent[2] > _FLAT * extent[0]:
+            return None
+        rotation = matrices(pose[3:])
+        sight = pose[:3] + rotation @ middle - self._at
+        sight /= np.linalg.norm(sight)
+        normal = rotation @ axes[2]
+        other = 2.0 * float(sight @ normal) * sight - normal
+        start = pose
+        for axis in (sight, other):
+            start = moved(start, np.concatenate([np.zeros(3), np.pi * axis]))
+        start[:3] += (rotation - matrices(start[3:])) @ middle
+        found = self._fitted(start, shown, read)
+        return None if found is None or np.linalg.norm(motion_between(pose, found[0])[3:]) < _SAME else found
+
+    def _fitted(self, pose: Array, shown: Array, read: Array) -> tuple[Array, Array, float] | None:
         """Return the pose (6,) that fits the corners *shown* (k, 2), px, of those *read*, and its covariance (6, 6).
 
-        From *pose* on, by the data sheet. The variance of a pixel is the sheet's, or that of the residuals if larger.
+        And the sum of the squares that are left, px^2. From *pose* on, by the data sheet. The variance of a pixel is
+        the sheet's, or that of the residuals if larger.
         """
         sheet, corners = self.settings, self._corners[read]
         for _ in range(_ROUNDS):
@@ -144,8 +177,9 @@ class RoomCamera(TimedSensor[CameraSensor, CameraFlaws]):
                 return None
             step = np.linalg.solve(normal, J.T @ off)
             pose = moved(pose, step)
-        rest = float(np.sum((off - J @ step) ** 2)) / max(len(off) - 6, 1)
-        return pose, np.linalg.inv(normal) * max(sheet.corner_deviation**2, rest)
+        squares = float(np.sum((off - J @ step) ** 2))
+        rest = squares / max(len(off) - 6, 1)
+        return pose, np.linalg.inv(normal) * max(sheet.corner_deviation**2, rest), squares
 
 
 def _pixels(local: Array, focal: float, sheet: CameraSensor) -> Array:
