@@ -91,7 +91,7 @@ def _most_certain(gates: dict[tuple[int, int], tuple[bool, float]]) -> tuple[int
 def _report_walls(settings: FilterSettings, state: FilterState) -> None:
     """Report walls that are elsewhere than their survey's standard deviation can explain, and widen the position's.
 
-    A wall that is far off shows alone. Of all walls the mean square of their errors over the stated variances is 1
+    A wall with a large error shows alone. Of all walls the mean square of their errors over the stated variances is 1
     where the survey is as good as stated: it is that of estimate and covariance together, one step of expectation and
     maximisation (Dempster, Laird, Rubin 1977). The position is known less well by its excess, as far as errors of walls
     make its covariance.
