@@ -17,7 +17,8 @@ build-up, counts without stretch and deflection, and good positions:
 
 `outside` are belts whose sheave of one line has a radius 2 mm from that in the file: an effect not in the family.
 Columns: held-out positions from lengths alone, rms; the error of the first pose, of which the lengths at home tell;
-errors of exit points over the printed sigma, rms; whether the truth is in the joint 95 % ellipsoid of all exit points.
+errors of exit points over the printed sigma, rms; whether the truth is in the joint 95 % ellipsoid of all exit points,
+`Calibration.joint_limit`.
 """
 
 from __future__ import annotations
@@ -28,7 +29,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special
 
 from cablewright.calibration.calibrate import calibrate
 from cablewright.calibration.judgement.result import Calibration
@@ -294,7 +294,7 @@ def joint(twin: Twin, found: Calibration) -> tuple[bool, float]:
     off = ways[:, kept].T @ (found.values[:k] - twin.exits)
     square = float(np.sum(off**2 / sizes[kept]))
     ratio = (ways[:, kept] @ off) / found.sigma[:k]
-    return square < float(special.chdtri(int(kept.sum()), 0.05)), float(np.sqrt(np.mean(ratio**2)))
+    return square < found.joint_limit(int(kept.sum())), float(np.sqrt(np.mean(ratio**2)))
 
 
 KINDS = {each.__name__: each for each in (spools, belts, suspended, suspended8, outside)}

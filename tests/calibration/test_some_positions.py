@@ -87,3 +87,13 @@ def test_blanks_that_say_nothing_are_rejected(tmp_path: Path, rows: list[str], t
     file.write_text("\n".join(["dl_1,dl_2,dl_3,dl_4,x,y,z,sigma_x,sigma_y,sigma_z", *rows]) + "\n")
     with pytest.raises(InputError, match=told):
         read_measured(file, WANG)
+
+
+def test_positions_in_two_frames_are_no_good_calibration() -> None:
+    """Half of the positions are from an origin 20 mm aside."""
+    measured, _ = partly(7, 24, 0, 24)
+    assert measured.guess is not None
+    moved = measured.guess + np.where(np.arange(24) < 12, 0.0, 0.02)[:, None] * np.array([1.0, 0.0, 0.0])
+    found = calibrate(WANG, replace(measured, guess=moved), rough=0.05)
+    assert found.verdict == "bad"
+    assert any("contradict each other" in each for each in found.reasons)

@@ -419,7 +419,7 @@ def test_a_survey_whose_walls_contradict_the_scans_is_named_with_both_widths() -
     assert "5.000 m by the survey" in sentences
 
 
-def test_a_wall_that_is_far_beyond_its_surveys_deviation_is_named() -> None:
+def test_a_wall_that_is_far_beyond_its_surveys_deviation_is_named_and_widens_the_covariance() -> None:
     room = TWIN.with_owner(room=SETTINGS.room.model_copy(update={"deviation": 5e-4}))
     off = tuple(
         wall.model_copy(
@@ -432,6 +432,11 @@ def test_a_wall_that_is_far_beyond_its_surveys_deviation_is_named() -> None:
     found = run(drive(12.0, room.with_owner(room=room.owner.room.model_copy(update={"walls": off})), seed=2), room)
     named_walls = {fault.sentence for fault in found[-1].faults if fault.source == "room"}
     assert any("from where it was surveyed" in sentence for sentence in named_walls)
+    assert any("times as large as their survey states" in sentence for sentence in named_walls)
+    right = run(drive(12.0, room, seed=2), room)
+    assert not [fault for fault in right[-1].faults if fault.source == "room"]
+    wide, narrow = (float(np.trace(each[-1].covariance[:3, :3])) for each in (found, right))
+    assert wide > 3.0 * narrow
 
 
 def test_a_shaken_drum_does_not_mislead() -> None:

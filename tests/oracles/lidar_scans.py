@@ -60,8 +60,11 @@ def round_thing(x: float, y: float, radius: float) -> list[tuple]:
     return list(pairwise(zip(x + radius * np.cos(turn), y + radius * np.sin(turn), strict=True)))
 
 
-def scanned(seed: int) -> Scanned:
-    """A room, its things, a place of the lidar and one turn, all drawn from *seed*."""
+def scanned(seed: int, clutter: int = 0) -> Scanned:
+    """A room, its things, a place of the lidar and one turn, all drawn from *seed*.
+
+    *clutter*: more things, small boxes, pillars and plants whose echoes scatter.
+    """
     rng = np.random.default_rng(seed)
     corners = outline(rng)
     walls = list(pairwise(corners))
@@ -83,6 +86,13 @@ def scanned(seed: int) -> Scanned:
             things += round_thing(*at, rng.uniform(0.12, 0.3))
     if rng.random() < 0.5:
         things += box(*free(1.3), *rng.uniform(0.4, 1.2, 2), rng.uniform(0, math.pi))
+    plants = []
+    for _ in range(clutter):
+        kind, at = rng.integers(3), free(0.7)
+        if kind == 2:
+            plants.append(len(walls + things))
+        round_one = round_thing(*at, rng.uniform(0.1, 0.35))
+        things += round_one if kind else box(*at, *rng.uniform(0.1, 0.5, 2), rng.uniform(0, 3.0))
     segments = np.array(walls + things, dtype=float)
 
     n = int(rng.choice([360, 720, 1080, 1440]))
@@ -97,6 +107,9 @@ def scanned(seed: int) -> Scanned:
     true = np.minimum(true, person)
 
     noise = (rng.uniform(0.001, 0.005), rng.uniform(0.0, 0.006))
+    leaves = np.isin(owner, [first + k for first in plants for k in range(24)])
+    true[leaves] += rng.exponential(0.1, int(leaves.sum()))
+    owner[leaves] = -1
     ranges = true + rng.standard_normal(n) * (noise[0] + noise[1] * np.where(np.isfinite(true), true, 0.0))
     step = np.where(np.isfinite(true), true, 0.0)
     both = np.isfinite(true) & np.isfinite(np.roll(true, -1))

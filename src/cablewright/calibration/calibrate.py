@@ -47,6 +47,7 @@ _BY_FORCE: Final = ("stretch", "sag", "deflection")  # effects that grow as the 
 _FAR: Final = 2.0  # times the median stretch, from which on a pose is left out where effects are looked for first ...
 _CALM: Final = 2.0 / 3.0  # ... if so large a share of the poses is left
 _AT_POSES: Final = 3  # rounds of correcting counts at poses by corrected counts
+_SHOWN: Final = 0.1  # relative change of a sigma that is worth a sentence
 _FEW: Final = 10  # redundant measurements, which give sigma to a quarter
 
 
@@ -314,7 +315,7 @@ def _of_kinds(problem: CalibrationProblem, found: PoseFit) -> Iterator[str]:
         return
     for kind in kind_fits(problem, found):
         factor = problem.factors.get(kind.name, 1.0)
-        if factor != 1.0:
+        if abs(factor - 1.0) > _SHOWN:
             yield f"residuals of the {kind.name} require {factor:.3g} times their sigma: this is assumed"
         elif kind.name != "lengths" and kind.redundancy < ENOUGH:
             yield f"the {kind.name} have a redundancy of {kind.redundancy:.2g} only: their sigma is as given"

@@ -8,10 +8,12 @@ from functools import cached_property, partial
 from typing import Any, ClassVar, Final
 
 import numpy as np
+from scipy import special
 
 from cablewright.calibration.judgement.gross_errors import Rejected
 from cablewright.calibration.judgement.likely_changes import CHANGE_PARTS, Explanation
 from cablewright.calibration.judgement.model_doubt import ModelDoubt, model_doubt
+from cablewright.calibration.judgement.sigmas import kind_fits
 from cablewright.calibration.judgement.unmodelled_effects import Effect, alternatives
 from cablewright.calibration.poses.fit import PoseFit
 from cablewright.calibration.poses.observability import (
@@ -301,6 +303,17 @@ class Calibration(Pictured):
         """
         rows, _ = exit_rows(self.problem.robot, self.unknowns)
         return float(self.exit_sigmas(rows).max()) if len(rows) else None
+
+    def joint_limit(self, count: int, share: float = 0.95) -> float:
+        """Return the sum of squares, by `covariance`, within which *count* values together lie with a probability.
+
+        It is a quantile of chi-squared where the sigma of the encoders is given, else, with the redundancy of the
+        lengths that estimate it, of the F distribution.
+        """
+        if self.problem.plan.sigma.encoder is not None:
+            return float(special.chdtri(count, 1.0 - share))
+        redundancy = max(kind_fits(self.problem, self.fit)[0].redundancy, 1.0)
+        return count * float(special.fdtri(count, redundancy, share))
 
     def exit_sigmas(self, rows: Array) -> Array:
         """Return the standard deviations (a,) of combinations of unknowns, *rows* (a, k)."""

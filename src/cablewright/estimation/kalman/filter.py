@@ -403,6 +403,7 @@ def estimate(settings: FilterSettings, state: FilterState) -> Estimate:
         state.mean.x, state.P, state.mean.at, hung.jacobian, taut.lengths, taut.toward, hung.position,
         motion.drum_rates, state.attitude.angular_rate, settings.shown, late, motion.coasting, found,
     )  # fmt: skip
+    found[OF_LINES + 3 * m :].reshape(AXES, AXES)[:3, :3] += state.judged.survey_doubt
     found.flags.writeable = False
     position, excess = found[:3], found[OF_LINES + m : OF_LINES + 2 * m]
     covariance = found[OF_LINES + 3 * m :].reshape(AXES, AXES)

@@ -31,6 +31,7 @@ _SETTLING_FACTOR: Final = 4.0  # ... the variance of a lidar's measurements is s
 _WALL_TIMEOUT: Final = 3.5  # s without any wall of a kind
 _REPORTED: Final = 3  # rejections in a row from which they are reported
 _DOUBTFUL_WALL: Final = 4.0  # sigmas of its survey, of a wall's error that is reported
+_DOUBTFUL_SURVEY: Final = 2.2  # mean square of all walls' errors over the stated variances, that is reported
 _LINE_LENGTH: Final = 4.0  # m, typical, for the curvature of B's path
 
 
@@ -88,12 +89,28 @@ def _most_certain(gates: dict[tuple[int, int], tuple[bool, float]]) -> tuple[int
 
 
 def _report_walls(settings: FilterSettings, state: FilterState) -> None:
-    """Report walls that are elsewhere than their survey's standard deviation can explain."""
-    for j, wall in enumerate(settings.machine.walls.room.walls):
+    """Report walls that are elsewhere than their survey's standard deviation can explain, and widen the position's.
+
+    A wall with a large error shows alone. Of all walls the mean square of their errors over the stated variances is 1
+    where the survey is as good as stated: it is that of estimate and covariance together, one step of expectation and
+    maximisation (Dempster, Laird, Rubin 1977). The position is known less well by its excess, as far as errors of walls
+    make its covariance.
+    """
+    own, walls = state.layout.walls, settings.machine.walls.room.walls
+    for j, wall in enumerate(walls):
         error = float(state.built.wall_errors[j, 0])
         wrong = abs(error) > _DOUBTFUL_WALL * wall.distance_sigma > 0.0
         sentence = f"wall {wall.name!r} is {1e3 * error:+.1f} mm from where it was surveyed"
         state.monitor.set("room", wall.name, sentence, active=wrong)
+    stated, found = state.built.survey_variances[: 2 * len(walls)], state.P[own, own]
+    if not len(walls) or not (stated > 0.0).all():
+        return
+    ratio = float(np.mean((state.mean.x[own] ** 2 + np.diag(found)) / stated))
+    by_walls = state.P[state.layout.position, own]
+    spread = by_walls @ np.linalg.solve(found, by_walls.T)
+    state.judged.survey_doubt = 0.5 * max(ratio - 1.0, 0.0) * (spread + spread.T)
+    sentence = f"errors of walls are {math.sqrt(ratio):.2g} times as large as their survey states: survey them again"
+    state.monitor.set("room", "survey", sentence, active=ratio > _DOUBTFUL_SURVEY)
 
 
 def equations(

@@ -329,6 +329,7 @@ class Judged:
     rejections: dict[str, int] = field(default_factory=dict)  # in a row, by measurement
     last_position_time: float = -math.inf  # of the last update by a wall
     last_wall_times: dict[str, float] = field(default_factory=dict)  # of the last update, by kind of wall
+    survey_doubt: Array = field(default_factory=lambda: np.zeros((3, 3)))  # m^2, variance of the position to be added
 
 
 @dataclass(eq=False, kw_only=True)

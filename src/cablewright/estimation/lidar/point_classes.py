@@ -28,6 +28,7 @@ MEANINGS: Final[dict[Kind, str]] = {
 _BEYOND: Final = 0.25  # m behind a wall, from which a point has passed through it: windows are less deep
 _SIGMAS: Final = 5.0
 _SOLID: Final = 0.4  # length in sight of a wall's solid parts, in that of its openings
+_OPEN: Final = 2.0  # rays that pass a line, to those that end on it, from which it is none
 _WIDEST: Final = 3.0  # m, of a pane at a wall's end
 _PANE_TO_WALL: Final = 1.0  # width of such a pane, at most, in the length of the wall beside it
 _MIN_WALL: Final = 1.2  # m, likewise
@@ -127,8 +128,9 @@ def _reach(met: _Crossing) -> tuple[float, float]:
 def drop_lines_behind(points: Points, sigmas: Array, lines: Sequence[WallLine]) -> list[WallLine]:
     """Return the *lines* that are not mostly behind others: those are outside, or mirrored by glass.
 
-    A line whose end meets an object, such as the back of an alcove, is kept. Others are dropped
-    also behind points just past the end of a wall: a pane may reach to the corner.
+    Lines that far more rays pass than meet are dropped first: they join the sides of separate things. A line whose end
+    meets an object, such as the back of an alcove, is kept. Others are dropped also behind points just past the end of
+    a wall: a pane may reach to the corner.
     """
     met = [_crossing(points, sigmas, line) for line in lines]
     on = [each.on for each in met]
@@ -139,7 +141,7 @@ def drop_lines_behind(points: Points, sigmas: Array, lines: Sequence[WallLine]) 
     alone = [share(i, [*lines[:i], *lines[i + 1 :]]) for i in range(len(lines))]
     kept: list[int] = []
     for i in sorted(range(len(lines)), key=lambda i: alone[i]):
-        if _through_glass(points, sigmas, met[i]):
+        if _through_glass(points, sigmas, met[i]) or _is_open(sigmas, met[i]):
             continue
         others = [lines[k] for k in range(len(lines)) if k != i and alone[k] < _SHARE]
         torn = not any(_meets(points, met[i], end, lines[i], others) for end in lines[i].ends)
@@ -172,6 +174,13 @@ def _is_beyond(sigmas: Array, wall: _Crossing, on: Mask) -> bool:
     wide = min(_WIDEST, _PANE_TO_WALL * length)
     across = wall.meets & (wall.place > wall.ends[0] - wide) & (wall.place < wall.ends[1] + wide)
     return bool(np.mean((across & (wall.beyond > np.maximum(_BEYOND, _SIGMAS * sigmas)))[on]) > _ALL)
+
+
+def _is_open(sigmas: Array, met: _Crossing) -> bool:
+    """Whether far more rays pass a line between its ends than end on it."""
+    within = met.meets & (met.place > met.ends[0]) & (met.place < met.ends[1])
+    passed = within & (met.beyond > np.maximum(_BEYOND, _SIGMAS * sigmas))
+    return int(passed.sum()) > _OPEN * int(met.on.sum())
 
 
 def _through_glass(points: Points, sigmas: Array, met: _Crossing) -> bool:
