@@ -107,14 +107,27 @@ def weight_of(model: Model, laid: float = 0.0) -> float:
     return float(model.robot.scene.gravity * (model.robot.platform.mass - laid))
 
 
-def balances(model: Model, pose: Array, tensions: Array, laid: float, beam: float | None) -> bool:
-    """Return whether *tensions* (m,), N, may all be right: they carry a platform without *laid* kg at *pose* (n,).
+def cleared(
+    model: Model,
+    pose: Array,
+    inferred: Array,
+    measured: Array,
+    limits: Array,
+    laid: float = 0.0,
+    beam: float | None = None,
+) -> Array:
+    """Return *inferred* tensions (m,), N, by the lengths, but those *measured* of lines that these clear.
 
-    The allowed error is 10 % of its weight, or of all tensions where lines pull against each other. *beam*: m, of a
+    Measured tensions may be right if they carry a platform without *laid* kg at *pose* (n,): the error is at most 10 %
+    of its weight, or of all tensions where lines pull against each other. They clear a line that is within its limit
+    with as much to spare. A length of a stiff line that is wrong by 1 mm means tens of newtons. *beam*: m, of a
     platform that retracts.
     """
-    off = _as_forces(excess(model, pose, tensions, laid, beam), model.robot.arm)
-    return bool(np.linalg.norm(off) <= _ERROR * _scale(model, tensions, laid))
+    off = _as_forces(excess(model, pose, measured, laid, beam), model.robot.arm)
+    allowed = _ERROR * _scale(model, measured, laid)
+    if not np.linalg.norm(off) <= allowed:
+        return inferred
+    return np.asarray(np.where(measured + allowed <= limits, measured, inferred))
 
 
 def excess(model: Model, pose: Array, tensions: Array, laid: float = 0.0, beam: float | None = None) -> Array:

@@ -68,11 +68,11 @@ class Target(NamedTuple):
     retraction_rate: float = 0.0  # m/s, mean over the next step
 
     def writable(self) -> Self:
-        """Return the target with position, velocity and accelerations that may be written, as kernels need them."""
+        """Return the target with position, velocity and accelerations as kernels need them: doubles, to be written."""
         own = self.position, self.velocity, self.accelerations
-        if all(each.flags.carray for each in own):
+        if all(each.flags.carray and each.dtype == np.float64 for each in own):
             return self
-        place, speed, moving = (np.array(each, order="C") for each in own)
+        place, speed, moving = (np.array(each, np.float64, order="C") for each in own)
         return self._replace(position=place, velocity=speed, accelerations=moving)
 
 

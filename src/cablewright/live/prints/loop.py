@@ -15,7 +15,7 @@ from typing import ClassVar, Final, Protocol, runtime_checkable
 import numpy as np
 
 from cablewright.control import guard, height, manual, path_follower, retraction, stretch_damping, supervisor, velocity
-from cablewright.control.balance_check import balances
+from cablewright.control.balance_check import cleared
 from cablewright.control.clock import FrameClock
 from cablewright.control.guard import GuardSettings, GuardState, StopCause
 from cablewright.control.height import HeightControl
@@ -253,10 +253,10 @@ class Printer:
         """Why the machine is to stop: by measured limits, and by the estimate."""
         lowest = state is PrintState.PRINTING
         inferred, best = self.estimator.tensions, self.tensions
-        if inferred is not None and best is not None and (inferred > self.plan.guard.max_tensions).any():
-            beam = None if self._beam is None else self._beam.length
-            if balances(self.plan.velocity.model, self.last_pose, best, self.load.gone, beam):
-                inferred = best  # lengths that are wrong by 1 mm mean tens of newtons of a stiff line
+        limits = self.plan.guard.max_tensions
+        if inferred is not None and best is not None and (inferred > limits).any():
+            own, beam = self.plan.velocity.model, None if self._beam is None else self._beam.length
+            inferred = cleared(own, self.last_pose, inferred, best, limits, self.load.gone, beam)
         found = guard.judge(self.plan.guard, self._guard, frame, inferred, lowest=lowest, best=best)
         danger = "" if self.learning is None else self.learning.danger
         if danger != self._danger:
