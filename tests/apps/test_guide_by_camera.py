@@ -102,7 +102,10 @@ def test_missing_pictures_are_named_and_do_not_count(cli: Callable[..., Any], tm
     assert any("take pose-02.jpg there" in reason for reason in found["reasons"])
     assert found["next"][0]["why"].startswith("pose-04.jpg")
     with_only = cli(*[each for each in ask if each != "--camera" and each != tmp_path / "phone.toml"])
-    assert with_only.err == "cablewright: --camera: is missing; pictures require --pictures, --camera and --tags\n"
+    missing = "cablewright: --camera: is missing; pictures require --pictures, --camera and --tags\n"
+    assert with_only.err == missing
+    (tmp_path / "data.csv").unlink()  # nor are they ignored before there are data
+    assert cli(*[each for each in ask if each not in ("--camera", tmp_path / "phone.toml")]).err == missing
     assert "is the picture of --guide" in cli(*maker.arguments(), "--plot", tmp_path / "room.svg").err
 
 

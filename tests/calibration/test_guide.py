@@ -6,10 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchmarks.campaigns.camera_rooms import Setup, room
 
 import cablewright as cw
+from cablewright.calibration.guidance.pictures_to_take import usable
 from cablewright.calibration.measurements import Measured
-from cablewright.calibration.plan import CalibrationPlan, Point
+from cablewright.calibration.plan import CalibrationPlan, MeasuredRange, Point, TouchedPlane
 from cablewright.calibration.poses.simulation import measure, random_poses
 from cablewright.calibration.unknowns import unknowns_of, with_values
 from cablewright.foundation.errors import InputError
@@ -107,3 +109,26 @@ def test_what_it_cannot_do_is_rejected() -> None:
         cw.guide(cw.Model(WANG, cw.Fidelity.of("elastic")))
     with pytest.raises(InputError, match="add exit_point to the plan's unknowns"):
         cw.guide(WANG, plan=CalibrationPlan(unknowns=("length_offset",)))
+
+
+def test_poses_of_a_plan_keep_their_row_where_others_have_no_picture() -> None:
+    """Rows 2 and 5 have no picture: entries of the plan follow their poses, those of dropped ones go."""
+    pytest.importorskip("cv2")
+    data = room(cw.load("ipanema"), Setup(poses=6), 3).data
+    assert data.sightings is not None
+    pictures = tuple(None if at in (1, 4) else each for at, each in enumerate(data.sightings.pictures))
+    given = replace(data, sightings=replace(data.sightings, pictures=pictures))
+    up = {"point": (0.0, 0.0, 0.0), "normal": (0.0, 0.0, 1.0)}
+    plan = CalibrationPlan(
+        planes=(TouchedPlane(poses=(2, 3, 6), **up), TouchedPlane(poses=(5,), **up), TouchedPlane(poses=(1, 9), **up)),
+        ranges=(
+            MeasuredRange(point=(0.0, 0.0, 0.0), poses=(6, 5, 1), values=(6.0, 5.0, 1.0)),
+            MeasuredRange(point=(0.0, 0.0, 0.0), poses=(2,), values=(2.0,)),
+        ),
+    )
+    measured, kept, words = usable(given, plan)
+    assert measured is not None
+    assert np.array_equal(measured.counted, data.counted[[0, 2, 3, 5]])
+    assert [each.poses for each in kept.planes] == [(2, 4), (1, 9)]
+    assert [(each.poses, each.values) for each in kept.ranges] == [((4, 1), (6.0, 1.0))]
+    assert sum("has no picture" in each for each in words) == 2

@@ -225,7 +225,7 @@ def guide(
     measured = read_measured(data, robot) if isinstance(data, str | Path) else data
     faults, seen, taken = tuple[str, ...](), sightings, 0 if measured is None else len(measured.counted)
     if measured is not None and measured.sightings is not None:
-        seen, (measured, faults) = measured.sightings, usable(measured)
+        seen, (measured, plan, faults) = measured.sightings, usable(measured, plan)
     seen = None if seen is None else seen.at_exits(robot)
     known = Knowledge.of(robot, measured, plan, rough, need, seed, progress, seen is not None)
     if known.found is not None and known.found.verdict == "bad":

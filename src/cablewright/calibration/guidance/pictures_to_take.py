@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import compress
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
 from cablewright.calibration.judgement.result import Calibration
 from cablewright.calibration.measurements import Measured, read_measured
+from cablewright.calibration.plan import CalibrationPlan
 from cablewright.calibration.sightings.camera import load_camera
 from cablewright.calibration.sightings.expected import expected, standpoints
 from cablewright.calibration.sightings.layout import load_layout
@@ -17,7 +19,7 @@ from cablewright.calibration.sightings.pictures import SUFFIXES
 from cablewright.calibration.sightings.placing import started, words_of
 from cablewright.calibration.sightings.reading import read_sightings
 from cablewright.calibration.sightings.sighted import CAMERA, Sightings, turned
-from cablewright.foundation.arrays import Array
+from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.progress import Progress
 from cablewright.robot import Robot
@@ -61,15 +63,30 @@ def sightings_so_far(
     return replace(measured, sightings=seen), seen
 
 
-def usable(measured: Measured) -> tuple[Measured | None, tuple[str, ...]]:
-    """Return the rows whose picture shows a tag, None for none, and sentences on the other rows and sightings."""
+def usable(measured: Measured, plan: CalibrationPlan) -> tuple[Measured | None, CalibrationPlan, tuple[str, ...]]:
+    """Return the rows whose picture shows a tag, None for none, the *plan* of these, and sentences on the others."""
     seen = measured.sightings
     assert seen is not None
     shown = seen.counts > 0
     missing = [at for at in np.flatnonzero(np.logical_not(shown)).tolist() if seen.pictures[at] is None]
     take = "has no picture: take pose-{:02d}.jpg there, or leave the row out"
     words = (*words_of(seen), *(f"{measured.place(at)}: {take.format(at + 1)}" for at in missing))
-    return (measured.only(shown) if shown.any() else None), words
+    return (measured.only(shown) if shown.any() else None), _renumbered(plan, shown), words
+
+
+def _renumbered(plan: CalibrationPlan, kept: Mask) -> CalibrationPlan:
+    """Return the *plan* for the *kept* poses (N,) alone; poses after the last one keep their numbers."""
+    rows = np.cumsum(kept).tolist()
+    new = {old: row if stays else 0 for old, (row, stays) in enumerate(zip(rows, kept, strict=True), 1)}  # 0: dropped
+    entries: dict[str, list[Any]] = {"planes": [], "ranges": []}
+    for key, found in entries.items():
+        for each in getattr(plan, key):
+            poses = [new.get(pose, pose) for pose in each.poses]
+            columns = {"poses": poses} | ({"values": each.values} if key == "ranges" else {})
+            if any(poses):
+                left = {name: tuple(compress(column, poses)) for name, column in columns.items()}
+                found.append(each.model_copy(update=left))
+    return plan.model_copy(update={key: tuple(found) for key, found in entries.items()})
 
 
 def views_of(

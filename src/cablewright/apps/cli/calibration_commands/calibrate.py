@@ -117,7 +117,8 @@ class PictureOptions:
         from cablewright.calibration.guidance.pictures_to_take import sightings_so_far
 
         if self.pictures is None or self.camera is None or self.tags is None:
-            return self.beside(data, machine) if data.exists() else None, None
+            found = self.beside(data, machine)  # rejects some of the three without the others
+            return found if data.exists() else None, None
         with progress() as show:
             return sightings_so_far(machine, data, self.pictures, self.tags, self.camera, show)
 
