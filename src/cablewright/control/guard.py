@@ -169,8 +169,8 @@ def judge(
 ) -> StopCause | None:
     """Compare readings with limits; return the most urgent cause to stop now, or None. *state* changes in place.
 
-    *inferred* (m,): tensions by the lengths, N, see `balance_check.cleared`; None, or NaN: not known. *lowest*: whether tensions are to be over
-    their minimum now, by the *best* (m,), N, that is known of them; None: by the lengths.
+    *inferred* (m,): tensions by the lengths, N, see `balance_check.cleared`; None, or NaN: not known. *lowest*: whether
+    tensions are to be over their minimum now, by the *best* (m,), N, that is known of them; None: by the lengths.
     """
     state.start_time = min(state.start_time, frame.time)
     if state.ordered is not None:  # the command until now is in the counts of now
