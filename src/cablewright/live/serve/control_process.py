@@ -31,7 +31,9 @@ from cablewright.live.serve.operated_machines import Sitting, Station
 from cablewright.live.serve.page_orders import PageOperator
 from cablewright.live.serve.status import Telling, told_sitting, waiting_state
 from cablewright.machine.log.segments import next_segment
+from cablewright.machine.settings import MachineSettings
 from cablewright.printing.job import Job
+from cablewright.robot import Robot
 from cablewright.robot import load as load_robot
 from cablewright.running.run_folders import MANIFEST, manifest_of, read_manifest
 from cablewright.running.signing_key import signature
@@ -40,6 +42,8 @@ JOBS: Final = "jobs"
 RUNS: Final = "runs"
 ORDERS: Final = "orders.jsonl"
 RUN: Final = "run.json"
+STATION: Final = "station.json"
+"""File in the served folder with the robot and the owner's settings of the machine."""
 
 _MENDED: Final = "once that is mended, open the machine again"
 _AGAIN: Final = 0.2  # s between looks while no machine is open
@@ -98,12 +102,10 @@ class Control:
         wanted = None if load is None else load.load
         told = "the job is being loaded" if wanted else "the machine is being opened"
         self.link.state.write(waiting_state(self.number, told, self._events, opening=True))
-        if load is not None and load.adopt is not None:
-            self.station.adopt(load_robot(self.folder / load.adopt))
-            self._events.tell("notice", f"the robot is that of {load.adopt}")
         job = self._job(load)
         again = None if load is None or load.run is None else self.folder / RUNS / load.run
-        sitting = self.station.sitting(job, again)
+        adopted = None if load is None else load.adopt
+        sitting = self.station.sitting(job, again) if adopted is None else self._adopted(adopted)
         if self.number == 1:
             self.ready()
         run = None if job is None else self._run_name(sitting) if again is None else again.name
@@ -140,6 +142,19 @@ class Control:
             if telling.lost is not None:
                 raise telling.lost
         return operator.load
+
+    def _adopted(self, file: str) -> Sitting:
+        """A sitting of the robot in a *file*, for which jobs are checked from then on; on an error nothing changes."""
+        before = self.station.robot
+        self.station.adopt(load_robot(self.folder / file))
+        try:
+            sitting = self.station.sitting(None)
+            write_station(self.folder, self.station.robot, sitting.head.settings)
+        except BaseException:
+            self.station.robot = before
+            raise
+        self._events.tell("notice", f"the robot is that of {file}")
+        return sitting
 
     def _job(self, load: LoadMessage | None) -> Job | None:
         if load is None or load.load is None:
@@ -248,6 +263,12 @@ class Control:
             if isinstance(message, LoadMessage) and not refusal:
                 return message
         return None
+
+
+def write_station(folder: Path, robot: Robot, owner: MachineSettings) -> None:
+    """Write robot and machine, which checks use, to a file. Raises `EnvironmentFault`."""
+    about = {"robot": robot.model_dump_json(), "machine": owner.model_dump_json(by_alias=True)}
+    write_whole(folder / STATION, json.dumps(about).encode())
 
 
 def _laid(sitting: Sitting) -> float:

@@ -85,7 +85,17 @@ class Station(Protocol):
         """
 
     def adopt(self, robot: Robot) -> None:
-        """Take the machine for another *robot* from now on. Raises `InputError` where that needs a new start."""
+        """Take the machine for another *robot*, of other numbers, from now on.
+
+        Raises `InputError` where that needs a new start, and for another machine's.
+        """
+
+
+def require_same(robot: Robot, other: Robot) -> None:
+    """Raise `InputError` where *other* is not the same machine as *robot*, with other numbers."""
+    if (robot.name, robot.m, robot.n) != (other.name, other.m, other.n):
+        told = f"{other.name!r} with {other.m} lines, but the machine is {robot.name!r} with {robot.m}"
+        raise InputError(f"the file is of robot {told}: calibrate this one")
 
 
 def resting_pose(robot: Robot, place: Array | None = None) -> Array:
@@ -155,6 +165,7 @@ class SimulatedStation:
 
     def adopt(self, robot: Robot) -> None:
         """Take the machine for another *robot*: it is made again, as that one is built."""
+        require_same(self.robot, robot)
         self.robot = robot
 
 
