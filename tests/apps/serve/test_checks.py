@@ -16,7 +16,16 @@ from cablewright.apps.serve.checks import WAITING, Checks
 from cablewright.apps.serve.uploads import Uploads
 from cablewright.foundation.errors import EnvironmentFault
 from cablewright.live.serve.control_process import JOBS
-from cablewright.live.serve.jobs import CHECK, REPORT, SCENE, JobCheck, forget_check, read_check, write_check
+from cablewright.live.serve.jobs import (
+    CHECK,
+    REPORT,
+    SCENE,
+    JobCheck,
+    forget_check,
+    load_served,
+    read_check,
+    write_check,
+)
 from cablewright.machine.files import load_machine
 from cablewright.robot import load
 from served import RING
@@ -115,3 +124,33 @@ def test_what_cannot_be_queued_changes_nothing(job: Path, monkeypatch: pytest.Mo
         queue.ask("check", job.name)
     assert queue.busy == {}
     assert queue._queue.empty()
+
+
+def test_stages_that_are_missing_are_sent_later(job: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A stage that was removed, or cut off while it was made, is sent again; without room for all, none is."""
+    uploads = Uploads(job.parents[1])
+    long = RING.replace('"ring"', f'"{"r" * 300}"').replace(
+        "[helix]", 'max_seam = "1 m"\n[[stages]]\nz = "50 mm"\nraised = "0.5 m"\n[helix]'
+    )
+    (job / "job.toml").write_text(long)
+
+    def stages() -> dict[int, str]:
+        check_worker.check_job(uploads.folder, job.name)
+        return {each["stage"]: each["id"] for each in uploads.jobs({}) if each["of"] == job.name}
+
+    monkeypatch.setattr(check_worker, "MAX_JOBS", 2)
+    assert stages() == {}
+    found = read_check(job)
+    assert found is not None
+    assert "2 stages are jobs of their own, for which there is no room" in found.why
+    monkeypatch.setattr(check_worker, "MAX_JOBS", 3)
+    first = stages()
+    assert sorted(first) == [1, 2]
+    assert load_served(uploads.job(first[2]), "stage").name.startswith("stage 2 of 2: rrr")
+    assert stages() == first
+    uploads.remove(first[1])
+    (uploads.job(first[2]) / "job.toml").unlink()
+    second = stages()
+    assert sorted(second) == [1, 2]
+    assert not set(second.values()) & set(first.values())
+    assert (uploads.job(second[2]) / check_worker.STAGE).is_file()

@@ -15,9 +15,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from cablewright.apps.serve import camera_folder
-from cablewright.apps.serve.uploads import METRICS, Uploads
+from cablewright.apps.serve.uploads import MAX_JOBS, MAX_TOTAL, METRICS, Uploads
 from cablewright.foundation.errors import CablewrightError, InputError
 from cablewright.foundation.file_output import whole_folder, write_whole
+from cablewright.live.serve.control_process import STATION
+from cablewright.live.serve.control_process import write_station as write_station
 from cablewright.live.serve.jobs import (
     GCODE,
     JOB,
@@ -31,14 +33,12 @@ from cablewright.live.serve.jobs import (
 )
 
 if TYPE_CHECKING:
+    from cablewright.models.job_stages import JobStage
     from cablewright.printing.job import Job
     from cablewright.robot import Robot
 
 STAGE: Final = "stage.toml"
 """File in the folder of a stage's job with the robot whose exit points are to be set before it."""
-
-STATION: Final = "station.json"
-"""File in the served folder with the robot and the owner's settings of the machine."""
 
 MEMORY: Final = 8 << 30
 """Bytes of address space that a check may take."""
@@ -48,6 +48,8 @@ TIME: Final = 1200
 
 _FILE: Final = 1 << 30  # bytes of a file that it writes
 _NICE: Final = 15
+_NAME: Final = 300  # letters of a job's
+_TABLE: Final = 64 << 10  # bytes of a stage's settings beyond those of the job
 
 
 def cap() -> None:
@@ -77,39 +79,52 @@ def station_of(folder: Path) -> Any:
     return Robot.model_validate_json(found["robot"]), MachineSettings.model_validate_json(found["machine"])
 
 
-def write_station(folder: Path, robot: Any, owner: Any) -> None:
-    """Write robot and machine, which checks use, to a file. Raises `EnvironmentFault`."""
-    about = {"robot": robot.model_dump_json(), "machine": owner.model_dump_json(by_alias=True)}
-    write_whole(folder / STATION, json.dumps(about).encode())
-
-
 def _staged(uploads: Uploads, number: str, robot: Robot, job: Job) -> str:
-    """Send the stages of a job as jobs of their own, unless they are there; return the next steps, in words.
+    """Send those stages of a job that are not there as jobs of their own; return the next steps, in words.
 
-    Each later one has the robot's file with the exit points of its stage, as they are to be set.
+    Each later one has the robot's file with the exit points of its stage, as they are to be set. Raises `InputError`
+    where there is no room for all.
     """
-    import tomlkit
-
-    from cablewright.apps.serve.camera_folder import robot_text
     from cablewright.models.job_stages import stages_of
 
-    own, stages = uploads.job(number), stages_of(robot, job)
-    there = {each["of"] for each in uploads.jobs({})}
-    for stage in reversed(stages if number not in there else ()):
-        name = f"stage {stage.number} of {len(stages)}: {job.name}"
-        made = uploads.new_job(name, of=number, stage=stage.number)
-        table = tomlkit.parse((own / JOB).read_text())
-        del table["stages"]
-        table |= {"name": name, "heights": list(stage.job.heights or ())}
-        uploads.put_whole(made, "settings", tomlkit.dumps(table).encode())
-        if (own / GCODE).is_file():
-            uploads.put_whole(made, "gcode", (own / GCODE).read_bytes())
-        if stage.number > 1:
-            write_whole(uploads.job(made) / STAGE, robot_text(stage.robot).encode())
+    stages = stages_of(robot, job)
+    for each in uploads.jobs({}):
+        if each["of"] == number and "settings" not in each["parts"]:  # cut off while it was made
+            uploads.remove(each["id"])
+    kept = uploads.jobs({})
+    there = {each["stage"] for each in kept if each["of"] == number}
+    missing = [stage for stage in reversed(stages) if stage.number not in there]
+    own = next(each for each in kept if each["id"] == number)
+    jobs, size = len(kept) + len(missing), sum(each["bytes"] for each in kept) + len(missing) * (own["bytes"] + _TABLE)
+    if missing and (jobs > MAX_JOBS or size > MAX_TOTAL):
+        raise InputError(f"its {len(stages)} stages are jobs of their own, for which there is no room: remove some")
+    for stage in missing:
+        _send_stage(uploads, number, stage, f"stage {stage.number} of {len(stages)}: {job.name}"[:_NAME])
     return (
         f"it has {len(stages)} stages, which are jobs of their own now: check and print them in order; before each "
         "later one set the exit points, press its button, and calibrate by camera"
     )
+
+
+def _send_stage(uploads: Uploads, number: str, stage: JobStage, name: str) -> None:
+    """Send a stage of a job; its settings come last, and tell that it is whole."""
+    import tomlkit
+
+    from cablewright.apps.serve.camera_folder import robot_text
+
+    own, made = uploads.job(number), uploads.new_job(name, of=number, stage=stage.number)
+    table = tomlkit.parse((own / JOB).read_text())
+    del table["stages"]
+    table |= {"name": name, "heights": list(stage.job.heights or ())}
+    try:
+        if stage.number > 1:
+            write_whole(uploads.job(made) / STAGE, robot_text(stage.robot).encode())
+        if (own / GCODE).is_file():
+            uploads.put_whole(made, "gcode", (own / GCODE).read_bytes())
+        uploads.put_whole(made, "settings", tomlkit.dumps(table).encode())
+    except CablewrightError:
+        uploads.remove(made)
+        raise
 
 
 def check_job(folder: Path, number: str) -> JobCheck:
