@@ -14,6 +14,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from http.server import BaseHTTPRequestHandler, HTTPServer
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -30,10 +31,15 @@ from PIL import Image
 import cablewright as cw
 from browser import Page, browser, executable
 from cablewright.apps.serve import camera_folder
+from cablewright.apps.serve.camera_routes import CameraRoutes
 from cablewright.apps.serve.check_worker import station_of, write_station
 from cablewright.calibration.poses.simulation import measure
 from cablewright.calibration.sightings.camera import camera_text
-from cablewright.foundation.errors import EnvironmentFault, InputError
+from cablewright.foundation.errors import CablewrightError, EnvironmentFault, InputError
+from cablewright.live.serve.control_process import Control
+from cablewright.live.serve.link import ControlLink
+from cablewright.live.serve.operated_machines import SimulatedStation, resting_pose
+from cablewright.machine.simulated.machine_file import built_machine
 from cablewright.models.job_stages import with_exit_points
 from operator_page import enable
 from served import RING, Served, client, picture
@@ -51,7 +57,13 @@ def made() -> Room:
 def state(lengths: list[float], pose: list[float], **more: Any) -> dict[str, Any]:
     """A state of the machine, at rest at a *pose* with *lengths*."""
     platform = {"valid": True, "position": pose[:3], "rotation": pose[3:]}
-    return {"lines": {"lengths": lengths}, "platform": platform, "speeds": [0.0] * len(lengths)} | more
+    speeds = [0.0] * len(lengths)
+    return {"lines": {"lengths": lengths}, "platform": platform, "speeds": speeds, "zero": "1", "state": "idle"} | more
+
+
+def kept(folder: Path, content: bytes, now: dict[str, Any], after: dict[str, Any] | None = None) -> str:
+    """A picture sent at a state of the machine, and the one after it, by default the same."""
+    return camera_folder.add(folder, content, now, now if after is None else after, MACHINE)
 
 
 def sent(folder: Path, made: Room, which: range) -> None:
@@ -68,9 +80,7 @@ def sent(folder: Path, made: Room, which: range) -> None:
         grey = tag_pictures.picture(made.lens, SMALL.width, SMALL.height, shown, rng, SMALL.flaws)
         buffer = io.BytesIO()
         Image.fromarray(grey).save(buffer, "png")
-        name = camera_folder.add(
-            folder, buffer.getvalue(), state(lengths[at].tolist(), made.poses[at].tolist()), MACHINE
-        )
+        name = kept(folder, buffer.getvalue(), state(lengths[at].tolist(), made.poses[at].tolist()))
         assert name == f"pose-{at + 1:02d}.png"
 
 
@@ -108,12 +118,14 @@ def test_pictures_lead_to_an_accepted_robot(made: Room, tmp_path: Path) -> None:
         camera_folder.accept(folder, MACHINE)
 
 
-def test_a_doubtful_one_is_accepted_by_a_person_alone(tmp_path: Path) -> None:
+def test_one_is_accepted_by_a_person_who_has_seen_it(tmp_path: Path) -> None:
     answer = {"verdict": "doubtful", "subject": "7" * 64, "reasons": ["it is"]}
     camera_folder.write_answer(tmp_path, answer)
-    with pytest.raises(InputError, match="is doubtful, and no operator confirmed this"):
-        camera_folder.may_accept(tmp_path, "")
-    camera_folder.may_accept(tmp_path, "7" * 64)
+    for verdict in ("doubtful", "good"):
+        camera_folder.write_answer(tmp_path, answer | {"verdict": verdict})
+        with pytest.raises(InputError, match=f"is {verdict}, and no operator confirmed this one"):
+            camera_folder.may_accept(tmp_path, "8" * 64)
+        camera_folder.may_accept(tmp_path, "7" * 64)
     camera_folder.write_answer(tmp_path, answer | {"verdict": "bad"})
     with pytest.raises(InputError, match="no calibration to accept"):
         camera_folder.may_accept(tmp_path, "7" * 64)
@@ -121,17 +133,26 @@ def test_a_doubtful_one_is_accepted_by_a_person_alone(tmp_path: Path) -> None:
 
 def test_lengths_are_kept_with_their_picture(tmp_path: Path) -> None:
     pose = [0.0] * 6
+    still = state([1.0] * 8, pose)
     for moving, words in (
         (state([1.0] * 8, pose, speeds=[0.1] * 8), "the winches turn"),
         (state([1.0] * 8, pose, platform={"valid": False}), "lengths and position are not known"),
-        ({}, "lengths and position are not known"),
+        (state([1.0] * 8, pose, state="homing"), "lengths and position are not known"),
+        (state([1.0] * 7 + [None], pose), "lengths and position are not known"),
+        (state([1.0] * 7 + [float("nan")], pose), "lengths and position are not known"),
+        (state([1.0] * 7, pose), "lengths and position are not known"),
+        ({}, "the state of the machine is old"),
     ):
-        with pytest.raises(InputError, match=words):
-            camera_folder.add(tmp_path, picture(), moving, MACHINE)
+        for before, after in ((moving, still), (still, moving)):
+            with pytest.raises(InputError, match=words):
+                kept(tmp_path, picture(), before, after)
+    for elsewhere in (state([1.0] * 7 + [1.002], pose), still | {"zero": "2"}):
+        with pytest.raises(InputError, match="was moved, or homed, meanwhile"):
+            kept(tmp_path, picture(), still, elsewhere)
     with pytest.raises(InputError, match="is no JPEG and no PNG"):
-        camera_folder.add(tmp_path, b"GIF89a", state([1.0] * 8, pose), MACHINE)
-    camera_folder.add(tmp_path, picture(), state([1.0] * 8, pose), MACHINE)
-    camera_folder.add(tmp_path, picture(), state([1.25] * 8, [0.1] * 6), MACHINE)
+        kept(tmp_path, b"GIF89a", still)
+    kept(tmp_path, picture(), state([1] * 8, pose))  # as JSON has them
+    kept(tmp_path, picture(), state([1.25] * 8, [0.1] * 6))
     rows = (tmp_path / "data.csv").read_text().splitlines()
     assert [float(each) for each in rows[2].split(",")] == [0.25] * 8 + [0.1] * 6
     for left in (1, 0):
@@ -140,6 +161,47 @@ def test_lengths_are_kept_with_their_picture(tmp_path: Path) -> None:
         assert len(list((tmp_path / "pictures").iterdir())) == left
     with pytest.raises(InputError, match="there is no picture"):
         camera_folder.remove_last(tmp_path)
+
+
+def test_lengths_of_another_zero_begin_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    still = state([1.0] * 8, [0.0] * 6)
+    kept(tmp_path, picture(), still)
+    (tmp_path / "tags.toml").write_text("sent")
+    (tmp_path / "calibrated.toml").write_text("accepted")
+    other = with_exit_points(MACHINE, [(x, y, z + 1e-3) for x, y, z in exits_of(MACHINE)])
+    assert camera_folder.subject_of(tmp_path, MACHINE) != camera_folder.subject_of(tmp_path, other)
+    for now, robot in ((still | {"zero": "2"}, MACHINE), (still, other)):
+        with pytest.raises(InputError, match="opened or homed, or is another robot: begin anew"):
+            camera_folder.add(tmp_path, picture(), now, now, robot)
+    assert camera_folder.told(tmp_path)["pictures"] == 1
+    camera_folder.begin_anew(tmp_path)
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["calibrated.toml", "tags.toml"]
+    assert kept(tmp_path, picture(), still | {"zero": "2"}) == "pose-01.png"
+    camera_folder.begin_anew(tmp_path, keeps_robot=False)
+    assert [each.name for each in tmp_path.iterdir()] == ["tags.toml"]
+    monkeypatch.setattr(camera_folder, "MAX_PICTURES", 2)
+    kept(tmp_path, picture(), still)
+    kept(tmp_path, picture(), still)
+    with pytest.raises(InputError, match="there are 2 pictures already"):
+        kept(tmp_path, picture(), still)
+
+
+def test_a_homing_and_an_opening_give_lengths_another_zero() -> None:
+    feed = SimpleNamespace(state={}, head=SimpleNamespace(epoch="today"))
+    routes = CameraRoutes(SimpleNamespace(feed=feed, uploads=SimpleNamespace(folder=Path())))  # type: ignore[arg-type]
+
+    def zero(sitting: int, *events: tuple[str, str], age: float = 0.0) -> Any:
+        told = [(at, 0.0, *each) for at, each in enumerate(events, 1)]
+        feed.state = {"clock": time.monotonic() - age, "sitting": sitting, "events": told}
+        return routes._present().get("zero")
+
+    first = zero(1, ("state", "manual"))
+    assert first == zero(1, ("state", "manual"), ("fault", "homing failed"))
+    homed = zero(1, ("state", "manual"), ("fault", "-"), ("state", "homing"), ("state", "manual"))
+    assert homed not in (first, None)
+    assert homed == zero(1)  # although other events have replaced those
+    assert zero(2) not in (first, homed)
+    assert zero(2, age=0.6) is None
 
 
 def test_a_file_that_is_none_is_an_error_and_changes_nothing(made: Room, tmp_path: Path) -> None:
@@ -153,13 +215,15 @@ def test_a_file_that_is_none_is_an_error_and_changes_nothing(made: Room, tmp_pat
 
 
 @contextmanager
-def live_camera(kind: str, content: bytes) -> Iterator[str]:
-    """A camera in the network: its address."""
+def live_camera(kind: str, content: bytes, **more: str) -> Iterator[str]:
+    """A camera in the network, with *more* headers: its address."""
 
     class Answer(BaseHTTPRequestHandler):
         def do_GET(self) -> None:
             self.send_response(200)
             self.send_header("content-type", kind)
+            for name, value in more.items():
+                self.send_header(name.replace("_", "-"), value)
             self.end_headers()
             self.wfile.write(content)
 
@@ -184,6 +248,26 @@ def test_a_picture_comes_from_the_live_camera() -> None:
         camera_folder.picture_from(address)
 
 
+def test_a_picture_of_the_live_camera_is_whole() -> None:
+    """A thumbnail's end is not that of its picture; what is cut off is none."""
+    jpeg = b"\xff\xd8\xff\xe1 a thumbnail \xff\xd8\xff\xd9 a picture \xff\xd9"
+    stream = "multipart/x-mixed-replace; boundary=--frame"
+    head = b"--frame\r\nContent-Type: image/jpeg\r\n"
+    for part in (head + b"\r\n" + jpeg + b"\r\n", head + b"Content-Length: %d\r\n\r\n" % len(jpeg) + jpeg + b"\r\n"):
+        with live_camera(stream, 2 * part) as address:
+            assert camera_folder.picture_from(address) == jpeg
+        rejected(part[: -len(b" a picture ..")], stream)
+    rejected(jpeg[:20], content_length=str(len(jpeg)))
+    rejected(b"14\r\nshort", transfer_encoding="chunked", words="the camera does not answer")
+
+
+def rejected(
+    content: bytes, kind: str = "image/jpeg", words: str = "ended before a picture was whole", **more: str
+) -> None:
+    with live_camera(kind, content, **more) as address, pytest.raises(EnvironmentFault, match=words):
+        camera_folder.picture_from(address)
+
+
 @pytest.mark.clock
 def test_requests_are_of_the_operator_and_name_what_is_wrong(server: Served, made: Room) -> None:
     assert made.data.sightings is not None
@@ -199,12 +283,14 @@ def test_requests_are_of_the_operator_and_name_what_is_wrong(server: Served, mad
             ("POST", "/calibration/pictures", "GIF89a", 409, "is no JPEG and no PNG"),
             ("DELETE", "/calibration/pictures", None, 409, "there is no picture"),
             ("POST", "/calibration/accept", "{}", 409, "there is no calibration to accept yet"),
+            ("POST", "/calibration/accept", "x" * 5000, 413, "at most 4096 bytes"),
         ):
             found, text, _ = server.ask(method, path, body, **bearer)
             assert (found, words in text, text.count("\n")) == (status, True, 1), text
         assert server.ask("PUT", "/calibration/plan", "x" * 2_000_000, **bearer)[0] == 413
-        status, text, _ = server.ask("PUT", "/calibration/plan", PLAN, **bearer)
-        assert (status, json.loads(text)) == (200, {"missing": ["tags", "camera"]})
+        for method, path, body in (("PUT", "plan", PLAN), ("POST", "guide", ""), ("POST", "anew", "")):
+            status, text, _ = server.ask(method, f"/calibration/{path}", body, **bearer)
+            assert (status, json.loads(text)) == (200, {"missing": ["tags", "camera"]})
         told = json.loads(server.ask("GET", "/calibration", **bearer)[1])
         assert (told["parts"], told["pictures"], told["live"], told["answer"]) == (["plan"], 0, False, None)
 
@@ -242,6 +328,35 @@ def test_the_stages_of_a_job_become_jobs_between_which_exit_points_move(server: 
         assert status == 200, text
         assert robot_of(server).lines[0].exit_point[2] == pytest.approx(low + 0.504)
         first.until(lambda state: state.get("state") not in (None, "closed"))
+
+
+def test_an_adoption_that_fails_changes_nothing(tmp_path: Path) -> None:
+    """Jobs are checked for the robot that the machine is, whether it could become the other one or not."""
+    robot = cw.load("house-printer")
+    station = SimulatedStation(robot, built_machine(robot)[0], 0, resting_pose(robot))
+    control = Control(station, ControlLink.new(), tmp_path, lambda: True)
+    write_station(tmp_path, robot, station.settings.owner)
+    file = tmp_path / "robot.toml"
+    try:
+        for other, words in (
+            (with_exit_points(robot, [(x + 40.0, y, z) for x, y, z in exits_of(robot)]), "leaves the workspace"),
+            (
+                robot.model_copy(update={"name": "another"}),
+                "robot 'another' with .* but the machine is 'house-printer'",
+            ),
+        ):
+            file.write_text(camera_folder.robot_text(other))
+            with pytest.raises(CablewrightError, match=words):
+                control._adopted(file.name)
+            assert (station.robot, station_of(tmp_path)[0]) == (robot, robot)
+            station.sitting(None)
+        moved = with_exit_points(robot, [(x, y, z + 4e-3) for x, y, z in exits_of(robot)])
+        file.write_text(camera_folder.robot_text(moved))
+        control._adopted(file.name)
+        assert station_of(tmp_path)[0].lines == station.robot.lines == moved.lines
+    finally:
+        control.close()
+        control.link.close()
 
 
 def robot_of(server: Served) -> cw.Robot:

@@ -1,4 +1,4 @@
-"""Queue of checks and reports: one at a time, each in a process with limits."""
+"""Queue of checks, reports and calibrations: one at a time, each in a process with limits."""
 
 from __future__ import annotations
 
@@ -34,19 +34,24 @@ class Checks:
     _queue: asyncio.Queue[tuple[str, str]] = field(default_factory=lambda: asyncio.Queue(WAITING))
 
     def ask(self, what: str, subject: str) -> str:
-        """Queue the ``check`` of a job, or the ``report`` of a run; return why it is not queued, or an empty text.
+        """Queue the ``check`` of a job, the ``report`` of a run, or ``guide`` or ``accept`` of the calibration.
 
-        Raises `EnvironmentFault` where an earlier answer cannot be removed.
+        Return why it is not queued, or an empty text. Raises `EnvironmentFault` where an earlier answer cannot be
+        removed.
         """
-        if subject in self.busy:
-            return "it is being done already"
-        if self._queue.full():
-            return f"{WAITING} wait already; try again later"
+        if why := self.refusal(subject):
+            return why
         if what == "check":
             forget_check(self.uploads.job(subject))
         self._queue.put_nowait((what, subject))
         self.busy[subject] = "waits"
         return ""
+
+    def refusal(self, subject: str) -> str:
+        """Return why nothing of a job, run or calibration can be queued now, or an empty text."""
+        if subject in self.busy:
+            return "it is being done already"
+        return f"{WAITING} wait already; try again later" if self._queue.full() else ""
 
     async def run(self) -> None:
         """Run the queued checks and reports one after the other."""

@@ -14,7 +14,8 @@ from cablewright.apps.serve.slicers.shared_actions import SENDING
 from cablewright.apps.serve.uploads import TooLarge
 from cablewright.foundation.errors import EnvironmentFault, InputError
 
-_SMALL: Final = 4096  # bytes of a message
+SMALL: Final = 4096
+"""Bytes of a message."""
 
 
 async def whole_of(request: Request, most: int) -> bytes:
@@ -36,8 +37,13 @@ async def body_of(request: Request, most: int) -> bytes:
 
 async def json_of(request: Request) -> dict[str, Any]:
     """The JSON object of a request; empty where there is none."""
+    return object_in(await body_of(request, SMALL))
+
+
+def object_in(body: bytes) -> dict[str, Any]:
+    """The JSON object of a body; empty where there is none."""
     try:
-        found = json.loads(await body_of(request, _SMALL) or b"{}")
+        found = json.loads(body or b"{}")
     except (ValueError, RecursionError):
         return {}
     return found if isinstance(found, dict) else {}

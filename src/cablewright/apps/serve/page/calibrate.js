@@ -7,6 +7,7 @@ export class Calibrate {
   constructor(link, orders) {
     Object.assign(this, { link, orders, found: {} });
     at("calibrate-files").append(...PARTS.map((part) => make("label", {}, `${t(`calibrate.${part}`)} `, make("span", { id: `calibrate-${part}`, className: "tag" }), make("input", { type: "file", accept: ".toml", onchange: ({ target }) => this.send(`/calibration/${part}`, "PUT", target) }))));
+    at("calibrate-back").after(" ", ...[["again", () => this.tried("/calibration/guide", { method: "POST" })], ["anew", () => this.anew()]].map(([name, onclick]) => make("button", { id: `calibrate-${name}`, type: "button", textContent: t(`calibrate.${name}`), onclick })));
     at("calibrate-send").addEventListener("change", ({ target }) => this.send("/calibration/pictures", "POST", target));
     at("calibrate-take").addEventListener("click", () => this.tried("/calibration/pictures", { method: "POST" }));
     at("calibrate-back").addEventListener("click", () => this.tried("/calibration/pictures", { method: "DELETE" }));
@@ -45,12 +46,18 @@ export class Calibrate {
     if (sure) await this.tried("/calibration/accept", { method: "POST", body: JSON.stringify({ confirmed: answer.subject }) });
   }
 
+  async anew() {
+    const sure = await this.orders.sure(t("calibrate.anew.sure"), t("calibrate.anew.text"), t("calibrate.anew"));
+    if (sure) await this.tried("/calibration/anew", { method: "POST" });
+  }
+
   allow() {
     const { found, orders } = this, may = orders.mine && !found.busy && !this.moves; // a file picker would cover Stop
     for (const each of document.querySelectorAll("#calibrate-files input, #calibrate-send")) each.disabled = !may;
     at("calibrate-take").hidden = !found.live;
     at("calibrate-take").disabled = !may;
-    at("calibrate-back").disabled = !may || !found.pictures;
+    for (const each of ["back", "anew"]) at(`calibrate-${each}`).disabled = !may || !found.pictures;
+    at("calibrate-again").disabled = !may || !["tags", "camera"].every((part) => found.parts?.includes(part));
     at("calibrate-accept").hidden = !["good", "doubtful"].includes(found.answer?.verdict);
     at("calibrate-accept").disabled = !may;
     at("calibrate-adopt").hidden = !found.accepted;
