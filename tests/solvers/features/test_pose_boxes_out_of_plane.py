@@ -97,6 +97,7 @@ def test_a_budget_that_is_spent_gives_no_box() -> None:
     assert box.reason.startswith("no box")
 
 
+@pytest.mark.slow  # compiles what it alone calls; a bound that is too narrow shows as a box without its poses
 @pytest.mark.parametrize("body", [False, True])
 @pytest.mark.parametrize("kind", out_of_plane.KINDS)
 def test_jacobians_differ_by_no_more_than_the_second_derivatives(kind: str, body: bool) -> None:
