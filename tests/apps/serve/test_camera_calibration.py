@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
+import asyncio
 import base64
 import io
 import json
 import subprocess
 import sys
-import threading
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
-from http.server import BaseHTTPRequestHandler, HTTPServer
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -27,15 +24,18 @@ import tomlkit
 from benchmarks.campaigns import tag_pictures
 from benchmarks.campaigns.camera_rooms import Room, Setup, _shown, exit_errors, room
 from PIL import Image
+from starlette.requests import Request
 
 import cablewright as cw
 from browser import Page, browser, executable
-from cablewright.apps.serve import camera_folder
+from cablewright.apps.serve import camera_folder, camera_routes
 from cablewright.apps.serve.camera_routes import CameraRoutes
 from cablewright.apps.serve.check_worker import station_of, write_station
+from cablewright.apps.serve.checks import WAITING, Checks
+from cablewright.apps.serve.uploads import Uploads
 from cablewright.calibration.poses.simulation import measure
 from cablewright.calibration.sightings.camera import camera_text
-from cablewright.foundation.errors import CablewrightError, EnvironmentFault, InputError
+from cablewright.foundation.errors import CablewrightError, InputError
 from cablewright.live.serve.control_process import Control
 from cablewright.live.serve.link import ControlLink
 from cablewright.live.serve.operated_machines import SimulatedStation, resting_pose
@@ -94,25 +94,35 @@ def worked(what: str, served_folder: Path) -> str:
     return said
 
 
-def test_pictures_lead_to_an_accepted_robot(made: Room, tmp_path: Path) -> None:
+def test_pictures_lead_to_an_accepted_robot(made: Room, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A picture without a tag, the last, counts neither for the guide nor for what is accepted."""
     folder = tmp_path / camera_folder.FOLDER
     write_station(tmp_path, MACHINE, cw.load_machine("house-printer"))
     sent(folder, made, range(14))
+    buffer = io.BytesIO()
+    Image.new("L", (SMALL.width, SMALL.height), 128).save(buffer, "png")
+    kept(folder, buffer.getvalue(), state([5.0] * 8, [0.0] * 6))
     with pytest.raises(InputError, match="there is no calibration to accept yet"):
         camera_folder.may_accept(folder, "")
     assert worked("guide", tmp_path) == ""
     found = camera_folder.told(folder)
     answer = found["answer"]
-    assert (found["pictures"], found["parts"], found["room"]) == (14, ["tags", "camera", "plan"], True)
+    assert (found["pictures"], found["parts"], found["room"]) == (15, ["tags", "camera", "plan"], True)
     assert answer["verdict"] in ("good", "doubtful")
     assert answer["camera"].startswith("the camera stands at")
     assert answer["pictures"][0]["tags"]
+    assert (answer["poses"], answer["pictures"][14]["tags"]) == (14, [])
     assert answer["sigma"] < 5e-3
     camera_folder.may_accept(folder, answer["subject"])
     assert worked("accept", tmp_path) == ""
     robot = cw.load(camera_folder.told(folder)["accepted"])
     assert np.abs(exit_errors(made.robot, robot, own_frame=True)).max() < 8e-3
     assert (folder / "calibrated.calibration.toml").is_file()
+    with monkeypatch.context() as worse:
+        found = SimpleNamespace(verdict="bad", reasons=("it is",))
+        worse.setattr(cw, "calibrate", lambda _robot, data, _plan: found if len(data.counted) == 14 else None)
+        with pytest.raises(InputError, match=f"is bad, not {answer['verdict']} as was accepted: it is"):
+            camera_folder.accept(folder, MACHINE)
     camera_folder.remove_last(folder)
     with pytest.raises(InputError, match="have changed since the answer that was accepted"):
         camera_folder.accept(folder, MACHINE)
@@ -163,7 +173,7 @@ def test_lengths_are_kept_with_their_picture(tmp_path: Path) -> None:
         camera_folder.remove_last(tmp_path)
 
 
-def test_lengths_of_another_zero_begin_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_lengths_of_another_zero_are_rejected(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     still = state([1.0] * 8, [0.0] * 6)
     kept(tmp_path, picture(), still)
     (tmp_path / "tags.toml").write_text("sent")
@@ -171,7 +181,7 @@ def test_lengths_of_another_zero_begin_anew(tmp_path: Path, monkeypatch: pytest.
     other = with_exit_points(MACHINE, [(x, y, z + 1e-3) for x, y, z in exits_of(MACHINE)])
     assert camera_folder.subject_of(tmp_path, MACHINE) != camera_folder.subject_of(tmp_path, other)
     for now, robot in ((still | {"zero": "2"}, MACHINE), (still, other)):
-        with pytest.raises(InputError, match="opened or homed, or is another robot: begin anew"):
+        with pytest.raises(InputError, match="opened or homed, or is another robot: begin again"):
             camera_folder.add(tmp_path, picture(), now, now, robot)
     assert camera_folder.told(tmp_path)["pictures"] == 1
     camera_folder.begin_anew(tmp_path)
@@ -204,6 +214,46 @@ def test_a_homing_and_an_opening_give_lengths_another_zero() -> None:
     assert zero(2, age=0.6) is None
 
 
+def test_bodies_have_a_time_limit_and_their_page_operates_until_they_are_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nothing is kept of one that comes late, of a page that operates no more, or while no answer can be computed."""
+    monkeypatch.setattr(camera_routes, "SENDING", 0.1)
+    operating = {"ours"}
+
+    async def asked(*, late: bool = False, leaves: bool = False, full: bool = False) -> tuple[int, bytes]:
+        async def receive() -> dict[str, Any]:
+            await asyncio.sleep(5.0 if late else 0.0)
+            operating.difference_update({"ours"} if leaves else ())
+            return {"type": "http.request", "body": PLAN.encode(), "more_body": False}
+
+        async def no_news(_version: int) -> int:
+            await asyncio.sleep(5.0)
+            return 0
+
+        uploads = Uploads(tmp_path)
+        checks, operators = Checks(uploads), SimpleNamespace(of_secret=lambda secret: secret in operating or None)
+        for at in range(WAITING if full else 0):
+            assert checks.ask("report", str(at)) == ""
+        feed = SimpleNamespace(state={}, head=None, next=no_news)
+        page = SimpleNamespace(
+            feed=feed, uploads=uploads, checks=checks, operators=operators, sending=asyncio.Semaphore(1)
+        )
+        routes = CameraRoutes(page)  # type: ignore[arg-type]
+        scope = {"type": "http", "headers": [(b"x-page", b"ours")], "path_params": {"part": "plan"}}
+        answer = await routes._by_operator(routes.put, 1000)(Request(scope, receive))
+        assert not routes._taking.locked()
+        return answer.status_code, bytes(answer.body)
+
+    assert asyncio.run(asked(late=True)) == (408, b"it was not sent within 300 s\n")
+    assert asyncio.run(asked(full=True)) == (409, b"10 wait already; try again later\n")
+    assert asyncio.run(asked(leaves=True)) == (409, b"this page does not operate the machine any more\n")
+    assert asyncio.run(asked())[0] == 403
+    assert not (tmp_path / camera_folder.FOLDER).exists()
+    operating.add("ours")
+    assert asyncio.run(asked())[0] == 200
+
+
 def test_a_file_that_is_none_is_an_error_and_changes_nothing(made: Room, tmp_path: Path) -> None:
     sent(tmp_path, made, range(0))
     before = (tmp_path / "tags.toml").read_bytes()
@@ -212,60 +262,6 @@ def test_a_file_that_is_none_is_an_error_and_changes_nothing(made: Room, tmp_pat
     assert "\n" not in str(error.value)
     assert (tmp_path / "tags.toml").read_bytes() == before
     assert [each.name for each in tmp_path.iterdir() if each.name.startswith("sent-")] == []
-
-
-@contextmanager
-def live_camera(kind: str, content: bytes, **more: str) -> Iterator[str]:
-    """A camera in the network, with *more* headers: its address."""
-
-    class Answer(BaseHTTPRequestHandler):
-        def do_GET(self) -> None:
-            self.send_response(200)
-            self.send_header("content-type", kind)
-            for name, value in more.items():
-                self.send_header(name.replace("_", "-"), value)
-            self.end_headers()
-            self.wfile.write(content)
-
-        def log_message(self, *args: Any) -> None:
-            pass
-
-    server = HTTPServer(("127.0.0.1", 0), Answer)
-    threading.Thread(target=server.serve_forever, daemon=True).start()
-    yield f"http://127.0.0.1:{server.server_port}/snapshot"
-    server.shutdown()
-    server.server_close()
-
-
-def test_a_picture_comes_from_the_live_camera() -> None:
-    jpeg = b"\xff\xd8\xff\xe0 a picture \xff\xd9"
-    with live_camera("image/jpeg", jpeg) as address:
-        assert camera_folder.picture_from(address) == jpeg
-    part = b"--frame\r\ncontent-type: image/jpeg\r\n\r\n" + jpeg
-    with live_camera("multipart/x-mixed-replace; boundary=frame", 3 * part) as address:
-        assert camera_folder.picture_from(address) == jpeg
-    with pytest.raises(EnvironmentFault, match="the camera does not answer"):
-        camera_folder.picture_from(address)
-
-
-def test_a_picture_of_the_live_camera_is_whole() -> None:
-    """A thumbnail's end is not that of its picture; what is cut off is none."""
-    jpeg = b"\xff\xd8\xff\xe1 a thumbnail \xff\xd8\xff\xd9 a picture \xff\xd9"
-    stream = "multipart/x-mixed-replace; boundary=--frame"
-    head = b"--frame\r\nContent-Type: image/jpeg\r\n"
-    for part in (head + b"\r\n" + jpeg + b"\r\n", head + b"Content-Length: %d\r\n\r\n" % len(jpeg) + jpeg + b"\r\n"):
-        with live_camera(stream, 2 * part) as address:
-            assert camera_folder.picture_from(address) == jpeg
-        rejected(part[: -len(b" a picture ..")], stream)
-    rejected(jpeg[:20], content_length=str(len(jpeg)))
-    rejected(b"14\r\nshort", transfer_encoding="chunked", words="the camera does not answer")
-
-
-def rejected(
-    content: bytes, kind: str = "image/jpeg", words: str = "ended before a picture was whole", **more: str
-) -> None:
-    with live_camera(kind, content, **more) as address, pytest.raises(EnvironmentFault, match=words):
-        camera_folder.picture_from(address)
 
 
 @pytest.mark.clock

@@ -46,7 +46,7 @@ _LENGTH: Final = re.compile(rb"content-length:\s*(\d{1,12})\s", re.IGNORECASE)
 _SAME: Final = 1e-3  # m, between lengths before and after a picture
 _SETTING: Final = ("homing", "tensioning")  # states that set lengths
 _VERDICTS: Final = ("bad", "doubtful", "good")
-_ANEW: Final = "since the first picture the machine was opened or homed, or is another robot: begin anew"
+_ANEW: Final = "since the first picture the machine was opened or homed, or is another robot: begin again"
 
 
 def put_part(folder: Path, part: str, content: bytes) -> None:
@@ -131,7 +131,9 @@ def add(folder: Path, picture: bytes, before: dict[str, Any], after: dict[str, A
         raise InputError("the platform was moved, or homed, meanwhile: take the picture again once it stands")
     rows = _rows(folder)
     if len(rows) > MAX_PICTURES:
-        raise InputError(f"there are {MAX_PICTURES} pictures already, and more are not kept: remove one, or begin anew")
+        raise InputError(
+            f"there are {MAX_PICTURES} pictures already, and more are not kept: remove one, or begin again"
+        )
     if not rows:
         write_whole(folder / _HOME, json.dumps(zero | {"lengths": lengths}).encode(), parents=True)
         rows = [",".join([*(f"dl_{at + 1}" for at in range(robot.m)), *("x", "y", "z", "rx", "ry", "rz")[: robot.n]])]

@@ -110,7 +110,7 @@ class CameraRoutes:
         self._homed = max([self._homed, *begun])
 
     def _present(self) -> dict[str, Any]:
-        """The present state of the machine, with what names the zero of its lengths; empty where it is old."""
+        """The present state of the machine, with the name of the zero of its lengths; empty where it is old."""
         state, head = self.page.feed.state, self.page.feed.head
         if head is None or time.monotonic() - float(state.get("clock", -1e9)) > STALE:
             return {}
@@ -170,6 +170,7 @@ class CameraRoutes:
 
     async def accept(self, asked: Asked) -> dict[str, Any]:
         """Take the calibration as it is: its robot file is written."""
+        self._require_room()
         confirmed = str(object_in(asked.body).get("confirmed", ""))
         await asyncio.to_thread(camera_folder.may_accept, self.folder, confirmed)
         return self._guided("accept")
@@ -206,8 +207,7 @@ class CameraRoutes:
             raise InputError(why)
 
     def _guided(self, what: str = "guide") -> dict[str, Any]:
-        """Queue the computation, once both files are there. Raises `InputError`."""
+        """Queue the computation, once both files are there; ``why`` of the answer: it is not queued."""
         needed = [part for part in ("tags", "camera") if not (self.folder / PARTS[part]).is_file()]
-        if not needed and (why := self.page.checks.ask(what, FOLDER)):
-            raise InputError(why)
-        return {"missing": needed}
+        why = "" if needed else self.page.checks.ask(what, FOLDER)
+        return {"missing": needed} | ({"why": why} if why else {})

@@ -107,7 +107,7 @@ def _staged(uploads: Uploads, number: str, robot: Robot, job: Job) -> str:
 
 
 def _send_stage(uploads: Uploads, number: str, stage: JobStage, name: str) -> None:
-    """Send a stage of a job; its settings come last, and tell that it is whole."""
+    """Send a stage of a job; its settings come last: then it is whole."""
     import tomlkit
 
     from cablewright.apps.serve.camera_folder import robot_text

@@ -35,7 +35,7 @@ export class Calibrate {
 
   async tried(path, options) {
     const done = await this.link.ask(path, options).catch((reason) => { put(at("calibrate-told"), t("rejected", { why: reason.message })); return null; });
-    if (done) put(at("calibrate-told"), done.missing?.length ? t("calibrate.missing", { what: done.missing.map((part) => t(`calibrate.${part}`)).join(", ") }) : "");
+    if (done) put(at("calibrate-told"), done.missing?.length ? t("calibrate.missing", { what: done.missing.map((part) => t(`calibrate.${part}`)).join(", ") }) : done.why ? t("calibrate.later", { why: done.why }) : "");
     await this.look();
     return done;
   }
