@@ -70,7 +70,7 @@ def begin_elsewhere(settings: Any, state: Any, order: Any, now: float, place: An
 
 def always_new(times: ReadingTimes, source: str, time: float, _now: float) -> Timeliness:
     """Take every reading for a new one."""
-    times._last[source] = time
+    times.times[source] = time
     return Timeliness.NEW
 
 

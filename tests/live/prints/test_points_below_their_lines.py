@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from cablewright.apps import style
 from cablewright.apps.cli.main import run
 from cablewright.exchange.firmware_robots import as_points
 from cablewright.exchange.robot_toml import plain_toml
@@ -27,11 +26,11 @@ def printed(robot: Robot, machine: Path, folder: Path, capsys: pytest.CaptureFix
     return dict(json.loads(capsys.readouterr().out))
 
 
+@pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize("name", ["hangprinter-v4", pytest.param("hangprinter-five", marks=pytest.mark.slow)])
 def test_it_prints_as_a_robot_whose_lines_meet_in_the_nozzle(
-    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(style, "png", lambda _drawn: b"")  # reports take most of the time of short prints
     robot = load(name)
     machine = tmp_path / "machine.toml"
     machine.write_text(machine_file(robot))
