@@ -139,7 +139,7 @@ def _draw_room(axes: Axes, found: Guidance, plane: list[int]) -> None:
     axes.plot(*exits.T, "o", color=style.BLUE, markersize=4, label="exit point")
     near, labels = _CLOSE * float(np.ptp(exits)), list[tuple[Array, list[str]]]()
     for known, point in zip(found.exits, exits, strict=False):
-        label = f"{style.label(known.line, 16)} {1e3 * known.now:.2g} mm"
+        label = f"{style.label(known.line, 16)}: {1e3 * known.now:.2g} mm"
         same = next((words for place, words in labels if np.linalg.norm(place - point) < near), None)
         labels += [(point, [label])] if same is None else []
         if same is not None:
