@@ -31,7 +31,7 @@ _LOOKS: Final = 0.1  # s between looks whether it has
 
 
 @dataclass(frozen=True, eq=False)
-class Asked:
+class CameraRequest:
     """A request of the page that operates, its body, and the state of the machine before that was sent."""
 
     request: Request
@@ -67,7 +67,7 @@ class CameraRoutes:
         ]
 
     def _by_operator(
-        self, act: Callable[[Asked], Awaitable[Any]], most: int
+        self, act: Callable[[CameraRequest], Awaitable[Any]], most: int
     ) -> Callable[[Request], Awaitable[Response]]:
         """The route of an act that only the page that operates may ask for, one at a time; *most*: bytes of a body."""
 
@@ -88,7 +88,7 @@ class CameraRoutes:
                         raise InputError("this page does not operate the machine any more")
                     if FOLDER in self.page.checks.busy:
                         raise InputError("the guide is computing: wait for its answer")
-                    return await act(Asked(request, body, before, client))
+                    return await act(CameraRequest(request, body, before, client))
 
             return await tried(work)
 
@@ -128,7 +128,7 @@ class CameraRoutes:
             return PlainTextResponse("there is no picture yet\n", 404)
         return FileResponse(self.folder / ROOM, media_type="image/png")
 
-    async def put(self, asked: Asked) -> dict[str, Any]:
+    async def put(self, asked: CameraRequest) -> dict[str, Any]:
         """Receive the layout of the tags, the camera, or a plan."""
         part = asked.request.path_params["part"]
         if part not in PARTS:
@@ -137,7 +137,7 @@ class CameraRoutes:
         await asyncio.to_thread(camera_folder.put_part, self.folder, part, asked.body)
         return self._guided()
 
-    async def add(self, asked: Asked) -> dict[str, Any]:
+    async def add(self, asked: CameraRequest) -> dict[str, Any]:
         """Keep a picture, that of the body or of the live camera, with the present lengths."""
         head, picture, before = self.page.feed.head, asked.body, asked.before
         if head is None or self.page.feed.state.get("state") in (None, "closed"):
@@ -152,30 +152,30 @@ class CameraRoutes:
         name = await asyncio.to_thread(camera_folder.add, self.folder, picture, before, after, head.robot)
         return {"picture": name} | self._guided()
 
-    async def remove(self, _asked: Asked) -> dict[str, Any]:
+    async def remove(self, _asked: CameraRequest) -> dict[str, Any]:
         """Remove the last picture."""
         self._require_room()
         await asyncio.to_thread(camera_folder.remove_last, self.folder)
         return self._guided()
 
-    async def guide(self, _asked: Asked) -> dict[str, Any]:
+    async def guide(self, _asked: CameraRequest) -> dict[str, Any]:
         """Compute the guide's answer again."""
         return self._guided()
 
-    async def begin_anew(self, _asked: Asked) -> dict[str, Any]:
+    async def begin_anew(self, _asked: CameraRequest) -> dict[str, Any]:
         """Remove all pictures, such as after a homing."""
         self._require_room()
         await asyncio.to_thread(camera_folder.begin_anew, self.folder)
         return self._guided()
 
-    async def accept(self, asked: Asked) -> dict[str, Any]:
+    async def accept(self, asked: CameraRequest) -> dict[str, Any]:
         """Take the calibration as it is: its robot file is written."""
         self._require_room()
         confirmed = str(object_in(asked.body).get("confirmed", ""))
         await asyncio.to_thread(camera_folder.may_accept, self.folder, confirmed)
         return self._guided("accept")
 
-    async def adopt(self, asked: Asked) -> dict[str, Any]:
+    async def adopt(self, asked: CameraRequest) -> dict[str, Any]:
         """Let the machine be the calibrated robot, or that of a stage, whose exit points have been set."""
         page, job = self.page, asked.request.path_params.get("job")
         file = f"{FOLDER}/calibrated.toml" if job is None else f"{JOBS}/{page.uploads.job(job).name}/{STAGE}"
