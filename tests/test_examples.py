@@ -32,7 +32,7 @@ PINNED = {  # the number, and how far the printed one may be from it: its last d
     "15_calibrate": (6.19, 0.01),  # mm
     "16_print": (33.2, 0.2),  # mm
     "17_print_with_a_body": (84.0, 2.0),  # N
-    "18_print_with_a_retracting_beam": (-5.2, 0.3),  # N
+    "18_print_with_a_retracting_beam": (-0.8, 0.3),  # N
     "19_design": (5.47, 0.01),  # mm
     "20_zeros_of_sensors": (1.16, 0.01),  # mm
     "21_creep_and_mounts": (12.41, 0.01),  # mm
