@@ -54,7 +54,7 @@ class SwingState:
 
 
 def gains(settings: SwingDamping, dt: float) -> tuple[float, float]:
-    """Return share and velocity of `point_velocity_step.calm`, in steps of *dt*, s."""
+    """Return the arguments *share* and *faster* of `point_velocity_step.calm` for steps of *dt*, s."""
     share, faster = min(dt * settings.rate / (_PERIODS * math.tau), 1.0), 2.0 * settings.added * settings.rate
     return share, faster * settings.length
 

@@ -59,7 +59,7 @@ def exits_picture(found: Calibration) -> Figure | None:
     span = float(np.ptp(points, axis=0).max())
     times = enlargement(_SHARE * span, largest)
     scene = found.problem.robot.scene
-    for at, (across, up) in enumerate(((0, 1), (0, 2))):
+    for at, (across, up, title) in enumerate(_VIEWS):
         axes, plane = drawn.add_subplot(1, 2, at + 1), [across, up]
         label = "frame of the robot file"
         style.rectangle(axes, scene.frame_min, scene.frame_max, (across, up), linewidth=0.8, label=label)
@@ -72,7 +72,7 @@ def exits_picture(found: Calibration) -> Figure | None:
         axes.set(
             xlabel=f"{'xyz'[across]} in m",
             ylabel=f"{'xyz'[up]} in m",
-            title="from above" if up == 1 else "from the side",
+            title=title,
             aspect="equal",
         )
         axes.margins(0.14)
@@ -137,16 +137,9 @@ def _draw_room(axes: Axes, found: Guidance, plane: list[int]) -> None:
     (left, low), (right, high) = (np.array(corner)[plane] for corner in (scene.frame_min, scene.frame_max))
     axes.plot([left, right, right, left, left], [low, low, high, high, low], color=style.GREY, label="frame")
     axes.plot(*exits.T, "o", color=style.BLUE, markersize=4, label="exit point")
-    near, labels = _CLOSE * float(np.ptp(exits)), list[tuple[Array, list[str]]]()
-    for known, point in zip(found.exits, exits, strict=False):
-        label = f"{style.label(known.line, 16)}: {1e3 * known.now:.2g} mm"
-        same = next((words for place, words in labels if np.linalg.norm(place - point) < near), None)
-        labels += [(point, [label])] if same is None else []
-        if same is not None:
-            same.append(label)
-    for place, words in labels:
-        told = "\n".join(words)
-        axes.annotate(told, (place[0], place[1]), xytext=(5, 5), textcoords="offset points", fontsize=7)
+    labels = [f"{style.label(known.line, 16)}: {1e3 * known.now:.2g} mm" for known in found.exits]
+    for point, words in _together(exits[: len(labels)], labels, _CLOSE * float(np.ptp(exits))):
+        axes.annotate("\n".join(words), point, xytext=(5, 5), textcoords="offset points", fontsize=7)
     if found.found is not None:
         axes.plot(*found.found.poses[:, plane].T, ".", color=style.GREY, label="measured")
     places = np.array([each.pose[:3] for each in found.next_poses]).reshape(-1, 3)[:, plane]

@@ -68,7 +68,7 @@ def put_part(folder: Path, part: str, content: bytes) -> None:
 
 
 def picture_from(address: str) -> bytes:
-    """Return a picture of the live camera: a still, or the first whole JPEG of a stream. Raises `EnvironmentFault`."""
+    """Return a picture of the live camera, which sends a still or a stream of JPEGs. Raises `EnvironmentFault`."""
     found, until = bytearray(), time.monotonic() + _PATIENCE
     try:
         with urllib.request.urlopen(address, timeout=_PATIENCE) as answer:  # http or https: see `Address`
@@ -190,7 +190,7 @@ def may_accept(folder: Path, confirmed: str) -> None:
 
 
 def subject_of(folder: Path, robot: Robot) -> str:
-    """Return the SHA-256 of all that a calibration depends on: the *robot* and the files."""
+    """Return the SHA-256 of the *robot* and of all files that a calibration depends on."""
     whole = hashlib.sha256(digest_of(robot).encode())
     for path in (*(folder / name for name in (*PARTS.values(), _DATA)), *sorted((folder / _PICTURES).glob("pose-*"))):
         if path.is_file():

@@ -41,7 +41,7 @@ class CameraRequest:
 
 
 class CameraRoutes:
-    """Routes of the calibration by camera of a machine that is served."""
+    """HTTP routes of the calibration by camera, for the machine that this server operates."""
 
     def __init__(self, page: Served) -> None:
         """Of a *page*."""
@@ -138,7 +138,7 @@ class CameraRoutes:
         return self._guided()
 
     async def add(self, asked: CameraRequest) -> dict[str, Any]:
-        """Keep a picture, that of the body or of the live camera, with the present lengths."""
+        """Keep a picture, which was sent or comes from the live camera, with the lengths at which it was taken."""
         head, picture, before = self.page.feed.head, asked.body, asked.before
         if head is None or self.page.feed.state.get("state") in (None, "closed"):
             raise InputError("the machine is being opened")
@@ -207,7 +207,7 @@ class CameraRoutes:
             raise InputError(why)
 
     def _guided(self, what: str = "guide") -> dict[str, Any]:
-        """Queue the computation, once both files are there; ``why`` of the answer: it is not queued."""
+        """Queue the computation once layout and camera are there; ``why`` in the answer: why it is not queued."""
         needed = [part for part in ("tags", "camera") if not (self.folder / PARTS[part]).is_file()]
         why = "" if needed else self.page.checks.ask(what, FOLDER)
         return {"missing": needed} | ({"why": why} if why else {})

@@ -36,7 +36,7 @@ async def body_of(request: Request, most: int) -> bytes:
 
 
 async def json_of(request: Request) -> dict[str, Any]:
-    """The JSON object of a request; empty where there is none."""
+    """Return the JSON object in the body of a request; an empty one where the body has none."""
     return object_in(await body_of(request, SMALL))
 
 

@@ -30,7 +30,7 @@ PICTURED: Final = 4
 
 @dataclass(frozen=True, eq=False)
 class CameraView:
-    """A place of the camera, in the world or on the platform, as in *seen*; ``words`` say it to people."""
+    """A place of the camera, in the world or on the platform, as *seen* has it; ``words`` describe it to the user."""
 
     seen: Sightings
     words: str

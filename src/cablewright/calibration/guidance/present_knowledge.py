@@ -78,7 +78,7 @@ class Knowledge:
         return cls(problem, theta, rows, problem.encoder_sigma, rough, count, needed - count, None, None)
 
     def robots(self, rng: np.random.Generator) -> Array:
-        """Return exit points (R, m, 3), m, of the robot as known now, and of random robots within its uncertainty."""
+        """Return exit points (R, m, 3), m: first as estimated now, then of random robots within the uncertainty."""
         exits = self.problem.points(self.theta)
         which, coordinates = coordinates_of(self.problem.robot, self.problem.unknowns)
         away = np.zeros((_ROBOTS, exits.size))

@@ -187,7 +187,7 @@ def started(
 
 
 def _flipped(seen: Sightings, begun: Array, bundle: Bundle, which: list[int]) -> frozenset[tuple[int, int]]:
-    """Return the sightings, by pose and tag, of pictures whose fit is the other pose of a plane of tags.
+    """Return the sightings, by pose and tag, of pictures that were fitted with the wrong one of two possible poses.
 
     The tags fit there, by noise, no worse than at the pose that agrees with the other pictures, where they *begun*
     (N, 6). *which*: the pose of each of these.

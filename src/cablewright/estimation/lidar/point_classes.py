@@ -177,7 +177,7 @@ def _is_beyond(sigmas: Array, wall: _Crossing, on: Mask) -> bool:
 
 
 def _is_open(sigmas: Array, met: _Crossing) -> bool:
-    """Whether far more rays pass a line between its ends than end on it."""
+    """Whether far more rays go through a line, between its ends, than are reflected by it."""
     within = met.meets & (met.place > met.ends[0]) & (met.place < met.ends[1])
     passed = within & (met.beyond > np.maximum(_BEYOND, _SIGMAS * sigmas))
     return int(passed.sum()) > _OPEN * int(met.on.sum())

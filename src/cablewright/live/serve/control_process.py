@@ -266,7 +266,7 @@ class Control:
 
 
 def write_station(folder: Path, robot: Robot, owner: MachineSettings) -> None:
-    """Write robot and machine, which checks use, to a file. Raises `EnvironmentFault`."""
+    """Write the file from which checks read robot and machine. Raises `EnvironmentFault`."""
     about = {"robot": robot.model_dump_json(), "machine": owner.model_dump_json(by_alias=True)}
     write_whole(folder / STATION, json.dumps(about).encode())
 
