@@ -9,10 +9,14 @@ import os
 import signal
 
 INTERRUPTED = 130
+SMALL_MATRICES = {"OPENBLAS_NUM_THREADS": "1", "VECLIB_MAXIMUM_THREADS": "1"}
+"""Threads of NumPy's libraries, unless the user sets them: for our matrices they mostly wait for each other."""
 
 
 def main() -> None:
     """Run the command line of this process."""
+    for name, threads in SMALL_MATRICES.items():
+        os.environ.setdefault(name, threads)
     for number in (signal.SIGINT, signal.SIGTERM):
         if signal.getsignal(number) != signal.SIG_IGN:
             signal.signal(number, _leave)

@@ -26,32 +26,31 @@ from cablewright.control.slack import SlackSettings, slack_rates
 from cablewright.control.stretch_damping import StretchDamping, StretchState
 from cablewright.control.stretch_damping import follow as follow_stretch
 from cablewright.control.swing_damping import MOST_SPEED, SwingDamping, SwingState, follow, gains
-from cablewright.control.tensioned_lengths import Held, held_at
+from cablewright.control.tensioned_lengths import held_at, length_errors
 from cablewright.foundation.arrays import Array, Indices
 from cablewright.foundation.choices import LawName
 from cablewright.foundation.errors import InputError, UnknownName, require_positive
 from cablewright.foundation.signals import Encoders, Estimate, SensorFrame
 from cablewright.kernels import Direct
+from cablewright.kernels.control import body_velocity_step as body_kernel
 from cablewright.kernels.control import point_velocity_step as kernel
+from cablewright.kernels.control.body_velocity_step import BodyGains, HeldBody
 from cablewright.kernels.control.point_velocity_step import PointGains
 from cablewright.kernels.layout import Packed
 from cablewright.models.fidelity import CableLaw
-from cablewright.models.free_coordinates import free_coordinates
 from cablewright.models.inertia import compensates, inertia_wrenches
-from cablewright.models.packed_views import LineNumbers
-from cablewright.models.rotation import matrix_of, motion_between, moved
+from cablewright.models.rotation import moved
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.support_table import Capability, require
-from cablewright.models.winch_lines import WinchLines
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.solvers.linearise import linearise_where_regular
 from cablewright.solvers.preferred_tensions import preferred_tensions
-from cablewright.solvers.taut import Taut, stretches, taut_at, taut_of
+from cablewright.solvers.taut import Taut, taut_at
 
 LAWS: Final = get_args(LawName)
 
 _STILL: Final = np.zeros(3)
 _NONE: Final = np.empty(0)
+_OK: Final = np.zeros(1, np.int64)
 _OLDEST: Final = 0.1  # s, age of counts that is allowed for: the guard judges older ones
 
 
@@ -104,13 +103,16 @@ class VelocitySettings:
         return np.eye(3) if free is None else np.array(free, order="C")
 
     @cached_property
+    def row(self) -> Packed | None:
+        """The model with its preferred tensions, for kernels that solve with a winch for each line; None: others."""
+        model = self.model
+        solved = model.robot.is_plainly_driven and model.fidelity.cable is not CableLaw.RIGID
+        return model.rows(preferred=preferred_tensions(model)) if solved else None
+
+    @cached_property
     def plain(self) -> Packed | None:
-        """A batch of one row for the kernel, which solves with a winch for each line and no plane; None: others."""
-        model, robot = self.model, self.model.robot
-        if not robot.is_plainly_driven or self.stretch is not None or model.massless:
-            return None
-        packed: Packed = model.rows(preferred=preferred_tensions(model))
-        return packed
+        """The `row` of a point platform, for the kernel that computes all; None where it cannot."""
+        return None if self.stretch is not None or self.model.massless else self.row
 
     @cached_property
     def steers(self) -> bool:
@@ -118,14 +120,11 @@ class VelocitySettings:
         return self.model.n == 3 and self.law == "model" and self.plain is not None
 
     @cached_property
-    def pair(self) -> Packed | None:
-        """A batch of two rows for `solve_rows`, of a rigid platform with a winch for each line; None: others."""
-        model, robot = self.model, self.model.robot
-        if not robot.is_plainly_driven or model.fidelity.cable is CableLaw.RIGID:
-            return None
-        packed: Packed = model.rows(preferred=preferred_tensions(model))
-        lines, platform = (np.repeat(each, 2, axis=0) for each in (packed.lines, packed.platform))
-        return packed._replace(lines=lines, platform=platform)
+    def body_gains(self) -> BodyGains:
+        """Gains, limits and mass for the kernel of a rigid platform."""
+        platform = self.model.robot.platform
+        own = float(self.gain), float(self.max_correction), float(self.lag), float(platform.mass)
+        return BodyGains(*own, np.array(platform.centre_of_mass, dtype=np.float64))
 
     @cached_property
     def leads(self) -> bool:
@@ -157,9 +156,11 @@ class VelocityState:
 
     planned_excess: Array  # (m,) m, of each line on purpose
     near: Array  # (2, m, 6) states of the lines that hold a point at rest, and accelerated, see `hold` ...
-    at: Array = field(default_factory=lambda: np.full((2, 3), np.nan))  # ... at a position and acceleration ...
+    at: Array = field(default_factory=lambda: np.full((2, 3), np.nan))  # ... at a pose and an acceleration ...
     known: int = 0  # ... and of how many they are known
     steer: Direct = field(default_factory=lambda: Direct(kernel.steer))
+    hold_body: Direct = field(default_factory=lambda: Direct(body_kernel.hold))
+    pursue_body: Direct = field(default_factory=lambda: Direct(body_kernel.pursue))
     slack_line: Indices = field(default_factory=lambda: np.array([-1]))  # (1,) index; -1: none chosen yet
     swing: SwingState = field(default_factory=SwingState)
     stretch: StretchState = field(default_factory=StretchState)
@@ -173,7 +174,8 @@ class VelocityState:
 
 def start(settings: VelocitySettings) -> VelocityState:
     """Return the state of the control before the first step."""
-    return VelocityState(np.zeros(settings.model.m), np.zeros((2, settings.model.m, 6)))
+    m, n = settings.model.m, settings.model.n
+    return VelocityState(np.zeros(m), np.zeros((2, m, 6)), np.full((2, n), np.nan))
 
 
 def step(
@@ -363,23 +365,25 @@ def _rates_of_body(
 
     *delay*: s, see `_delay`: tensions change in it too as the platform goes on.
     """
+    if settings.row is not None and beam is None:
+        state.known, rates = _rates_of_row(settings, settings.row, state, estimate, target, dt, tensions, delay, calms)
+        if state.known:
+            return rates
     here = np.concatenate([target.position, target.rotation])
     there = moved(here, dt * np.concatenate([target.velocity, target.rate]))
     retraction = None if beam is None else np.array([beam.length, beam.length + dt * beam.speed])
     pushed = target.accelerations if settings.leads else None
-    held = held_at(settings.model, np.stack([here, there]), retraction, pushed, settings.pair)
+    held = held_at(settings.model, np.stack([here, there]), retraction, pushed)
     if held is None or not np.isfinite(estimate.lengths).all():
         return None
-    speed = float(np.abs(target.velocity).sum() + np.abs(target.rate).sum())
-    share = float(np.abs(state.velocity).sum()) / speed if speed > 0.0 else 0.0  # of that speed, which it moves at now
-    change = min(share, 1.0) * (held.tensions[1] - held.tensions[0]) / dt
+    change = _share(state, target) * (held.tensions[1] - held.tensions[0]) / dt
     state.chosen = held.tensions[0] - settings.lag * change
     tensions = None if tensions is None else tensions + delay * change
     if tensions is not None and np.isfinite(tensions).all():
         state.tension_error = float(np.abs(tensions - held.tensions[0]).max())
     now, then = held.lengths[:, settings.hosts]
     reached = moved(np.concatenate([estimate.position, estimate.rotation]), delay * state.velocity)
-    error = _length_errors(settings, reached, held, retraction, tensions)
+    error = length_errors(settings.model, reached, held, retraction, tensions)
     if not np.isfinite(error).all():
         return None
     correction = min(settings.gain, 0.5 / dt) * error
@@ -389,43 +393,47 @@ def _rates_of_body(
     return np.asarray(rates)
 
 
-def _length_errors(
-    settings: VelocitySettings, here: Array, held: Held, retraction: Array | None, tensions: Array | None
-) -> Array:
-    """Return by how much lengths of winches' lines, m, are to grow from a pose *here* (6,) for the first one *held*.
+def _share(state: VelocityState, target: Target) -> float:
+    """Return the share of the speed of the path at which the platform moves now."""
+    speed = float(np.abs(target.velocity).sum() + np.abs(target.rate).sum())
+    return min(float(np.abs(state.velocity).sum()) / speed, 1.0) if speed > 0.0 else 0.0
 
-    The pose decides what moves the platform, *tensions* (m,), N, what does not: the changes of stretch that they show,
-    less the motion by their wrench. With its compliance, tensions decide too where lengths hardly hold the platform,
-    such as a beam that turns about its own axis. Both agree with lengths of the model as long as lines are as soft and
-    the platform as heavy as it says; else lengths alone would be followed, and the pose that they no longer hold.
-    Fewer winches than degrees of freedom correct as many coordinates of the pose, with the position that of the nozzle;
-    the others follow, as the platform hangs.
-    """
-    model, hosts = settings.model, settings.hosts
-    motion = motion_between(here, held.poses[0])
-    if len(hosts) < model.freedoms and model.free_directions is None:
-        kept = np.setdiff1d(np.arange(model.n), free_coordinates(model.robot))
-        hanging, codes = linearise_where_regular(held.solved[:1])
-        if codes.any():
-            return np.full(len(hosts), np.nan)
-        at_nozzle = np.column_stack([hanging.per_length[0] @ WinchLines.of(model.robot).senses.T, motion])
-        at_nozzle[:3] += np.cross(at_nozzle[3:].T, matrix_of(here[3:]) @ model.robot.platform.nozzle).T
-        return np.asarray(np.linalg.lstsq(at_nozzle[kept, :-1], at_nozzle[kept, -1])[0])
-    packed: Packed = model.packed
-    if retraction is not None:
-        packed = packed._replace(lines=model.rows(retraction=retraction[:1]).lines[0])
-    taut = taut_of(packed, here)
-    by_motion = taut.per_motion[hosts]
-    error = by_motion @ motion
-    if tensions is None or len(hosts) <= model.freedoms or model.fidelity.cable is CableLaw.RIGID:
-        return np.asarray(error)
-    linear, codes = linearise_where_regular(held.solved[:1])
-    if codes.any():
-        return np.full(len(hosts), np.nan)
-    change = tensions - held.tensions[0]
-    wound = WinchLines.of(model.robot).sense != 0.0
-    own = stretches(LineNumbers(packed.lines), taut) * change
-    return np.asarray(error + own[hosts] - by_motion @ linear.per_wrench[0] @ (change[wound] @ taut.per_motion[wound]))
+
+def _rates_of_row(
+    settings: VelocitySettings,
+    row: Packed,
+    state: VelocityState,
+    estimate: Estimate,
+    target: Target,
+    dt: float,
+    tensions: Array | None,
+    delay: float,
+    calms: bool,
+) -> tuple[int, Array | None]:
+    """Return whether the lengths of a *row* hold both poses, and what `_rates_of_body` returns, by two kernels."""
+    model, gains = settings.model, settings.body_gains
+    held = HeldBody(*(np.empty((2, *size)) for size in ((6,), (6,), (model.m, 6), (model.m,), (model.m,))))
+    held.poses[0, :3], held.poses[0, 3:] = target.position, target.rotation
+    velocity = np.concatenate([target.velocity, target.rate])
+    pushed = np.array(target.accelerations, order="C") if settings.leads else np.zeros((2, 3))
+    if not state.hold_body.call(row, gains, velocity, pushed, dt, state.near[0], state.at, bool(state.known), held):
+        return 0, None
+    if not np.isfinite(estimate.lengths).all():
+        return 1, None
+    state.chosen, rates = np.empty(model.m), np.empty(model.m)
+    reached = moved(np.concatenate([estimate.position, estimate.rotation]), delay * state.velocity)
+    error = state.pursue_body.call(
+        row, model.packed, gains, held, reached, _share(state, target),
+        _NONE if tensions is None else tensions.copy(), delay, dt, state.chosen, rates,
+    )  # fmt: skip
+    if math.isnan(error):
+        return 1, None
+    state.tension_error = error
+    if calms and settings.stretch is not None:
+        now = held.poses[:1], held.lengths[:1], held.states[:1]
+        solved = Equilibrium(model, row, *now, code=_OK, violation=np.zeros(1), iterations=_OK)
+        rates += _stretch_rates(settings, state, solved[0], np.zeros(3), estimate, dt)
+    return 1, rates
 
 
 def _stretch_rates(

@@ -11,7 +11,7 @@ from cablewright.foundation.arrays import Array
 from cablewright.kernels import batches
 from cablewright.kernels.layout import Code, Packed
 from cablewright.models.fidelity import CableLaw, SheaveLaw
-from cablewright.models.packed_views import PlatformNumbers, blank_states
+from cablewright.models.packed_views import blank_states
 from cablewright.models.shared_winches import shares
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
@@ -108,24 +108,6 @@ def solve_inverse(
         _draw_straight(model, packed, pose, lengths)
     batch = Equilibrium(model, packed, pose, lengths, states, codes, violations, np.zeros(rows, dtype=np.int64))
     return batch[0] if single else batch
-
-
-def solve_rows(model: Model, packed: Packed, poses: Array, wrenches: Array | None) -> Equilibrium | None:
-    """Solve the inverse problem of neighbouring *poses* (k, n), already checked, with *wrenches* (k, 6) or None.
-
-    As `solve_inverse`. *packed*: the model in k rows, with its preferred tensions and a winch for each line. Returns
-    None where any row has no solution from its start; `solve_inverse` tries more.
-    """
-    if wrenches is not None:
-        packed = packed._replace(platform=packed.platform.copy())
-        PlatformNumbers(packed.platform).wrench += wrenches
-    rows = len(poses)
-    states, lengths = blank_states(rows, model.m), np.zeros((rows, model.m))
-    codes, violations, none = np.zeros(rows, dtype=np.int64), np.zeros(rows), np.zeros(rows, dtype=np.int64)
-    run(batches.inverse_rows, rows, packed, poses, states, lengths, codes, violations, True)
-    if any(codes.tolist()):
-        return None
-    return Equilibrium(model, packed, poses, lengths, states, codes, violations, none)
 
 
 def _draw_straight(model: Model, packed: Packed, poses: Array, lengths: Array) -> None:

@@ -49,8 +49,8 @@ def hold(packed, mass, position, velocity, accelerations, dt, near, at, known, l
     own = Packed(packed.freedoms, packed.lines[0], packed.platform[0].copy(), packed.general)
     work, pose = inverse_workspace(own), position.copy()
     at_rest = near[0].copy()
-    goes_on = known > 0 and _is_same(position, at[0])
-    held = goes_on or _solve(own, pose, at_rest, work, known > 0) == OK
+    goes_on = known > 0 and is_same(position, at[0])
+    held = goes_on or solve_held(own, pose, at_rest, work, known > 0) == OK
     lengths_of(own, at_rest, lengths[REST])
     for i in range(m):
         tensions[i] = exp(at_rest[i, TAU])
@@ -61,17 +61,17 @@ def hold(packed, mass, position, velocity, accelerations, dt, near, at, known, l
         if known < 2:
             near[1] = at_rest
         _push(own, packed, -mass, accelerations[0])
-        pushed = goes_on and known > 1 and _is_same(accelerations[0], at[1])
-        pushed = pushed or _solve(own, pose, near[1], work, held or known > 1) == OK
+        pushed = goes_on and known > 1 and is_same(accelerations[0], at[1])
+        pushed = pushed or solve_held(own, pose, near[1], work, held or known > 1) == OK
         lengths_of(own, near[1], lengths[PUSHED])
         for k in range(3):
             pose[k] += dt * velocity[k]
         _push(own, packed, -mass, accelerations[1])
-        pushed = _solve(own, pose, near[1], work, pushed) == OK
+        pushed = solve_held(own, pose, near[1], work, pushed) == OK
         lengths_of(own, near[1], lengths[PUSHED_THEN])
         _push(own, packed, 0.0, accelerations[1])
         near[0] = at_rest
-        stays = _solve(own, pose, near[0], work, held) == OK
+        stays = solve_held(own, pose, near[0], work, held) == OK
         lengths_of(own, near[0], lengths[THEN])
         if stays:
             at[0], at[1] = pose, accelerations[1]
@@ -81,9 +81,9 @@ def hold(packed, mass, position, velocity, accelerations, dt, near, at, known, l
 
 
 @jit
-def _is_same(vector, other):
-    """Return whether two vectors (3,) are the same but for rounding."""
-    for k in range(3):
+def is_same(vector, other):
+    """Return whether two vectors (n,) are the same but for rounding."""
+    for k in range(vector.shape[0]):
         if not abs(vector[k] - other[k]) <= SAME * max(1.0, abs(vector[k])):
             return False
     return True
@@ -97,7 +97,7 @@ def _push(own, packed, share, acceleration):
 
 
 @jit(allocates=True)
-def _solve(own, pose, states, work, known):
+def solve_held(own, pose, states, work, known):
     """Solve for the *states* (m, 6), from their values where these are *known*; near no tensions if all else fails."""
     code, _ = solve_inverse(own, pose, states, work, known)
     if known and code != OK:
