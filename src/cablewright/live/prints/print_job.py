@@ -179,6 +179,6 @@ def print_job(
     structure = run.machine.rig.ground.field
     with alone_in(run.folder):  # no process resumes the print while its log is joined
         record, log = finish(
-            run.folder, twin.path.track, twin.path.print_speed, structure, progress, twin.path.attitude
+            run.folder, twin.path.track, twin.path.print_speed, structure, progress, twin.path.attitude, run.record
         )
         return PrintedJob(twin.estimator, run, record, log).written()

@@ -1,4 +1,4 @@
-"""The record of a print, computed from its log alone, in one pass with bounded memory.
+"""The record of a print, computed from the steps of its log alone, in one pass with bounded memory.
 
 Errors are cross-track, seen from above, positive left of the path, of the steps that printed: true ones where the log
 has the truth, and estimated ones. Each is measured to the path near the current distance, so that another branch at a
@@ -69,14 +69,18 @@ def finish(
     true_structure: HeightField | None = None,
     progress: Progress | None = None,
     attitude: Attitude | None = None,
+    seen: Recorder | None = None,
 ) -> tuple[PrintRecord, Path]:
     """Join the log of the print in *folder* and make its record; return the record and the joined log's path.
 
-    *track*, *print_speed* (m/s), *true_structure* and *attitude*: as in `record`. May be repeated.
+    *track*, *print_speed* (m/s), *true_structure* and *attitude*: as in `record`. *seen* has all steps of the log, so
+    that it need not be read. May be repeated, without *seen*.
 
     Raises `InputError` where there is no log, `EnvironmentFault` where it cannot be written.
     """
     joined = join_log(folder)
+    if seen is not None:
+        return seen.finish(true_structure), joined
     with read_log(joined) as log:
         recorder = Recorder(log.head, track, print_speed, attitude)
         for count, entry in enumerate(log.entries(without=UNUSED)):

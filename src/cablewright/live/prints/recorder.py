@@ -14,8 +14,9 @@ from cablewright.foundation.errors import InputError
 from cablewright.foundation.progress import Progress
 from cablewright.foundation.saved_state import LAYOUT, Snapshot, read_snapshots, save
 from cablewright.live.prints.loop import Printer, Step
+from cablewright.live.prints.record import Recorder
 from cablewright.live.prints.snapshot_writer import SnapshotWriter
-from cablewright.machine.log.log import LogWriter
+from cablewright.machine.log.log import Entry, LogWriter
 from cablewright.running.run_folders import MANIFEST
 from cablewright.running.signing_key import is_signed
 
@@ -63,24 +64,29 @@ class Timing:
 
 @dataclass
 class FolderRecorder:
-    """A `StepRecorder` that writes each step to the log, a checkpoint at least every half second, and progress."""
+    """A `StepRecorder` that writes each step to the log, a checkpoint at least every half second, and progress.
+
+    ``record``: what makes the record of the print from the same steps, instead of from the log afterwards.
+    """
 
     log: LogWriter
     writer: SnapshotWriter
     timing: Timing
     progress: Progress | None = None
+    record: Recorder | None = None
     _saved: float = field(default_factory=time.monotonic, repr=False)
     _steps: int = 0
 
     def add(self, printer: Printer, step: Step, *, last: bool) -> None:
         """Record one step of a print in its run folder."""
         truth = printer.machine.abilities.truth
-        self.log.write(
-            step.frame, step.command, None if truth is None else truth(), step.estimate, step.progress, step.orders
-        )
+        told = step.command, None if truth is None else truth(), step.estimate, step.progress, step.orders
+        self.log.write(step.frame, *told)
         wall, processor = printer.frame_times
         self.timing.wall.append(time.perf_counter() - wall)
         self.timing.processor.append(time.thread_time() - processor)
+        if self.record is not None:
+            self.record.add(Entry(step.frame, *told))
         self._steps += 1
         now = time.monotonic()
         if last or now - self._saved >= CHECKPOINT_INTERVAL:

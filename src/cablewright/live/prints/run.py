@@ -29,6 +29,7 @@ from cablewright.live.estimators import Estimator, estimator
 from cablewright.live.prints import loop
 from cablewright.live.prints.loop import Printer, PrintPlan
 from cablewright.live.prints.plan import MACHINE_FILE, MachineTwin, PrintOptions, plan_print
+from cablewright.live.prints.record import Recorder
 from cablewright.live.prints.recorder import (
     CHECKPOINT_INTERVAL,
     FolderRecorder,
@@ -64,6 +65,7 @@ class PrintRun:
     printer: Printer
     timing: Timing
     steps: int = 0
+    record: Recorder | None = None  # of all steps of the print, where this program has seen all as its log has them
 
     @property
     def finished(self) -> bool:
@@ -139,13 +141,16 @@ def run_print(
                 every=twin.choices.log_every,
             )
             path = next_segment(folder)
+            if begun is not None and head.every == 1 and not real_time:
+                run.record = Recorder(head, twin.path.track, twin.path.print_speed, twin.path.attitude)
             if begun is not None:  # before anything is laid, so that a log never stands alone
                 write_snapshots(folder / CHECKPOINT, checkpoint_of(printer), sign=signature)
             with (
                 folder_log(path, head, drops=real_time) as log,
                 SnapshotWriter(folder / CHECKPOINT, signature) as writer,
             ):
-                _run(run, twin.choices, FolderRecorder(log, writer, run.timing, progress), real_time)
+                recorder = FolderRecorder(log, writer, run.timing, progress, run.record)
+                _run(run, twin.choices, recorder, real_time)
         return run
 
 
