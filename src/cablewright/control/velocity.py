@@ -34,7 +34,7 @@ from cablewright.foundation.signals import Encoders, Estimate, SensorFrame
 from cablewright.kernels import Direct
 from cablewright.kernels.control import body_velocity_step as body_kernel
 from cablewright.kernels.control import point_velocity_step as kernel
-from cablewright.kernels.control.body_velocity_step import BodyGains, HeldBody
+from cablewright.kernels.control.body_velocity_step import BodyGains, HeldStep
 from cablewright.kernels.control.point_velocity_step import PointGains
 from cablewright.kernels.layout import Packed
 from cablewright.models.fidelity import CableLaw
@@ -412,7 +412,7 @@ def _rates_of_row(
 ) -> tuple[int, Array | None]:
     """Return whether the lengths of a *row* hold both poses, and what `_rates_of_body` returns, by two kernels."""
     model, gains = settings.model, settings.body_gains
-    held = HeldBody(*(np.empty((2, *size)) for size in ((6,), (6,), (model.m, 6), (model.m,), (model.m,))))
+    held = HeldStep(*(np.empty((2, *size)) for size in ((6,), (6,), (model.m, 6), (model.m,), (model.m,))))
     held.poses[0, :3], held.poses[0, 3:] = target.position, target.rotation
     velocity = np.concatenate([target.velocity, target.rate])
     pushed = np.array(target.accelerations, order="C") if settings.leads else np.zeros((2, 3))

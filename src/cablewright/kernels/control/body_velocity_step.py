@@ -28,7 +28,7 @@ class BodyGains(NamedTuple):
     centre: NDArray[np.float64]  # (3,) m, of the mass, platform frame
 
 
-class HeldBody(NamedTuple):
+class HeldStep(NamedTuple):
     """How lengths hold the platform now, row 0, and after the step, row 1."""
 
     poses: NDArray[np.float64]  # (2, 6) m and rad
