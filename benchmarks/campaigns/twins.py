@@ -16,9 +16,10 @@ build-up, counts without stretch and deflection, and good positions:
   `suspended8` has 8 poses.
 
 In ``outside_belts`` and ``outside_suspended`` the sheave of one line has a radius 2 mm from that in the file, in
-``outside_spools`` the drum, as eyelets have no radius. Columns: held-out positions from lengths alone, rms; the error of the first pose, of which the lengths at home tell;
-errors of exit points over the printed sigma, rms; whether the truth is in the joint 95 % ellipsoid of all exit points,
-`Calibration.joint_limit`; whether the verdict asks for a number of a single line.
+``outside_spools`` the drum, as eyelets have no radius. Columns: held-out positions from lengths alone, rms; the error
+of the first pose, of which the lengths at home tell; errors of exit points over the printed sigma, rms; whether the
+truth is in the joint 95 % ellipsoid of all exit points, `Calibration.joint_limit`; whether the verdict asks for a
+number of a single line.
 """
 
 from __future__ import annotations
