@@ -5,15 +5,18 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import cache
+from itertools import product
 
 import numpy as np
 import pytest
+from scipy.stats import multivariate_normal
 from tests.bodies import BodyPlant, told
 
 from cablewright.estimation.body import filter as of_body
 from cablewright.estimation.body.creep import ASSUMED, LoadPath
 from cablewright.estimation.body.estimated_constants import load
-from cablewright.estimation.body.measurement import pose_covariance, slopes_of, strangeness
+from cablewright.estimation.body.law_sizes import LawSize, averaged, law_sizes
+from cablewright.estimation.body.measurement import pose_covariance, slopes_of
 from cablewright.estimation.body.settings import BodySettings, Deviations
 from cablewright.estimation.body.state import BodyState, set_load, start
 from cablewright.foundation.arrays import Array
@@ -214,6 +217,7 @@ def test_what_is_learnt_of_a_law_is_not_all_believed() -> None:
     of_body.step(told(ROBOT), state, SensorFrame(0.0, (Encoders(0.0, STILL),)))
     slopes, laws = slopes_of(state), state.layout.laws
     assert slopes is not None
+    state.belief.sizes = (LawSize((1.0,), (1.0,)),) * 3
     state.belief.gradients[:, laws] = np.hstack([np.eye(8), np.eye(8), np.eye(8)])
     by = slopes.pose @ state.belief.gradients[:, laws]
     state.belief.covariance = np.zeros_like(state.belief.covariance)
@@ -272,55 +276,68 @@ def test_what_crept_is_saved_with_a_print() -> None:
     assert other.covariance == pytest.approx(one.covariance, rel=0.02, abs=1e-9)
 
 
-def test_laws_that_are_stranger_than_stated_widen_the_pose() -> None:
-    """Creep at four of its standard deviations on all lines: the size of its law is wrong, not only its number."""
-    state = start(told(ROBOT, cells=False, tilt=False), HOME)
-    belief, layout = state.belief, state.layout
-    slopes = slopes_of(state)
-    assert slopes is not None
-    assert strangeness(belief, layout) == pytest.approx(np.ones(3))
-    belief.gradients = np.random.default_rng(1).normal(size=belief.gradients.shape)
-    plain = pose_covariance(state, slopes)
-    own = slice(layout.creep.start - layout.laws.start, layout.creep.stop - layout.laws.start)
-    sizes, ways = np.linalg.eigh(belief.untold[own, own])
-    belief.unknowns[layout.creep] = 4.0 * np.sqrt(layout.m * sizes[-1]) * ways[:, -1]
-    belief.covariance[layout.creep, layout.creep] = 0.0
-    assert strangeness(belief, layout) == pytest.approx([16.0, 1.0, 1.0])
-    known = pose_covariance(state, slopes)
-    belief.unknowns[layout.creep] = 0.0
-    certain = pose_covariance(state, slopes)
-    assert (np.diag(known) > np.diag(certain)).all()
-    assert (np.diag(certain) < np.diag(plain)).all()
-    by_creep = slopes.pose @ belief.gradients[:, layout.creep] @ belief.untold[own, own]
-    wider = 0.09 * 15.0 * by_creep @ (slopes.pose @ belief.gradients[:, layout.creep]).T
-    loop = slopes.pose @ belief.gradients[:, layout.hysteresis]
-    wider += 15.0 * loop @ belief.covariance[layout.hysteresis, layout.hysteresis] @ loop.T
-    np.testing.assert_allclose(known - certain, wider, rtol=1e-9, atol=1e-15)
+def told_by(data: Array, noise: float, prior: Array) -> tuple[Array, Array]:
+    """Estimate and covariance of unknowns with a *prior* covariance, each measured once, with a *noise*."""
+    covariance = np.linalg.inv(np.linalg.inv(prior) + np.eye(len(prior)) / noise**2)
+    return np.asarray(covariance @ data / noise**2), np.asarray(covariance)
 
 
-@pytest.mark.parametrize("part", ["creep", "softness", "mount"])
-def test_the_covariance_grows_with_laws_that_exceed_their_priors(part: str) -> None:
-    """The factor is the mean square over that of the prior: 1 for the prior itself, k^2 for k times as much."""
+def test_sizes_are_averaged_by_bayes() -> None:
+    """Against the sum over all sizes of posteriors that are computed from the data anew."""
+    random = np.random.default_rng(5)
+    sizes = LawSize((1.0, 3.0), (0.3, 0.7)), LawSize((1.0, 2.0), (0.5, 0.5)), LawSize((1.0,), (1.0,))
+    blocks = [scale**2 * (0.4 + 0.6 * np.eye(3)) for scale in (1e-4, 1e-6, 1.0)]
+    untold = np.block([[blocks[at] if at == to else np.zeros((3, 3)) for to in range(3)] for at in range(3)])
+    unit = np.sqrt(np.diag(untold))
+    data, noise = 2.0 * random.standard_normal(9), 0.8
+    estimate, covariance = told_by(data, noise, untold / np.outer(unit, unit))
+    found = averaged(unit * estimate, covariance * np.outer(unit, unit), untold, sizes)
+    total, moment, squares, shown = 0.0, np.zeros((9, 9)), np.zeros(3), np.zeros((9, 9))
+    for (one, p), (other, q) in product(
+        zip(*vars(sizes[0]).values(), strict=True), zip(*vars(sizes[1]).values(), strict=True)
+    ):
+        factor = np.repeat([one, other, 1.0], 3)
+        prior = untold / np.outer(unit, unit) * np.outer(factor, factor)
+        value, spread = told_by(data, noise, prior)
+        weight = p * q * multivariate_normal(cov=prior + noise**2 * np.eye(9)).pdf(data)
+        total += weight
+        moment += weight * (spread + np.outer(value - estimate, value - estimate))
+        squares += weight * factor[::3] ** 2
+        shown += weight * (prior - spread)
+    scale, inverse = np.outer(unit, unit), np.linalg.inv(covariance)
+    assert found.squares == pytest.approx(squares / total)
+    assert found.shown / scale == pytest.approx(shown / total, rel=1e-7, abs=1e-9)
+    expected = inverse @ (moment / total - covariance) @ inverse
+    assert found.wider * scale == pytest.approx(expected, rel=1e-7, abs=1e-8)
+
+
+def test_the_covariance_follows_the_size_that_data_show() -> None:
+    """Mounts of the assumed size leave it as with that size; ten times as large ones widen it to theirs."""
     state = start(replace(told(ROBOT), deviations=Deviations()), HOME)
-    layout, belief, at = state.layout, state.belief, ["creep", "softness", "mount"].index(part)
-    own, lines = getattr(layout, part), np.arange(ROBOT.m)
-    belief.gradients[lines, own.start + lines] = 1e-3 / np.sqrt(np.diag(belief.covariance)[own])  # m per deviation
-    assert strangeness(belief, layout) == pytest.approx(np.ones(3))
-    slopes = slopes_of(state)
+    layout, belief, slopes = state.layout, state.belief, slopes_of(state)
     assert slopes is not None
-    before = pose_covariance(state, slopes)
-    prior = belief.covariance[own, own].copy()
-    belief.covariance[own, own] *= 1e-6  # as measured, almost exactly
-    sure = pose_covariance(state, slopes)
-    random, scale = np.random.default_rng(1), 3.0
-    found = []
-    for _ in range(400):
-        belief.unknowns[own] = scale * np.linalg.cholesky(prior) @ random.standard_normal(ROBOT.m)
-        found.append(strangeness(belief, layout))
-    assert np.mean(found, axis=0)[at] == pytest.approx(scale**2, rel=0.1)
-    assert np.delete(np.array(found), at, axis=1) == pytest.approx(np.ones((400, 2)))
-    wide = pose_covariance(state, slopes)
-    assert np.linalg.eigvalsh(wide - sure)[0] > -1e-12 * np.trace(wide)
-    factor = found[-1][at]
-    grown = np.trace(wide - sure) / np.trace(before - sure)
-    assert grown == pytest.approx(0.3**2 * (factor - 1.0) / (1.0 - 0.3**2), rel=0.02)
+    belief.gradients[np.arange(8), layout.mount.start + np.arange(8)] = 1.0
+    untold, unmeasured = belief.covariance[layout.mount, layout.mount].copy(), pose_covariance(state, slopes)
+    belief.sizes = (*belief.sizes[:2], LawSize((1.0,), (1.0,)))
+    assert np.trace(unmeasured) > np.trace(pose_covariance(state, slopes))
+    belief.sizes = law_sizes(replace(told(ROBOT), deviations=Deviations()))
+    random, noise = np.random.default_rng(1), 0.1 * math.sqrt(untold[0, 0])
+    for factor in (1.0, 10.0):
+        found = []
+        for _ in range(60):
+            data = factor * np.linalg.cholesky(untold) @ random.standard_normal(8) + noise * random.standard_normal(8)
+            belief.unknowns[layout.mount], belief.covariance[layout.mount, layout.mount] = told_by(data, noise, untold)
+            laws = layout.laws
+            own = averaged(belief.unknowns[laws], belief.covariance[laws, laws], belief.untold, belief.sizes)
+            assert np.linalg.eigvalsh(pose_covariance(state, slopes))[0] > 0.0
+            found.append(own.squares[2])
+        assert np.median(found) == pytest.approx(factor**2, rel=0.1)
+
+
+def test_sizes_that_an_owner_states_are_believed() -> None:
+    stated = replace(told(ROBOT), deviations=Deviations(creep=1e-3, hysteresis=1e-3, exit_compliance=1e-5))
+    untold = replace(told(ROBOT), deviations=Deviations())
+    assert all(size.chances[0] > 0.9 for size in law_sizes(stated))
+    assert all(size.chances[0] < 0.5 for size in law_sizes(untold))
+    described = replace(untold, model=Model(creeping(usual_creep(1e-6))))
+    assert [size.chances[0] > 0.9 for size in law_sizes(described)] == [True, False, False]

@@ -17,7 +17,7 @@ from cablewright.calibration.judgement.gross_errors import Rejected, without_out
 from cablewright.calibration.judgement.model_doubt import creep_share, stretch_of
 from cablewright.calibration.judgement.result import Calibration
 from cablewright.calibration.judgement.sigmas import ENOUGH, kind_fits, kind_of, resisting, roughly_weighed, weighed
-from cablewright.calibration.judgement.unmodelled_effects import WORDS, Effect, applied, effects_of
+from cablewright.calibration.judgement.unmodelled_effects import UNKNOWNS, Effect, applied, effects_of
 from cablewright.calibration.judgement.verdict import NEED, judged, status_of
 from cablewright.calibration.measurement_rows.pictures import with_pictures
 from cablewright.calibration.measurement_rows.vibrations import AT_START, with_vibrations
@@ -154,7 +154,7 @@ def _with_effects(found: Calibration, rough: float, outliers: bool, seed: int, p
     changed = {each.name: value for each, value in zip(found.unknowns, found.changes.tolist(), strict=True)}
     effects = [replace(each, value=changed.get(name, each.value)) for name, each in chosen.items()]
     effects += [replace(each, chosen=False) for name, each in tested.items() if name not in chosen]
-    if corrected := ", ".join(name for name in chosen if name in WORDS):
+    if corrected := ", ".join(name for name in chosen if name not in UNKNOWNS):
         notes.append(f"counts are corrected by {corrected}; --check does not correct later ones")
     return replace(found, effects=tuple(effects), notes=(*found.notes, *notes))
 

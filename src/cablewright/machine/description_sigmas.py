@@ -22,8 +22,8 @@ class MachineAccuracy(Description):
     ``creep``: strain of the cables after an hour under the mean tension at home, besides what the robot file describes;
     None: 30 % of that, or 2e-4 where nothing is described. ``friction``: share of a line's tension by which its load
     cell shows less while cable is paid out, and more while it is wound. ``hysteresis``: strain between the ways up and
-    down of a large cycle of loads. ``exit_compliance``: m/N, of the mounts of exit points besides the described
-    compliance; None: 30 % of that, or 1e-6.
+    down of a large cycle of loads; None: 2e-4. ``exit_compliance``: m/N, of the mounts of exit points besides the
+    described compliance; None: 30 % of that, or 1e-6. All three: what is not stated is more likely larger than that.
     """
 
     home_length: _Small = 2e-3
@@ -33,6 +33,6 @@ class MachineAccuracy(Description):
     centre: _Small = 2e-3
     model: Annotated[float, Field(gt=0.0, le=1e6)] = 0.5
     creep: Annotated[Share, Field(gt=0.0, le=0.1)] | None = None
-    hysteresis: Annotated[Share, Field(gt=0.0, le=0.1)] = 2e-4
+    hysteresis: Annotated[Share, Field(gt=0.0, le=0.1)] | None = None
     friction: Annotated[Share, Field(gt=0.0)] = 0.01
     exit_compliance: Annotated[float, Field(gt=0.0, le=1e-2)] | None = None

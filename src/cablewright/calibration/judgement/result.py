@@ -13,6 +13,7 @@ from scipy import special
 from cablewright.calibration.judgement.gross_errors import Rejected
 from cablewright.calibration.judgement.likely_changes import CHANGE_PARTS, Explanation
 from cablewright.calibration.judgement.model_doubt import ModelDoubt, model_doubt
+from cablewright.calibration.judgement.score_tests import Score, scores
 from cablewright.calibration.judgement.sigmas import kind_fits
 from cablewright.calibration.judgement.unmodelled_effects import Effect, alternatives
 from cablewright.calibration.poses.fit import PoseFit
@@ -101,6 +102,8 @@ FIGURES = (
         Figure("probability", "1", "Probability by the data that its kind of number is in error, 0.5 before them."),
         Figure("share", "1", "Share of the variance of the least known coordinate of an exit point."),
     )),
+    Figure("unseen", "", "Errors of known numbers of single lines that the data do not show, the largest of each kind.",
+           sentences=True, only=lambda of: bool(of.unseen), detail=True),
     Figure("effects", "", "Effects that the model may lack: which the data ask for, by the held-out error of lengths.",
            only=lambda of: bool(of.effects), parts=(
         Figure("name", "", "Name of the effect.", name="effect"),
@@ -167,6 +170,7 @@ class Calibration(Pictured):
     """
 
     FIGURES: ClassVar = FIGURES
+    SHOWS: ClassVar = 4.0  # sigmas by the data from which the score test shows an error, one in five missed
     HEADLINES: ClassVar = ("verdict", "exit_sigma", "poses", "rms", "unknowns", "rank")
 
     status: str
@@ -282,6 +286,24 @@ class Calibration(Pictured):
         """Contribution to sigmas of known numbers of the robot file, and of scatter of the poses."""
         effects = alternatives(self.problem, self.fit, self.effects)
         return model_doubt(self.problem, self.fit, self.posterior, self.scale, effects)
+
+    @cached_property
+    def scores(self) -> tuple[Score, ...]:
+        """Tests of numbers of single lines that count as known, the most significant first."""
+        effects = alternatives(self.problem, self.fit, self.effects)
+        return scores(self.problem, self.fit, self.posterior, self.scale, effects)
+
+    @property
+    def unseen(self) -> tuple[str, ...]:
+        """Sentences on the largest errors of such numbers, a kind each, that the data do not show."""
+        worst = dict[str, Score]()
+        for each in self.scores:
+            worst[each.kind] = max(each, worst.get(each.kind, each), key=lambda one: one.sigma)
+        return tuple(
+            f"an error of the {each.words} shows from {self.SHOWS * each.sigma:.2g}"
+            f"{'' if each.unit == '1' else ' ' + each.unit} on only"
+            for each in worst.values()
+        )
 
     def _of_all(self, covariance: Array) -> Array:
         """Return the covariance of all unknowns (k, k), SI, from that of the free ones."""

@@ -38,6 +38,9 @@ USUAL: Final = {"stretch": 1.0, "sag": 1.0, "deflection": 1e-5, "hysteresis": 1e
                 "sheave_radius": 3e-3, "length_scale": 1e-3, "exit_compliance": 1e-5, "modulus": 0.2}  # fmt: skip
 """How large an effect of the family may be on a machine of which nothing is known, SI."""
 
+OF_A_LINE: Final = "length_scale."
+"""Begin of the names of effects on one line alone, whose drum or gear is not that of its file: then the line's name."""
+
 _SIGNED: Final = ("hysteresis", "length_scale", "sheave_radius", "modulus")  # the others have no meaning below 0
 _FOLDS: Final = 8
 _BEYOND: Final = 2.5  # standard errors of the fall of the held-out error, by pose
@@ -64,6 +67,13 @@ class Effect:
     def fall(self) -> float:
         """Share by which the error on held-out data falls when the effect is fitted."""
         return 1.0 - self.after / self.before if self.before > 0.0 else 0.0
+
+
+def words_of(name: str) -> tuple[str, str]:
+    """Return the words and the unit of an effect on lengths that is no unknown."""
+    if not name.startswith(OF_A_LINE):
+        return WORDS[name]
+    return f"share of the length of {name.removeprefix(OF_A_LINE)} that its drum pays out uncounted", "1"
 
 
 class _Candidate(NamedTuple):
@@ -96,9 +106,11 @@ def effects_of(problem: CalibrationProblem, found: PoseFit, already: Collection[
             error = float(gain.std()) * np.sqrt(len(gain))
             sizes = _size(problem, base), _size(problem, there)
             made[at] = Effect(*left[at][:3], value, sigma, sizes[0], sizes[1], False)
-            beyond = gain.sum() > _BEYOND * error or abs(value) > (_ANOTHER if chosen else _PLAIN) * sigma
+            of_a_line = left[at].name.startswith(OF_A_LINE)
+            beyond = gain.sum() > _BEYOND * error and not of_a_line
+            beyond |= abs(value) > (_ANOTHER if chosen and not of_a_line else _PLAIN) * sigma
             asked = beyond and made[at].fall > _LEAST
-            if asked and (value > 0.0 or made[at].name in _SIGNED) and made[at].fall > fall:
+            if asked and (value > 0.0 or of_a_line or made[at].name in _SIGNED) and made[at].fall > fall:
                 best, fall = at, made[at].fall
         if best < 0:
             break
@@ -107,7 +119,8 @@ def effects_of(problem: CalibrationProblem, found: PoseFit, already: Collection[
     for place, at in enumerate(chosen, k):
         one = made.get(at) or Effect(*left[at][:3], 0.0, 0.0, 0.0, 0.0, True)
         made[at] = replace(one, value=float(values[place]), sigma=float(sigmas[place]), chosen=True)
-    return tuple(made[at] for at in (*chosen, *(at for at in made if at not in chosen)))
+    rest = (at for at, each in made.items() if at not in chosen and not each.name.startswith(OF_A_LINE))
+    return tuple(made[at] for at in (*chosen, *rest))
 
 
 def _data(problem: CalibrationProblem, found: PoseFit, more: Sequence[_Candidate]) -> _Data | None:
@@ -161,9 +174,9 @@ def _candidates(problem: CalibrationProblem, found: PoseFit) -> list[_Candidate]
     """Return the effects that this machine can have: not of absent parts, unknowns, known numbers."""
     known = {each.name for each in problem.plan.known}
     made = [
-        _Candidate(name, *WORDS[name], -problem.of_poses(found.weights) * _padded(problem, more))
+        _Candidate(name, *words_of(name), -problem.of_poses(found.weights) * _padded(problem, more))
         for name, more in corrections(problem, found).items()
-        if name not in known
+        if name.partition(".")[0] not in known
     ]
     for name in UNKNOWNS:
         twin = {"length_scale": "drum_radius"}.get(name, name)
@@ -185,7 +198,7 @@ def alternatives(problem: CalibrationProblem, found: PoseFit, effects: Iterable[
     """Return the changes of the rows by the tested *effects*, at a fit that includes the chosen ones."""
     chosen = {each.name: each.chosen for each in effects}
     named = (each for each in _candidates(problem, found) if each.name in chosen) if chosen else ()
-    return [Alternative(*each, USUAL[each.name], chosen[each.name]) for each in named]
+    return [Alternative(*each, USUAL[each.name.partition(".")[0]], chosen[each.name]) for each in named]
 
 
 def corrections(problem: CalibrationProblem, found: PoseFit) -> dict[str, Array]:
@@ -209,7 +222,11 @@ def corrections(problem: CalibrationProblem, found: PoseFit) -> dict[str, Array]
         compliant = replace(problem, rows=problem.rows._replace(lines=lines))
         made["deflection"] = compliant.given(found.theta, found.poses, tensions)
     moved = np.diff(problem.measured.counted, axis=0, prepend=problem.measured.counted[:1])
-    return made | {"hysteresis": np.where(np.abs(moved) > _SAME, np.sign(moved), 0.0)}
+    made["hysteresis"] = np.where(np.abs(moved) > _SAME, np.sign(moved), 0.0)
+    if not {"length_scale", "drum_radius"} & {*problem.plan.unknowns}:
+        for each, line in zip(np.eye(robot.m), robot.lines, strict=True):
+            made[OF_A_LINE + line.name] = problem.measured.counted * each
+    return made
 
 
 def _padded(problem: CalibrationProblem, lengths: Array) -> Array:

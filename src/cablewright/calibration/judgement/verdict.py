@@ -16,6 +16,7 @@ from cablewright.calibration.judgement.consistency import others_of, predicted_h
 from cablewright.calibration.judgement.permuted_lines import better_arrangement, motion, stray
 from cablewright.calibration.judgement.result import Calibration
 from cablewright.calibration.judgement.sigmas import estimates_encoders, kind_fits, leverages
+from cablewright.calibration.judgement.unmodelled_effects import OF_A_LINE
 from cablewright.calibration.measurement_rows.measurement_kinds import KINDS, SIGMA_OF
 from cablewright.calibration.measurement_rows.without_pose import across_rows
 from cablewright.calibration.measurements import SENSORS
@@ -44,6 +45,8 @@ _RATIO: Final = (1.5, 10.0)  # residuals over what their sigmas explain: doubtfu
 _ROUNDING: Final = 1e-6  # of the frame's diagonal, of exit points
 _STRAY: Final = 0.05  # m: poses nearer to their start values are where they were stated to be
 _LEVEL: Final = 1e-4  # probability of such residuals by chance
+_ASKED: Final = 0.01  # probability by chance of a score of any tested number
+_WORTH: Final = 0.2  # of the need: smaller shifts of exit points by such a number are no reason
 
 
 def status_of(
@@ -162,7 +165,7 @@ def judged(found: Calibration, need: float, rough: float) -> tuple[str, tuple[st
         return "bad", tuple(each for each in (other, found.reason) if each)
     doubts = [*_moved(found, rough), *_turned(found, rough), *_left_out(found), *_sigma_of_positions(found)]
     doubts += [*_together(found), *_unexplained(found, need), *_halves(found), *_denied(found, need)]
-    doubts += [*_along_axes(found)]
+    doubts += [*_along_axes(found), *_of_lines(found, need)]
     if doubts or _elsewhere(found, rough):
         other = better_arrangement(found.problem, found.fit, rough)
         doubts = [_Reason(other, True)] * bool(other) + doubts
@@ -380,6 +383,29 @@ def _denied(found: Calibration, need: float) -> Iterator[_Reason]:
             "make it an unknown",
             False,
         )
+
+
+def _of_lines(found: Calibration, need: float) -> Iterator[_Reason]:
+    """Numbers of single lines that the data deny: those in the model by now, and the most significant of the others."""
+    for each in found.effects:
+        if each.chosen and each.name.startswith(OF_A_LINE):
+            line, times = each.name.removeprefix(OF_A_LINE), abs(each.value) / max(each.sigma, 1e-300)
+            size = f"{100.0 * abs(each.value):.2g} % {'more' if each.value > 0.0 else 'less'}"
+            yield _Reason(
+                f"the drum of {line} pays out {size} than its counts say ({times:.2g} sigmas): measure its "
+                "radius for the robot file, or add drum_radius or length_scale to the unknowns",
+                False,
+            )
+    exits = found.problem.named("exit_point")
+    for score in found.scores[:1]:
+        shift = float(np.abs(np.array(score.shift)[exits]).max(initial=0.0))
+        if score.probability < _ASKED and shift > _WORTH * need:
+            unit = "" if score.unit == "1" else f" {score.unit}"
+            yield _Reason(
+                f"the data ask for {score.value:+.2g}{unit} of the {score.words}, {abs(score.value) / score.sigma:.2g} "
+                f"sigmas, and this moves exit points by {_mm(shift)}: measure it, or add {score.name} to the unknowns",
+                False,
+            )
 
 
 def _halves(found: Calibration) -> Iterator[_Reason]:

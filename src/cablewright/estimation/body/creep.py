@@ -23,6 +23,10 @@ ASSUMED: Final = 2e-4
 """Standard deviation of a strain after an hour under the mean tension at home, where the file has none: that of the
 severity `typical`, with the same law."""
 
+LOOP: Final = 2e-4
+"""Strain by hysteresis between the ways up and down of a large cycle of loads, where none is stated: the same severity.
+"""
+
 UNSURE: Final = 0.3
 """Standard deviation of creep and mounts that are described, as a share of them, assumed."""
 

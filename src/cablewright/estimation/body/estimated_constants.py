@@ -65,7 +65,7 @@ def prior(settings: BodySettings, layout: BodyLayout) -> Array:
         sensor.set_prior(settings, layout, variances)
     variances[layout.load] = np.array([0.0, 0.0, told.mass, told.centre, told.centre, 0.0]) ** 2 * weight**2
     variances[layout.creep] = 1.0
-    variances[layout.softness] = told.hysteresis**2  # as wide as the loop after a change by the mean load
+    variances[layout.softness] = told.loop**2  # as wide as the loop after a change by the mean load
     given = settings.model.lines.mount[:, 0]
     assumed = np.where(given > 0.0, UNSURE * given, _COMPLIANCE)
     variances[layout.mount] = assumed**2 if told.exit_compliance is None else told.exit_compliance**2
@@ -120,7 +120,7 @@ def load(settings: BodySettings, layout: BodyLayout, unknowns: Array, covariance
     Those of lines that are loaded, or unloaded, together are of the same sign rather than not.
     """
     keep = np.exp(-np.abs(ways))
-    sizes = 0.5 * settings.deviations.hysteresis * np.sqrt(1.0 - keep * keep)
+    sizes = 0.5 * settings.deviations.loop * np.sqrt(1.0 - keep * keep)
     alike = np.outer(sizes * np.sign(ways), sizes * np.sign(ways))
     new = _SAME_FRAME * alike + (1.0 - _SAME_FRAME) * np.diag(sizes**2)
     _forget(unknowns, covariance, layout.hysteresis, keep, new)

@@ -12,9 +12,10 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.estimation.body.estimated_constants import BodyLayout, length_gradients
+from cablewright.estimation.body.estimated_constants import length_gradients
+from cablewright.estimation.body.law_sizes import averaged
 from cablewright.estimation.body.settings import BodySettings
-from cablewright.estimation.body.state import Belief, BodyState
+from cablewright.estimation.body.state import BodyState
 from cablewright.estimation.body.updates.camera import Seeing
 from cablewright.estimation.body.updates.cells import Cells
 from cablewright.estimation.body.updates.update import HeldBody, Slopes, UpdatePart
@@ -116,29 +117,15 @@ def pose_covariance(state: BodyState, slopes: Slopes) -> Array:
     """Return the covariance (6, 6) of the pose: translation, m, and rotation in space, rad.
 
     Creep, softness and mounts follow no law exactly: a share of their apparent corrections is not used. Nor is their
-    size, where it comes out larger than the settings state (`strangeness`).
+    size known (`law_sizes`).
     """
     belief, layout, laws = state.belief, state.layout, state.layout.laws
     gradients = slopes.pose @ belief.gradients
     gradients[:, layout.load] = slopes.pose_by_wrench
-    strange = strangeness(belief, layout)
-    wider = np.repeat(np.sqrt(strange), layout.m)
-    told = gradients[:, laws] @ (belief.untold * np.outer(wider, wider) - belief.covariance[laws, laws])
-    found = gradients @ belief.covariance @ gradients.T + _NO_LAW**2 * told @ gradients[:, laws].T
+    sizes = averaged(belief.unknowns[laws], belief.covariance[laws, laws], belief.untold, belief.sizes)
+    moved = gradients @ belief.covariance
+    found = moved @ gradients.T + moved[:, laws] @ sizes.wider @ moved[:, laws].T
+    found += _NO_LAW**2 * gradients[:, laws] @ sizes.shown @ gradients[:, laws].T
     strained = gradients[:, layout.hysteresis]  # by the same loads as what softens the cables
     loop = strained @ belief.covariance[layout.hysteresis, layout.hysteresis] @ strained.T
-    return np.asarray(found + (strange.max() - 1.0) * loop)
-
-
-def strangeness(belief: Belief, layout: BodyLayout) -> Array:
-    """Return factors (3,), at least 1, by which the variances of creep, softness and mounts must grow to fit estimates.
-
-    By one step of expectation and maximisation from the prior: the mean square of an unknown is that of its estimate
-    and of its error, in units of the prior's covariance (Dempster, Laird, Rubin 1977).
-    """
-    found, begin = np.ones(3), layout.laws.start
-    for at, part in enumerate((layout.creep, layout.softness, layout.mount)):
-        own = slice(part.start - begin, part.stop - begin)
-        square = np.outer(belief.unknowns[part], belief.unknowns[part]) + belief.covariance[part, part]
-        found[at] = max(1.0, float(np.trace(np.linalg.solve(belief.untold[own, own], square))) / layout.m)
-    return found
+    return np.asarray(found + (sizes.squares[1] - 1.0) * loop)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import cached_property
 
+from cablewright.estimation.body.creep import LOOP
 from cablewright.estimation.body.updates.update import Update
 from cablewright.estimation.clock_offset import ClockLeadSettings
 from cablewright.foundation.errors import InputError, require_positive
@@ -24,9 +25,9 @@ class Deviations:
     ``uneven_length``, m, of cable. ``model``: N, of a tension that a perfect description would predict, for effects
     that no model has. ``creep``: strain of each cable after an hour under the mean tension at home, besides the
     described creep; None: see `creep_of`. ``hysteresis``: strain between the ways up and down of a large cycle of
-    loads. ``exit_compliance``: m/N, compliance of the mount of each exit point besides the described one; None: see
-    `prior`. ``friction``: share of a tension by which a cell shows less while cable is paid out over its sheave, and
-    more while it is wound.
+    loads; None: see `loop`. ``exit_compliance``: m/N, compliance of the mount of each exit point besides the described
+    one; None: see `prior`. ``friction``: share of a tension by which a cell shows less while cable is paid out over its
+    sheave, and more while it is wound.
     """
 
     home_length: float = 2e-3
@@ -38,13 +39,18 @@ class Deviations:
     uneven_length: float = 2.0
     model: float = 0.5
     creep: float | None = None
-    hysteresis: float = 2e-4
+    hysteresis: float | None = None
     friction: float = 0.01
     exit_compliance: float | None = None
 
     def __post_init__(self) -> None:
         """Raise `InputError` for numbers that are not positive and finite."""
         require_positive(**{name: value for name, value in vars(self).items() if value is not None})
+
+    @property
+    def loop(self) -> float:
+        """The stated hysteresis, or that of the severity `typical`."""
+        return LOOP if self.hysteresis is None else self.hysteresis
 
 
 @dataclass(frozen=True, eq=False)

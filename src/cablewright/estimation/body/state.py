@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from cablewright.estimation.body.creep import BodyCreep, LoadPath, creep_of
 from cablewright.estimation.body.estimated_constants import BodyLayout, prior
+from cablewright.estimation.body.law_sizes import LawSize, law_sizes
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.updates.update import DrumPulls, Update
 from cablewright.estimation.clock_offset import ClockLead
@@ -72,6 +73,7 @@ class Belief:
     covariance: Array  # (size, size)
     gradients: Array  # (m, size) of the lengths by the unknowns
     untold: Array  # covariance of `BodyLayout.laws` before a measurement
+    sizes: tuple[LawSize, ...]  # of creep, softness and mounts
     pose_covariance: Array = field(default_factory=lambda: np.zeros((6, 6)))
 
 
@@ -218,7 +220,13 @@ def start(
         creep_of(model.robot, tracker.tensions, settings.deviations.creep),
         LoadPath(tracker.tensions),
         lengths.copy(),
-        Belief(np.zeros(layout.size), covariance, np.eye(m, layout.size), covariance[layout.laws, layout.laws].copy()),
+        Belief(
+            np.zeros(layout.size),
+            covariance,
+            np.eye(m, layout.size),
+            covariance[layout.laws, layout.laws].copy(),
+            law_sizes(settings),
+        ),
         Home(
             lengths.copy(),
             wound,

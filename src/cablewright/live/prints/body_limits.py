@@ -14,7 +14,7 @@ from cablewright.analyses.accuracy.tension_spread import tension_spread
 from cablewright.analyses.steady_acceleration import tensions_by_acceleration
 from cablewright.control.path_follower import TimedPath
 from cablewright.control.retraction import BeamSettings
-from cablewright.estimation.body.creep import ASSUMED
+from cablewright.estimation.body.creep import ASSUMED, LOOP
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.choices import LawName
 from cablewright.foundation.errors import AnswerError, InputError
@@ -191,7 +191,7 @@ def _unmeasured(settings: MachineSettings, held: Equilibrium) -> tuple[Array, Ar
     if settings.tension_sensor is not None or held.model.robot.platform.plane is not None or not held.ok.all():
         return np.zeros(held.model.m), np.zeros(held.model.m)
     known = settings.accuracy or MachineAccuracy()
-    stretch = known.hysteresis + (ASSUMED if known.creep is None else known.creep)
+    stretch = (known.hysteresis or LOOP) + (known.creep or ASSUMED)
     found = tension_spread(held, known.home_length, known.drum_radius, known.exit_point, stretch)
     return _LEVEL * found.deviation.max(axis=0), np.maximum(found.fall.max(axis=0), 0.0)
 
