@@ -158,13 +158,13 @@ def test_a_platform_sinks_faster_in_a_warm_room() -> None:
 def seen(name: str, warming: float) -> tuple[float, float, float]:
     """How far a platform sinks while its room warms, and by an estimator with a thermometer, and without one.
 
-    In 900 s, in which there are lidars up to 120 s.
+    In 450 s, in which there are lidars up to 120 s.
     """
     twin, robot = room(22.0, warming), robot_of(HEAVY)
     machine = SimulatedMachine(robot, twin, PLACE, seed=5, plant="quasi-static")
     both = [estimator(name, robot, twin.owner, PLACE) for _ in range(2)]
     heights, begin = np.zeros(3), np.zeros(3)
-    while machine.time < 900.0:
+    while machine.time < 450.0:
         frame = machine.step(Command(machine.time, np.zeros(4)))
         told = tuple(each for each in frame.readings if machine.time <= 120.0 or not isinstance(each, Scan))
         cold = tuple(each for each in told if not isinstance(each, Climate))
