@@ -110,6 +110,17 @@ def unpaced() -> Iterator[None]:
 @pytest.fixture(scope="module")
 def undrawn() -> Iterator[None]:
     """Replace each picture of a report by a pixel: pictures take most of the time of a short print or check."""
+    yield from pixels()
+
+
+@pytest.fixture
+def undrawn_here() -> Iterator[None]:
+    """As `undrawn`, for one test of a file whose others look at pictures."""
+    yield from pixels()
+
+
+def pixels() -> Iterator[None]:
+    """Let pictures be a pixel each while this is suspended."""
     from PIL import Image
 
     from cablewright.apps import style  # which loads Matplotlib
