@@ -98,8 +98,29 @@ def _own_key(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 
 
 @pytest.fixture(scope="module")
+def unpaced() -> Iterator[None]:
+    """Let the steps of operated machines in this process follow one another: at the pace of the clock they spin."""
+    from cablewright.machine.real_time_machine import Paced
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Paced, "step", lambda paced, command: paced._machine.step(command))
+        yield
+
+
+@pytest.fixture(scope="module")
 def undrawn() -> Iterator[None]:
     """Replace each picture of a report by a pixel: pictures take most of the time of a short print or check."""
+    yield from pixels()
+
+
+@pytest.fixture
+def undrawn_here() -> Iterator[None]:
+    """As `undrawn`, for one test of a file whose others look at pictures."""
+    yield from pixels()
+
+
+def pixels() -> Iterator[None]:
+    """Let pictures be a pixel each while this is suspended."""
     from PIL import Image
 
     from cablewright.apps import style  # which loads Matplotlib

@@ -12,6 +12,7 @@ import pytest
 
 from cablewright.apps.cli.main import run
 
+pytestmark = pytest.mark.usefixtures("undrawn")  # what is compared is text
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLES = ROOT / "examples"
 PINNED = {  # the number, and how far the printed one may be from it: its last digit

@@ -253,7 +253,7 @@ def test_ranges_may_be_of_any_numbers_and_retraction_by_row() -> None:
 def test_places_of_a_grid_do_not_lead_each_other_astray() -> None:
     """A body has several equilibria: what one place finds must not depend on the place before it."""
     robot = load("cogiro")
-    x, y = np.meshgrid(np.arange(-6.0, 6.5, 1.0), np.arange(-5.0, 5.5, 1.0))
+    x, y = np.meshgrid(np.arange(-6.0, 6.5, 2.0), np.arange(-5.0, 5.5, 2.0))
     poses = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, 1.0), np.zeros((x.size, 3))])
     found = nozzle_errors(robot, poses, method=FirstOrder())
     alone = np.array([nozzle_errors(robot, pose, method=FirstOrder()).nominal_error[0] for pose in poses[found.ok]])

@@ -40,7 +40,7 @@ def walked(name: str, ranges: tuple[Range, ...] | None = None, step: float = 0.0
     return held, search.result()
 
 
-def solved(held: Equilibrium, ranges: tuple[Range, ...], draws: int = 2000, every: int = 12) -> np.ndarray:
+def solved(held: Equilibrium, ranges: tuple[Range, ...], draws: int = 1000, every: int = 16) -> np.ndarray:
     """Errors (N, S, 3), m, of the nozzle at some rows of drawn machines, by solving each of them."""
     some = held[::every]
     points, _, ok = sampled(SpreadProblem(some, some.lengths, some.pose, ranges), drawn(ranges, draws, 77))
@@ -65,7 +65,7 @@ def test_monte_carlo_with_the_same_biases_along_the_job_agrees(name: str) -> Non
 def test_monte_carlo_along_all_of_the_path_agrees_where_machines_go_slack(name: str) -> None:
     held, found = walked(name)
     assert found.curvature > 0.1  # first order is no guide here
-    assert found.value == pytest.approx(percentile(solved(held, found.ranges, every=4)), rel=0.1)
+    assert found.value == pytest.approx(percentile(solved(held, found.ranges, every=6)), rel=0.1)
 
 
 def test_an_error_that_many_machines_have_none_of_is_not_stated() -> None:

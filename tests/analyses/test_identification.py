@@ -39,7 +39,7 @@ def test_without_noise_it_is_exact() -> None:
 def test_errors_are_as_large_as_their_sigmas(noise: float) -> None:
     times, random = np.arange(501) * 0.02, np.random.default_rng(0)
     errors = []
-    for _ in range(25):
+    for _ in range(10):
         found = identify_swing(times, swing(times) + noise * random.normal(size=(501, 9)))
         nearest = abs(np.log(found.frequencies[:, None] / FREQUENCIES)).argmin(axis=0)
         errors += [

@@ -125,12 +125,12 @@ def test_slack_lines_too(limits: tuple[float, float]) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_distances_are_those_of_dense_lines_within_the_bound(name: str) -> None:
-    states = held(name, 4)
+    states = held(name, 2)
     settings = InterferenceSettings(tolerance=2e-3)
     found = distances(states, part=hills(SEED), settings=settings)
     robot = states.model.robot
     radii = np.array([0.5 * line.cable.diameter for line in robot.lines])
-    for row in range(4):
+    for row in range(2):
         lines = dense(states[row])
         steps = max(np.linalg.norm(np.diff(line, axis=0), axis=1).max() for line in lines)
         wanted = dense_margins(robot, states[row], lines, radii, settings.ends)

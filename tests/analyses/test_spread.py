@@ -147,7 +147,7 @@ def test_first_order_has_the_deviations_of_samples(name: str) -> None:
     model = Model(robot, tension_limits=(100.0, 5000.0))
     for chosen in (*([one] for one in entries), entries):
         problem = problem_of(model, ranges_of(robot, *chosen), 2)
-        first, samples = FirstOrder()(problem), MonteCarlo(6000)(problem)
+        first, samples = FirstOrder()(problem), MonteCarlo(3000)(problem)
         largest = samples.deviation.max(axis=1, keepdims=True)
         np.testing.assert_array_less(
             np.abs(first.deviation - samples.deviation), 0.05 * samples.deviation + 1e-3 * largest

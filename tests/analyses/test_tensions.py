@@ -29,7 +29,7 @@ PLACES = {
     "cogiro": [0.5, 0.3, 1.5, 0.0, 0.0, 0.0],
     "jung2020": [0.1, 0.0, 0.3, 0.0, 0.0, 0.0],
 }
-TRIED = 400
+TRIED = 200
 
 
 def best_at(model: Model, pose: np.ndarray, ranges: tuple[Range, ...], method: Method) -> BestTensions:

@@ -155,7 +155,7 @@ def three(request: pytest.FixtureRequest) -> dict[str, Workspace]:
 
 def test_volumes_agree_with_random_positions(three: dict[str, Workspace]) -> None:
     for criterion, found in three.items():
-        places = found.box.at(np.random.default_rng(5).random((400_000, 3)))
+        places = found.box.at(np.random.default_rng(5).random((60_000, 3)))
         share = float((found.criterion.margin(places) >= 0.0).mean())
         spread = np.sqrt(share * (1.0 - share) / len(places))
         off = abs(found.volume - share * found.box.volume)
@@ -229,8 +229,8 @@ def test_total_orientation_is_what_all_orientations_share() -> None:
     places = cases.random_poses(JUNG, 3000)[:, :3]
     each = [Criterion.of(JUNG, "exact", orientations=[turn]).margin(places) for turn in TURNS]
     np.testing.assert_array_equal(total.margin(places), np.min(each, axis=0))
-    volumes = [workspace(JUNG, "exact", orientations=[turn]).volume for turn in TURNS]
-    assert 0.0 < workspace(JUNG, "exact", orientations=TURNS).volume < min(volumes)
+    volumes = [workspace(JUNG, "exact", orientations=[turn], tolerance=5e-3).volume for turn in TURNS]
+    assert 0.0 < workspace(JUNG, "exact", orientations=TURNS, tolerance=5e-3).volume < min(volumes)
 
 
 def test_a_box_of_wrenches_takes_from_the_workspace() -> None:

@@ -35,6 +35,7 @@ def test_lines_and_statements_are_counted_by_kind() -> None:
     assert Content.of("") == Content(0, 0, 0)
 
 
+@pytest.mark.slow  # `make check` runs the tool
 def test_each_folder_has_a_ceiling_and_none_is_above_it() -> None:
     contents = folder_contents(size_report.ROOT / "src" / "cablewright")
     most = ceilings(size_report.ROOT / "pyproject.toml")

@@ -35,6 +35,7 @@ def test_a_line_number_and_a_replacement_are_shown(tmp_path: Path) -> None:
     assert [(each.line, each.instead) for each in BANNED.found_in(tmp_path / "a.md")] == [(6, "cables")]
 
 
+@pytest.mark.slow  # `make check` runs the tool
 def test_no_file_is_over_its_ceiling() -> None:
     root = words.ROOT
     counts = {each.relative_to(root).as_posix(): len(BANNED.found_in(each)) for each in BANNED.files_below(root)}

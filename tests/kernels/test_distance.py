@@ -52,7 +52,7 @@ def nearest(a: np.ndarray, b: np.ndarray) -> float:
 )
 def test_segments(kind: str) -> None:
     rng = np.random.default_rng(SEED)
-    for _ in range(200):
+    for _ in range(60):
         a, b = segments(kind, rng)
         square, s, t = segment_segment(a, 0, b, 0)
         assert 0.0 <= s <= 1.0
@@ -83,7 +83,7 @@ def test_boxes(kind: str) -> None:
     rng = np.random.default_rng(SEED + 2)
     share = np.linspace(0.0, 1.0, 2001)[:, None]
     inside = 0
-    for _ in range(300):
+    for _ in range(100):
         p, q, h = 2.0 * rng.normal(size=3), 2.0 * rng.normal(size=3), rng.uniform(0.1, 1.5, 3)
         if kind == "along a face":
             q[0] = p[0]
@@ -131,7 +131,7 @@ def brute(a: np.ndarray, corners: np.ndarray) -> float:
 def test_triangles(kind: str) -> None:
     rng = np.random.default_rng(SEED + 3)
     polygon = np.zeros((5, 3))
-    for _ in range(25):
+    for _ in range(8):
         corners, a = rng.normal(size=(3, 3)), 1.5 * rng.normal(size=(2, 3))
         if kind == "no area":
             corners[2] = corners[0]
@@ -146,8 +146,7 @@ def test_triangles(kind: str) -> None:
         square, s = segment_polygon(a, 0, polygon, count)
         assert 0.0 <= s <= 1.0
         found = np.sqrt(square)
-        assert found <= brute(a, corners) + 1e-7
-        assert brute(a, corners) - found < 0.06
+        assert -1e-7 <= brute(a, corners) - found < 0.06
         if kind == "through it":
             assert found < 1e-12
 

@@ -57,7 +57,7 @@ def test_the_reduced_structure_has_all_solutions(n: int, m: int, lost: int) -> N
 @pytest.mark.parametrize("lost", [0, 1])
 def test_the_largest_margin_is_the_linear_programs(n: int, m: int, kind: str, lost: int) -> None:
     rng = np.random.default_rng(1000 * n + 10 * m + lost + len(kind))
-    for _ in range(12):
+    for _ in range(6):
         A = random_lines(rng, n, m, lost)
         if kind == "whole numbers":  # ties at every step
             A = np.round(A)

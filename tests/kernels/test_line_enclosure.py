@@ -17,6 +17,12 @@ from cablewright.solvers.forward import solve_forward
 from oracles.platform import exponential
 
 MODELS = list(cases.models(CableLaw.ELASTIC, CableLaw.CATENARY))
+HANGING = [  # slack lines differ from taut ones where cables have weight
+    pytest.param(each, slack, id=f"{cases.name(each)}-{'slack' if slack else 'taut'}")
+    for each in MODELS
+    for slack in (False, True)
+    if not slack or each.fidelity.cable is CableLaw.CATENARY
+]
 SIZES = (0.0, 1e-12, 1e-6, 1e-3, 1e-2, 0.1)
 
 
@@ -94,8 +100,7 @@ def jacobian_of(row: np.ndarray, y: np.ndarray, radius: np.ndarray) -> tuple[np.
     return low, high, ends
 
 
-@pytest.mark.parametrize("slack", [False, True], ids=["taut", "slack"])
-@pytest.mark.parametrize("model", MODELS, ids=cases.name)
+@pytest.mark.parametrize(("model", "slack"), HANGING)
 def test_the_residual_is_in_its_enclosure(model: Model, slack: bool) -> None:
     rng = np.random.default_rng(11)
     with mp.workdps(40):
@@ -116,8 +121,7 @@ def test_the_residual_is_in_its_enclosure(model: Model, slack: bool) -> None:
                 assert mpf(v[0]) <= mp.exp(unknowns[1]) * mp.sin(unknowns[0]) <= mpf(v[1])
 
 
-@pytest.mark.parametrize("slack", [False, True], ids=["taut", "slack"])
-@pytest.mark.parametrize("model", MODELS, ids=cases.name)
+@pytest.mark.parametrize(("model", "slack"), HANGING)
 def test_the_jacobian_is_in_its_enclosure(model: Model, slack: bool) -> None:
     """Central differences with 60 digits, at corners and inside of boxes; the miss of the difference is 1e-25."""
     rng = np.random.default_rng(12)
@@ -125,7 +129,7 @@ def test_the_jacobian_is_in_its_enclosure(model: Model, slack: bool) -> None:
     with mp.workdps(60):
         for row, solved, length in some_lines(model, rng, slack):
             count = int(row[layout.UNKNOWNS])
-            for size in SIZES:
+            for size in rng.permutation(SIZES)[:2]:  # of another line other sizes
                 radius = box(row, solved, size)
                 low, high, _ = jacobian_of(row, solved, radius)
                 for where in (rng.choice([-1.0, 1.0], count), rng.uniform(-1, 1, count)):

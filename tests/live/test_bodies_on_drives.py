@@ -195,6 +195,7 @@ def test_a_retracting_platform_is_homed_at_its_own_length(tmp_path: Path) -> Non
     assert np.linalg.norm(np.array(answer.position) - pose_of(found)[:3]) < 1e-3
 
 
+@pytest.mark.usefixtures("unpaced")
 def test_a_sitting_on_drives_homes_at_a_pose_and_moves_the_nozzle_to_the_goal(tmp_path: Path) -> None:
     found = made()
     begin = pose_of(found)

@@ -20,6 +20,7 @@ from cablewright.live.serve.winch import HELD, WINCH
 from cases import some
 from virtual_drives import Bench, bench
 
+pytestmark = pytest.mark.usefixtures("unpaced")
 LINE, SPEED = 1, 0.05  # m/s, pays out
 
 

@@ -15,7 +15,7 @@ import planar_robots
 from cablewright.foundation.errors import Status
 from cablewright.robot import PlatformSheave, Pulley, Robot, Swivel
 
-POSES = 60
+POSES = 25
 CLEAR = 1e-6
 """Share of the load by which a linear program's answer has to be clear."""
 

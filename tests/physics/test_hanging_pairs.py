@@ -123,10 +123,10 @@ def test_kernels_keep_one_signature() -> None:
 @pytest.mark.parametrize("lowest", [1.0, 0.2, 0.0])
 def test_no_pose_is_lost_by_sag_or_by_wider_limits(lowest: float) -> None:
     """What straight lines hold with tensions from 2 N on, those that sag hold within wider limits."""
-    robot, poses = parallelograms(4), np.full((150, 6), np.nan)
-    poses[:, :3] = np.random.default_rng(5).uniform([-0.9, -0.9, 0.3], [0.9, 0.9, 2.0], (150, 3))
+    robot, poses = parallelograms(4), np.full((50, 6), np.nan)
+    poses[:, :3] = np.random.default_rng(5).uniform([-0.9, -0.9, 0.3], [0.9, 0.9, 2.0], (50, 3))
     narrow = cw.inverse(robot, poses, cable="elastic", tension_limits=(2.0, 100.0))
-    assert narrow.ok.sum() > 40
+    assert narrow.ok.sum() > 10
     for cable in ("elastic", "catenary"):
         wide = cw.inverse(robot, poses, cable=cable, tension_limits=(lowest, 110.0))
         assert wide.ok[narrow.ok].all()

@@ -115,7 +115,7 @@ def test_the_least_norm_of_hanging_pairs(count: int) -> None:
     """SLSQP over rotation and winch lengths, then Newton on the conditions of Karush, Kuhn and Tucker."""
     robot, rng, solved = parallelograms(count), np.random.default_rng(1), 0
     own = Straight(robot)
-    for place in rng.uniform([-0.6, -0.6, 0.5], [0.6, 0.6, 1.6], (8, 3)):
+    for place in rng.uniform([-0.6, -0.6, 0.5], [0.6, 0.6, 1.6], (4, 3)):
         found = cw.inverse(robot, [*place, *FREE], cable="elastic")
         if not found.ok:
             continue
@@ -123,7 +123,7 @@ def test_the_least_norm_of_hanging_pairs(count: int) -> None:
         tensions = least_norm(own, place, count, (0.5, 400.0))
         np.testing.assert_allclose(found.tensions, tensions, atol=1e-6)
         np.testing.assert_allclose(found.lengths[1::2], found.lengths[::2], atol=1e-12)
-    assert solved > 3
+    assert solved > 1
 
 
 def least_norm(own: Straight, place: Array, count: int, limits: tuple[float, float]) -> Array:

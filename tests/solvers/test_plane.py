@@ -56,9 +56,9 @@ def solved(plane: str, body: bool, cable: str, count: int, **own: Any) -> tuple[
 @pytest.mark.parametrize(("plane", "body"), KINDS)
 def test_yes_and_no_are_those_of_a_linear_program(plane: str, body: bool, cable: str) -> None:
     robot = planar_robots.board(plane, body, 4, 0.08, force=(5.0, 0.0, 8.0))
-    poses = planar_robots.places(robot, 150, 1.3, 0.3)
+    poses = planar_robots.places(robot, 60, 1.3, 0.3)
     possible = [feasible(robot, pose) for pose in poses]
-    assert 15 < sum(possible) < 135
+    assert 6 < sum(possible) < 54
     found = cw.inverse(robot, poses, cable=cable)
     if not body:
         np.testing.assert_array_equal(found.ok, possible)
@@ -67,7 +67,7 @@ def test_yes_and_no_are_those_of_a_linear_program(plane: str, body: bool, cable:
         assert not (found.ok & ~np.array(possible)).any()
         lost = {status for status, could in zip(found.status, possible, strict=True) if could} - {Status.OK}
         assert lost <= {Status.UNSTABLE}
-        assert found.ok.sum() > 10
+        assert found.ok.sum() > 4
     assert found[found.ok].is_valid()
 
 

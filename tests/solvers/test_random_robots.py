@@ -16,7 +16,7 @@ from cablewright.solvers.inverse import solve_inverse
 from oracles import machine
 
 SEED = 1
-COUNT = 1500
+COUNT = 500
 FORGED = {"states": "geometry", "lengths": "geometry", "tensions": "force", "load": "force"}
 
 
@@ -29,7 +29,7 @@ def tally() -> Tally:
 
 def answers(asked: str, count: int) -> list[Answer]:
     """OK answers of robots from the same seed."""
-    number, found = COUNT, []
+    number, found = 1500, []
     while len(found) < count:
         case = random_case(SEED, number, 1)
         number += 1
@@ -46,14 +46,14 @@ def test_every_ok_holds(tally: Tally) -> None:
 
 
 def test_there_are_oks_of_every_class(tally: Tally) -> None:
-    for asked, least in (("inverse", 2000), ("forward", 400)):
+    for asked, least in (("inverse", 600), ("forward", 120)):
         assert sum(count for what, count in tally.classes.items() if what.startswith(asked)) > least
     for part in ("point held", "point hanging", "body held", "body hanging"):
         for law in CableLaw:
             assert any(f"inverse {part} {law.value}" in what for what in tally.classes)
     for kind in ("eyelet", "swivel", "universal-joint"):
-        assert sum(count for what, count in tally.classes.items() if what.endswith(kind)) > 300
-    assert tally.programs > 100
+        assert sum(count for what, count in tally.classes.items() if what.endswith(kind)) > 80
+    assert tally.programs > 30
 
 
 def test_sizes_and_moduli_are_of_all_decades() -> None:

@@ -110,12 +110,12 @@ def test_excess_of_a_batch_is_that_of_its_rows() -> None:
 # --- the pose held with slack lines
 
 
-@pytest.mark.parametrize("excess", [1e-3, 0.05, 0.3])
+@pytest.mark.parametrize("excess", [1e-3, pytest.param(0.05, marks=pytest.mark.slow), 0.3])
 @pytest.mark.parametrize("model", SPARE, ids=cases.name)
 def test_solutions_balance_and_have_the_requested_excess(model: Model, excess: float) -> None:
     answered = 0
-    for pose in cases.poses(model, 3).pose:
-        for slack in first_slack(model, pose, excess)[:3]:
+    for pose in cases.poses(model, 2).pose:
+        for slack in first_slack(model, pose, excess)[:2]:
             found = solve_with_slack(model, pose, dict.fromkeys(slack, excess))
             assert found.is_valid(1e-9)
             assert float(found.residual_norm()) <= 1e-9
@@ -314,8 +314,7 @@ def test_two_sets_hold_merlets_pose() -> None:
 
 @pytest.mark.parametrize("model", SUSPENDED, ids=cases.name)
 def test_the_ends_of_a_range_are_ends(model: Model) -> None:
-    found = [each for pose in cases.poses(model, 3).pose for each in slack_sets(model, pose)]
-    assert found
+    found = next(sets for pose in cases.poses(model, 6).pose if (sets := slack_sets(model, pose)))
     for each in found:
         pose = each.equilibrium.pose
 

@@ -17,7 +17,7 @@ from cablewright.solvers.tension import METHODS, Quadratic, capacity, structures
 from oracles import linear_program
 
 RIGID = Fidelity(CableLaw.RIGID)
-COUNTS = {"jung2020": 2000, "jung2020-table1": 2000, "cogiro": 400, "merlet2023": 400, "paty2021": 400}
+COUNTS = {"jung2020": 300, "jung2020-table1": 300, "cogiro": 150, "merlet2023": 150, "paty2021": 150}
 
 
 def model_of(name: str, **changes: object) -> Model:
@@ -208,13 +208,13 @@ def test_capacity_agrees_with_exact_and_bounds_every_push(name: str) -> None:
     assert (found.feasible == exact.feasible)[sure].all()
     rng = np.random.default_rng(11)
     units = np.array([1.0, 1.0, 1.0, length, length, length])[: model.n]
-    for row in np.flatnonzero(found.feasible)[:12]:
+    for row in np.flatnonzero(found.feasible)[:6]:
         margin, nearest = found.margin[row], np.inf
         span = A[row] / units[:, None]
         left, values, _ = np.linalg.svd(span)
         rank = int((values > 1e-9 * values[0]).sum())
         assert rank == found.rank[row]
-        for _ in range(60):
+        for _ in range(15):
             c = left[:, :rank] @ rng.standard_normal(rank)
             c /= np.linalg.norm(c)
             # no plane is nearer than the margin, and a push of the margin along any way can be balanced
@@ -277,7 +277,7 @@ def test_capacity_is_zero_at_the_boundary_and_falls_as_one_pushes() -> None:
 @pytest.mark.parametrize("name", ["jung2020", "jung2020-table1", "cogiro", "merlet2023"])
 def test_closure_is_a_positive_null_vector_of_full_rank(name: str) -> None:
     model = model_of(name)
-    poses = upright(model, 300)
+    poses = upright(model, 100)
     found = wrench_closure(model, poses)
     A, _ = structures(model, poses)
     m = model.m

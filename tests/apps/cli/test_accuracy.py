@@ -53,6 +53,7 @@ def test_a_rigid_body_with_an_uncertainty_file(cli, tmp_path: Path) -> None:
     assert found.json["max_turn"] > 0
 
 
+@pytest.mark.usefixtures("undrawn_here")
 @pytest.mark.parametrize(
     ("shape", "places"),
     [
@@ -73,6 +74,7 @@ def test_a_shape_leaves_a_run_folder(cli, tmp_path: Path, shape: tuple[str, ...]
     assert manifest["options"]["compensation"] == "none"
 
 
+@pytest.mark.usefixtures("undrawn_here")
 def test_along_a_job(cli, tmp_path: Path) -> None:
     (tmp_path / "part.gcode").write_text("G21\nG90\nM83\nG1 Z1000\nG1 X500\nG1 X500 Y500 E5\n")
     found = cli(*HOUSE, "--path", str(tmp_path / "part.gcode"), "--out", str(tmp_path / "run"), "--json").json
@@ -80,6 +82,7 @@ def test_along_a_job(cli, tmp_path: Path) -> None:
     assert found["answered"] == found["places"] > 10
 
 
+@pytest.mark.usefixtures("undrawn_here")
 def test_workers_give_the_same_and_what_they_kept_goes_with_the_answer(cli, tmp_path: Path) -> None:
     shape = ("--plane", "2", "--step", "4", "--json")
     alone = cli(*HOUSE, *shape, "--out", str(tmp_path / "alone")).json
@@ -94,6 +97,7 @@ def test_workers_give_the_same_and_what_they_kept_goes_with_the_answer(cli, tmp_
     )
 
 
+@pytest.mark.usefixtures("undrawn_here")
 def test_places_beyond_the_limits_are_counted(cli, tmp_path: Path) -> None:
     arguments = (
         "accuracy",
@@ -163,6 +167,7 @@ def test_an_unknown_parameter_names_the_nearest(cli, tmp_path: Path) -> None:
     assert "known.toml" in line
 
 
+@pytest.mark.usefixtures("undrawn_here")
 def test_the_report_states_the_request(cli, tmp_path: Path) -> None:
     cli(*HOUSE, "--at", "3,2,1", "--home", "0,0,1", "--tension-limits", "50,5000", "--out", str(tmp_path / "run"))
     page = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")

@@ -232,6 +232,7 @@ def test_what_cannot_be_calibrated_says_why_and_changes_nothing(cli, changed, tm
     assert not out.exists()
 
 
+@pytest.mark.usefixtures("undrawn_here")
 def test_a_doubtful_answer_is_written_only_where_it_is_accepted(cli, data: Path, tmp_path: Path) -> None:
     out = tmp_path / "new.toml"
     answer = cli("calibrate", "wang2021", data, "--out", out, "--json")
@@ -256,6 +257,7 @@ def test_a_doubtful_answer_is_written_only_where_it_is_accepted(cli, data: Path,
     assert 'class="verdict doubt"' in (tmp_path / "new.html").read_text()
 
 
+@pytest.mark.usefixtures("undrawn_here")
 def test_the_required_accuracy_decides(cli, data: Path, tmp_path: Path) -> None:
     out = tmp_path / "new.toml"
     answer = cli("calibrate", "wang2021", data, "--need", "50 mm", "--out", out, "--json")
@@ -299,6 +301,7 @@ def test_bad_simulations(cli, tmp_path: Path, options: tuple[str, str]) -> None:
     assert cli("simulate-calibration", "wang2021", *(part for pair in given.items() for part in pair)).refusal
 
 
+@pytest.mark.usefixtures("undrawn_here")
 def test_lines_that_sag(cli, tmp_path: Path) -> None:
     """The same contract as of rigid lines; the modulus is written, comments are kept, there is a report."""
     file, robot, out = tmp_path / "d.csv", tmp_path / "mine.toml", tmp_path / "new.toml"
@@ -393,6 +396,7 @@ def test_a_body_may_be_guessed_unrotated(cli, tmp_path: Path) -> None:
     assert len(found["gauge"]) == 6
 
 
+@pytest.mark.usefixtures("undrawn_here")
 def test_what_was_calibrated_is_checked_and_compared(cli, data: Path, tmp_path: Path) -> None:
     lines = data.read_text().splitlines(keepends=True)
     early, late = tmp_path / "early.csv", tmp_path / "late.csv"

@@ -124,6 +124,7 @@ def test_report_and_pictures_of_a_study(folder, shape, name, drawn):
     assert ("max turn" in told(page)) == (name == "cogiro")
 
 
+@pytest.mark.usefixtures("undrawn_here")
 def test_nothing_is_asked_of_any_other_place(folder):
     page = write(studied("helix"), folder).read_text(encoding="utf-8")
     own = page.replace(script(), "")  # three.js names specifications and its own pages
@@ -135,6 +136,7 @@ def test_nothing_is_asked_of_any_other_place(folder):
     )
 
 
+@pytest.mark.usefixtures("undrawn_here")
 def test_figures_are_those_of_the_study(folder):
     study = studied("plane")
     text = told(write(study, folder).read_text(encoding="utf-8"))
@@ -145,6 +147,7 @@ def test_figures_are_those_of_the_study(folder):
     assert "modulus of south-west 1 1 0.7 1.3" in text  # unit, nominal, min, max
 
 
+@pytest.mark.usefixtures("undrawn_here")
 def test_limits_that_end_the_workspace_are_reported(folder):
     study = studied("workspace")
     text = told(write(study, folder).read_text(encoding="utf-8"))
@@ -195,6 +198,7 @@ def test_place(folder, name):
     assert not has_nan(text)
 
 
+@pytest.mark.usefixtures("undrawn_here")
 def test_place_where_an_inner_point_is_worse(folder):
     found = placed()
     worse = dataclasses.replace(found.region.interior, corner_is_worst=False, max_error=0.0777)
@@ -204,6 +208,7 @@ def test_place_where_an_inner_point_is_worse(folder):
     assert "corners are worst no" in text
 
 
+@pytest.mark.usefixtures("undrawn_here")
 def test_place_without_what_may_be_missing(folder):
     found = placed()
     bare = dataclasses.replace(found.region, points=found.region.points[:0], interior=None)
@@ -213,6 +218,7 @@ def test_place_without_what_may_be_missing(folder):
     assert "Tensions of smallest deviation" not in text
 
 
+@pytest.mark.usefixtures("undrawn_here")
 def test_place_fully_compensated_gains_nothing(folder):
     robot = load("house-printer")
     found = accuracy(robot, [1.0, 0.5, 1.5], compensation="full")
@@ -221,6 +227,7 @@ def test_place_fully_compensated_gains_nothing(folder):
     assert "Full compensation" not in text
 
 
+@pytest.mark.usefixtures("undrawn_here")
 def test_no_place_answered(folder):
     study = studied("plane")
     lost = holed(study, np.ones(len(study.accuracy.codes), dtype=bool))
@@ -244,6 +251,7 @@ def test_some_places_answered(folder, shape, kept):
     assert all(is_drawn(path) for path in folder.glob("*.png"))
 
 
+@pytest.mark.usefixtures("undrawn_here")
 def test_warnings(folder):
     study = studied("helix")
     spread = study.accuracy.spread
@@ -260,12 +268,14 @@ def test_warnings(folder):
     assert "north-west (25)" not in text
 
 
+@pytest.mark.usefixtures("undrawn_here")
 def test_small_ranges_need_no_warning(folder):
     robot = load("house-printer")
     page = write(studied("path", ranges=modulus_ranges(robot, 0.99, 1.01)), folder).read_text(encoding="utf-8")
     assert 'class="notice"' not in page
 
 
+@pytest.mark.usefixtures("undrawn_here")
 def test_samples_have_a_likely_error(folder):
     text = told(write(studied("path", method=MonteCarlo(200)), folder).read_text(encoding="utf-8"))
     assert "error of 95 % of samples" in text

@@ -84,6 +84,7 @@ def test_policy_allows_exactly_the_script_and_style_of_the_page(written):
         assert f"{kind} 'sha256-{digest}'" in policy
 
 
+@pytest.mark.usefixtures("undrawn_here")
 def test_foreign_text_is_escaped_everywhere(tmp_path, folder):
     evil = "</script><script>alert(1)</script>\"'&<b>"
     robot = ring_robot(4)
@@ -121,6 +122,7 @@ def test_same_check_same_bytes(small, written, folder):
         assert path.read_bytes() == (folder / path.name).read_bytes(), path.name
 
 
+@pytest.mark.usefixtures("undrawn_here")
 @pytest.mark.parametrize(("feasible", "word", "other"), [(True, "Can be", "Cannot be"), (False, "Cannot be", "Can be")])
 def test_verdict_is_first_and_in_words(tmp_path, folder, feasible, word, other):
     check, layers = make_check(ring_robot(4), small_job(tmp_path), feasible=feasible)
@@ -149,6 +151,7 @@ def test_what_is_not_known_is_said(written):
     assert "max winch torque - " in text
 
 
+@pytest.mark.usefixtures("undrawn_here")
 def test_nothing_solved(small, folder):
     check, layers = small
     lost = {name: np.full_like(arrays_of(check)[name], np.nan) for name in SOLVED}
@@ -178,12 +181,14 @@ def test_any_number_of_lines(tmp_path, folder, m):
     assert all((folder / name).stat().st_size < 300_000 for name in PICTURES)
 
 
+@pytest.mark.usefixtures("undrawn_here")
 def test_one_sample(small, folder):
     text = told(page_of(first_sample(*small), folder))
     assert "Not drawn: nothing is extruded." in text
     assert "<canvas" not in text
 
 
+@pytest.mark.usefixtures("undrawn_here")
 def test_lines_that_differ_are_distinguished(tmp_path, folder):
     mixed, plain = load("house-printer"), ring_robot(4)
     lines = (*mixed.lines[:2], *plain.lines[:2])
@@ -191,6 +196,7 @@ def test_lines_that_differ_are_distinguished(tmp_path, folder):
     assert "through an eyelet, a fixed point (line 0, line 1)" in text
 
 
+@pytest.mark.usefixtures("undrawn_here")
 def test_one_long_layer_and_no_travel(tmp_path, folder):
     spiral = "".join(f"G1 X{500 * np.cos(a):.3f} Y{500 * np.sin(a):.3f} Z{a:.3f} E1\n" for a in np.linspace(0, 60, 900))
     text = told(page_of(make_check(ring_robot(4), small_job(tmp_path, "G21\nG90\nM83\nG1 F900\n" + spiral)), folder))
@@ -204,12 +210,14 @@ def test_settings_of_the_process_stay_as_they_were(small, folder):
         assert dict(mpl.rcParams) == before
 
 
+@pytest.mark.usefixtures("undrawn_here")
 def test_a_folder_that_is_not_there_cannot_be_written(small, folder):
     check, layers = small
     with pytest.raises(EnvironmentFault, match=r"nowhere/.*: cannot be written: No such file"):
         write(check, folder / "nowhere", layers)
 
 
+@pytest.mark.usefixtures("undrawn_here")
 def test_nothing_half_written_is_left(small, folder, monkeypatch):
     (folder / "plan.png").mkdir()  # a folder is not replaced by a file
     check, layers = small

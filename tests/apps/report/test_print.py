@@ -85,6 +85,7 @@ def test_the_structure_is_a_closed_body_of_its_volume(found: PrintRecord, folder
     assert (magic, version, length) == (b"glTF", 2, (folder / "structure.glb").stat().st_size)
 
 
+@pytest.mark.usefixtures("undrawn_here")
 @pytest.mark.parametrize("missing", [("truth",), ("estimate", "truth"), ("progress",)])
 def test_missing_data_is_left_out(missing: tuple[str, ...], tmp_path: Path) -> None:
     entries, track, _ = standard()

@@ -14,7 +14,7 @@ import pytest
 
 pytest.importorskip("starlette")
 
-from browser import Browser, Page, browser, executable
+from browser import FLAT, Browser, Page, browser, executable
 from cablewright.apps.serve.uploads import Uploads
 from cablewright.live.serve.jobs import JobCheck, subject_of, write_check
 from cablewright.robot import load
@@ -55,12 +55,21 @@ GREY = """[...document.querySelectorAll('#steps button:disabled, #more button:di
   .filter((e) => !e.title || e.nextElementSibling.textContent !== e.title).map((e) => e.textContent)"""
 
 
-@pytest.fixture(scope="module")
-def chromium(server: Served) -> Iterator[Browser]:
-    with browser() as found:
+def entered(server: Served, *options: str) -> Iterator[Browser]:
+    with browser(*options) as found:
         with found.page(server.address, 1280) as page:
             page.until("location.pathname === '/' && window.operate")
         yield found
+
+
+@pytest.fixture(scope="module")
+def chromium(server: Served) -> Iterator[Browser]:
+    yield from entered(server, FLAT)
+
+
+@pytest.fixture(scope="module")
+def chromium_with_views(server: Served) -> Iterator[Browser]:
+    yield from entered(server)
 
 
 @contextmanager
@@ -149,8 +158,8 @@ def job(page: Page, server: Served, name: str, text: str, answer: str, why: str 
 @pytest.mark.parametrize(
     ("width", "dark"), some([(390, True), (2560, False), (1280, False), (390, False), (2560, True)], 3)
 )
-def test_nothing_overlaps_or_is_cut(chromium: Browser, server: Served, width: int, dark: bool) -> None:
-    with opened(chromium, server, width, dark=dark, mine=False) as page:
+def test_nothing_overlaps_or_is_cut(chromium_with_views: Browser, server: Served, width: int, dark: bool) -> None:
+    with opened(chromium_with_views, server, width, dark=dark, mine=False) as page:
         page.until("operate.view.view")
         page.run("document.getElementById('first-run').open = true")
         page.until("document.querySelector('#first button:not([hidden])')")

@@ -13,7 +13,7 @@ import pytest
 
 pytest.importorskip("starlette")
 
-from browser import browser, executable
+from browser import FLAT, browser, executable
 from cablewright.apps.serve.application import Page
 from cablewright.apps.serve.check_worker import check_job
 from cablewright.apps.serve.uploads import Uploads
@@ -111,7 +111,7 @@ def test_a_job_for_another_machine_is_rejected_by_name(server: Served) -> None:
 
 @needs_chromium
 def test_a_browser_whose_clock_is_an_hour_off_operates_and_shows_the_time_of_the_machine(server: Served) -> None:
-    with browser() as chromium, chromium.page("about:blank", 1280) as page:
+    with browser(FLAT) as chromium, chromium.page("about:blank", 1280) as page:
         page.send("Page.addScriptToEvaluateOnNewDocument", source=LATER)
         page.send("Page.navigate", url=server.address)
         page.until("location.pathname === '/' && window.operate && !document.body.classList.contains('stale')")
@@ -126,7 +126,7 @@ def test_a_browser_whose_clock_is_an_hour_off_operates_and_shows_the_time_of_the
 
 @needs_chromium
 def test_a_camera_that_is_gone_is_said_and_the_page_goes_on(server: Served) -> None:
-    with browser() as chromium, chromium.page(server.address, 1280) as page:
+    with browser(FLAT) as chromium, chromium.page(server.address, 1280) as page:
         page.until("location.pathname === '/' && window.operate && !document.body.classList.contains('stale')")
         page.run("operate.camera.begin('/static/none.png?snapshot')")
         page.until("document.querySelector('#camera-section p').textContent.includes('No picture comes')", 20.0)

@@ -12,7 +12,7 @@ import pytest
 
 pytest.importorskip("starlette")
 
-from browser import Browser, Page, browser, executable
+from browser import FLAT, Browser, Page, browser, executable
 from cases import some
 from operator_page import STATE, enable
 from served import RING, Served, client
@@ -49,12 +49,21 @@ UNNAMED = """[...document.querySelectorAll('button, input, select, a, canvas[rol
 ).map((e) => e.outerHTML.slice(0, 90))"""
 
 
-@pytest.fixture(scope="module")
-def chromium(server: Served) -> Iterator[Browser]:
-    with browser() as found:
+def entered(server: Served, *options: str) -> Iterator[Browser]:
+    with browser(*options) as found:
         with found.page(server.address, 1280) as page:  # the cookie is the browser's from here on
             page.until("location.pathname === '/' && window.operate")
         yield found
+
+
+@pytest.fixture(scope="module")
+def chromium(server: Served) -> Iterator[Browser]:
+    yield from entered(server, FLAT)
+
+
+@pytest.fixture(scope="module")
+def chromium_with_views(server: Served) -> Iterator[Browser]:
+    yield from entered(server)
 
 
 @contextmanager
@@ -82,8 +91,8 @@ def press(page: Page, x: float, y: float, kind: str) -> None:
 
 
 @pytest.mark.parametrize(("width", "dark"), LOOKS)
-def test_it_fits_is_named_and_can_be_read(chromium: Browser, server: Served, width: int, dark: bool) -> None:
-    with opened(chromium, server, width, dark, view=True) as page:
+def test_it_fits_is_named_and_can_be_read(chromium_with_views: Browser, server: Served, width: int, dark: bool) -> None:
+    with opened(chromium_with_views, server, width, dark, view=True) as page:
         page.until(f"{STATE} !== 'connecting'")
         page.run("document.querySelectorAll('details').forEach((each) => { each.open = true; })")
         page.until("document.querySelector('#first button:not([hidden])')")
@@ -197,7 +206,8 @@ def test_a_page_without_a_script_stops(chromium: Browser, server: Served) -> Non
 
 
 @pytest.mark.slow
-def test_a_job_is_sent_checked_printed_and_reported(chromium: Browser, server: Served) -> None:
+def test_a_job_is_sent_checked_printed_and_reported(chromium_with_views: Browser, server: Served) -> None:
+    chromium = chromium_with_views
     ring = RING.replace("layers = 3", "layers = 1")
     send = """((text) => { const t = new DataTransfer(); t.items.add(new File([text], 'ring.toml'));
       document.getElementById('files').files = t.files; document.getElementById('upload').requestSubmit(); })"""

@@ -14,7 +14,7 @@ import pytest
 
 pytest.importorskip("starlette")
 
-from browser import Browser, Page, browser, executable
+from browser import FLAT, Browser, Page, browser, executable
 from cablewright.live.serve.jobs import JobCheck, subject_of, write_check
 from cablewright.robot import load
 from cases import some
@@ -28,7 +28,6 @@ pytestmark = [
 
 ROOT = Path(__file__).parents[3]
 WIDTHS = {1280: False, 390: True}  # with touch
-FLAT = "--disable-3d-apis"  # of the views no test here needs any: without a graphics card they take most of a core
 INPUTS = ("mouse", "touch", "Esc")
 SOON = 0.25  # s of machine time, until a stop is obeyed
 QUESTIONS = {

@@ -19,7 +19,13 @@ from cablewright.printing.job import Motion
 from terminal_user import WORDS, Typist
 from virtual_drives import RING, RING_BEGIN, Bench, bench, virtual_twin
 
-SMALL = RING.model_copy(update={"origin": (0.6, -0.5, 0.0), "helix": RING.helix.model_copy(update={"radius": 0.1})})
+SMALL = RING.model_copy(
+    update={
+        "origin": (0.65, -0.5, 0.0),
+        "helix": RING.helix.model_copy(update={"radius": 0.05}),
+        "motion": RING.motion.model_copy(update={"acceleration": 0.4}),
+    }
+)
 """A ring that begins where `RING` does."""
 
 
@@ -230,7 +236,7 @@ def test_an_open_safety_circuit_stops_and_brakes_all(tmp_path: Path) -> None:
 
 
 def test_a_drum_that_runs_empty_is_no_reason_to_doubt_the_place(tmp_path: Path) -> None:
-    found = bench(valve={"line": "north-east", "bit": 17, "closes_alone": True}, flow=2.4)
+    found = bench(valve={"line": "north-east", "bit": 17, "closes_alone": True}, flow=2.8)
     place, state = found.rig.plant.truth.position, tmp_path / "machine"
     assert home(found.robot, found.twin.owner, state, place, lambda: found.port).status == "done"
     typist = Typist({name: list(words) for name, words in WORDS.items()}, 10_000)
