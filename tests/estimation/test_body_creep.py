@@ -217,7 +217,7 @@ def test_what_is_learnt_of_a_law_is_not_all_believed() -> None:
     of_body.step(told(ROBOT), state, SensorFrame(0.0, (Encoders(0.0, STILL),)))
     slopes, laws = slopes_of(state), state.layout.laws
     assert slopes is not None
-    state.belief.sizes = (LawSize((1.0,), (1.0,)),) * 3
+    state.belief.sizes, state.belief.averaged = (LawSize((1.0,), (1.0,)),) * 3, None
     state.belief.gradients[:, laws] = np.hstack([np.eye(8), np.eye(8), np.eye(8)])
     by = slopes.pose @ state.belief.gradients[:, laws]
     state.belief.covariance = np.zeros_like(state.belief.covariance)
@@ -318,9 +318,9 @@ def test_the_covariance_follows_the_size_that_data_show() -> None:
     assert slopes is not None
     belief.gradients[np.arange(8), layout.mount.start + np.arange(8)] = 1.0
     untold, unmeasured = belief.covariance[layout.mount, layout.mount].copy(), pose_covariance(state, slopes)
-    belief.sizes = (*belief.sizes[:2], LawSize((1.0,), (1.0,)))
+    belief.sizes, belief.averaged = (*belief.sizes[:2], LawSize((1.0,), (1.0,))), None
     assert np.trace(unmeasured) > np.trace(pose_covariance(state, slopes))
-    belief.sizes = law_sizes(replace(told(ROBOT), deviations=Deviations()))
+    belief.sizes, belief.averaged = law_sizes(replace(told(ROBOT), deviations=Deviations())), None
     random, noise = np.random.default_rng(1), 0.1 * math.sqrt(untold[0, 0])
     for factor in (1.0, 10.0):
         found = []
@@ -332,6 +332,28 @@ def test_the_covariance_follows_the_size_that_data_show() -> None:
             assert np.linalg.eigvalsh(pose_covariance(state, slopes))[0] > 0.0
             found.append(own.squares[2])
         assert np.median(found) == pytest.approx(factor**2, rel=0.1)
+
+
+def test_an_average_is_taken_again_where_much_has_changed() -> None:
+    """Meanwhile sigmas are within a tenth of those by an average of its own time."""
+    state = start(replace(told(ROBOT), deviations=Deviations()), HOME)
+    layout, belief, slopes = state.layout, state.belief, slopes_of(state)
+    assert slopes is not None
+    belief.gradients[np.arange(8), layout.mount.start + np.arange(8)] = 1.0
+    untold, random, count = belief.covariance[layout.mount, layout.mount].copy(), np.random.default_rng(3), 0
+    true = 5.0 * np.linalg.cholesky(untold) @ random.standard_normal(8)
+    noise, sums = 3.0 * math.sqrt(untold[0, 0]), np.zeros(8)
+    for measured in range(1, 800):
+        sums += true + noise * random.standard_normal(8)
+        told_now = told_by(sums / measured, noise / math.sqrt(measured), untold)
+        belief.unknowns[layout.mount], belief.covariance[layout.mount, layout.mount] = told_now
+        before, found = belief.averaged, pose_covariance(state, slopes)
+        count += belief.averaged is not before
+        if measured % 20 == 0:
+            kept, belief.averaged = belief.averaged, None
+            own, belief.averaged = pose_covariance(state, slopes), kept
+            assert np.sqrt(np.diag(found) / np.diag(own)) == pytest.approx(np.ones(6), abs=0.1)
+    assert 100 < count < 500
 
 
 def test_sizes_that_an_owner_states_are_believed() -> None:

@@ -23,6 +23,8 @@ _LARGEST: Final = (5.0, 2.5, 10.0)  # of creep, softness, mounts: the severity `
 _CHANCES: Final = (0.2, 0.2, 0.6)  # of the assumed size, one between, the largest. **Tuned** on seeds 90010 to 90015
 _STATED: Final = 4.0  # largest factor on a size that is stated ...
 _RIGHT: Final = (0.998, 0.001, 0.001)  # ... and chances of it: assumed
+_SAME_ESTIMATE: Final = 0.1  # sigmas, of a change of the estimate for which the average ...
+_SAME_VARIANCE: Final = 0.03  # ... and a share of a variance for which it is taken as before
 _LEAST: Final = 1e-12  # of a variance, over that before any measurement
 
 
@@ -59,6 +61,19 @@ class Averaged(NamedTuple):
     shown: Array  # (k, k) covariance before any measurement, less that which is left
     squares: Array  # (3,) mean of the squared factors of the laws
     wider: Array  # (k, k) moment about the estimate less covariance, between two inverses of the covariance
+
+
+class AveragedAt(NamedTuple):
+    """An average, and the estimate (k,) and variances (k,) of which it is."""
+
+    estimate: Array
+    variances: Array
+    found: Averaged
+
+    def holds(self, estimate: Array, variances: Array) -> bool:
+        """Return whether it holds for others too: they have hardly changed."""
+        near = np.square(estimate - self.estimate) <= _SAME_ESTIMATE**2 * self.variances
+        return bool((near & (np.abs(variances - self.variances) <= _SAME_VARIANCE * self.variances)).all())
 
 
 def averaged(estimate: Array, covariance: Array, untold: Array, sizes: tuple[LawSize, ...]) -> Averaged:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.estimation.body.estimated_constants import length_gradients
-from cablewright.estimation.body.law_sizes import averaged
+from cablewright.estimation.body.law_sizes import AveragedAt, averaged
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.state import BodyState
 from cablewright.estimation.body.updates.camera import Seeing
@@ -122,10 +122,14 @@ def pose_covariance(state: BodyState, slopes: Slopes) -> Array:
     belief, layout, laws = state.belief, state.layout, state.layout.laws
     gradients = slopes.pose @ belief.gradients
     gradients[:, layout.load] = slopes.pose_by_wrench
-    sizes = averaged(belief.unknowns[laws], belief.covariance[laws, laws], belief.untold, belief.sizes)
+    estimate, variances = belief.unknowns[laws], np.diagonal(belief.covariance)[laws]
+    if belief.averaged is None or not belief.averaged.holds(estimate, variances):
+        found = averaged(estimate, belief.covariance[laws, laws], belief.untold, belief.sizes)
+        belief.averaged = AveragedAt(estimate.copy(), variances.copy(), found)
+    sizes = belief.averaged.found
     moved = gradients @ belief.covariance
-    found = moved @ gradients.T + moved[:, laws] @ sizes.wider @ moved[:, laws].T
-    found += _NO_LAW**2 * gradients[:, laws] @ sizes.shown @ gradients[:, laws].T
+    whole = moved @ gradients.T + moved[:, laws] @ sizes.wider @ moved[:, laws].T
+    whole += _NO_LAW**2 * gradients[:, laws] @ sizes.shown @ gradients[:, laws].T
     strained = gradients[:, layout.hysteresis]  # by the same loads as what softens the cables
     loop = strained @ belief.covariance[layout.hysteresis, layout.hysteresis] @ strained.T
-    return np.asarray(found + (sizes.squares[1] - 1.0) * loop)
+    return np.asarray(whole + (sizes.squares[1] - 1.0) * loop)

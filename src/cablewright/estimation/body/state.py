@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from cablewright.estimation.body.creep import BodyCreep, LoadPath, creep_of
 from cablewright.estimation.body.estimated_constants import BodyLayout, prior
-from cablewright.estimation.body.law_sizes import LawSize, law_sizes
+from cablewright.estimation.body.law_sizes import AveragedAt, LawSize, law_sizes
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.updates.update import DrumPulls, Update
 from cablewright.estimation.clock_offset import ClockLead
@@ -74,6 +74,7 @@ class Belief:
     gradients: Array  # (m, size) of the lengths by the unknowns
     untold: Array  # covariance of `BodyLayout.laws` before a measurement
     sizes: tuple[LawSize, ...]  # of creep, softness and mounts
+    averaged: AveragedAt | None = None  # over these sizes, the last time
     pose_covariance: Array = field(default_factory=lambda: np.zeros((6, 6)))
 
 
