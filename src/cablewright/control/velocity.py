@@ -415,7 +415,7 @@ def _rates_of_row(
     held = HeldStep(*(np.empty((2, *size)) for size in ((6,), (6,), (model.m, 6), (model.m,), (model.m,))))
     held.poses[0, :3], held.poses[0, 3:] = target.position, target.rotation
     velocity = np.concatenate([target.velocity, target.rate])
-    pushed = np.array(target.accelerations, order="C") if settings.leads else np.zeros((2, 3))
+    pushed = np.array(target.accelerations, np.float64, order="C") if settings.leads else np.zeros((2, 3))
     if not state.hold_body.call(row, gains, velocity, pushed, dt, state.near[0], state.at, bool(state.known), held):
         return 0, None
     if not np.isfinite(estimate.lengths).all():
