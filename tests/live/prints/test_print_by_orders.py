@@ -236,7 +236,7 @@ def test_an_open_safety_circuit_stops_and_brakes_all(tmp_path: Path) -> None:
 
 
 def test_a_drum_that_runs_empty_is_no_reason_to_doubt_the_place(tmp_path: Path) -> None:
-    found = bench(valve={"line": "north-east", "bit": 17, "closes_alone": True}, flow=2.8)
+    found = bench(valve={"line": "north-east", "bit": 17, "closes_alone": True}, flow=4.8)
     place, state = found.rig.plant.truth.position, tmp_path / "machine"
     assert home(found.robot, found.twin.owner, state, place, lambda: found.port).status == "done"
     typist = Typist({name: list(words) for name, words in WORDS.items()}, 10_000)
