@@ -15,7 +15,7 @@ from cablewright.live.prints.print_job import PrintedJob
 from cablewright.live.serve.operated_machines import DriveStation
 from cablewright.machine.drives.virtual.rig import VirtualPort, VirtualRig
 from cablewright.machine.log.log import read_log
-from cablewright.printing.job import Motion
+from cablewright.printing.job import Job, Motion
 from terminal_user import WORDS, Typist
 from virtual_drives import RING, RING_BEGIN, Bench, bench, virtual_twin
 
@@ -123,10 +123,10 @@ def test_a_print_that_was_left_goes_on_where_it_was(tmp_path: Path) -> None:
     assert np.linalg.norm(found.rig.plant.truth.position - RING_BEGIN["merlet2023"]) < 0.02
 
 
-@pytest.mark.slow
-def test_a_print_waits_for_powder_and_goes_on_when_a_person_says_so(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("job", "powder"), [(SMALL, 0.1), pytest.param(RING, 0.4, marks=pytest.mark.slow)])
+def test_a_print_waits_for_powder_and_goes_on_when_a_person_says_so(job: Job, powder: float, tmp_path: Path) -> None:
     twin = virtual_twin(flow=0.0376)
-    twin = twin.with_owner(drum=twin.owner.drum.model_copy(update={"powder": 0.4}))
+    twin = twin.with_owner(drum=twin.owner.drum.model_copy(update={"powder": powder}))
     found = bench()
     rig = VirtualRig(found.robot, twin, RING_BEGIN["merlet2023"])
     port = VirtualPort(rig)
@@ -135,7 +135,7 @@ def test_a_print_waits_for_powder_and_goes_on_when_a_person_says_so(tmp_path: Pa
     assert home(found.robot, twin.owner, tmp_path / "machine", place, lambda: port).status == "done"
     words = {state: list(words) for state, words in WORDS.items()} | {PrintState.REFILLING: ["refilled"] * 99}
     typist = Typist(words, last=2600)
-    printed(found, tmp_path, typist)
+    printed(found, tmp_path, typist, job=job)
     waits = typist.said.index("refilling: little powder is left")
     assert typist.said[waits + 1 : waits + 3] == ["ready", "printing"]
 
