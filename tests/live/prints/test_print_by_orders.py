@@ -123,10 +123,10 @@ def test_a_print_that_was_left_goes_on_where_it_was(tmp_path: Path) -> None:
     assert np.linalg.norm(found.rig.plant.truth.position - RING_BEGIN["merlet2023"]) < 0.02
 
 
-@pytest.mark.parametrize(("job", "powder"), [(SMALL, 0.1), pytest.param(RING, 0.4, marks=pytest.mark.slow)])
-def test_a_print_waits_for_powder_and_goes_on_when_a_person_says_so(job: Job, powder: float, tmp_path: Path) -> None:
-    twin = virtual_twin(flow=0.0376)
-    twin = twin.with_owner(drum=twin.owner.drum.model_copy(update={"powder": powder}))
+@pytest.mark.parametrize(("job", "flow"), [(SMALL, 0.15), pytest.param(RING, 0.0376, marks=pytest.mark.slow)])
+def test_a_print_waits_for_powder_and_goes_on_when_a_person_says_so(job: Job, flow: float, tmp_path: Path) -> None:
+    twin = virtual_twin(flow=flow)
+    twin = twin.with_owner(drum=twin.owner.drum.model_copy(update={"powder": 0.4}))
     found = bench()
     rig = VirtualRig(found.robot, twin, RING_BEGIN["merlet2023"])
     port = VirtualPort(rig)
