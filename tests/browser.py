@@ -82,8 +82,8 @@ class Browser:
         return json.loads(message)
 
     def drain(self) -> None:
-        """Take the events that are there, of a page with constant messages for half a second."""
-        end = time.monotonic() + 0.5
+        """Take the events that are there, of a page with constant messages for a fifth of a second."""
+        end = time.monotonic() + 0.2
         while time.monotonic() < end and (event := self._read(0.05)) is not None:
             self.events.append(event)
 

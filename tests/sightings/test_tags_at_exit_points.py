@@ -14,7 +14,7 @@ import cablewright as cw
 from cablewright.calibration.drift.record import record_of
 from cablewright.calibration.sightings.layout import load_layout
 
-SETUP = Setup(poses=10, width=1600, height=1200, focal=900.0, size=0.22, at=(3.6, -2.9, 1.2), exits=8, encoder=1e-4)
+SETUP = Setup(poses=10, width=1000, height=750, focal=562.0, size=0.35, at=(3.6, -2.9, 1.2), exits=8, encoder=1e-4)
 PLAN = cw.CalibrationPlan(sigma={"encoder": 1e-4})
 
 

@@ -74,7 +74,7 @@ class TestCorners:
 
 @pytest.mark.parametrize("name", ["hangprinter-v4", "hangprinter-five"])
 def test_a_hangprinter_prints_a_small_ring(name: str, tmp_path: Path) -> None:
-    (tmp_path / "ring.gcode").write_text(ring(25.0, 3))
+    (tmp_path / "ring.gcode").write_text(ring(25.0, 1))
     found = check(load(name), tmp_path / "ring.gcode")
     assert found.feasible, found.verdict
     assert found.nearest is not None

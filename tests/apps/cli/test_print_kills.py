@@ -17,6 +17,11 @@ from print_logs import RING
 
 TOOL = runpy.run_path(str(Path(__file__).parents[3] / "tools" / "kill_campaigns.py"), run_name="tool")
 JOB = RING.format(radius=0.4)
+UNDRAWN = (
+    "import io; from PIL import Image; from cablewright.apps import style; pixel = io.BytesIO(); "
+    "Image.new('RGB', (1, 1)).save(pixel, 'PNG'); style.png = lambda drawn: pixel.getvalue(); "
+)  # pictures of its report take longer than the print
+TOOL["start"].__globals__["PROGRAM"] = UNDRAWN + TOOL["PROGRAM"]
 
 
 def start(job: Path, out: Path, *options: str, most: int | None = None) -> subprocess.Popen[bytes]:
@@ -69,11 +74,12 @@ def test_fifty_kills(tmp_path: Path) -> None:
 def test_a_full_disk_stops_the_print_and_it_goes_on_once_there_is_room(tmp_path: Path) -> None:
     job, out = tmp_path / "job.toml", tmp_path / "run"
     job.write_text(JOB)
-    full = start(job, out, "--plant", "quasi-static", most=1_200_000 if os.name == "posix" else None)
+    options = ("--plant", "quasi-static", "--period", "0.2")
+    full = start(job, out, *options, most=600_000 if os.name == "posix" else None)
     _, said = full.communicate()
     assert full.returncode == 3
     assert said.decode().strip().splitlines()[-1].endswith("File too large")
-    again = start(job, out, "--plant", "quasi-static", "--resume")
+    again = start(job, out, *options, "--resume")
     told, said = again.communicate()
     assert again.returncode == 0, said.decode()
     assert json.loads(told)["status"] == "finished"

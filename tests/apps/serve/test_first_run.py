@@ -14,7 +14,7 @@ import pytest
 
 pytest.importorskip("starlette")
 
-from browser import Browser, Page, browser, executable
+from browser import FLAT, Browser, Page, browser, executable
 from cablewright.printing.trial_part import first_part
 from cablewright.robot import load
 from served import Served, form, make_key, served
@@ -31,7 +31,7 @@ ROW = "document.querySelectorAll('#first li')[%d]"
 
 @pytest.fixture(scope="module")
 def chromium(server: Served) -> Iterator[Browser]:
-    with browser() as found:
+    with browser(FLAT) as found:
         with found.page(server.address, 1280) as page:
             page.until("location.pathname === '/' && window.operate")
         yield found

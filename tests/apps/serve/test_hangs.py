@@ -23,7 +23,7 @@ from virtual_drives import Watched, watched_drives
 
 pytestmark = [pytest.mark.clock, pytest.mark.skipif(sys.platform != "linux", reason="looks at processes in /proc")]
 
-HANG = float(os.environ.get("CABLEWRIGHT_TEST_HANG", "4"))  # s
+HANG = float(os.environ.get("CABLEWRIGHT_TEST_HANG", "2"))  # s
 AWAY = (0.5, 0.5, 0.5)  # m
 
 

@@ -37,7 +37,7 @@ from cablewright.printing.job import Job, Motion
 from cablewright.printing.numeric_path import Helix
 from cablewright.robot import load
 
-RADII = {"dynamic": 0.1, "quasi-static": 0.4}  # m: steps of the latter are twenty times as long
+RADII = {"dynamic": 0.06, "quasi-static": 0.4}  # m: steps of the latter are twenty times as long
 ON = (Order(OrderKind.RESET), Order(OrderKind.ENABLE))
 START = Order(OrderKind.START)
 

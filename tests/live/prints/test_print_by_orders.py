@@ -15,7 +15,7 @@ from cablewright.live.prints.print_job import PrintedJob
 from cablewright.live.serve.operated_machines import DriveStation
 from cablewright.machine.drives.virtual.rig import VirtualPort, VirtualRig
 from cablewright.machine.log.log import read_log
-from cablewright.printing.job import Motion
+from cablewright.printing.job import Job, Motion
 from terminal_user import WORDS, Typist
 from virtual_drives import RING, RING_BEGIN, Bench, bench, virtual_twin
 
@@ -123,9 +123,9 @@ def test_a_print_that_was_left_goes_on_where_it_was(tmp_path: Path) -> None:
     assert np.linalg.norm(found.rig.plant.truth.position - RING_BEGIN["merlet2023"]) < 0.02
 
 
-@pytest.mark.slow
-def test_a_print_waits_for_powder_and_goes_on_when_a_person_says_so(tmp_path: Path) -> None:
-    twin = virtual_twin(flow=0.0376)
+@pytest.mark.parametrize(("job", "flow"), [(SMALL, 0.15), pytest.param(RING, 0.0376, marks=pytest.mark.slow)])
+def test_a_print_waits_for_powder_and_goes_on_when_a_person_says_so(job: Job, flow: float, tmp_path: Path) -> None:
+    twin = virtual_twin(flow=flow)
     twin = twin.with_owner(drum=twin.owner.drum.model_copy(update={"powder": 0.4}))
     found = bench()
     rig = VirtualRig(found.robot, twin, RING_BEGIN["merlet2023"])
@@ -135,7 +135,7 @@ def test_a_print_waits_for_powder_and_goes_on_when_a_person_says_so(tmp_path: Pa
     assert home(found.robot, twin.owner, tmp_path / "machine", place, lambda: port).status == "done"
     words = {state: list(words) for state, words in WORDS.items()} | {PrintState.REFILLING: ["refilled"] * 99}
     typist = Typist(words, last=2600)
-    printed(found, tmp_path, typist)
+    printed(found, tmp_path, typist, job=job)
     waits = typist.said.index("refilling: little powder is left")
     assert typist.said[waits + 1 : waits + 3] == ["ready", "printing"]
 
@@ -236,7 +236,7 @@ def test_an_open_safety_circuit_stops_and_brakes_all(tmp_path: Path) -> None:
 
 
 def test_a_drum_that_runs_empty_is_no_reason_to_doubt_the_place(tmp_path: Path) -> None:
-    found = bench(valve={"line": "north-east", "bit": 17, "closes_alone": True}, flow=2.8)
+    found = bench(valve={"line": "north-east", "bit": 17, "closes_alone": True}, flow=4.8)
     place, state = found.rig.plant.truth.position, tmp_path / "machine"
     assert home(found.robot, found.twin.owner, state, place, lambda: found.port).status == "done"
     typist = Typist({name: list(words) for name, words in WORDS.items()}, 10_000)

@@ -75,7 +75,7 @@ def test_it_prints_along_its_path_at_its_speed(law: str) -> None:
     """Within the 2 cm that the paper expects, and most of the time far within."""
     made = Print(twin(law=law))
     off, speeds = [], []
-    for step in made.steps(2600):
+    for step in made.steps(1800):
         if step.progress.state is PrintState.PRINTING and step.progress.distance > 0.1:
             off.append(made.beside(step))
             speeds.append(np.linalg.norm(made.machine.truth.velocity))
