@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Iterator
 from functools import cache
 from importlib import import_module
@@ -33,6 +34,11 @@ def some(values: Iterable[Any], fast: int = 1) -> list[Any]:
         each if k < fast else pytest.param(*(each if isinstance(each, tuple) else (each,)), marks=slow)
         for k, each in enumerate(values)
     ]
+
+
+def often(brief: int, unhurried: int) -> int:
+    """How many examples of a law a test draws: more where the slow tests run too."""
+    return brief if os.environ.get("CABLEWRIGHT_TESTS") == "brief" else unhurried
 
 
 TURNED = 0.05

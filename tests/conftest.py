@@ -26,8 +26,10 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Where slow tests are left out, fewer examples of a law are drawn too."""
-    hypothesis.settings.load_profile("brief" if "not slow" in config.option.markexpr else "unhurried")
+    """Where slow tests are left out, fewer examples of a law are drawn too: see `cases.often`."""
+    pace = "brief" if "not slow" in config.option.markexpr else "unhurried"
+    hypothesis.settings.load_profile(pace)
+    os.environ["CABLEWRIGHT_TESTS"] = pace
 
 
 def pytest_collection() -> None:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from cablewright.analyses.swing_identification import identify_swing
 from cablewright.foundation.errors import InputError
-from cases import some
+from cases import often, some
 
 Array = NDArray[np.float64]
 FREQUENCIES, DAMPING = np.array([0.65, 1.01, 2.57, 3.58]), np.array([0.0025, 0.005, 0.004, 0.02])
@@ -39,7 +39,7 @@ def test_without_noise_it_is_exact() -> None:
 def test_errors_are_as_large_as_their_sigmas(noise: float) -> None:
     times, random = np.arange(501) * 0.02, np.random.default_rng(0)
     errors = []
-    for _ in range(10):
+    for _ in range(often(10, 25)):
         found = identify_swing(times, swing(times) + noise * random.normal(size=(501, 9)))
         nearest = abs(np.log(found.frequencies[:, None] / FREQUENCIES)).argmin(axis=0)
         errors += [

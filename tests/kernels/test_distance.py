@@ -14,6 +14,7 @@ from cablewright.kernels.collision.distance import (
     segment_polygon,
     segment_segment,
 )
+from cases import often
 
 SEED = 20200612
 EXACT = 1e-12
@@ -52,7 +53,7 @@ def nearest(a: np.ndarray, b: np.ndarray) -> float:
 )
 def test_segments(kind: str) -> None:
     rng = np.random.default_rng(SEED)
-    for _ in range(60):
+    for _ in range(often(60, 200)):
         a, b = segments(kind, rng)
         square, s, t = segment_segment(a, 0, b, 0)
         assert 0.0 <= s <= 1.0
@@ -83,7 +84,7 @@ def test_boxes(kind: str) -> None:
     rng = np.random.default_rng(SEED + 2)
     share = np.linspace(0.0, 1.0, 2001)[:, None]
     inside = 0
-    for _ in range(100):
+    for _ in range(often(100, 300)):
         p, q, h = 2.0 * rng.normal(size=3), 2.0 * rng.normal(size=3), rng.uniform(0.1, 1.5, 3)
         if kind == "along a face":
             q[0] = p[0]
@@ -131,7 +132,7 @@ def brute(a: np.ndarray, corners: np.ndarray) -> float:
 def test_triangles(kind: str) -> None:
     rng = np.random.default_rng(SEED + 3)
     polygon = np.zeros((5, 3))
-    for _ in range(8):
+    for _ in range(often(8, 25)):
         corners, a = rng.normal(size=(3, 3)), 1.5 * rng.normal(size=(2, 3))
         if kind == "no area":
             corners[2] = corners[0]

@@ -14,8 +14,9 @@ import out_of_plane
 import planar_robots
 from cablewright.foundation.errors import Status
 from cablewright.robot import PlatformSheave, Pulley, Robot, Swivel
+from cases import often
 
-POSES = 25
+POSES = often(25, 60)
 CLEAR = 1e-6
 """Share of the load by which a linear program's answer has to be clear."""
 

@@ -27,6 +27,7 @@ from oracles.monotone import MonotoneLine, flexibility
 DIGITS = 30
 KINDS = ("eyelet", "eyelet, dead span", "over", "over, dead span", "under")
 MERLET = load("merlet2023")
+STARTS = cases.often(100, 500)
 
 
 def between(rng: np.random.Generator, low: float, high: float) -> mpf:
@@ -93,7 +94,7 @@ def test_the_jacobian_is_the_one_of_the_proof(kind: str) -> None:
 def test_the_symmetric_part_is_never_under_the_modulus(kind: str) -> None:
     rng = np.random.default_rng(2)
     with mp.workdps(DIGITS):
-        for _ in range(80):
+        for _ in range(cases.often(80, 300)):
             line, tension = random_line(rng, kind)
             force = random_force(rng, line, tension)
             jacobian = line.jacobian(mp.hypot(force[0], force[1]), force[2])
@@ -107,7 +108,7 @@ def test_two_forces_and_their_ends_are_strongly_monotone(kind: str) -> None:
     """Also across the axis of the swivel, near to it, and over long ways through every regime."""
     rng = np.random.default_rng(3)
     with mp.workdps(DIGITS):
-        for number in range(60):
+        for number in range(cases.often(60, 200)):
             line, tension = random_line(rng, kind)
             first, second = (random_force(rng, line, tension * between(rng, 1e-3, 1.0)) for _ in range(2))
             if number % 3 == 0 and line.side > 0:  # from one side of the axis to the other
@@ -130,7 +131,7 @@ def test_without_stretch_the_ends_are_still_strictly_monotone() -> None:
 def test_no_jacobian_nearby_is_over_the_steepest(kind: str) -> None:
     rng = np.random.default_rng(5)
     with mp.workdps(DIGITS):
-        for _ in range(40):
+        for _ in range(cases.often(40, 150)):
             line, tension = random_line(rng, kind)
             force = random_force(rng, line, tension)
             reach = min(line.lowest(force), mp.hypot(force[0], force[1])) * between(rng, 1e-6, 0.999)
@@ -150,7 +151,7 @@ def test_a_flexibility_nearby_is_within_its_factor() -> None:
     rng = np.random.default_rng(6)
     tight = mpf(10)
     with mp.workdps(DIGITS):
-        for _ in range(80):
+        for _ in range(cases.often(80, 300)):
             line, tension = random_line(rng, "eyelet")
             force = random_force(rng, line, tension)
             lowest = line.lowest(force)
@@ -211,7 +212,7 @@ def test_an_elastic_arc_moves_the_length_by_little() -> None:
     """
     rng = np.random.default_rng(7)
     with mp.workdps(DIGITS):
-        for _ in range(80):
+        for _ in range(cases.often(80, 300)):
             line, tension = random_line(rng, "over")
             c, w, r = line.compliance, line.weight, line.radius
             if 3 * mp.pi * c * w * r >= 0.5:
@@ -248,7 +249,7 @@ def test_a_taut_dead_span_bounds_what_force_and_length_do(kind: str) -> None:
     rng = np.random.default_rng(13)
     checked = 0
     with mp.workdps(50):
-        for _ in range(50):
+        for _ in range(cases.often(50, 200)):
             line, tension = random_line(rng, kind)
             force = random_force(rng, line, tension)
             h, up, c = mp.hypot(force[0], force[1]), force[2], line.compliance
@@ -538,7 +539,7 @@ def from_everywhere(model: Model, lengths: np.ndarray, count: int, seed: int) ->
 
 @pytest.mark.parametrize("dead", [False, True])
 @pytest.mark.parametrize("sheave", ["eyelet", "swivel"])
-def test_100_starts_for_each_of_12_sets_of_lengths_find_one_pose(sheave: str, dead: bool) -> None:
+def test_all_starts_for_each_of_12_sets_of_lengths_find_one_pose(sheave: str, dead: bool) -> None:
     model = built(sheave, dead)
     held = cases.poses(model, 12)
     lengths = held.lengths.copy()
@@ -546,9 +547,9 @@ def test_100_starts_for_each_of_12_sets_of_lengths_find_one_pose(sheave: str, de
     lengths[3:, 1] += rng.uniform(0.0, 0.3, 9)
     cold = solve_forward(model, lengths).checked()
     for row in range(12):
-        poses, codes = from_everywhere(model, lengths[row], 100, row)
+        poses, codes = from_everywhere(model, lengths[row], STARTS, row)
         found = poses[codes == 0]
-        assert len(found) >= 90
+        assert len(found) >= 0.9 * STARTS
         assert np.linalg.norm(found - cold.pose[row], axis=1).max() < 1e-9
 
 

@@ -18,6 +18,7 @@ from cablewright.kernels.statics.line import line_branches, line_cell
 from cablewright.kernels.statics.line.span_enclosure import hanging_span
 from cablewright.solvers import exhaustive
 from cablewright.solvers.line_cover import atlases, known_of
+from cases import often
 
 NO_LOOPS = "all equilibria with the platform in the box and without a loop in a dead span"
 
@@ -98,7 +99,7 @@ def test_every_shape_that_a_solve_finds_is_in_a_leaf(taut) -> None:
 def test_the_span_in_its_own_frame_encloses_the_integrals() -> None:
     mp.dps = 30
     rng = np.random.default_rng(3)
-    for _ in range(10):
+    for _ in range(often(10, 40)):
         phi, q = rng.uniform(-1.5, 1.4), 10.0 ** rng.uniform(-3.0, 0.5)
         found = hanging_span(sin(point(phi)), cos(point(phi)), point(q))
         wanted = _integrals(mpf(phi), mpf(q))
@@ -134,7 +135,7 @@ def test_what_only_stiffens_does(taut) -> None:
     own = known.leaves[: known.offsets[1]]
     good = own[(own[:, line_cell.GOOD] == 1.0) & (np.exp(own[:, 2]) < 1e4)]
     work = line_branches.shape_work()
-    for one in good[rng.choice(len(good), 15, replace=False)]:
+    for one in good[rng.choice(len(good), often(15, 60), replace=False)]:
         middle = np.array([0.5 * (one[0] + one[1]), 0.5 * (one[2] + one[3])])
         ends, forces = [], []
         for step in ((0.0, 0.0), (1e-5, 0.0), (0.0, 1e-5)):
@@ -178,7 +179,7 @@ def test_slopes_of_the_inner_unknowns_are_enclosed() -> None:
     """Derivatives of dead length, psi and lever over a cell hold the differences of solves at points in it."""
     row = cw.Model(cw.load("paty2021")).packed.lines[0]
     rng, work = np.random.default_rng(6), line_branches.shape_work()
-    for _ in range(8):
+    for _ in range(often(8, 25)):
         phi, tau = rng.uniform(-1.4, 0.2), np.log(10.0 ** rng.uniform(0.8, 3.0))
         cell = np.array([phi, phi + 0.05, tau, tau + 0.02])
         parts = [_inner_at(row, np.array([phi + a, phi + a, tau + b, tau + b]), work) for a, b in POINTS]

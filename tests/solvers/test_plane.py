@@ -56,9 +56,9 @@ def solved(plane: str, body: bool, cable: str, count: int, **own: Any) -> tuple[
 @pytest.mark.parametrize(("plane", "body"), KINDS)
 def test_yes_and_no_are_those_of_a_linear_program(plane: str, body: bool, cable: str) -> None:
     robot = planar_robots.board(plane, body, 4, 0.08, force=(5.0, 0.0, 8.0))
-    poses = planar_robots.places(robot, 60, 1.3, 0.3)
+    poses = planar_robots.places(robot, cases.often(60, 150), 1.3, 0.3)
     possible = [feasible(robot, pose) for pose in poses]
-    assert 6 < sum(possible) < 54
+    assert 0.1 * len(possible) < sum(possible) < 0.9 * len(possible)
     found = cw.inverse(robot, poses, cable=cable)
     if not body:
         np.testing.assert_array_equal(found.ok, possible)
