@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -16,13 +15,7 @@ from cablewright.running.run_folders import MANIFEST
 from cablewright.running.signing_key import DIRECTORY, is_signed, signature
 from print_logs import RING
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _without_pictures() -> Iterator[None]:
-    """Write reports without pictures: many are written here, and none is looked at."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("cablewright.apps.report.print._pictures", lambda *_: {})
-        yield
+pytestmark = pytest.mark.usefixtures("unpictured")
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ from cablewright.foundation.errors import InputError
 from cablewright.studies.stages import recalibration
 from cablewright.studies.stages.staged_print import StagedPrint, print_stages
 
-pytestmark = pytest.mark.usefixtures("undrawn")
+pytestmark = pytest.mark.usefixtures("unpictured")
 
 ROOT = Path(__file__).resolve().parents[2]
 ROBOT = str(ROOT / "examples" / "rails.toml")
