@@ -68,7 +68,7 @@ def test_the_calibration_is_nearer_than_a_person_sets_it(whole: StagedPrint) -> 
     assert np.abs(above.stage.exit_points[:, 2] - true).max() < np.abs(4.0 - true).max()
 
 
-@pytest.mark.parametrize("killed", ["measured", "fitted", "record_text"])
+@pytest.mark.parametrize("killed", ["measured", "record_text", pytest.param("fitted", marks=pytest.mark.slow)])
 def test_a_kill_in_the_recalibration(
     whole: StagedPrint, job: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, killed: str
 ) -> None:
