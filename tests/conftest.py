@@ -121,6 +121,14 @@ def undrawn_here() -> Iterator[None]:
     yield from pixels()
 
 
+@pytest.fixture(scope="module")
+def unpictured() -> Iterator[None]:
+    """Write reports of prints without pictures, in files that write many and look at none."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("cablewright.apps.report.print._pictures", lambda *_: {})
+        yield
+
+
 def pixels() -> Iterator[None]:
     """Let pictures be a pixel each while this is suspended."""
     from PIL import Image

@@ -62,7 +62,12 @@ def test_every_example_is_pinned() -> None:
     assert sorted(path.stem for path in EXAMPLES.glob("*.py")) == sorted(name for name in PINNED if "/" not in name)
 
 
-SLOW = ("09_retract_as_it_grows", "17_print_with_a_body", "18_print_with_a_retracting_beam")  # seconds to minutes
+SLOW = (  # seconds to minutes
+    "09_retract_as_it_grows",
+    "17_print_with_a_body",
+    "18_print_with_a_retracting_beam",
+    "25_print_a_tall_wall",
+)
 
 
 @pytest.mark.parametrize(

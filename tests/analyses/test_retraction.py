@@ -11,11 +11,12 @@ from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import load
+from cases import some
 
 JUNG = Model(load("jung2020"), Fidelity.of("rigid"))
 
 
-@pytest.fixture(scope="module", params=["closed-form", "exact"])
+@pytest.fixture(scope="module", params=some(["closed-form", "exact"]))
 def found(request: pytest.FixtureRequest) -> RetractionStudy:
     return retraction(JUNG, request.param, steps=5)
 

@@ -15,7 +15,7 @@ from cablewright.running.run_folders import MANIFEST
 from cablewright.running.signing_key import DIRECTORY, is_signed, signature
 from print_logs import RING
 
-pytestmark = pytest.mark.usefixtures("undrawn")
+pytestmark = pytest.mark.usefixtures("unpictured")
 
 
 @pytest.fixture(scope="module")

@@ -19,7 +19,7 @@ from cablewright.live.prints import loop
 from cablewright.live.prints.loop import Printer
 from cablewright.live.serve.page_orders import PageOperator
 
-BODIES = range(30)
+BODIES = range(60)
 
 
 @pytest.mark.parametrize("lives", [60, pytest.param(1000, marks=pytest.mark.slow)])

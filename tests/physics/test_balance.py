@@ -17,7 +17,7 @@ SLACK = [0.0, 0.001, 0.05, 0.3]
 RESTING = ["merlet2023", "paty2021", "wang2021", "house-printer", "cogiro", "jung2020", "grab-four-lines"]
 
 
-@pytest.mark.parametrize("excess", SLACK)
+@pytest.mark.parametrize("excess", [SLACK[0], SLACK[-1], *cases.some(SLACK[1:-1], 0)])
 @pytest.mark.parametrize("model", BUILT, ids=cases.name)
 def test_a_cold_solution_is_the_oracles(model: Model, excess: float) -> None:
     held = cases.poses(model, 3)

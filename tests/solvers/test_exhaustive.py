@@ -41,6 +41,7 @@ def taut():
     return model, lengths, found, atlases(found.solutions, lengths[:1], box, box, 0)
 
 
+@pytest.mark.slow  # the command `equilibria` does too
 def test_a_machine_on_swivels_has_one_equilibrium_in_its_whole_room() -> None:
     model, lengths = held("merlet2023", [0.5, -1.0, 1.2], 0.005)
     found = cw.equilibria(model, lengths)

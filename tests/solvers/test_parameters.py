@@ -141,13 +141,18 @@ EXACT = [
 ]
 
 
+@cache
+def solved(name: str) -> tuple[Equilibrium, machine.Solution]:
+    """A pose of a robot, and the oracle's."""
+    held = taut(Model(next(one for one in cases.robots() if one.name == name)), 1)[0]
+    return held, machine.solve(held.model.robot, held.lengths, held.pose, cases.line_states(held))
+
+
 @pytest.mark.parametrize(("name", "kind"), EXACT)
 def test_columns_of_the_linearisation_are_the_oracles(name: str, kind: str) -> None:
     """Differences of 50-digit solutions of independent equations, of robots described otherwise."""
-    robot = next(one for one in cases.robots() if one.name == name)
-    held = taut(Model(robot), 1)[0]
-    states = cases.line_states(held)
-    start = machine.solve(robot, held.lengths, held.pose, states)
+    held, start = solved(name)
+    robot = held.model.robot
     line = robot.lines[1].name if kind not in ("force.y", "moment.x") else None
     one = Parameter(kind, line)
     with mp.workdps(50):

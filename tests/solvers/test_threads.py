@@ -40,7 +40,7 @@ print("wrong" if wrong else "right")
 """
 
 
-@pytest.mark.parametrize("count", ["1", "2", "5"])
+@pytest.mark.parametrize("count", ["2", "5", pytest.param("1", marks=pytest.mark.slow)])
 def test_threads_may_solve_batches_simultaneously(count: str) -> None:
     ended = subprocess.run(
         [sys.executable, "-c", THREE_AT_ONCE],

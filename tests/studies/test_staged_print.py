@@ -16,7 +16,7 @@ from cablewright.foundation.errors import InputError
 from cablewright.studies.stages import recalibration
 from cablewright.studies.stages.staged_print import StagedPrint, print_stages
 
-pytestmark = pytest.mark.usefixtures("undrawn")
+pytestmark = pytest.mark.usefixtures("unpictured")
 
 ROOT = Path(__file__).resolve().parents[2]
 ROBOT = str(ROOT / "examples" / "rails.toml")
@@ -68,7 +68,7 @@ def test_the_calibration_is_nearer_than_a_person_sets_it(whole: StagedPrint) -> 
     assert np.abs(above.stage.exit_points[:, 2] - true).max() < np.abs(4.0 - true).max()
 
 
-@pytest.mark.parametrize("killed", ["measured", "fitted", "record_text"])
+@pytest.mark.parametrize("killed", ["measured", "record_text", pytest.param("fitted", marks=pytest.mark.slow)])
 def test_a_kill_in_the_recalibration(
     whole: StagedPrint, job: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, killed: str
 ) -> None:

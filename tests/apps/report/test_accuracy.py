@@ -105,9 +105,9 @@ def has_nan(text: str) -> bool:
         ("workspace", "house-printer", "workspace"),
         ("workspace", "cogiro", "workspace"),
         ("plane", "house-printer", "plane"),
-        ("plane", "cogiro", "plane"),
+        pytest.param("plane", "cogiro", "plane", marks=pytest.mark.slow),
         ("helix", "house-printer", "along"),
-        ("path", "house-printer", "along"),
+        pytest.param("path", "house-printer", "along", marks=pytest.mark.slow),
         ("path", "cogiro", "along"),
     ],
 )

@@ -12,7 +12,7 @@ from cablewright.machine.drives.objects import Mode
 from virtual_drives import SPEEDS, Bench, bench, braked, moving
 
 
-@pytest.mark.parametrize("speed", [1e-3, 15e-3])
+@pytest.mark.parametrize("speed", [3e-3, 15e-3, pytest.param(1e-3, marks=pytest.mark.slow)])
 def test_a_held_winch_that_creeps_is_seen_however_slow_it_is(speed: float) -> None:
     found = moving()
     found.step(WinchMode.HOLD, steps=20)
