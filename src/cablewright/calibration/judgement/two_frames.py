@@ -1,7 +1,7 @@
 """Measured positions in two frames: which rows are in a frame that is moved and turned from that of the others.
 
-The lengths alone give the places of all poses up to one motion. If one motion takes some of these places to what was
-measured there, and another motion takes the rest, an instrument was set up anew, or rows of two files were joined.
+The lengths alone give the places of all poses up to one motion. If one motion takes some of these places to the
+positions measured there, and another motion takes the rest, an instrument was set up again, or two files were joined.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def two_frames(problem: CalibrationProblem, rough: float, seed: int = 0) -> str:
     *rough*: max error of the file's exit points, m; starts and threes of places are drawn with *seed*.
     """
     measured, sigma = problem.measured, problem.measured.pose_sigma
-    if problem.elastic or sigma is None or measured.guess is None or problem.robot.platform.plane is not None:
+    if problem.elastic or sigma is None or measured.guess is None:
         return ""
     known = np.flatnonzero(np.isfinite(sigma[:, :3]).all(axis=1))
     if len(known) < 2 * _FEW:
@@ -86,7 +86,7 @@ def _motion(places: Array, seen: Array) -> tuple[Array, Array]:
 
 
 def _between(places: Array, seen: Array, first: Mask, other: Mask) -> tuple[float, float]:
-    """Return how far, m, and by which angle, rad, the frame of *other* positions is off that of the *first*."""
+    """Return the distance, m, and the angle, rad, between the frames of the *first* and the *other* positions."""
     one, two = (_motion(places[own], seen[own]) for own in (first, other))
     middle = places[other].mean(axis=0)
     step = (two[0] @ middle + two[1]) - (one[0] @ middle + one[1])
