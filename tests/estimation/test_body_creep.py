@@ -283,7 +283,7 @@ def told_by(data: Array, noise: float, prior: Array) -> tuple[Array, Array]:
 
 
 def test_sizes_are_averaged_by_bayes() -> None:
-    """Against the sum over all sizes of posteriors that are computed from the data anew."""
+    """Against the sum over all sizes of posteriors that are computed from the data."""
     random = np.random.default_rng(5)
     sizes = LawSize((1.0, 3.0), (0.3, 0.7)), LawSize((1.0, 2.0), (0.5, 0.5)), LawSize((1.0,), (1.0,))
     blocks = [scale**2 * (0.4 + 0.6 * np.eye(3)) for scale in (1e-4, 1e-6, 1.0)]

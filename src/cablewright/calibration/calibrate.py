@@ -104,7 +104,7 @@ def calibrate(
     if measured.frequencies is not None and found.status == "ok":  # their spans are better known now
         measured = with_vibrations(found.robot, measured, plan, found.poses)
         found = _fitted(model, measured, plan, *given)
-    if models == "auto" and found.status == "ok":
+    if models == "auto" and found.status in ("ok", "inconsistent"):
         found = _with_effects(found, *given)
     verdict, reasons = judged(found, need, rough)
     return replace(found, verdict=verdict, reasons=reasons)

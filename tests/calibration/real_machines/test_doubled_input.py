@@ -15,6 +15,7 @@ from cablewright.calibration.plan import Bound, CalibrationPlan, Group, Known, l
 from cablewright.calibration.poses.problem import StraightProblem
 from cablewright.calibration.poses.simulation import SensorNoise, simulate_calibration
 from cablewright.foundation.errors import InputError
+from cablewright.models.rotation import matrices
 from cablewright.robot import Eyelet, Line, Robot, load
 
 WANG = load("wang2021")
@@ -119,3 +120,48 @@ def test_a_group_is_of_lines_with_the_same_parts() -> None:
     )
     with pytest.raises(InputError, match=r"groups: build_up of .*: of different drums or cables"):
         StraightProblem.of(other, counted, both)
+
+
+def positioned(seed: int = 1) -> Measured:
+    return simulate_calibration(WANG, 40, 1e-4, seed=seed, sensors=SensorNoise(pose=1e-3)).measured
+
+
+@pytest.mark.parametrize(("rows", "shift", "turn"), [(20, (0.5, 0.2, 0.0), 0.0), (12, (0.05, 0.0, 0.02), 0.02)])
+def test_positions_in_two_frames_are_named(rows: int, shift: tuple[float, ...], turn: float) -> None:
+    """The last rows are measured in a frame that is moved and turned."""
+    data = positioned()
+    assert data.guess is not None
+    guess = data.guess.copy()
+    guess[-rows:] = guess[-rows:] @ matrices([0.0, 0.0, turn]).T + shift
+    found = calibrate(WANG, replace(data, guess=guess), rough=0.05)
+    assert found.verdict == "bad"
+    first, *_ = found.reasons
+    assert first.startswith("measured positions are in two frames: that of pose ")
+    assert f"and {rows - 3} more is " in first
+    assert "measure all from one set-up" in first
+    if rows < 20:
+        assert "that of pose 29, pose 30, pose 31 and 9 more" in first
+        assert f"turned by {np.degrees(turn):.2g} deg" in first
+
+
+def test_positions_in_one_frame_are_not() -> None:
+    """Neither where a few positions are wrong, nor where lengths are."""
+    data, rng = positioned(), np.random.default_rng(3)
+    assert data.guess is not None
+    guess = data.guess.copy()
+    guess[::8] += rng.normal(0.0, 0.05, (5, 3))
+    wrong = replace(data, guess=guess)
+    for each in (data, wrong, replace(data, counted=data.counted[:, [1, 0, 2, 3]])):
+        assert not any("frames" in reason for reason in calibrate(WANG, each, rough=0.05).reasons)
+
+
+def test_counts_that_come_again_at_another_position_are_rejected() -> None:
+    data = positioned()
+    counted = data.counted.copy()
+    counted[31] = counted[30]
+    with pytest.raises(InputError, match=r"pose 32: repeats the counts of pose 31, but its position is .* m away"):
+        calibrate(WANG, replace(data, counted=counted))
+    assert data.guess is not None
+    guess = data.guess.copy()
+    guess[31] = guess[30] + 1e-3  # the same pose, measured again
+    assert calibrate(WANG, replace(data, counted=counted, guess=guess), rough=0.05).status == "ok"

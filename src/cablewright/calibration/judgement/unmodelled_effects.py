@@ -73,7 +73,7 @@ def words_of(name: str) -> tuple[str, str]:
     """Return the words and the unit of an effect on lengths that is no unknown."""
     if not name.startswith(OF_A_LINE):
         return WORDS[name]
-    return f"share of the length of {name.removeprefix(OF_A_LINE)} that its drum pays out uncounted", "1"
+    return f"share by which the drum of {name.removeprefix(OF_A_LINE)} pays out more than counted", "1"
 
 
 class _Candidate(NamedTuple):
@@ -201,8 +201,11 @@ def alternatives(problem: CalibrationProblem, found: PoseFit, effects: Iterable[
     return [Alternative(*each, USUAL[each.name.partition(".")[0]], chosen[each.name]) for each in named]
 
 
-def corrections(problem: CalibrationProblem, found: PoseFit) -> dict[str, Array]:
-    """Return by how much each line (N, m) is longer than counted, m, per unit of each effect that is no unknown."""
+def corrections(problem: CalibrationProblem, found: PoseFit, counted: Array | None = None) -> dict[str, Array]:
+    """Return by how much each line (N, m) is longer than counted, m, per unit of each effect that is no unknown.
+
+    *counted* (N, m): lengths before any correction, m; None: those of the problem.
+    """
     if problem.elastic:
         return {}
     robot, made = problem.robot, dict[str, Array]()
@@ -225,7 +228,7 @@ def corrections(problem: CalibrationProblem, found: PoseFit) -> dict[str, Array]
     made["hysteresis"] = np.where(np.abs(moved) > _SAME, np.sign(moved), 0.0)
     if not {"length_scale", "drum_radius"} & {*problem.plan.unknowns}:
         for each, line in zip(np.eye(robot.m), robot.lines, strict=True):
-            made[OF_A_LINE + line.name] = problem.measured.counted * each
+            made[OF_A_LINE + line.name] = (problem.measured.counted if counted is None else counted) * each
     return made
 
 
@@ -240,7 +243,7 @@ def applied(
     """Return data and plan with the chosen *effects*: unknowns for all lines, and corrected counts."""
     chosen = [each for each in effects if each.chosen]
     names = tuple(each.name for each in chosen if each.name in UNKNOWNS)
-    more = corrections(problem, found)
+    more = corrections(problem, found, measured.counted)
     counted = measured.counted + sum(each.value * more[each.name] for each in chosen if each.name in more)
     wider = plan.model_copy(update={"unknowns": (*plan.unknowns, *names), "shared": (*plan.shared, *names)})
     return replace(measured, counted=counted), wider

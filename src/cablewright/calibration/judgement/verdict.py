@@ -16,6 +16,7 @@ from cablewright.calibration.judgement.consistency import others_of, predicted_h
 from cablewright.calibration.judgement.permuted_lines import better_arrangement, motion, stray
 from cablewright.calibration.judgement.result import Calibration
 from cablewright.calibration.judgement.sigmas import estimates_encoders, kind_fits, leverages
+from cablewright.calibration.judgement.two_frames import two_frames
 from cablewright.calibration.judgement.unmodelled_effects import OF_A_LINE
 from cablewright.calibration.measurement_rows.measurement_kinds import KINDS, SIGMA_OF
 from cablewright.calibration.measurement_rows.without_pose import across_rows
@@ -161,13 +162,14 @@ def judged(found: Calibration, need: float, rough: float) -> tuple[str, tuple[st
     *need*: max sigma of exit points; *rough*: max error of the file's, m.
     """
     if found.status != "ok":
-        other = better_arrangement(found.problem, found.fit, rough)
-        return "bad", tuple(each for each in (other, found.reason) if each)
+        frames = two_frames(found.problem, rough)
+        other = "" if frames else better_arrangement(found.problem, found.fit, rough)
+        return "bad", tuple(each for each in (frames, other, found.reason) if each)
     doubts = [*_moved(found, rough), *_turned(found, rough), *_left_out(found), *_sigma_of_positions(found)]
     doubts += [*_together(found), *_unexplained(found, need), *_halves(found), *_denied(found, need)]
     doubts += [*_along_axes(found), *_of_lines(found, need)]
-    if doubts or _elsewhere(found, rough):
-        other = better_arrangement(found.problem, found.fit, rough)
+    if doubts or found.rejected or _elsewhere(found, rough):
+        other = two_frames(found.problem, rough) or better_arrangement(found.problem, found.fit, rough)
         doubts = [_Reason(other, True)] * bool(other) + doubts
     doubts = sorted([*doubts, *_unknown(found, need)], key=lambda each: not each.fatal)
     verdict = "good" if not doubts else "bad" if doubts[0].fatal else "doubtful"

@@ -19,6 +19,8 @@ from cablewright.models.parameters import lines_of
 from cablewright.robot import Eyelet, Robot
 
 _APART = 1e-3  # m: poses with smaller differences in all lengths count as one
+_MOVED = 0.01  # m ...
+_BEYOND = 5.0  # ... and sigmas by which a position with the counts of another one may be away from it
 _UP = 2  # the world's axis along which gravity acts
 _THREE = 3  # measured positions that fix place and direction
 _FAR = 3.0  # diagonals of the frame: max length change, and max distance of a pose from its centre
@@ -132,9 +134,10 @@ def _check_known(problem: CalibrationProblem) -> None:
 
 
 def _check_repeats(measured: Measured) -> None:
-    """Raise `InputError` for a row that repeats all measurements of another: a copy measures nothing new.
+    """Raise `InputError` for a row that repeats all measurements of another, or its counts at another position.
 
-    Counts of home alone, all zero, may come again.
+    A copy measures nothing new, and counts that stay while the platform moves are none of its encoders. Counts of home
+    alone, all zero, may come again.
     """
     others = [values for name, _ in SENSORS.values() if (values := getattr(measured, name)) is not None]
     if measured.pose_sigma is not None and measured.guess is not None:
@@ -147,6 +150,17 @@ def _check_repeats(measured: Measured) -> None:
             raise InputError(
                 f"{measured.origin}, {measured.place(pose)}: repeats all measurements of {measured.place(before)}; a "
                 f"copied row is no new measurement: delete it"
+            )
+    if measured.pose_sigma is None or measured.guess is None:
+        return
+    counts = dict[bytes, int]()
+    for pose in np.flatnonzero(np.isfinite(measured.pose_sigma[:, :3]).all(axis=1)).tolist():
+        before = counts.setdefault((measured.counted[pose] + 0.0).tobytes(), pose)
+        away = float(np.linalg.norm(measured.guess[pose, :3] - measured.guess[before, :3]))
+        if away > _MOVED + _BEYOND * float(measured.pose_sigma[[pose, before], :3].max()):
+            raise InputError(
+                f"{measured.origin}, {measured.place(pose)}: repeats the counts of {measured.place(before)}, but its "
+                f"position is {away:.3g} m away: did encoders stop, or were rows pasted? Measure it again, or delete it"
             )
 
 
