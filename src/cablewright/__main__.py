@@ -15,8 +15,9 @@ SMALL_MATRICES = {"OPENBLAS_NUM_THREADS": "1", "VECLIB_MAXIMUM_THREADS": "1"}
 
 def main() -> None:
     """Run the command line of this process."""
-    for name, threads in SMALL_MATRICES.items():
-        os.environ.setdefault(name, threads)
+    if "OMP_NUM_THREADS" not in os.environ:  # which says it for all
+        for name, threads in SMALL_MATRICES.items():
+            os.environ.setdefault(name, threads)
     for number in (signal.SIGINT, signal.SIGTERM):
         if signal.getsignal(number) != signal.SIG_IGN:
             signal.signal(number, _leave)

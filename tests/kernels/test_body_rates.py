@@ -65,7 +65,8 @@ def test_speeds_are_those_by_the_solvers(name: str, measured: str) -> None:
         assert theirs.known == 0
 
 
-def test_swings_are_damped_as_by_the_solvers() -> None:
+@pytest.mark.parametrize("pushed", [0.0, 0.05])
+def test_swings_are_damped_as_by_the_solvers(pushed: float) -> None:
     robot = cw.load("cogiro")
     cables = [line.cable.model_copy(update={"young_modulus": 0.003 * line.cable.young_modulus}) for line in robot.lines]
     soft = [line.model_copy(update={"cable": cable}) for line, cable in zip(robot.lines, cables, strict=True)]
@@ -78,7 +79,7 @@ def test_swings_are_damped_as_by_the_solvers() -> None:
     for step in range(60):
         shown = held * (1.0 + 0.05 * np.sin(2.0 * np.pi * 1.0 * step * DT))
         frame = SensorFrame(step * DT, (Tensions("load_cells", step * DT, shown),), ())
-        target = moving_to(START, np.zeros(6), np.zeros((2, 3)))
+        target = moving_to(START, np.zeros(6), np.full((2, 3), pushed))
         seen = estimated(model, START, step * DT)
         for settings, state in zip((own, other), states, strict=True):
             listen(damped, state.stretch, frame)

@@ -131,7 +131,7 @@ def _with_effects(found: Calibration, rough: float, outliers: bool, seed: int, p
     tested, notes = dict[str, Effect](), list[str]()
     for _ in range(_ROUNDS):
         known = dict(chosen)
-        for each in effects_of(found.problem, found.fit, known):
+        for each in effects_of(found.problem, found.fit, known, found.scale):
             tested[each.name] = each
             if each.chosen:
                 before = chosen.get(each.name, replace(each, value=0.0))

@@ -39,6 +39,7 @@ from cablewright.kernels.control.point_velocity_step import PointGains
 from cablewright.kernels.layout import Packed
 from cablewright.models.fidelity import CableLaw
 from cablewright.models.inertia import compensates, inertia_wrenches
+from cablewright.models.packed_views import PlatformNumbers
 from cablewright.models.rotation import moved
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.support_table import Capability, require
@@ -155,7 +156,7 @@ class VelocityState:
     """State of the velocity control, changed in place by `step`."""
 
     planned_excess: Array  # (m,) m, of each line on purpose
-    near: Array  # (2, m, 6) states of the lines that hold a point at rest, and accelerated, see `hold` ...
+    near: Array  # (2, m, 6) states of lines that hold a point at rest, and accelerated; of a body the first: `hold` ...
     at: Array = field(default_factory=lambda: np.full((2, 3), np.nan))  # ... at a pose and an acceleration ...
     known: int = 0  # ... and of how many they are known
     steer: Direct = field(default_factory=lambda: Direct(kernel.steer))
@@ -430,8 +431,10 @@ def _rates_of_row(
         return 1, None
     state.tension_error = error
     if calms and settings.stretch is not None:
-        now = held.poses[:1], held.lengths[:1], held.states[:1]
-        solved = Equilibrium(model, row, *now, code=_OK, violation=np.zeros(1), iterations=_OK)
+        platform, now = row.platform.copy(), (held.poses[:1], held.lengths[:1], held.states[:1])
+        PlatformNumbers(platform).wrench += held.wrenches[:1]
+        loaded = row._replace(platform=platform)
+        solved = Equilibrium(model, loaded, *now, code=_OK, violation=np.zeros(1), iterations=_OK)
         rates += _stretch_rates(settings, state, solved[0], np.zeros(3), estimate, dt)
     return 1, rates
 

@@ -23,7 +23,8 @@ class MachineAccuracy(Description):
     None: 30 % of that, or 2e-4 where nothing is described. ``friction``: share of a line's tension by which its load
     cell shows less while cable is paid out, and more while it is wound. ``hysteresis``: strain between the ways up and
     down of a large cycle of loads; None: 2e-4. ``exit_compliance``: m/N, of the mounts of exit points besides the
-    described compliance; None: 30 % of that, or 1e-6. All three: what is not stated is more likely larger than that.
+    described compliance; None: 30 % of that, or 1e-6. What neither this nor the robot file states of the three is
+    more likely larger.
     """
 
     home_length: _Small = 2e-3

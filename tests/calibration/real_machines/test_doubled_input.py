@@ -13,7 +13,7 @@ from cablewright.calibration.calibrate import calibrate
 from cablewright.calibration.measurements import Measured, read_measured, write_measured
 from cablewright.calibration.plan import Bound, CalibrationPlan, Group, Known, load_plan
 from cablewright.calibration.poses.problem import StraightProblem
-from cablewright.calibration.poses.simulation import SensorNoise, simulate_calibration
+from cablewright.calibration.poses.simulation import SensorNoise, measure, simulate_calibration
 from cablewright.foundation.errors import InputError
 from cablewright.models.rotation import matrices
 from cablewright.robot import Eyelet, Line, Robot, load
@@ -144,6 +144,20 @@ def test_positions_in_two_frames_are_named(rows: int, shift: tuple[float, ...], 
         assert f"turned by {np.degrees(turn):.2g} deg" in first
 
 
+def test_a_scale_that_lengths_do_not_know_makes_no_frames() -> None:
+    """Two clusters of positions, drums of a radius that is 1.5 % off, and one wrong position."""
+    rng = np.random.default_rng(4)
+    places = np.concatenate([rng.uniform([-1.2, -0.8, 1.0], [-0.6, 0.8, 1.8], (16, 3)),
+                             rng.uniform([0.6, -0.8, 1.0], [1.2, 0.8, 1.8], (16, 3))])  # fmt: skip
+    made = measure(WANG, places, 1e-4, rng, sensors=SensorNoise(pose=1e-3)).measured
+    assert made.guess is not None
+    guess = made.guess.copy()
+    guess[7] += 0.05
+    plan = CalibrationPlan(unknowns=("exit_point", "length_offset", "length_scale"), shared=("length_scale",))
+    found = calibrate(WANG, replace(made, counted=made.counted / 1.015, guess=guess), plan, rough=0.05)
+    assert not any("frames" in reason for reason in found.reasons)
+
+
 def test_positions_in_one_frame_are_not() -> None:
     """Neither where a few positions are wrong, nor where lengths are."""
     data, rng = positioned(), np.random.default_rng(3)
@@ -158,10 +172,13 @@ def test_positions_in_one_frame_are_not() -> None:
 def test_counts_that_come_again_at_another_position_are_rejected() -> None:
     data = positioned()
     counted = data.counted.copy()
-    counted[31] = counted[30]
-    with pytest.raises(InputError, match=r"pose 32: repeats the counts of pose 31, but its position is .* m away"):
+    counted[31] = counted[32] = counted[30]
+    with pytest.raises(InputError, match=r"pose 33: repeats the counts of pose 31, but its position is .* m away"):
         calibrate(WANG, replace(data, counted=counted))
     assert data.guess is not None
+    counted[32] = data.counted[32]  # one alone is left to the search for wrong rows, which names it
+    alone = calibrate(WANG, replace(data, counted=counted), rough=0.05)
+    assert [each.pose for each in alone.rejected] == [31] or any("pose 32" in each for each in alone.notes)
     guess = data.guess.copy()
     guess[31] = guess[30] + 1e-3  # the same pose, measured again
     assert calibrate(WANG, replace(data, counted=counted, guess=guess), rough=0.05).status == "ok"

@@ -45,7 +45,7 @@ def ring(radius: float) -> Job:
 
 @pytest.mark.parametrize(("robot", "estimator"), [("house-printer", "encoders"), ("merlet2023", "filter")])
 def test_the_record_of_a_run_is_that_of_its_log(tmp_path: Path, robot: str, estimator: str) -> None:
-    """To the bit, with all rows: what a print adds up while it runs, and what its log says afterwards."""
+    """To the bit, with all rows: the sums of a print while it runs, and those of its log afterwards."""
     options = PrintOptions(estimator)  # type: ignore[arg-type]
     made = print_job(robot, ring(0.05), tmp_path / "run", options=options)
     assert made.finished

@@ -9,6 +9,7 @@ other sensors is estimated, and would grow until everything fits: this test prev
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -39,9 +40,15 @@ class HalfPrediction:
 
 
 def predicted_halves(problem: CalibrationProblem, found: PoseFit) -> tuple[HalfPrediction, ...]:
-    """Return how well each half of the data predicts the other.
+    """Return how well each half of the data predicts the other, see `predicted`."""
+    late = np.arange(problem.poses) >= problem.poses // 2
+    return predicted(problem, found, (late, np.logical_not(late)))
 
-    None where a half has too little redundancy, or leaves open a combination that all rows determine.
+
+def predicted(problem: CalibrationProblem, found: PoseFit, parts: Sequence[Mask]) -> tuple[HalfPrediction, ...]:
+    """Return how well the data without each of some *parts* (N,) of the poses predict that part.
+
+    None where one has too little redundancy, or leaves open a combination that all rows determine.
     """
     if not np.isfinite(found.cost):
         return ()
@@ -50,13 +57,12 @@ def predicted_halves(problem: CalibrationProblem, found: PoseFit) -> tuple[HalfP
     rows = problem.derivatives(found.theta, found.poses, weights)
     off, reduced, ranks = projected(rows)
     surplus = (problem.of_poses(weights) > 0.0).sum(axis=1) - ranks
-    middle, floor = problem.poses // 2, problem.floor**2
-    late = np.arange(problem.poses) >= middle
+    floor = problem.floor**2
     shared = rows.others_by_unknown, rows.others
     made = []
     every = np.linalg.svd(np.concatenate([reduced.reshape(-1, reduced.shape[-1]), shared[0]]), compute_uv=False)
     rank = int((every > _NULL * every.max(initial=1e-300)).sum())
-    for other in (late, np.logical_not(late)):
+    for other in parts:
         basis, moved, square, redundancy = _own(off, reduced, surplus, np.logical_not(other), shared)
         count = int(surplus[other].sum())
         if basis.shape[1] < rank or redundancy < _FEW or count < _FEW:

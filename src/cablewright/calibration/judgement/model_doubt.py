@@ -196,7 +196,7 @@ def _found_off(rows: Array, pull: Array, numbers: Sequence[Considered]) -> _Foun
 
     Each kind is in error or exact, with even chances before the data; sensors count as one kind each.
     """
-    kinds = [each.name.partition("_" if each.name.partition("_")[0] in SENSORS else ".")[0] for each in numbers]
+    kinds = [_kind(each) for each in numbers]
     of = np.array([list(dict.fromkeys(kinds)).index(kind) for kind in kinds])
     surely = {kind for kind, each in zip(kinds, numbers, strict=True) if each.fitted}
     believed = np.array([each.sigma for each in numbers])
@@ -214,6 +214,13 @@ def _found_off(rows: Array, pull: Array, numbers: Sequence[Considered]) -> _Foun
         averaged = before * averaged + now * (its_spread + np.outer(its_value, its_value))
         probability = before * probability + now * subset
     return _FoundOff(value, spread, averaged / total, probability / total)
+
+
+def _kind(number: Considered) -> str:
+    """Return the kind of a *number* that is in error with others of its kind; an effect on one line is its own."""
+    if number.of_effect:
+        return number.name
+    return number.name.partition("_" if number.name.partition("_")[0] in SENSORS else ".")[0]
 
 
 def _told(numbers: Sequence[Considered], off: _FoundOff, motion: Array, noise: Array) -> Iterator[Considered]:

@@ -170,7 +170,6 @@ class Calibration(Pictured):
     """
 
     FIGURES: ClassVar = FIGURES
-    SHOWS: ClassVar = 4.0  # sigmas by the data from which the score test shows an error, one in five missed
     HEADLINES: ClassVar = ("verdict", "exit_sigma", "poses", "rms", "unknowns", "rank")
 
     status: str
@@ -300,8 +299,8 @@ class Calibration(Pictured):
         for each in self.scores:
             worst[each.kind] = max(each, worst.get(each.kind, each), key=lambda one: one.sigma)
         return tuple(
-            f"an error of the {each.words} shows from {self.SHOWS * each.sigma:.2g}"
-            f"{'' if each.unit == '1' else ' ' + each.unit} on only"
+            f"an error of the {each.words} shows only from {each.shows:.2g}"
+            f"{'' if each.unit == '1' else ' ' + each.unit}, in four of five cases"
             for each in worst.values()
         )
 

@@ -1,4 +1,4 @@
-"""Score tests of numbers of a single line that count as known: by how much the data ask for another radius.
+"""Score tests of numbers of a single line that count as known: whether the data ask for others, and by how much.
 
 A number is tested beside all unknowns, to first order about the answer, so nothing is fitted again: the residuals'
 derivative by it, of which the unknowns explain a part, against the residuals (Lagrange multiplier test; Rao 1948).
@@ -7,6 +7,7 @@ Beside the number by the data alone is its sigma by the data alone: errors far b
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
@@ -24,6 +25,9 @@ from cablewright.robot import Eyelet
 _NULL: Final = 1e-9  # relative size of a singular value that counts as zero
 _INVISIBLE: Final = 1e-3  # part of a column beside the unknowns, under which rounding may be all of it
 _FEW: Final = 10  # redundant measurements with which residuals test a number
+_MORE: Final = float(special.ndtri(0.8))  # sigmas beyond the level, at which four of five are noticed
+LEVEL: Final = 0.01
+"""Probability by chance, of any of the tested numbers, under which one counts as wrong."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +35,7 @@ class Score:
     """A number of one line that counts as known: its error by the data alone, all others being right.
 
     ``shift`` (k,): change of the free unknowns by that error. ``probability``: of so large an error by chance, in any
-    of the tested numbers (Student's t, Bonferroni).
+    of the tested numbers (Bonferroni), which are ``among``.
     """
 
     name: str  # of the unknown: ``platform_point``
@@ -42,6 +46,12 @@ class Score:
     sigma: float
     shift: tuple[float, ...]
     probability: float
+    among: int
+
+    @property
+    def shows(self) -> float:
+        """The error from which on the test notices it at a level of `LEVEL`, in four of five cases."""
+        return self.sigma * float(_MORE - special.ndtri(0.5 * LEVEL / self.among))
 
 
 def scores(
@@ -51,7 +61,7 @@ def scores(
     scale: float,
     effects: Sequence[Alternative] = (),
 ) -> tuple[Score, ...]:
-    """Return the tests of sheave radii and of the scale of counted lengths, the most significant first.
+    """Return the tests of sheave radii, scales of counted lengths and platform points, the most significant first.
 
     *scale*: sigma of a row over that of its weight. *effects*: those of the model are unknowns here. There are none
     where the fit has no solution, or too little redundancy.
@@ -83,11 +93,26 @@ def scores(
     made = []
     for at in chosen.tolist():
         each, value = more[at], -float(beside[:, at] @ rest) / seen[at] ** 2
-        chance = 2.0 * float(special.stdtr(posterior.redundancy, -abs(value) * seen[at])) * len(chosen)
+        chance = _chance(abs(value) * seen[at], posterior.redundancy, plan.sigma.encoder is None) * len(chosen)
         shift = tuple((motion[:k, at] * value).tolist())
         value, sigma = value * each.size, each.size / seen[at]
-        made.append(Score(each.name, each.kind, each.label, each.unit, value, sigma, shift, min(chance, 1.0)))
+        told = each.name, each.kind, each.label, each.unit, value, sigma, shift
+        made.append(Score(*told, min(chance, 1.0), len(chosen)))
     return tuple(sorted(made, key=lambda each: each.probability))
+
+
+def _chance(size: float, redundancy: int, by_residuals: bool) -> float:
+    """Return the probability of a score of this *size*, in sigmas, or a larger one by chance.
+
+    Where the sigma is *by_residuals* it contains the score itself, whose square is at most their *redundancy*: then the
+    residuals without the score give Student's t. Else the score is normal.
+    """
+    if not by_residuals:
+        return 2.0 * float(special.ndtr(-size))
+    left = redundancy - size**2
+    if left <= 0.0:
+        return 0.0
+    return 2.0 * float(special.stdtr(redundancy - 1, -size * math.sqrt((redundancy - 1) / left)))
 
 
 def _names(problem: CalibrationProblem) -> list[str]:

@@ -7,15 +7,17 @@ positions measured there, and another motion takes the rest, an instrument was s
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
+from cablewright.calibration.judgement.consistency import predicted
 from cablewright.calibration.plan import CalibrationPlan
 from cablewright.calibration.poses.problem import CalibrationProblem, StraightProblem
 from cablewright.calibration.poses.start_values import best_fit
 from cablewright.calibration.poses.sufficient_data import min_poses, surplus_per_pose
-from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.arrays import Array, Indices, Mask
 from cablewright.models.rotation import rotation_onto
 
 _TRIES: Final = 200  # random threes of places
@@ -23,6 +25,7 @@ _BEYOND: Final = 5.0  # sigmas of a position ...
 _SHAPE: Final = 5e-3  # m: ... and what lengths alone do not know of the places, up to which one fits a motion
 _FEW: Final = 4  # places of a frame
 _ALL: Final = 0.9  # share of the places that are in one of two frames
+_LEVEL: Final = 1e-6  # probability by chance of positions so far from where the other data have them
 _FITS: Final = 2e-3  # m: lengths that fit worse alone say nothing of places
 
 
@@ -53,6 +56,8 @@ def two_frames(problem: CalibrationProblem, rough: float, seed: int = 0) -> str:
     if other.sum() < _FEW or first.sum() + other.sum() < _ALL * len(known):
         return ""
     rows = known[other]
+    if not _is_denied(problem, rows, rough, seed):
+        return ""
     step, turn = _between(places, seen, first, other)
     names = ", ".join(measured.place(int(at)) for at in rows[:3]) + (
         f" and {len(rows) - 3} more" if rows[3:].size else ""
@@ -62,6 +67,21 @@ def two_frames(problem: CalibrationProblem, rough: float, seed: int = 0) -> str:
         f"{first.sum()}, and turned by {math.degrees(turn):.2g} deg; measure all from one set-up of the instrument, "
         "convert them by common points, or leave sigma_x .. of these rows blank"
     )
+
+
+def _is_denied(problem: CalibrationProblem, rows: Indices, rough: float, seed: int) -> bool:
+    """Return whether all other data deny the positions of some *rows*, beyond the uncertainty of these places."""
+    measured = problem.measured
+    assert measured.pose_sigma is not None
+    sigma, part = measured.pose_sigma.copy(), np.isin(np.arange(problem.poses), rows)
+    sigma[rows] = np.nan
+    without = StraightProblem.of(problem.robot, replace(measured, pose_sigma=sigma), problem.plan)
+    found = best_fit(without, seed, rough)
+    if found.code != 0:
+        return False
+    whole = StraightProblem.of(problem.robot, measured, problem.plan)
+    shown = predicted(whole, replace(found, weights=whole.weights), (part,))
+    return bool(shown) and shown[0].probability < _LEVEL
 
 
 def _largest(places: Array, seen: Array, limit: Array, among: Mask, rng: np.random.Generator) -> Mask:

@@ -42,6 +42,7 @@ OF_A_LINE: Final = "length_scale."
 """Begin of the names of effects on one line alone, whose drum or gear is not that of its file: then the line's name."""
 
 _SIGNED: Final = ("hysteresis", "length_scale", "sheave_radius", "modulus")  # the others have no meaning below 0
+_LARGEST: Final = 0.1  # of the drum of a line, as of the unknown `length_scale`: more is no drum of another size
 _FOLDS: Final = 8
 _BEYOND: Final = 2.5  # standard errors of the fall of the held-out error, by pose
 _PLAIN: Final = 5.0  # sigmas of its number with which an effect is beyond chance too ...
@@ -83,12 +84,15 @@ class _Candidate(NamedTuple):
     column: Array  # (N, e) derivative of the weighted residuals
 
 
-def effects_of(problem: CalibrationProblem, found: PoseFit, already: Collection[str] = ()) -> tuple[Effect, ...]:
+def effects_of(
+    problem: CalibrationProblem, found: PoseFit, already: Collection[str] = (), scale: float = 1.0
+) -> tuple[Effect, ...]:
     """Return the effects that this machine can have, those already in the model first.
 
     *already*: names of those that the counts are corrected by; their values are the errors of these corrections.
+    *scale*: sigma of a row over that of its weight, by which a drum of a single line is judged.
     """
-    left = _candidates(problem, found)
+    left = _candidates(problem, found, already)
     data = _data(problem, found, left)
     if data is None or not left:
         return ()
@@ -106,9 +110,10 @@ def effects_of(problem: CalibrationProblem, found: PoseFit, already: Collection[
             error = float(gain.std()) * np.sqrt(len(gain))
             sizes = _size(problem, base), _size(problem, there)
             made[at] = Effect(*left[at][:3], value, sigma, sizes[0], sizes[1], False)
-            of_a_line = left[at].name.startswith(OF_A_LINE)
-            beyond = gain.sum() > _BEYOND * error and not of_a_line
-            beyond |= abs(value) > (_ANOTHER if chosen and not of_a_line else _PLAIN) * sigma
+            if of_a_line := left[at].name.startswith(OF_A_LINE):
+                beyond = _PLAIN * scale * sigma < abs(value) < _LARGEST
+            else:
+                beyond = gain.sum() > _BEYOND * error or abs(value) > (_ANOTHER if chosen else _PLAIN) * sigma
             asked = beyond and made[at].fall > _LEAST
             if asked and (value > 0.0 or of_a_line or made[at].name in _SIGNED) and made[at].fall > fall:
                 best, fall = at, made[at].fall
@@ -118,7 +123,8 @@ def effects_of(problem: CalibrationProblem, found: PoseFit, already: Collection[
     values, sigmas = data.numbers([*range(k), *(k + at for at in chosen)])
     for place, at in enumerate(chosen, k):
         one = made.get(at) or Effect(*left[at][:3], 0.0, 0.0, 0.0, 0.0, True)
-        made[at] = replace(one, value=float(values[place]), sigma=float(sigmas[place]), chosen=True)
+        sigma = float(sigmas[place]) * (scale if one.name.startswith(OF_A_LINE) else 1.0)
+        made[at] = replace(one, value=float(values[place]), sigma=sigma, chosen=True)
     rest = (at for at, each in made.items() if at not in chosen and not each.name.startswith(OF_A_LINE))
     return tuple(made[at] for at in (*chosen, *rest))
 
@@ -170,13 +176,17 @@ class _Data(NamedTuple):
         return np.linalg.lstsq(rows / size, -rest, rcond=1e-9)[0] / size, rows
 
 
-def _candidates(problem: CalibrationProblem, found: PoseFit) -> list[_Candidate]:
-    """Return the effects that this machine can have: not of absent parts, unknowns, known numbers."""
+def _candidates(problem: CalibrationProblem, found: PoseFit, kept: Collection[str] = ()) -> list[_Candidate]:
+    """Return the effects that this machine can have: not of absent parts, unknowns, known numbers.
+
+    Beside an unknown scale only the drums of single lines that are *kept*, as they are in the model.
+    """
     known = {each.name for each in problem.plan.known}
+    scaled = bool({"length_scale", "drum_radius"} & {*problem.plan.unknowns})
     made = [
         _Candidate(name, *words_of(name), -problem.of_poses(found.weights) * _padded(problem, more))
         for name, more in corrections(problem, found).items()
-        if name.partition(".")[0] not in known
+        if name.partition(".")[0] not in known and not (scaled and name.startswith(OF_A_LINE) and name not in kept)
     ]
     for name in UNKNOWNS:
         twin = {"length_scale": "drum_radius"}.get(name, name)
@@ -197,7 +207,8 @@ def _candidates(problem: CalibrationProblem, found: PoseFit) -> list[_Candidate]
 def alternatives(problem: CalibrationProblem, found: PoseFit, effects: Iterable[Effect]) -> list[Alternative]:
     """Return the changes of the rows by the tested *effects*, at a fit that includes the chosen ones."""
     chosen = {each.name: each.chosen for each in effects}
-    named = (each for each in _candidates(problem, found) if each.name in chosen) if chosen else ()
+    kept = [name for name, is_chosen in chosen.items() if is_chosen]
+    named = (each for each in _candidates(problem, found, kept) if each.name in chosen) if chosen else ()
     return [Alternative(*each, USUAL[each.name.partition(".")[0]], chosen[each.name]) for each in named]
 
 
@@ -226,9 +237,8 @@ def corrections(problem: CalibrationProblem, found: PoseFit, counted: Array | No
         made["deflection"] = compliant.given(found.theta, found.poses, tensions)
     moved = np.diff(problem.measured.counted, axis=0, prepend=problem.measured.counted[:1])
     made["hysteresis"] = np.where(np.abs(moved) > _SAME, np.sign(moved), 0.0)
-    if not {"length_scale", "drum_radius"} & {*problem.plan.unknowns}:
-        for each, line in zip(np.eye(robot.m), robot.lines, strict=True):
-            made[OF_A_LINE + line.name] = (problem.measured.counted if counted is None else counted) * each
+    for each, line in zip(np.eye(robot.m), robot.lines, strict=True):
+        made[OF_A_LINE + line.name] = (problem.measured.counted if counted is None else counted) * each
     return made
 
 

@@ -15,6 +15,7 @@ from scipy import special
 from cablewright.calibration.judgement.consistency import others_of, predicted_halves, together
 from cablewright.calibration.judgement.permuted_lines import better_arrangement, motion, stray
 from cablewright.calibration.judgement.result import Calibration
+from cablewright.calibration.judgement.score_tests import LEVEL
 from cablewright.calibration.judgement.sigmas import estimates_encoders, kind_fits, leverages
 from cablewright.calibration.judgement.two_frames import two_frames
 from cablewright.calibration.judgement.unmodelled_effects import OF_A_LINE
@@ -46,7 +47,6 @@ _RATIO: Final = (1.5, 10.0)  # residuals over what their sigmas explain: doubtfu
 _ROUNDING: Final = 1e-6  # of the frame's diagonal, of exit points
 _STRAY: Final = 0.05  # m: poses nearer to their start values are where they were stated to be
 _LEVEL: Final = 1e-4  # probability of such residuals by chance
-_ASKED: Final = 0.01  # probability by chance of a score of any tested number
 _WORTH: Final = 0.2  # of the need: smaller shifts of exit points by such a number are no reason
 
 
@@ -399,15 +399,17 @@ def _of_lines(found: Calibration, need: float) -> Iterator[_Reason]:
                 False,
             )
     exits = found.problem.named("exit_point")
-    for score in found.scores[:1]:
+    for score in found.scores:
         shift = float(np.abs(np.array(score.shift)[exits]).max(initial=0.0))
-        if score.probability < _ASKED and shift > _WORTH * need:
+        if score.probability < LEVEL and shift > _WORTH * need:
             unit = "" if score.unit == "1" else f" {score.unit}"
             yield _Reason(
-                f"the data ask for {score.value:+.2g}{unit} of the {score.words}, {abs(score.value) / score.sigma:.2g} "
-                f"sigmas, and this moves exit points by {_mm(shift)}: measure it, or add {score.name} to the unknowns",
+                f"the data ask for another {score.words}, by {score.value:+.2g}{unit} or "
+                f"{abs(score.value) / score.sigma:.2g} sigmas, which moves exit points by {_mm(shift)}: measure it, or "
+                f"add {score.name} to the unknowns",
                 False,
             )
+            return  # others may only be like it
 
 
 def _halves(found: Calibration) -> Iterator[_Reason]:

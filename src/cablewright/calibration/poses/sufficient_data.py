@@ -19,8 +19,9 @@ from cablewright.models.parameters import lines_of
 from cablewright.robot import Eyelet, Robot
 
 _APART = 1e-3  # m: poses with smaller differences in all lengths count as one
-_MOVED = 0.01  # m ...
-_BEYOND = 5.0  # ... and sigmas by which a position with the counts of another one may be away from it
+_MOVED = 0.01  # m, and ...
+_BEYOND = 5.0  # ... sigmas of a position, from which on a platform has moved
+_REPEATS = 2  # positions with counts that were read elsewhere: one may be wrong itself
 _UP = 2  # the world's axis along which gravity acts
 _THREE = 3  # measured positions that fix place and direction
 _FAR = 3.0  # diagonals of the frame: max length change, and max distance of a pose from its centre
@@ -133,12 +134,13 @@ def _check_known(problem: CalibrationProblem) -> None:
             )
 
 
-def _check_repeats(measured: Measured) -> None:
-    """Raise `InputError` for a row that repeats all measurements of another, or its counts at another position.
+def _check_repeats(problem: CalibrationProblem) -> None:
+    """Raise `InputError` for a row that repeats all measurements of another, or counts at several other positions.
 
-    A copy measures nothing new, and counts that stay while the platform moves are none of its encoders. Counts of home
-    alone, all zero, may come again.
+    A copy measures nothing new; rows of home alone, all zero, may come again. Encoders count where a platform moves
+    that its lines hold. A single such position may be wrong itself: the search for wrong rows decides.
     """
+    measured, robot = problem.measured, problem.robot
     others = [values for name, _ in SENSORS.values() if (values := getattr(measured, name)) is not None]
     if measured.pose_sigma is not None and measured.guess is not None:
         others.append(np.where(np.isnan(measured.pose_sigma), np.nan, measured.guess))
@@ -151,13 +153,14 @@ def _check_repeats(measured: Measured) -> None:
                 f"{measured.origin}, {measured.place(pose)}: repeats all measurements of {measured.place(before)}; a "
                 f"copied row is no new measurement: delete it"
             )
-    if measured.pose_sigma is None or measured.guess is None:
+    if measured.pose_sigma is None or measured.guess is None or robot.winches < robot.freedoms:
         return
-    counts = dict[bytes, int]()
+    counts, again = dict[bytes, int](), 0
     for pose in np.flatnonzero(np.isfinite(measured.pose_sigma[:, :3]).all(axis=1)).tolist():
         before = counts.setdefault((measured.counted[pose] + 0.0).tobytes(), pose)
         away = float(np.linalg.norm(measured.guess[pose, :3] - measured.guess[before, :3]))
-        if away > _MOVED + _BEYOND * float(measured.pose_sigma[[pose, before], :3].max()):
+        again += away > _MOVED + _BEYOND * float(measured.pose_sigma[[pose, before], :3].max())
+        if again >= _REPEATS:
             raise InputError(
                 f"{measured.origin}, {measured.place(pose)}: repeats the counts of {measured.place(before)}, but its "
                 f"position is {away:.3g} m away: did encoders stop, or were rows pasted? Measure it again, or delete it"
@@ -178,7 +181,7 @@ def check(problem: CalibrationProblem) -> None:
         if np.isnan(getattr(measured, SENSORS[sensor][0])[:, lines_of(problem.robot, each)]).all():
             raise InputError(f"unknowns: {each.label}: {measured.origin} has no reading of it; give it a prior")
     _check_known(problem)
-    _check_repeats(measured)
+    _check_repeats(problem)
     wound = line_with_counted_build_up(problem)
     of_drums = (each.name == "build_up" and each.value is not None for each in problem.plan.known)
     said = next((f"known[{at}]" for at, each in enumerate(of_drums) if each), "unknowns")

@@ -147,6 +147,7 @@ def _estimate(settings: BodySettings, state: BodyState, slopes: Slopes | None, f
         faults=state.monitor.faults,
         valid=found
         and state.home.known
+        and math.isfinite(own.trace())
         and not (state.monitor.is_active("encoders", "quiet") or state.monitor.is_active("camera", "contradiction")),
         consistency=state.judged.consistency,
     )

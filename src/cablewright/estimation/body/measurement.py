@@ -117,11 +117,13 @@ def pose_covariance(state: BodyState, slopes: Slopes) -> Array:
     """Return the covariance (6, 6) of the pose: translation, m, and rotation in space, rad.
 
     Creep, softness and mounts follow no law exactly: a share of their apparent corrections is not used. Nor is their
-    size known (`law_sizes`).
+    size known (`law_sizes`). NaN where the estimator has no covariance any more.
     """
     belief, layout, laws = state.belief, state.layout, state.layout.laws
     gradients = slopes.pose @ belief.gradients
     gradients[:, layout.load] = slopes.pose_by_wrench
+    if not np.isfinite(belief.covariance).all():
+        return np.full((6, 6), np.nan)
     estimate, variances = belief.unknowns[laws], np.diagonal(belief.covariance)[laws]
     if belief.averaged is None or not belief.averaged.holds(estimate, variances):
         found = averaged(estimate, belief.covariance[laws, laws], belief.untold, belief.sizes)

@@ -181,4 +181,5 @@ def print_job(
         record, log = finish(
             run.folder, twin.path.track, twin.path.print_speed, structure, progress, twin.path.attitude, run.record
         )
+        run.record = None
         return PrintedJob(twin.estimator, run, record, log).written()
