@@ -16,7 +16,7 @@ from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from cablewright.__main__ import SMALL_MATRICES
+from cablewright.__main__ import limit_threads
 from cablewright.foundation.file_output import write_whole
 
 RESULTS = Path(__file__).with_name("results.json")
@@ -30,7 +30,7 @@ VERSIONS = ("cablewright", "numba", "numpy", "scipy", "moorpy", "daqp")
 
 def main(arguments: list[str]) -> int:
     """Run what is named, or all; a missed aim is said, not hidden. 0, or 2 for an unknown name or option."""
-    os.environ.update(SMALL_MATRICES | os.environ)  # as for commands, before NumPy is imported
+    limit_threads()  # as for commands
     quick, chosen = "--quick" in arguments, [each for each in arguments if each != "--quick"]
     unknown = [each for each in chosen if each not in NAMES]
     if unknown:

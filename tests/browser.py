@@ -189,6 +189,14 @@ class Page:
         return [event for event in self._browser.events if event.get("sessionId") == self._session]
 
 
+def entered(address: str, *more: str) -> Iterator[Browser]:
+    """A browser, with the options *more*, that has been on the page at *address*: from then on it has the cookie."""
+    with browser(*more) as found:
+        with found.page(address, 1280) as page:
+            page.until("location.pathname === '/' && window.operate")
+        yield found
+
+
 @contextmanager
 def browser(*more: str) -> Iterator[Browser]:
     """A Chromium with its own profile; *more*: options."""

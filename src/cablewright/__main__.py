@@ -9,15 +9,21 @@ import os
 import signal
 
 INTERRUPTED = 130
-SMALL_MATRICES = {"OPENBLAS_NUM_THREADS": "1", "VECLIB_MAXIMUM_THREADS": "1"}
-"""Threads of NumPy's libraries, unless the user sets them: for our matrices they mostly wait for each other."""
+
+
+def limit_threads() -> None:
+    """Give NumPy's libraries one thread, unless the user sets their number; before NumPy is imported.
+
+    Our matrices are small: several threads would mostly wait for each other.
+    """
+    if "OMP_NUM_THREADS" not in os.environ:  # which OpenBLAS reads too
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+        os.environ.setdefault("VECLIB_MAXIMUM_THREADS", "1")
 
 
 def main() -> None:
     """Run the command line of this process."""
-    if "OMP_NUM_THREADS" not in os.environ:  # which says it for all
-        for name, threads in SMALL_MATRICES.items():
-            os.environ.setdefault(name, threads)
+    limit_threads()
     for number in (signal.SIGINT, signal.SIGTERM):
         if signal.getsignal(number) != signal.SIG_IGN:
             signal.signal(number, _leave)

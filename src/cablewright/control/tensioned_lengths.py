@@ -54,7 +54,7 @@ def held_at(
 
 
 def length_errors(model: Model, here: Array, held: Held, retraction: Array | None, tensions: Array | None) -> Array:
-    """Return by how much lengths of winches' lines, m, are to grow from a pose *here* (6,) for the first one *held*.
+    """Return how much longer (w,), m, the winches' lines must become to move from *here* (6,) to the first *held* pose.
 
     The pose decides what moves the platform, *tensions* (m,), N, what does not: the changes of stretch that they show,
     less the motion by their wrench. With its compliance, tensions decide too where lengths hardly hold the platform,

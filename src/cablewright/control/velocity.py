@@ -122,7 +122,7 @@ class VelocitySettings:
 
     @cached_property
     def body_gains(self) -> BodyGains:
-        """Gains, limits and mass for the kernel of a rigid platform."""
+        """Gains, limits, lag and mass, as the kernels of a rigid platform take them."""
         platform = self.model.robot.platform
         own = float(self.gain), float(self.max_correction), float(self.lag), float(platform.mass)
         return BodyGains(*own, np.array(platform.centre_of_mass, dtype=np.float64))

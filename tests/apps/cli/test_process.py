@@ -45,11 +45,13 @@ def test_bad_input() -> None:
     assert "Traceback" not in ended.stderr
 
 
-@pytest.mark.parametrize(("given", "used"), [({}, "1"), ({"OPENBLAS_NUM_THREADS": "3"}, "3")])
+@pytest.mark.parametrize(
+    ("given", "used"), [({}, "1"), ({"OPENBLAS_NUM_THREADS": "3"}, "3"), ({"OMP_NUM_THREADS": "2"}, "None")]
+)
 def test_numpy_has_one_thread_unless_the_user_wants_more(given: dict[str, str], used: str) -> None:
     run = "import os, sys\nfrom cablewright.__main__ import main\nsys.argv[1:] = ['--version']\ntry:\n    main()\n"
-    others = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
-    told = [sys.executable, "-c", run + "finally:\n    print(os.environ['OPENBLAS_NUM_THREADS'])"]
+    others = {name: value for name, value in os.environ.items() if not name.endswith("_NUM_THREADS")}
+    told = [sys.executable, "-c", run + "finally:\n    print(os.environ.get('OPENBLAS_NUM_THREADS'))"]
     ended = subprocess.run(told, env=others | given, capture_output=True, text=True, timeout=60, check=False)
     assert ended.stdout.splitlines()[-1] == used
 

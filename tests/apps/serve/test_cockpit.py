@@ -14,7 +14,7 @@ import pytest
 
 pytest.importorskip("starlette")
 
-from browser import FLAT, Browser, Page, browser, executable
+from browser import FLAT, Browser, Page, entered, executable
 from cablewright.apps.serve.uploads import Uploads
 from cablewright.live.serve.jobs import JobCheck, subject_of, write_check
 from cablewright.robot import load
@@ -55,21 +55,14 @@ GREY = """[...document.querySelectorAll('#steps button:disabled, #more button:di
   .filter((e) => !e.title || e.nextElementSibling.textContent !== e.title).map((e) => e.textContent)"""
 
 
-def entered(server: Served, *options: str) -> Iterator[Browser]:
-    with browser(*options) as found:
-        with found.page(server.address, 1280) as page:
-            page.until("location.pathname === '/' && window.operate")
-        yield found
-
-
 @pytest.fixture(scope="module")
 def chromium(server: Served) -> Iterator[Browser]:
-    yield from entered(server, FLAT)
+    yield from entered(server.address, FLAT)
 
 
 @pytest.fixture(scope="module")
 def chromium_with_views(server: Served) -> Iterator[Browser]:
-    yield from entered(server)
+    yield from entered(server.address)
 
 
 @contextmanager

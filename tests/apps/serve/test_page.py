@@ -12,7 +12,7 @@ import pytest
 
 pytest.importorskip("starlette")
 
-from browser import FLAT, Browser, Page, browser, executable
+from browser import FLAT, Browser, Page, entered, executable
 from cases import some
 from operator_page import STATE, enable
 from served import RING, Served, client
@@ -49,21 +49,14 @@ UNNAMED = """[...document.querySelectorAll('button, input, select, a, canvas[rol
 ).map((e) => e.outerHTML.slice(0, 90))"""
 
 
-def entered(server: Served, *options: str) -> Iterator[Browser]:
-    with browser(*options) as found:
-        with found.page(server.address, 1280) as page:  # the cookie is the browser's from here on
-            page.until("location.pathname === '/' && window.operate")
-        yield found
-
-
 @pytest.fixture(scope="module")
 def chromium(server: Served) -> Iterator[Browser]:
-    yield from entered(server, FLAT)
+    yield from entered(server.address, FLAT)
 
 
 @pytest.fixture(scope="module")
 def chromium_with_views(server: Served) -> Iterator[Browser]:
-    yield from entered(server)
+    yield from entered(server.address)
 
 
 @contextmanager

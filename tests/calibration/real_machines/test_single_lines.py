@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -28,12 +29,12 @@ def larger(radius: float) -> Robot:
     return WANG.model_copy(update={"lines": (first.model_copy(update={"sheave": sheave}), *WANG.lines[1:])})
 
 
-def calibrated(robot: Robot, seed: int, drum: float = 1.0, models: str = "file") -> Calibration:
+def calibrated(robot: Robot, seed: int, drum: float = 1.0, models: Literal["file", "auto"] = "file") -> Calibration:
     """40 poses, measured to 1 mm; the drum of the second line has *drum* times the radius in the file."""
     rng = np.random.default_rng(seed)
     made = measure(robot, random_poses(robot, 40, rng), 1e-4, rng, sensors=SensorNoise(pose=1e-3)).measured
     data = replace(made, counted=made.counted / [1.0, drum, 1.0, 1.0])
-    return calibrate(WANG, data, FILE, rough=0.05, outliers=False, need=5e-3, models=models)  # type: ignore[arg-type]
+    return calibrate(WANG, data, FILE, rough=0.05, outliers=False, need=5e-3, models=models)
 
 
 def test_a_score_is_that_of_least_squares_with_one_more_unknown() -> None:

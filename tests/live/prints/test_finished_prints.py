@@ -9,6 +9,7 @@ import pytest
 from tools.random_world import Followed, Shaken, plan
 
 from cablewright.control.supervisor import NOT_RESET
+from cablewright.foundation.choices import EstimatorName
 from cablewright.foundation.saved_state import Snapshot
 from cablewright.foundation.signals import PrintState
 from cablewright.live.prints.loop import Printer
@@ -44,9 +45,9 @@ def ring(radius: float) -> Job:
 
 
 @pytest.mark.parametrize(("robot", "estimator"), [("house-printer", "encoders"), ("merlet2023", "filter")])
-def test_the_record_of_a_run_is_that_of_its_log(tmp_path: Path, robot: str, estimator: str) -> None:
+def test_the_record_of_a_run_is_that_of_its_log(tmp_path: Path, robot: str, estimator: EstimatorName) -> None:
     """To the bit, with all rows: the sums of a print while it runs, and those of its log afterwards."""
-    options = PrintOptions(estimator)  # type: ignore[arg-type]
+    options = PrintOptions(estimator)
     made = print_job(robot, ring(0.05), tmp_path / "run", options=options)
     assert made.finished
     assert isinstance(made.run.machine, SimulatedMachine)

@@ -68,7 +68,7 @@ def put_part(folder: Path, part: str, content: bytes) -> None:
 
 
 def picture_from(address: str) -> bytes:
-    """Return a picture of the live camera, which sends a still or a stream of JPEGs. Raises `EnvironmentFault`."""
+    """Return one JPEG from the live camera at *address*, or the first of its stream. Raises `EnvironmentFault`."""
     found, until = bytearray(), time.monotonic() + _PATIENCE
     try:
         with urllib.request.urlopen(address, timeout=_PATIENCE) as answer:  # http or https: see `Address`

@@ -138,7 +138,7 @@ class CameraRoutes:
         return self._guided()
 
     async def add(self, asked: CameraRequest) -> dict[str, Any]:
-        """Keep a picture, which was sent or comes from the live camera, with the lengths at which it was taken."""
+        """Store a picture, uploaded or from the live camera, together with the present line lengths."""
         head, picture, before = self.page.feed.head, asked.body, asked.before
         if head is None or self.page.feed.state.get("state") in (None, "closed"):
             raise InputError("the machine is being opened")

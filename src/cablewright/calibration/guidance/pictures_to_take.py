@@ -30,7 +30,7 @@ PICTURED: Final = 4
 
 @dataclass(frozen=True, eq=False)
 class CameraView:
-    """A place of the camera, in the world or on the platform, as *seen* has it; ``words`` describe it to the user."""
+    """One place of the camera: ``seen`` has its pose, in the world or on the platform; ``words`` describe it."""
 
     seen: Sightings
     words: str

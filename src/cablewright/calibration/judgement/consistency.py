@@ -46,9 +46,9 @@ def predicted_halves(problem: CalibrationProblem, found: PoseFit) -> tuple[HalfP
 
 
 def predicted(problem: CalibrationProblem, found: PoseFit, parts: Sequence[Mask]) -> tuple[HalfPrediction, ...]:
-    """Return how well the data without each of some *parts* (N,) of the poses predict that part.
+    """Return how well all other data predict each of several *parts*: masks (N,) of the poses.
 
-    None where one has too little redundancy, or leaves open a combination that all rows determine.
+    A part is left out if it or the rest has too little redundancy, or if the rest does not determine what all rows do.
     """
     if not np.isfinite(found.cost):
         return ()

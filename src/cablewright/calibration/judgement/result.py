@@ -102,7 +102,7 @@ FIGURES = (
         Figure("probability", "1", "Probability by the data that its kind of number is in error, 0.5 before them."),
         Figure("share", "1", "Share of the variance of the least known coordinate of an exit point."),
     )),
-    Figure("unseen", "", "Errors of known numbers of single lines that the data do not show, the largest of each kind.",
+    Figure("unseen", "", "For each kind of known number of a single line: how large an error the data could hide.",
            sentences=True, only=lambda of: bool(of.unseen), detail=True),
     Figure("effects", "", "Effects that the model may lack: which the data ask for, by the held-out error of lengths.",
            only=lambda of: bool(of.effects), parts=(
@@ -294,7 +294,7 @@ class Calibration(Pictured):
 
     @property
     def unseen(self) -> tuple[str, ...]:
-        """Sentences on the largest errors of such numbers, a kind each, that the data do not show."""
+        """For each kind of these numbers a sentence: how large an error the data could hide."""
         worst = dict[str, Score]()
         for each in self.scores:
             worst[each.kind] = max(each, worst.get(each.kind, each), key=lambda one: one.sigma)

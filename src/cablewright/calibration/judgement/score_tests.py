@@ -61,10 +61,10 @@ def scores(
     scale: float,
     effects: Sequence[Alternative] = (),
 ) -> tuple[Score, ...]:
-    """Return the tests of sheave radii, scales of counted lengths and platform points, the most significant first.
+    """Return a test for each known sheave radius, length scale and platform point of a line, by rising probability.
 
-    *scale*: sigma of a row over that of its weight. *effects*: those of the model are unknowns here. There are none
-    where the fit has no solution, or too little redundancy.
+    *scale*: sigma of a row over that of its weight. *effects* that are in the model count as unknowns. Returns none if
+    the fit has no solution, or too little redundancy.
     """
     names, plan = _names(problem), problem.plan
     if found.code != 0 or not names or not 0.0 < scale < np.inf or posterior.redundancy < _FEW:

@@ -30,7 +30,7 @@ _FITS: Final = 2e-3  # m: lengths that fit worse alone say nothing of places
 
 
 def two_frames(problem: CalibrationProblem, rough: float, seed: int = 0) -> str:
-    """Return a sentence on the rows whose positions are in another frame than the others; empty: there are none.
+    """Return a sentence that names the rows whose positions are in a second frame; empty if all are in one.
 
     *rough*: max error of the file's exit points, m; starts and threes of places are drawn with *seed*.
     """
@@ -100,7 +100,7 @@ def _largest(places: Array, seen: Array, limit: Array, among: Mask, rng: np.rand
 
 
 def _motion(places: Array, seen: Array) -> tuple[Array, Array]:
-    """Return the rotation (3, 3) and the translation (3,), m, that best take *places* (N, 3) to those *seen*."""
+    """Return the rotation (3, 3) and translation (3,), m, that best move *places* (N, 3) onto those *seen* (N, 3)."""
     turn = rotation_onto(places, seen)
     return turn, seen.mean(axis=0) - turn @ places.mean(axis=0)
 

@@ -177,9 +177,10 @@ class _Data(NamedTuple):
 
 
 def _candidates(problem: CalibrationProblem, found: PoseFit, kept: Collection[str] = ()) -> list[_Candidate]:
-    """Return the effects that this machine can have: not of absent parts, unknowns, known numbers.
+    """Return the effects that this machine can have.
 
-    Beside an unknown scale only the drums of single lines that are *kept*, as they are in the model.
+    Left out: effects of parts that it lacks, of unknowns, and of numbers that the plan calls known. If the scale of
+    lengths is an unknown, also the drums of single lines, but for those *kept*, which are in the model.
     """
     known = {each.name for each in problem.plan.known}
     scaled = bool({"length_scale", "drum_radius"} & {*problem.plan.unknowns})

@@ -135,10 +135,10 @@ def _check_known(problem: CalibrationProblem) -> None:
 
 
 def _check_repeats(problem: CalibrationProblem) -> None:
-    """Raise `InputError` for a row that repeats all measurements of another, or counts at several other positions.
+    """Raise `InputError` for a copied row, and for counts that stay the same while the positions differ.
 
-    A copy measures nothing new; rows of home alone, all zero, may come again. Encoders count where a platform moves
-    that its lines hold. A single such position may be wrong itself: the search for wrong rows decides.
+    A copy measures nothing new; only rows that are all zero, at home, may repeat. Counts must change when the platform
+    moves, if the lines hold it. If only one row contradicts that, its position may be wrong: outlier rejection decides.
     """
     measured, robot = problem.measured, problem.robot
     others = [values for name, _ in SENSORS.values() if (values := getattr(measured, name)) is not None]

@@ -30,7 +30,7 @@ _LEAST: Final = 1e-12  # of a variance, over that before any measurement
 
 @dataclass(frozen=True)
 class LawSize:
-    """Possible sizes of a law over the assumed one, and the chance of each before any measurement."""
+    """Possible sizes of a law, as factors on the assumed size, with the prior probability of each."""
 
     factors: tuple[float, ...]
     chances: tuple[float, ...]
@@ -64,14 +64,14 @@ class Averaged(NamedTuple):
 
 
 class AveragedAt(NamedTuple):
-    """An average, and the estimate (k,) and variances (k,) of which it is."""
+    """An average, with the estimate (k,) and the variances (k,) for which it was computed."""
 
     estimate: Array
     variances: Array
     found: Averaged
 
     def holds(self, estimate: Array, variances: Array) -> bool:
-        """Return whether it holds for others too: they have hardly changed."""
+        """Return whether the average may be used for another estimate: little has changed."""
         near = np.square(estimate - self.estimate) <= _SAME_ESTIMATE**2 * self.variances
         return bool((near & (np.abs(variances - self.variances) <= _SAME_VARIANCE * self.variances)).all())
 

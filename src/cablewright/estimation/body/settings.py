@@ -49,7 +49,7 @@ class Deviations:
 
     @property
     def loop(self) -> float:
-        """The stated hysteresis, or that of the severity `typical`."""
+        """Strain by hysteresis: as stated, else the assumed one, that of the severity `typical`."""
         return LOOP if self.hysteresis is None else self.hysteresis
 
 
