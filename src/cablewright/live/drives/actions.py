@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -25,6 +24,7 @@ from cablewright.machine.drives.can_bus import Port
 from cablewright.machine.drives.choice import drives_of
 from cablewright.machine.settings import MachineSettings
 from cablewright.robot import Robot
+from cablewright.running.garbage_collection import without_old_objects
 
 PERSON: Final = "terminal"
 """Who gives the orders of a command."""
@@ -228,14 +228,8 @@ def _session(
     machine: RealMachine, action: str, operator: SessionOperator, procedures: dict[PrintState, Procedure]
 ) -> DriveSession:
     watching, printer = Watching(), _printer(machine, procedures)
-    gc.collect()
-    gc.freeze()
-    gc.disable()  # the loop collects between steps
-    try:
+    with without_old_objects(paced=True):
         loop.run(printer, operator, watching)
-    finally:
-        gc.enable()
-        gc.unfreeze()
     if operator.reason and not operator.enabled and watching.refusals:
         operator.reason = watching.refusals[-1]  # why it could not be reset says more
     operator.reason = machine.keeper.doubt or operator.reason

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -50,6 +49,7 @@ from cablewright.models.job_poses import on_plane
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
+from cablewright.running.garbage_collection import without_old_objects
 from cablewright.running.run_folders import MANIFEST, manifest_of
 from cablewright.running.signing_key import signature
 
@@ -224,14 +224,8 @@ def _run(
         SnapshotWriter(run.folder / CHECKPOINT, signature) as writer,
     ):
         recorder = _Telling(log, writer, run.timing, progress, say=say, doubt=doubt)
-        gc.collect()
-        gc.freeze()
-        gc.disable()  # the loop collects between steps
-        try:
+        with without_old_objects(paced=True):
             run.steps = loop.run(run.printer, operator, recorder)
-        finally:
-            gc.enable()
-            gc.unfreeze()
 
 
 def taken_up(folder: Path) -> tuple[dict[str, Snapshot], datetime, float]:

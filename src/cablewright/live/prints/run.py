@@ -7,7 +7,6 @@ the platform's position, returns to its position on the path and continues.
 
 from __future__ import annotations
 
-import gc
 import json
 import math
 import time
@@ -46,6 +45,7 @@ from cablewright.machine.log.segments import FIRST_SEGMENT, JOINED_NAME, log_fil
 from cablewright.machine.real_time_machine import Paced
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.robot import Robot
+from cablewright.running.garbage_collection import without_old_objects
 from cablewright.running.locks import locked
 from cablewright.running.run_folders import MANIFEST, manifest_of, read_manifest
 from cablewright.running.signing_key import signature
@@ -178,14 +178,8 @@ def _run(run: PrintRun, choices: PrintOptions, recorder: FolderRecorder, real_ti
     if paced is not None:
         printer.machine, run.timing.lateness = paced, paced.lateness
     attendant = attendant_of(machine, printer, choices)
-    gc.freeze()  # objects that live as long as the print need not be traversed again
-    if real_time:
-        gc.disable()  # the loop collects between steps
-    try:
+    with without_old_objects(paced=real_time):
         run.steps = loop.run(printer, attendant, recorder)
-    finally:
-        gc.enable()
-        gc.unfreeze()
 
 
 def alone_in(folder: Path) -> AbstractContextManager[None]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import json
 import logging
 import re
@@ -35,6 +34,7 @@ from cablewright.machine.settings import MachineSettings
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
 from cablewright.robot import load as load_robot
+from cablewright.running.garbage_collection import without_old_objects
 from cablewright.running.run_folders import MANIFEST, manifest_of, read_manifest
 from cablewright.running.signing_key import signature
 
@@ -135,7 +135,7 @@ class Control:
             if run is not None:
                 stack.callback(self._end, sitting, run, timing)
             try:
-                with _without_collection():
+                with without_old_objects(paced=True):
                     loop.run(sitting.printer, operator, telling)
             finally:
                 self._begun = self.number if telling.begun else self._begun
@@ -276,16 +276,3 @@ def _laid(sitting: Sitting) -> float:
     track, done = sitting.path.track, sitting.path.distance(sitting.printer.guide.path_time)
     pieces = np.clip(done - track.distance[:-1], 0.0, np.diff(track.distance))
     return float(pieces[track.laying].sum())
-
-
-@contextmanager
-def _without_collection() -> Iterator[None]:
-    """The loop collects garbage between steps."""
-    gc.collect()
-    gc.freeze()
-    gc.disable()
-    try:
-        yield
-    finally:
-        gc.enable()
-        gc.unfreeze()
