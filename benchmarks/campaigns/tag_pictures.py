@@ -125,14 +125,18 @@ def _draw(light: Array, lens: Array, tag: Tag) -> None:
     aside, below = (ranks / _SAMPLES + finer[:, None])[:, None], (ranks[:, None] / _SAMPLES + finer)[:, None]
     box = np.s_[v0:v1, None, u0:u1, None]
     x, y = (at[box] + by_u[box] * aside + by_v[box] * below for at, by_u, by_v in _ray_map(*lens, *light.shape))
-    normal = tag.rotation[:, 2]
+    right, down, normal = (tag.rotation * [1.0, -1.0, 1.0]).T
     depth = (normal @ tag.place) / (normal[0] * x + normal[1] * y + normal[2])
-    off = np.stack([depth * x, depth * y, depth], axis=-1) - tag.place
-    right, up = off @ tag.rotation[:, 0], off @ tag.rotation[:, 1]
-    column = np.floor((right + half) / (2.0 * half) * 10.0).astype(int)
-    row = np.floor((half - up) / (2.0 * half) * 10.0).astype(int)
+
+    def cells(way: Array) -> Array:
+        """Cells of the print before each sample, along a side."""
+        from_middle = depth * (way[0] * x + way[1] * y + way[2]) - way @ tag.place
+        return np.floor(5.0 / half * from_middle + 5.0).astype(int)
+
+    column, row = cells(right), cells(down)
     inside = (depth > 0.0) & (column >= 0) & (column < 10) & (row >= 0) & (row < 10)
-    shown = np.where(print_of(tag.number)[row.clip(0, 9), column.clip(0, 9)] > 0.5, _WHITE, _BLACK)
+    levels = np.where(print_of(tag.number) > 0.5, _WHITE, _BLACK)
+    shown = levels[row.clip(0, 9), column.clip(0, 9)]
     share = inside.mean(axis=(1, 3))
     total = np.where(inside, shown, 0.0).mean(axis=(1, 3))
     light[v0:v1, u0:u1] = total + (1.0 - share) * light[v0:v1, u0:u1]
