@@ -15,7 +15,7 @@ from cablewright.calibration.poses.fit import fit
 from cablewright.calibration.poses.problem import StraightProblem
 from cablewright.calibration.poses.simulation import measure, random_poses, simulate_calibration
 from cablewright.robot import Robot, load
-from cases import some
+from cases import often, some
 
 WANG = load("wang2021")
 TRUE = np.array([line.exit_point for line in WANG.lines])
@@ -63,7 +63,8 @@ def test_leverages_are_the_diagonal_of_the_hat_matrix() -> None:
 def test_the_encoders_sigma_is_estimated_beside_other_sensors(truth: float, beside: str) -> None:
     """Its mean over seeds is the true one, from 20 times as small to 30 times as large as the sigma assumed before."""
     ratios = []
-    for seed in range(8):
+    seeds = range(often(3, 8))
+    for seed in seeds:
         made, measured = positioned(seed, 30, truth)
         plan = CalibrationPlan()
         if beside == "ranges":
@@ -78,7 +79,7 @@ def test_the_encoders_sigma_is_estimated_beside_other_sensors(truth: float, besi
         found = calibrate(WANG, measured, plan, rough=0.05)
         assert found.status == "ok"
         ratios.append(found.encoder_sigma / truth)
-    assert np.sqrt(np.mean(np.square(ratios))) == pytest.approx(1.0, abs=0.12)
+    assert np.sqrt(np.mean(np.square(ratios))) == pytest.approx(1.0, abs=0.34 / np.sqrt(len(seeds)))
 
 
 @pytest.mark.parametrize("seeds", some([12, 30]))

@@ -33,7 +33,7 @@ from cablewright.models.statics import Model
 from cablewright.robot import Eyelet, Robot, load
 from cablewright.robot.cable import Creep
 from cablewright.solvers.inverse import solve_inverse
-from cases import some
+from cases import often, some
 
 WANG = load("wang2021")
 TRUE = np.array([line.exit_point for line in WANG.lines])
@@ -288,12 +288,12 @@ def outliers(robot: Robot, count: int, seed: int) -> tuple[list[int], list[str],
 
 
 def test_poses_with_gross_errors_are_found() -> None:
-    good = 0
-    for seed in range(5):
+    good, files = 0, often(2, 5)
+    for seed in range(files):
         bad, _, found = outliers(WANG, 100, seed)
         good += [each.pose for each in found.rejected] == bad
         assert all(each.line is None for each in found.rejected)  # nothing shows which line it is
-    assert good >= 4
+    assert good >= files - files // 5
 
 
 @pytest.mark.slow

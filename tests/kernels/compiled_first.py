@@ -46,6 +46,7 @@ Work = list[Callable[[], object]]
 PERIODS: Final = {"quasi-static": 0.5, "dynamic": 0.01}  # s
 STEPS: Final = 100
 SKIPPED: Final = (Capability.REPRAPFIRMWARE, Capability.TENSION_CHOICE, Capability.WORKSPACE)  # long, and nothing new
+LONG_IF_SHARED: Final = (Capability.STRAIGHT_WORKSPACE,)  # half a minute
 
 
 def uses(feature: str, body: bool) -> Work:
@@ -57,7 +58,8 @@ def uses(feature: str, body: bool) -> Work:
         compilation._unsolved = lambda: examples.held(robot)[None]
         compilation.TASKS[task][0]()
 
-    found = [lambda each=probe: each(robot) for key, probe in examples.PROBES.items() if key not in SKIPPED]
+    skipped = (*SKIPPED, *LONG_IF_SHARED) if feature == "shared-winch" else SKIPPED
+    found = [lambda each=probe: each(robot) for key, probe in examples.PROBES.items() if key not in skipped]
     return found + [lambda each=task: warmed(each) for task in compilation.TASKS]
 
 
