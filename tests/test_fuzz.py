@@ -15,7 +15,7 @@ ROOT = Path(__file__).resolve().parent.parent
 TOOL = runpy.run_path(str(ROOT / "tools" / "fuzz.py"), run_name="tool")
 FORMATS = {each.name: each for each in TOOL["FORMATS"]}
 CASES = sorted((ROOT / "tests" / "fuzz_cases").glob("*"))
-BRIEF, LONG = 10.0, 60.0  # s, of all formats
+BRIEF, LONG = 4.0, 60.0  # s, of all formats
 
 
 @pytest.fixture(autouse=True)

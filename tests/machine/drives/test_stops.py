@@ -15,6 +15,7 @@ from cablewright.machine.drives.canopen_drives import CanopenDrives
 from cablewright.machine.drives.cia402 import PowerState
 from cablewright.machine.drives.drive_machine import DriveMachine
 from cablewright.machine.interface import RESET
+from cases import often
 from virtual_drives import SPEEDS, Bench, bench, braked, moving
 
 
@@ -225,7 +226,7 @@ def test_one_that_was_left_enabled_and_does_not_obey_is_rejected() -> None:
 
 
 @pytest.mark.parametrize("how", ["silent", "master", "restart", "fault", "bus"])
-@pytest.mark.parametrize("stage", range(0, 60, 12))
+@pytest.mark.parametrize("stage", range(0, 60, often(20, 12)))
 def test_whatever_happens_while_winches_are_enabled_leaves_all_braked(stage: int, how: str) -> None:
     """A drive falls silent, faults or restarts, another master comes, or the bus fails, in any cycle of it."""
     found = bench()
