@@ -26,11 +26,10 @@ from cablewright.live.prints.print_job import print_job
 from cablewright.live.prints.record import finish
 from cablewright.live.prints.recorder import FolderRecorder
 from cablewright.live.prints.result import PrintRecord
-from cablewright.live.prints.run import Timing, begin_print, run_print, started
+from cablewright.live.prints.run import Timing, begin_print, folder_log, run_print, started
 from cablewright.live.prints.simulated_operator import attendant_of
 from cablewright.live.prints.snapshot_writer import SnapshotWriter
 from cablewright.machine.log.head import LogHead
-from cablewright.machine.log.log import write_log
 from cablewright.machine.simulated.settings import whole_machine
 from cablewright.printing.job import Job, Motion, load_job
 from cablewright.printing.numeric_path import Helix
@@ -123,7 +122,7 @@ def loop_times(twin: MachineTwin, steps: int) -> Spent:
     control, first = [], 0.0
     with tempfile.TemporaryDirectory() as name:
         log_path, checkpoint = Path(name) / "log.mcap", Path(name) / "checkpoint.bin"
-        with write_log(log_path, head, threaded=True) as log, SnapshotWriter(checkpoint) as writer:
+        with folder_log(log_path, head, drops=False) as log, SnapshotWriter(checkpoint) as writer:
             recorder = FolderRecorder(log, writer, Timing(machine.period))
             machine.open()
             gc.freeze()  # as a print does
