@@ -13,7 +13,7 @@ from cablewright.calibration.plan import CalibrationPlan, Group, Point, Prior, l
 from cablewright.calibration.poses.problem import StraightProblem
 from cablewright.calibration.poses.simulation import SensorNoise, measure, random_poses
 from cablewright.foundation.errors import InputError
-from cablewright.kernels.fitting import calibration_residuals
+from cablewright.kernels.fitting import line_over_sheave
 from cablewright.robot import load
 
 WANG = load("wang2021")
@@ -52,7 +52,7 @@ def test_a_line_beside_a_group_has_its_own_number() -> None:
     problem = StraightProblem.of(WANG, measured(np.ones(4)), plan)
     scales = [each.label for each in problem.unknowns if each.name == "length_scale"]
     assert scales == [f"length scale of {NAMES[0]}, {NAMES[1]}", *(f"length scale of {name}" for name in NAMES[2:])]
-    columns = problem.rows.target[:, calibration_residuals.SCALE]
+    columns = problem.rows.target[:, line_over_sheave.SCALE]
     assert columns[0] == columns[1] != columns[2] != columns[3]
 
 

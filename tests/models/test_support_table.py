@@ -38,8 +38,10 @@ BY_NUMBERS = {
     (Capability.SLACK, "no-gravity"): "the tension limits leave no line slack",
     (Capability.SHAPE, "weightless"): "a line without weight has no shape",
     (Capability.SHAPE, "no-gravity"): "a line without weight has no shape",
-    (Capability.ELASTIC_CALIBRATION, "few-winches"): "a point on two lines has hardly any feasible pose",
-    (Capability.ELASTIC_CALIBRATION, "free-position"): "a point on two lines has hardly any feasible pose",
+    **{
+        (each, "shared-winch"): "a point with two of four lines on one drum fits it in one plane only"
+        for each in (Capability.CALIBRATION, Capability.ELASTIC_CALIBRATION)
+    },
     **{
         (each, "shared-winch"): "a point with two of four lines on one drum follows no square: see `driven.pairs`"
         for each in (Capability.PRINT, Capability.KLIPPER, Capability.LINUXCNC)

@@ -88,14 +88,6 @@ def test_a_moved_exit_keeps_its_drum() -> None:
 
 
 BODY = parallelograms(4)
-POINT = shared(load("house-printer"), (1, 0, 0.0, "along"))
-
-
-def test_calibration_rejects_shared_winches() -> None:
-    from cablewright.calibration.unknowns import require_covered
-
-    with pytest.raises(cw.InputError, match="line 'south-east' has shared_winch; not supported"):
-        require_covered(POINT, False)
 
 
 def test_a_body_on_shared_winches_rests_and_has_a_workspace() -> None:

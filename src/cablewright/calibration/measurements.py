@@ -29,6 +29,7 @@ from cablewright.foundation.errors import InputError, suggestion
 from cablewright.foundation.units import ANGLE, FORCE, LENGTH, Dimension
 from cablewright.models.coil import TURN
 from cablewright.models.drum import drum_of
+from cablewright.models.winch_lines import WinchLines
 from cablewright.robot import Robot
 
 SENSORS: Final = {"tension": ("tensions", "f_1"), "swivel": ("swivel", "swivel_1"), "tilt": ("tilt", "tilt_x"),
@@ -59,7 +60,7 @@ class Measured:
     values.
     """
 
-    counted: Array  # (N, m) m: length changes since home, by encoders
+    counted: Array  # (N, m) m: length changes since home, by encoders; of lines on one drum by its encoder, 0 of others
     guess: Array | None = None  # (N, n) m and rad
     pose_sigma: Array | None = None  # (N, n) m and rad
     tensions: Array | None = None  # (N, m) N
@@ -111,6 +112,8 @@ class Measured:
 def read_measured(path: str | Path, robot: Robot) -> Measured:
     """Read a CSV with a column ``dl_1`` .. ``dl_m`` for each line: the change of its length since the home pose.
 
+    A line with a counterweight or on the drum of another has no such column.
+
     Optional columns: ``x,y,z`` (and ``rx,ry,rz`` of a rigid platform), start values of the poses, or measured poses
     where ``sigma_x`` .. are given; ``f_1`` .., tensions; ``swivel_1`` .., azimuths of the free cables;
     ``tilt_x,tilt_y``; ``yaw``; ``hz_1`` .., frequencies of the free cables, Hz. Their cells may be blank. A unit may
@@ -147,6 +150,8 @@ def read_measured(path: str | Path, robot: Robot) -> Measured:
         if names[0] in values
     }
     _check_blanks(fields, f"{path}, line", lines)
+    winches = WinchLines.of(robot)
+    fields["counted"] = winches.sense * fields["counted"][:, np.maximum(winches.winch, 0)]
     if (fields.get("pose_sigma", np.ones(1)) < SIGMAS[0]).any():
         row, axis = np.argwhere(fields["pose_sigma"] < SIGMAS[0])[0]
         raise InputError(f"{path}, line {lines[row]}: sigma_{_POSE[axis]}: must be at least {SIGMAS[0]:g}")
@@ -186,9 +191,9 @@ def _check_blanks(fields: dict[str, Array], where: str, lines: Sequence[int]) ->
 def _groups(robot: Robot) -> dict[str, tuple[str, ...]]:
     """Return the names of the columns of each field of `Measured`."""
     pose = _POSE[: robot.n]
-    length, tension, swivel, frequency = (tuple(f"{name}_{i + 1}" for i in range(robot.m)) for name in _OF_LINES)
+    tension, swivel, frequency = (tuple(f"{name}_{i + 1}" for i in range(robot.m)) for name in _OF_LINES[1:])
     return {
-        "counted": length,
+        "counted": tuple(f"dl_{i + 1}" for i in robot.hosts),
         "guess": pose,
         "pose_sigma": tuple(f"sigma_{name}" for name in pose),
         "tensions": tension,
@@ -243,9 +248,9 @@ def _columns(header: str, place: str, robot: Robot) -> dict[str, Column]:
         if position not in positions:
             head, _, digits = cell[:60].casefold().rpartition("_")
             of_line = head in _OF_LINES and digits.isdecimal()
-            hint = (
-                f"{robot.name!r} has {robot.m} lines" if of_line else suggestion(cell[:60].casefold(), known, limit=20)
-            )
+            hint = suggestion(cell[:60].casefold(), known, limit=20)
+            if of_line:
+                hint = (head == "dl" and _of_no_winch(robot, digits)) or f"{robot.name!r} has {robot.m} lines"
             raise InputError(f"{place}: unknown column {shown(cell)}; {hint}")
     for group, names in _groups(robot).items():
         missing = [name for name in names if name not in columns]
@@ -259,12 +264,25 @@ def _columns(header: str, place: str, robot: Robot) -> dict[str, Column]:
     return columns
 
 
+def _of_no_winch(robot: Robot, digits: str) -> str:
+    """Return why the line of a number (counted from 1) has no count of its own; empty if it has one, or is none."""
+    at = int(digits) - 1
+    if at in robot.hosts or not 0 <= at < robot.m:
+        return ""
+    line = robot.lines[at]
+    if line.shared_winch is None:
+        return f"line {line.name!r} has a counterweight, and no encoder: leave the column out"
+    return f"line {line.name!r} is on the drum of {line.shared_winch.line!r}, which is counted once: leave it out"
+
+
 def write_measured(measured: Measured, robot: Robot, comments: Sequence[str] = ()) -> str:
     """Return the CSV of all that was measured, in SI, with all digits; counts of drums with a build-up in rad."""
     given = {field: names for field, names in _groups(robot).items() if getattr(measured, field) is not None}
-    table = np.column_stack([getattr(measured, field) for field in given])
+    counted = measured.counted.copy()
     for at in np.flatnonzero(measured.by_drum):
-        table[:, at] /= robot.lines[at].winch.drum_radius or 1.0
+        counted[:, at] /= robot.lines[at].winch.drum_radius or 1.0
+    own = {"counted": counted[:, list(robot.hosts)]}
+    table = np.column_stack([own.get(field, getattr(measured, field)) for field in given])
     wound = {f"dl_{at + 1}": f"dl_{at + 1} (rad)" for at in np.flatnonzero(measured.by_drum)}
     header = (wound.get(name, name) for name in chain.from_iterable(given.values()))
     lines = [*(f"# {comment}" for comment in comments), ",".join(header)]

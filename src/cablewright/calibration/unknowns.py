@@ -12,10 +12,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from cablewright.foundation.arrays import Array, Indices
 from cablewright.foundation.errors import InputError, UnknownName
+from cablewright.kernels import layout
 from cablewright.kernels.fitting import line_over_sheave
+from cablewright.models.pack import guided_lines
 from cablewright.models.parameters import lines_of
 from cablewright.models.plane import directions
-from cablewright.models.support_table import Capability, require
 from cablewright.robot import Line, Robot, Swivel, UniversalJoint
 from cablewright.robot.direction import unit_vector
 from cablewright.robot.parameters import KINDS_OF, Parameter, nominal, parameters_of, why_not, with_value
@@ -54,6 +55,9 @@ _HARDWARE: Final[dict[str, Callable[[Line], object]]] = {
     "modulus": lambda line: line.cable,
 }
 """Parts that must be equal for lines that share one such unknown."""
+
+OF_DRUM: Final = ("length_scale", "drum_radius", "build_up")
+"""Unknowns of a winch's drum, which lines may share."""
 
 _SIZES: Final = {"exit_compliance": line_over_sheave.PER_NEWTON}
 _DIGITS: Final = 12  # decimal places, m, of numbers in a robot file
@@ -150,6 +154,14 @@ def _unknowns(robot: Robot, name: str, shared: bool) -> Iterator[Unknown]:
         raise InputError(f"shared: {name!r} cannot be one number for all lines")
     if name in ("sheave_radius", "exit_compliance") and not shared:  # with an eyelet or by a matrix lines have none
         lines = [line.name for line in robot.lines if kinds[0].value(line) is not None] or None
+    if name in OF_DRUM and robot.sharing and not shared:  # a drum is that of its first line
+        lines = list(robot.winch_names)
+    stiff = [line.name for line in robot.lines if not line.may_give] if name == "exit_compliance" else []
+    if (stiff and shared) or len(stiff) == robot.m:
+        why = "comes from aside of its swivel's axis: its mount cannot be compliant; leave it out"
+        raise InputError(f"unknowns: exit_compliance: the cable of line {stiff[0]!r} {why}")
+    if stiff:
+        lines = [line for line in lines or [line.name for line in robot.lines] if line not in stiff]
     fault = why_not(robot, kinds[0], lines, shared)
     if fault is not None:
         raise InputError(f"{'shared' if fault[0] == 'shared' else 'unknowns'}: {name}: {fault[1]}")
@@ -200,17 +212,13 @@ def line_index(robot: Robot, name: str, where: str) -> int:
     return names.index(name)
 
 
-def require_covered(robot: Robot, elastic: bool) -> None:
-    """Raise `InputError` for a robot that calibration does not support, with *elastic* lines or straight ones.
-
-    Straight lines cover all whose length changes beyond the exit point only.
-    """
-    require(robot, Capability.ELASTIC_CALIBRATION if elastic else Capability.CALIBRATION)
-
-
 def with_mounts(robot: Robot) -> Robot:
-    """Return the robot with a compliance for the mount of each exit point: that of the file, else 0."""
-    rigid = (line.model_copy(update={"exit_compliance": line.exit_compliance or 0.0}) for line in robot.lines)
+    """Return the robot with a compliance for the mount of each exit point that can have one: that of the file, else 0.
+
+    A swivel whose winch is aside of its axis cannot.
+    """
+    given = ({"exit_compliance": line.exit_compliance or 0.0} if line.may_give else {} for line in robot.lines)
+    rigid = (line.model_copy(update=own) for line, own in zip(robot.lines, given, strict=True))
     return robot.model_copy(update={"lines": tuple(rigid)})
 
 
@@ -223,13 +231,17 @@ def numbers_of_lines(robot: Robot, by_drum: Sequence[bool] = (), elastic: bool =
     """Return the numbers (m, COLUMNS) of a robot's lines for `kernels.fitting.line_over_sheave`.
 
     Offsets are 0, scales 1. A sheave on a universal joint counts as swivelling: a rigid line has no lever balance.
-    Cable before the exit point keeps its length. *by_drum*: lines whose counts are of a drum with the file's build-up;
-    *elastic*: home lengths are those of the file, not from the exit point on.
+    Cable before the exit point keeps its length, or of a winch aside of the swivel's axis, that before its last guide.
+    *by_drum*: lines whose counts are of a drum with the file's build-up; *elastic*: home lengths are those of the file,
+    not from the exit point on.
     """
-    lines = np.zeros((robot.m, line_over_sheave.COLUMNS))
+    lines, guided = np.zeros((robot.m, line_over_sheave.COLUMNS)), guided_lines(robot)
     for at in np.flatnonzero(by_drum):
         line = robot.lines[at]
-        dead = line.dead_length + (0.0 if line.winch_exit is None else line.dead_span().length)
+        dead = 0.0 if line.winch_exit is None else line.dead_span().length
+        if guided is not None and guided[at, layout.SPANS]:
+            dead = float(guided[at, layout.DEAD_SPAN])
+        dead += line.dead_length
         lines[at, line_over_sheave.BUILD_UP] = line.winch.build_up or 0.0
         lines[at, line_over_sheave.WOUND] = (line.winch.drum_length or 0.0) - (0.0 if elastic else dead)
     for row, line in zip(lines, robot.lines, strict=True):
@@ -246,6 +258,9 @@ def numbers_of_lines(robot: Robot, by_drum: Sequence[bool] = (), elastic: bool =
             row[line_over_sheave.RADIUS] = line.sheave.radius
             row[line_over_sheave.SIDE] = 1.0 if line.sheave.wrap == "over" else -1.0
         _put_ends(row, line)
+    if guided is not None:
+        own = guided[:, layout.SPANS] > 0.0
+        lines[own, line_over_sheave.RADIUS] = guided[own, layout.RADIUS]
     return lines
 
 
@@ -322,6 +337,11 @@ def with_values(robot: Robot, unknowns: Sequence[Unknown], values: Array, raised
             changed = with_value(changed, unknown, round(value, _DIGITS))
     pairs = zip(robot.lines, changed.lines, strict=True)
     lines = [_winch_placed(old, line, raised and old.in_plane) for old, line in pairs]  # else it is raised already
+    winch_of = {line.name: line.winch for line in lines}
+    lines = [
+        line if line.shared_winch is None else line.model_copy(update={"winch": winch_of[line.shared_winch.line]})
+        for line in lines
+    ]
     return Robot.model_validate(changed.model_dump() | {"lines": [line.model_dump() for line in lines]})
 
 

@@ -39,6 +39,18 @@ def with_free(robot: Robot, poses: Array) -> Array:
     return left
 
 
+def as_held(robot: Robot, poses: Array) -> Array:
+    """Return *poses* (N, n) with NaN for coordinates that winches do not hold, and of a body on shared ones rotations.
+
+    Lines on one drum fit it at the rotation that equilibrium decides.
+    """
+    if not robot.sharing or robot.platform.plane is not None:
+        return with_free(robot, poses)
+    held = poses.copy()
+    held[:, decided_by_weight(robot)] = np.nan
+    return held
+
+
 def decided_by_weight(robot: Robot) -> list[int]:
     """Return indices of pose coordinates that gravity decides at rest, rotations first; none if winches hold all."""
     missing = robot.freedoms - robot.winches

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import compress
 
 import numpy as np
 
@@ -44,6 +45,20 @@ def pack(robot: Robot, fidelity: Fidelity, tension_limits: tuple[float, float] |
     platform.massless = (lines.weight == 0.0).any()
     general = robot.platform.plane is not None or bool(lines.guide.any())
     return Packed(robot.n, lines.array, platform.array, general or None)
+
+
+def guided_lines(robot: Robot) -> Array | None:
+    """Return the packed rows (m, ..) of the lines that `kernels.fitting.guided_path` draws, others 0; None without any.
+
+    These are pulleys in a fixed plane, winches aside of the swivel's axis, and sheaves on the platform.
+    """
+    which = [isinstance(x.sheave, Pulley) or x.is_aside or x.platform_sheave is not None for x in robot.lines]
+    if not any(which):
+        return None
+    rows = np.zeros((robot.m, layout.COLUMNS))
+    alone = robot.model_copy(update={"lines": tuple(compress(robot.lines, which))})
+    rows[which] = pack(alone, Fidelity(CableLaw.RIGID)).lines
+    return rows
 
 
 def pack_rows(

@@ -145,6 +145,19 @@ class Line(Description):
         return ""
 
     @property
+    def may_give(self) -> bool:
+        """Whether the mount of the exit point can be compliant: not with a cable from aside of a swivel's axis."""
+        return not self.is_aside
+
+    @property
+    def turned_off_by(self) -> str:
+        """What turns its swivel out of the plane of the free cable and the exit point without load; empty: nothing."""
+        if self.is_aside:
+            return "a winch aside of its swivel's axis, which turns its sheave out of the plane of the free cable"
+        mount = self.mount_out_of_plane_by
+        return mount and f"{mount}, which turns its azimuth by as much as it goes aside"
+
+    @property
     def in_plane(self) -> bool:
         """Whether a winch holds the line and it lies in one vertical plane with its sag, without guides before that."""
         is_fixed = isinstance(self.sheave, Pulley) or self.platform_sheave is not None or bool(self.guides)

@@ -136,13 +136,11 @@ def add(folder: Path, picture: bytes, before: dict[str, Any], after: dict[str, A
         )
     if not rows:
         write_whole(folder / _HOME, json.dumps(zero | {"lengths": lengths}).encode(), parents=True)
-        rows = [",".join([*(f"dl_{at + 1}" for at in range(robot.m)), *("x", "y", "z", "rx", "ry", "rz")[: robot.n]])]
+        rows = [",".join([*(f"dl_{at + 1}" for at in robot.hosts), *("x", "y", "z", "rx", "ry", "rz")[: robot.n]])]
     home = json.loads(read_bytes(folder / _HOME, MAX_PART, "lengths"))
     if not isinstance(home, dict) or {key: home.get(key) for key in zero} != zero:
         raise InputError(_ANEW)
-    rows.append(
-        ",".join(map(repr, [*(now - first for now, first in zip(lengths, home["lengths"], strict=True)), *pose]))
-    )
+    rows.append(",".join(map(repr, [*(lengths[at] - home["lengths"][at] for at in robot.hosts), *pose])))
     name = f"pose-{len(rows) - 1:02d}{kind}"
     write_whole(folder / _PICTURES / name, picture, parents=True)
     write_whole(folder / _DATA, "\n".join([*rows, ""]).encode())

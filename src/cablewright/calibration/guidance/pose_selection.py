@@ -15,7 +15,7 @@ from cablewright.calibration.poses.observability import projected
 from cablewright.calibration.poses.problem import StraightProblem
 from cablewright.calibration.poses.simulation import random_poses
 from cablewright.calibration.poses.sufficient_data import min_poses
-from cablewright.calibration.unknowns import exit_rows, require_covered
+from cablewright.calibration.unknowns import exit_rows
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.choices import PoseCriterion
 from cablewright.foundation.errors import InputError, UnknownName
@@ -107,7 +107,6 @@ def calibration_poses(
         raise InputError(f"sigma = {sigma:g}: must be over 0 and under 1 m")
     model = Model.of(robot, tension_limits=tension_limits, default=CableLaw.RIGID)
     robot, plan = model.robot, plan_of(plan)
-    require_covered(robot, elastic=False)
     rng = np.random.default_rng(seed)
     places = random_poses(model, candidates, rng)
     problem = StraightProblem.of(robot, Measured(np.zeros((candidates, robot.m)), places), plan, hold=False)

@@ -132,8 +132,8 @@ def together(problem: CalibrationProblem, found: PoseFit) -> Together | None:
         sigma=problem.plan.sigma,
     )
     free: CalibrationProblem = StraightProblem.of(problem.robot, problem.measured.lengths_alone(), plan, hold=False)
-    m = problem.robot.m
-    weights = np.where(problem.of_poses(found.weights)[:, :m] > 0.0, 1.0 / problem.encoder_sigma, 0.0).ravel()
+    used = problem.of_poses(found.weights)[:, : problem.lengths_per_pose] > 0.0
+    weights = np.where(used, free.of_poses(free.weights) * (free.encoder_sigma / problem.encoder_sigma), 0.0).ravel()
     theta = problem.whole(found.theta)[: len(free.start)]  # those of pictures come last
     limits = problem.without_datum().limits[:, : len(theta)]  # bounds may exclude the file where a prior has a value
     free = replace(free, weights=weights, found_encoder=problem.encoder_sigma, limits=limits)

@@ -32,6 +32,7 @@ from cablewright.calibration.unknowns import Unknown
 from cablewright.foundation.arrays import Array
 from cablewright.models.creep import hour_compliance
 from cablewright.models.fidelity import CableLaw, Fidelity
+from cablewright.models.free_coordinates import as_held
 from cablewright.models.statics import Model
 from cablewright.robot import Eyelet, Line, Robot
 from cablewright.solvers.inverse import solve_inverse
@@ -305,8 +306,7 @@ def _considered(
     stretch = None if problem.elastic or STRETCH in fitted else stretch_of(problem, found.theta, found.poses)
     sigma = known_deviation(plan, STRETCH, None, math.hypot(ENTIRELY, share))
     if stretch is not None and sigma > 0.0:
-        columns.append(np.zeros((problem.poses, problem.per_pose)))
-        columns[-1][:, : robot.m] = problem.of_poses(found.weights)[:, : robot.m] * stretch
+        columns.append(problem.of_poses(found.weights) * problem.in_lengths(stretch))
         numbers.append(Considered(STRETCH, None, _STRETCH_WORDS, "1", 0.0, sigma, 0.0))
     already = {each.name.partition(".")[0] for each in numbers}
     for effect in effects:
@@ -380,5 +380,6 @@ def loads_of(problem: CalibrationProblem, theta: Array, poses: Array) -> Array |
             return None
         exits = np.broadcast_to(problem.points(theta), (problem.poses, robot.m, 3))
         model = Model(robot, Fidelity.of(CableLaw.RIGID))
-        tensions = solve_inverse(model, poses, exit_points=np.ascontiguousarray(exits)).tensions
+        held = solve_inverse(model, as_held(robot, poses), exit_points=np.ascontiguousarray(exits))
+        tensions = held.tensions
     return np.asarray(np.nan_to_num(tensions))

@@ -44,9 +44,10 @@ class _Trial:
 def better_arrangement(problem: CalibrationProblem, found: PoseFit, rough: float) -> str:
     """Return a sentence that names the order or directions of lines that fit the data much better; empty for none.
 
-    Straight lines only. *found*: the fit of the data as they are; *rough*: max error of the file's exit points, m.
+    Straight lines with a winch each only. *found*: the fit of the data as they are; *rough*: max error of the file's
+    exit points, m.
     """
-    if problem.elastic:
+    if problem.elastic or problem.robot.winches < problem.robot.m:
         return ""
     given = min(_tried("", problem, problem.measured, rough), _told("", problem, found), key=lambda each: each.rms)
     sensible = _SENSIBLE * math.dist(problem.robot.scene.frame_min, problem.robot.scene.frame_max)

@@ -185,7 +185,7 @@ def _candidates(problem: CalibrationProblem, found: PoseFit, kept: Collection[st
     known = {each.name for each in problem.plan.known}
     scaled = bool({"length_scale", "drum_radius"} & {*problem.plan.unknowns})
     made = [
-        _Candidate(name, *words_of(name), -problem.of_poses(found.weights) * _padded(problem, more))
+        _Candidate(name, *words_of(name), -problem.of_poses(found.weights) * problem.in_lengths(more))
         for name, more in corrections(problem, found).items()
         if name.partition(".")[0] not in known and not (scaled and name.startswith(OF_A_LINE) and name not in kept)
     ]
@@ -193,7 +193,8 @@ def _candidates(problem: CalibrationProblem, found: PoseFit, kept: Collection[st
         twin = {"length_scale": "drum_radius"}.get(name, name)
         if {name, twin} & {*problem.plan.unknowns, *known} or (name == "modulus") is not problem.elastic:
             continue
-        if name == "exit_compliance" and problem.known_tensions(found.theta, found.poses) is None:
+        stiff = not all(line.may_give for line in problem.robot.lines)
+        if name == "exit_compliance" and (stiff or problem.known_tensions(found.theta, found.poses) is None):
             continue
         if name == "build_up" and line_with_counted_build_up(problem) is not None:
             continue
@@ -241,11 +242,6 @@ def corrections(problem: CalibrationProblem, found: PoseFit, counted: Array | No
     for each, line in zip(np.eye(robot.m), robot.lines, strict=True):
         made[OF_A_LINE + line.name] = (problem.measured.counted if counted is None else counted) * each
     return made
-
-
-def _padded(problem: CalibrationProblem, lengths: Array) -> Array:
-    """Return *lengths* (N, m) as rows (N, e) of poses."""
-    return np.pad(lengths, ((0, 0), (0, problem.per_pose - lengths.shape[1])))
 
 
 def applied(

@@ -19,6 +19,7 @@ from cablewright.calibration.judgement.score_tests import LEVEL
 from cablewright.calibration.judgement.sigmas import estimates_encoders, kind_fits, leverages
 from cablewright.calibration.judgement.two_frames import two_frames
 from cablewright.calibration.judgement.unmodelled_effects import OF_A_LINE
+from cablewright.calibration.measurement_rows.load_cells import unseen_lines
 from cablewright.calibration.measurement_rows.measurement_kinds import KINDS, SIGMA_OF
 from cablewright.calibration.measurement_rows.without_pose import across_rows
 from cablewright.calibration.measurements import SENSORS
@@ -186,6 +187,13 @@ def _elsewhere(found: Calibration, rough: float) -> bool:
 
 def _unknown(found: Calibration, need: float) -> Iterator[_Reason]:
     """Exit points, or else what other lengths are unknown, that are known less well than printing needs."""
+    problem = found.problem
+    if unseen := ", ".join(unseen_lines(problem.robot, problem.measured, problem.elastic)):
+        yield _Reason(
+            f"nothing measured depends on the exit point of {unseen}: a counterweight has no encoder; its numbers stay "
+            "those of the file; measure tensions f_1 .., which the weight balances, or survey the point",
+            False,
+        )
     if found.posterior.redundancy < 1:
         yield _Reason("no measurement is left over, so nothing tests the answer: measure more poses", False)
     labels, sigma = _of_exits(found)

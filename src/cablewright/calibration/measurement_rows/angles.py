@@ -35,12 +35,10 @@ def angle_rows(robot: Robot, measured: Measured, sigma: Sigmas) -> Iterator[Sens
 
 
 def _require_fixed_exits(robot: Robot, measured: Measured) -> None:
-    """Raise `InputError` for a swivel whose angle is not that from where its exit point is without load."""
+    """Raise `InputError` for a swivel whose angle is not that of its free cable from the exit point without load."""
     assert measured.swivel is not None
     for index, line in enumerate(robot.lines):
-        aside = line.mount_out_of_plane_by
-        if aside and not np.isnan(measured.swivel[:, index]).all():
+        if (why := line.turned_off_by) and not np.isnan(measured.swivel[:, index]).all():
             raise InputError(
-                f"{measured.origin}: swivel_{index + 1}: line {line.name!r} has {aside}, which turns its azimuth by as "
-                "much as it goes aside; leave these cells blank"
+                f"{measured.origin}: swivel_{index + 1}: line {line.name!r} has {why}; leave these cells blank"
             )

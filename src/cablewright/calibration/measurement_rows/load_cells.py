@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -10,15 +11,19 @@ import numpy as np
 from cablewright.calibration.measurement_rows.measurement_kinds import SensorRows, present
 from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import Sigmas
-from cablewright.calibration.unknowns import free_directions, numbers_of_lines
+from cablewright.calibration.unknowns import Unknown, free_directions, numbers_of_lines
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
-from cablewright.kernels.fitting import calibration_residuals, line_over_sheave
+from cablewright.kernels.fitting import calibration_lengths, calibration_residuals, line_over_sheave
+from cablewright.kernels.fitting.calibration_residuals import MeasurementRows
+from cablewright.models.pack import guided_lines
+from cablewright.models.parameters import lines_of
 from cablewright.models.plane import within
 from cablewright.models.rotation import placed
 from cablewright.robot import Robot
 
 _UNKNOWN: Final = 1e6  # N: sigma of a blank cell where directions are chosen
+_HUNG: Final = 1e-3  # share of a counterweight's tension that is its sigma, beside the friction of the guides
 
 
 def require_tensions(robot: Robot, measured: Measured) -> None:
@@ -34,6 +39,48 @@ def require_tensions(robot: Robot, measured: Measured) -> None:
                 "need measured tensions for its compliance; measure them, or calibrate with --cable "
                 "elastic"
             )
+
+
+def with_counterweights(robot: Robot, measured: Measured, sigma: Sigmas) -> Measured:
+    """Return the data whose tensions, if any, are those of the counterweights where a line has one."""
+    if measured.tensions is None or not robot.hung:
+        return measured
+    hung, tensions = list(robot.hung), measured.tensions.copy()
+    own = np.full(tensions.shape, np.nan) if measured.tension_sigma is None else measured.tension_sigma.copy()
+    for at in hung:
+        line = robot.lines[at]
+        tensions[:, at] = (line.counterweight or 0.0) * robot.scene.gravity / line.cables
+    own[:, hung] = np.hypot(_HUNG, sigma.friction) * tensions[:, hung]
+    return replace(measured, tensions=tensions, tension_sigma=own)
+
+
+def unseen_lines(robot: Robot, measured: Measured, elastic: bool) -> list[str]:
+    """Return the names of the lines that no measurement depends on: rigid ones with a counterweight, without tensions.
+
+    Nothing counts their length. With tensions they act in the balance, by the counterweight instead of a load cell.
+    """
+    blind = not elastic and measured.tensions is None
+    return [robot.lines[at].name for at in robot.hung] if blind else []
+
+
+def is_unseen(robot: Robot, unknown: Unknown, measured: Measured, elastic: bool) -> bool:
+    """Return whether no measurement depends on an unknown of lines with a counterweight, or of their load cells."""
+    if elastic or unknown.line is None or not (measured.tensions is None or unknown.name.startswith("tension_")):
+        return False
+    return all(at in robot.hung for at in lines_of(robot, unknown))
+
+
+def balanced_readings(robot: Robot, rows: MeasurementRows, lines: Array, tensions: Array, poses: Array) -> Array:
+    """Return the readings (N, m) of load cells, N, nearest to *tensions* (N, m) that balance the load.
+
+    *lines* (m, ..): numbers of the lines; *poses* (N, n).
+    """
+    w, free = np.zeros((len(poses), robot.m, 6)), free_directions(robot)
+    calibration_lengths.wrenches_at(rows.guided, lines, np.ascontiguousarray(poses), w)
+    u = np.swapaxes(w[..., : robot.n] * lines[:, line_over_sheave.PULL, None] @ free, 1, 2)  # (N, p, m)
+    left = wrench_of_load(rows.load, poses) @ free - np.einsum("nam,nm->na", u, tensions)
+    scale = lines[:, line_over_sheave.TENSION_SCALE]
+    return np.asarray(rows.tensions + np.einsum("nma,na->nm", np.linalg.pinv(u), left) / scale)
 
 
 def tension_rows(robot: Robot, measured: Measured, sigma: Sigmas) -> Iterator[SensorRows]:
@@ -92,18 +139,16 @@ def _start_poses(robot: Robot, measured: Measured) -> Array:
 def _wrenches(robot: Robot, poses: Array) -> Array:
     """Return the wrench (N, m, p) of a tension of 1 N in each line at *poses* (N, n), along the free directions.
 
-    A line goes from its sheave to its platform point; where that is inside the sheave, from the exit point.
+    Where no straight cable runs, the line goes from its exit point to its platform point.
     """
+    lines, w = numbers_of_lines(robot), np.zeros((len(poses), robot.m, 6))
+    calibration_lengths.wrenches_at(guided_lines(robot), lines, np.ascontiguousarray(poses), w)
     points = placed(poses, [line.platform_point for line in robot.lines])
     away = points - np.array([line.exit_point for line in robot.lines])
-    u, free = away / np.linalg.norm(away, axis=2)[..., None], np.zeros(12)
-    for at, line in enumerate(numbers_of_lines(robot)):
-        for pose, (x, y, z) in enumerate(points[:, at].tolist()):
-            line_over_sheave.over_sheave(line, x, y, z, free)
-            u[pose, at] = free[1:4] if np.isfinite(free[0]) else u[pose, at]
-    pull = np.array([line.advantage * line.cables for line in robot.lines])[:, None]
-    w = pull * np.concatenate([u, np.cross(points - poses[:, None, :3], u)], axis=2)[..., : robot.n]
-    return np.asarray(w @ free_directions(robot))  # a plane carries the rest
+    u = away / np.linalg.norm(away, axis=2)[..., None]
+    direct = np.concatenate([u, np.cross(points - poses[:, None, :3], u)], axis=2)
+    w = lines[:, line_over_sheave.PULL, None] * np.where(np.isnan(w), direct, w)
+    return np.asarray(w[..., : robot.n] @ free_directions(robot))  # a plane carries the rest
 
 
 def filled_tensions(robot: Robot, measured: Measured, elastic: bool) -> Array:

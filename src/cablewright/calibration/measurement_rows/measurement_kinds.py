@@ -46,6 +46,7 @@ class MeasurementKind:
 KINDS: Final = {
     rows.ENCODER: MeasurementKind("lengths", reading="encoder"),
     rows.PAID_OUT: MeasurementKind("lengths", reading="encoder"),
+    rows.TIED: MeasurementKind("lines on one drum"),
     rows.TENSION: MeasurementKind("tensions", "tension", "tension"),
     rows.BALANCE: MeasurementKind("tensions", "tension"),
     rows.COORDINATE: MeasurementKind("positions", reading="position", resists=True),

@@ -36,16 +36,6 @@ from cablewright.solvers.parameter_effects import response, tension_response
 _STEP: Final = 1e-10  # m: accuracy of an equilibrium
 _MAX_STEPS: Final = 200
 _MIN_DAMPING: Final = 1e-10  # keeps what the data leave open at its start
-_FREED: Final = (0, 1, 2, 5, 4, 3)
-"""Coordinates of a pose in the order in which lines hold them: with m < n lines gravity determines the last n - m."""
-
-
-def given_by_lines(robot: Robot, poses: Array) -> Array:
-    """Return *poses* (N, n) with at most m coordinates; NaN marks the others, which gravity determines."""
-    given = poses.copy()
-    if robot.m < robot.freedoms:
-        given[:, _FREED[robot.m : robot.n]] = np.nan
-    return given
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,17 +104,18 @@ class ElasticProblem(CalibrationProblem):
         by_all = np.einsum("nec,nca->nea", found.by_pose, motion)
         weight = self.of_poses(weights)
         residual = found.residual
-        residual[:, :m] += weight[:, :m] * states[:, :m]
-        by_all[:, range(m), range(m)] += weight[:, :m]
+        count, slopes = self.lengths_per_pose, self.in_lengths(np.eye(m))[:, : self.lengths_per_pose].T
+        residual[:, :count] += weight[:, :count] * (states[:, :m] @ slopes.T)
+        by_all[:, :count, :m] += weight[:, :count, None] * slopes
         if self.measured.tensions is not None:
-            loads = slice(m, 2 * m)
+            loads = slice(count, count + m)
             scale = self.line_numbers(theta)[:, line_over_sheave.TENSION_SCALE]
             read = np.where(ok[:, None], held.tensions, 0.0) / scale  # what load cells without an offset would read
             residual[:, loads] += weight[:, loads] * read
             by_all[:, loads] += weight[:, loads, None] * change / scale[:, None]
             for i in np.flatnonzero(self.rows.target[:, line_over_sheave.TENSION_SCALE] >= 0):
                 at = m + self.rows.target[i, line_over_sheave.TENSION_SCALE]
-                by_all[:, m + i, at] -= weight[:, m + i] * read[:, i] / scale[i]
+                by_all[:, count + i, at] -= weight[:, count + i] * read[:, i] / scale[i]
         residual[~ok] = np.where(weight[~ok] > 0.0, np.nan, 0.0)
         by_unknown = found.by_unknown + by_all[..., m:]
         return Derivatives(residual, by_all[..., :m], by_unknown, found.others, found.others_by_unknown)
@@ -139,6 +130,7 @@ class ElasticProblem(CalibrationProblem):
         motion[..., :m] = linear.per_length
         change[..., :m] = direct.following(linear.per_length)
         change[:, range(m), range(m)] += direct.per_length
+        motion[..., self.robot.hung], change[..., self.robot.hung] = 0.0, 0.0  # counterweights decide their lengths
         motion[..., places] = response(held, parameters, linear)
         change[..., places] = tension_response(held, parameters, motion[..., places], direct)
         raised = _raised(held, linear)

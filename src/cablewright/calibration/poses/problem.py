@@ -10,14 +10,20 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, ClassVar, Final, Self
+from typing import ClassVar, Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.calibration.measurement_rows.all_rows import ENCODER_SIGMA, sensor_rows
+from cablewright.calibration.measurement_rows.all_rows import ENCODER_SIGMA, every_row, sensor_rows
 from cablewright.calibration.measurement_rows.given_numbers import put_known
-from cablewright.calibration.measurement_rows.load_cells import filled_tensions, load_on, wrench_of_load
+from cablewright.calibration.measurement_rows.load_cells import (
+    balanced_readings,
+    filled_tensions,
+    is_unseen,
+    load_on,
+    with_counterweights,
+)
 from cablewright.calibration.measurement_rows.without_pose import (
     distance_rows,
     held_by_datum,
@@ -34,7 +40,6 @@ from cablewright.calibration.unknowns import (
     coordinates_of,
     free_directions,
     numbers_of_lines,
-    require_covered,
     targets,
     unknowns_of,
     with_mounts,
@@ -45,7 +50,9 @@ from cablewright.kernels.fitting import calibration_lengths, calibration_residua
 from cablewright.kernels.fitting.calibration_residuals import MeasurementRows
 from cablewright.kernels.fitting.pose_schur import StopRule
 from cablewright.models.fidelity import CableLaw
+from cablewright.models.pack import guided_lines
 from cablewright.models.plane import within
+from cablewright.models.shared_winches import shares
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
 from cablewright.robot.parameters import nominal
@@ -97,8 +104,10 @@ class CalibrationProblem(ABC):
         if cls.elastic and "exit_compliance" in plan.unknowns:
             model = replace(model, robot=with_mounts(model.robot))
         robot = model.robot
-        require_covered(robot, cls.elastic)
+        if not cls.elastic:
+            measured = with_counterweights(robot, measured, plan.sigma)
         unknowns = unknowns_of(robot, plan.unknowns, plan.shared, cls.elastic, plan.grouped)
+        unknowns = tuple(each for each in unknowns if not is_unseen(robot, each, measured, cls.elastic))
         if not unknowns:
             raise InputError("unknowns: must name at least one number")
         seen = bodies_of(measured.sightings, unknowns)
@@ -114,26 +123,16 @@ class CalibrationProblem(ABC):
             raise InputError("datum: holds every unknown; nothing is left to calibrate")
         keep_yaw = not held.any() and mounts_tell_yaw(robot, unknowns, plan, measured)
         linear, wanted, prior = linear_rows(robot, unknowns, plan, start, keep_yaw, (seen.linear, seen.wanted))
-        blocks, distances = list(sensor_rows(robot, measured, plan, cls.elastic)), distance_rows(robot, plan)
-        count, per_pose = len(measured.counted), sum(block.values.shape[1] for block in blocks)
-
-        def of_rows(name: str, dtype: type, *shape: int) -> Any:
-            """Return a field of the sensors' blocks for all R rows: poses in their order, then distances."""
-            full: list[NDArray[Any]] = [
-                np.broadcast_to(np.asarray(getattr(block, name), dtype=dtype), (*block.values.shape, *shape))
-                for block in (*blocks, distances)
-            ]
-            both = np.concatenate(full[:-1], axis=1), full[-1]
-            return np.concatenate([each.reshape(-1, *shape) for each in both])
-
+        blocks = list(sensor_rows(robot, measured, plan, cls.elastic))
+        of_rows, per_pose = every_row(blocks, distance_rows(robot, plan)), sum(each.values.shape[1] for each in blocks)
         tensions = filled_tensions(robot, measured, cls.elastic)
         rows = MeasurementRows(
             freedoms=robot.n if cls.elastic else robot.freedoms,  # equilibria of elastic lines stay in the plane
-            start=np.arange(count + 1, dtype=np.int64) * per_pose,
-            kind=of_rows("kind", np.int64),
-            line=of_rows("line", np.int64),
-            other=of_rows("other", np.int64),
-            extra=of_rows("extra", np.float64, 6),
+            start=np.arange(len(measured.counted) + 1, dtype=np.int64) * per_pose,
+            kind=of_rows["kind"],
+            line=of_rows["line"],
+            other=of_rows["other"],
+            extra=of_rows["extra"],
             lines=lines,
             target=of_free(target, held),
             tensions=np.ascontiguousarray(tensions),
@@ -142,6 +141,7 @@ class CalibrationProblem(ABC):
             wanted=wanted - linear[:, held] @ start[held],
             bodies=seen.table,
             body_target=of_free(seen.target, held),
+            guided=guided_lines(robot),
         )
         return cls(
             model,
@@ -149,8 +149,8 @@ class CalibrationProblem(ABC):
             plan,
             unknowns,
             rows,
-            of_rows("values", np.float64),
-            of_rows("weights", np.float64),
+            of_rows["values"],
+            of_rows["weights"],
             per_pose,
             start,
             held,
@@ -210,9 +210,25 @@ class CalibrationProblem(ABC):
         return self.model.fidelity.cable.value
 
     @property
+    def lengths_per_pose(self) -> int:
+        """The number of rows of each pose that are lengths: those of encoders, and of lines on one drum."""
+        return self.robot.m + len(self.robot.sharing)
+
+    def in_lengths(self, lengths: Array) -> Array:
+        """Return changes of *lengths* (N, m), m, as changes of the rows (N, e) of a pose, m: 0 of other sensors."""
+        found = np.zeros((len(lengths), self.per_pose))
+        found[:, : self.robot.m] = lengths
+        for at, (own, other, sense, _) in enumerate(shares(self.robot).tolist(), self.robot.m):
+            found[:, at] = lengths[:, int(own)] - sense * lengths[:, int(other)]
+        return found
+
+    @property
     def unknowns_per_pose(self) -> int:
-        """The number p of unknowns of each pose: its degrees of freedom, or the lengths of lines that stretch."""
-        return self.robot.m if self.elastic else self.robot.freedoms
+        """The number p of unknowns of each pose: its degrees of freedom, or the lengths of lines that stretch.
+
+        The length of a line with a counterweight is none: its weight decides it.
+        """
+        return self.robot.m - len(self.robot.hung) if self.elastic else self.robot.freedoms
 
     @property
     def pose_columns(self) -> slice:
@@ -413,12 +429,7 @@ class StraightProblem(CalibrationProblem):
         """Return the problem with measured tensions, if any, replaced by the nearest ones that balance the load."""
         if self.measured.tensions is None:
             return self
-        m, cables = self.robot.m, np.array([line.cables for line in self.robot.lines])
-        found = self.derivatives(theta, states, np.ones(len(self.values)))
-        u = np.swapaxes(found.by_pose[:, :m], 1, 2) * cables  # (N, p, m): lengths change as forces and moments do
-        true, scale = self.tensions(theta), self.line_numbers(theta)[:, line_over_sheave.TENSION_SCALE]
-        left = wrench_of_load(self.rows.load, states) @ self._directions - np.einsum("nam,nm->na", u, true)
-        readings = self.rows.tensions + np.einsum("nma,na->nm", np.linalg.pinv(u), left) / scale
+        readings = balanced_readings(self.robot, self.rows, self.line_numbers(theta), self.tensions(theta), states)
         return replace(self, rows=self.rows._replace(tensions=np.ascontiguousarray(readings)))
 
     def derivatives(self, theta: Array, states: Array, weights: Array | None = None) -> Derivatives:

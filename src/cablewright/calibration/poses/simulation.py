@@ -9,17 +9,18 @@ import numpy as np
 
 from cablewright.calibration.measurement_rows.vibrations import free_spans
 from cablewright.calibration.measurements import MAX_POSES, Measured
-from cablewright.calibration.poses.elastic import ElasticProblem, given_by_lines, problem_of
+from cablewright.calibration.poses.elastic import ElasticProblem, problem_of
 from cablewright.calibration.poses.fit import yaw_between
-from cablewright.calibration.unknowns import require_covered
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.results import Figure, Result
 from cablewright.models.fidelity import CableLaw
+from cablewright.models.free_coordinates import as_held
 from cablewright.models.line_vibration import string_frequency
 from cablewright.models.plane import within
 from cablewright.models.rotation import matrices, rotation_onto
 from cablewright.models.statics import Equilibrium, Model
+from cablewright.models.winch_lines import WinchLines
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_rows
 from cablewright.solvers.inverse import solve_inverse
@@ -92,7 +93,6 @@ def simulate_calibration(
     if seed < 0:
         raise InputError(f"seed = {seed}: must not be negative")
     model = Model.of(robot, cable=cable, default=CableLaw.RIGID)
-    require_covered(model.robot, model.fidelity.cable is not CableLaw.RIGID)
     rng = np.random.default_rng(seed)
     return replace(measure(model, random_poses(model, poses, rng), noise, rng, guess, sensors=sensors), seed=seed)
 
@@ -120,13 +120,13 @@ def measure(
         name: np.zeros((len(poses), count)) for name, count in columns.items() if getattr(sensors, name) is not None
     }
     blank = Measured(np.zeros((len(poses), m)), poses, **angles)
-    problem, states, held = problem_of(model, blank, hold=False), poses, None
-    by_tension = (sensors.tension, sensors.frequency) != (None, None)
-    if problem.elastic or problem.is_soft or by_tension:
-        held = solve_inverse(model, given_by_lines(robot, poses) if problem.elastic else poses).checked()
+    problem, held = problem_of(model, blank, hold=False), None
+    by_tension, tied = (sensors.tension, sensors.frequency) != (None, None), problem.elastic or bool(robot.sharing)
+    if tied or problem.is_soft or by_tension:
+        held = solve_inverse(model, as_held(robot, poses) if tied else poses).checked()
+        poses = held.pose
         problem = replace(problem, rows=problem.rows._replace(tensions=held.tensions))
-    if isinstance(problem, ElasticProblem) and held is not None:
-        states = problem.states_of(held)
+    states = problem.states_of(held) if isinstance(problem, ElasticProblem) and held is not None else poses
     readings = problem.derivatives(problem.start, states, np.ones(len(problem.values))).residual  # of zeros
     if not np.isfinite(readings).all():
         raise InputError(
@@ -135,10 +135,13 @@ def measure(
         )
     lengths = readings[:, :m]
     counted = lengths - lengths[0] + rng.normal(0.0, noise, lengths.shape)
+    winches = WinchLines.of(robot)
+    counted = winches.sense * counted[:, np.maximum(winches.host, 0)]  # a counterweight counts nothing
     guesses = within(robot.platform.plane, poses + rng.uniform(-guess, guess, poses.shape))
     tensions = sigma = None
     if sensors.tension is not None and held is not None:
         tensions = held.tensions + rng.normal(0.0, sensors.tension, lengths.shape)
+        tensions[:, robot.hung] = np.nan
     at = m
     for name in angles:
         true = readings[:, at : at + columns[name]]
@@ -179,7 +182,7 @@ def random_poses(
         poses[:, 3:] = rng.uniform(-_TURN, _TURN, (len(poses), robot.n - 3))
         poses = _in_plane(robot, poses, inset)
         if robot.m >= robot.freedoms or hangs or model.fidelity.cable is not CableLaw.RIGID:
-            held = solve_inverse(model, given_by_lines(robot, poses))
+            held = solve_inverse(model, as_held(robot, poses))
             poses = held.pose[held.ok]
         found += list(poses)
         if len(found) >= count:

@@ -14,7 +14,7 @@ import numpy as np
 
 from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import CalibrationPlan
-from cablewright.calibration.poses.elastic import ElasticProblem, given_by_lines
+from cablewright.calibration.poses.elastic import ElasticProblem
 from cablewright.calibration.poses.fit import (
     ALIKE,
     SAME,
@@ -36,6 +36,7 @@ from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.foundation.progress import Progress, silent
 from cablewright.kernels.fitting import calibration_residuals
 from cablewright.kernels.fitting.pose_schur import StopRule
+from cablewright.models.free_coordinates import as_held
 from cablewright.models.parameters import lines_of
 from cablewright.models.plane import directions, within
 from cablewright.models.rotation import wrap_angle
@@ -73,8 +74,8 @@ def quick_fit(problem: CalibrationProblem, rough: float, good: float = np.inf) -
 
 
 def typical_residual(problem: CalibrationProblem, found: PoseFit) -> float:
-    """Return the median residual of lengths, m."""
-    residual = problem.derivatives(found.theta, found.poses).residual[:, : problem.robot.m]
+    """Return the median residual of the lengths that encoders count, m."""
+    residual = problem.derivatives(found.theta, found.poses).residual[:, list(problem.robot.hosts)]
     return float(np.median(np.abs(residual * problem.encoder_sigma)))
 
 
@@ -359,9 +360,7 @@ def equilibria_at(problem: ElasticProblem, found: Model, poses: Array) -> Equili
     if measured.tensions is not None:
         tensions = problem.rows.tensions.clip(min=1e-3 * robot.platform.mass * robot.scene.gravity)
         limits = float(tensions.min() / _WIDER), float(tensions.max() * _WIDER)
-    held = solve_inverse(
-        Model(found.robot, problem.model.fidelity, limits), given_by_lines(robot, poses), preferred=tensions
-    )
+    held = solve_inverse(Model(found.robot, problem.model.fidelity, limits), as_held(robot, poses), preferred=tensions)
     lost = ~np.isfinite(held.lengths).all(axis=1) | ~np.isfinite(held.pose).all(axis=1)
     if lost.all():
         place = ", ".join(f"{x:.3g}" for x in poses[0, :3])

@@ -62,6 +62,7 @@ class Bundle:
             wanted=bodies.wanted,
             bodies=bodies.table,
             body_target=bodies.target,
+            guided=None,
         )
         start = np.array([each.start for each in bodies.unknowns])
         return cls(bodies, rows, values.ravel(), weights.ravel(), start, np.array(poses, order="C"))

@@ -1,8 +1,14 @@
-"""Cable lengths of a calibration's lines at poses, and the compliance of their ends."""
+"""Cable lengths and wrenches of a calibration's lines at poses, and the compliance of their ends."""
+
+from math import nan
 
 from cablewright.kernels import jit
-from cablewright.kernels.fitting.calibration_residuals import place_unknowns, platform_arm, reading
-from cablewright.kernels.fitting.line_over_sheave import SPANS, over_sheave, per_tension
+from cablewright.kernels.dense_systems import copy
+from cablewright.kernels.fitting.calibration_residuals import place_unknowns, reading, reading_of
+from cablewright.kernels.fitting.guided_path import place_guided
+from cablewright.kernels.fitting.line_over_sheave import SPANS, per_tension
+from cablewright.kernels.fitting.line_rows import draw
+from cablewright.kernels.rotation import cross
 from cablewright.kernels.statics.platform import place_platform
 
 
@@ -14,8 +20,7 @@ def lengths_at(rows, theta, poses, lengths):
     for j in range(poses.shape[0]):
         place_platform(poses[j], work.rotation)
         for i in range(lengths.shape[1]):
-            ax, ay, az = platform_arm(work, i)
-            over_sheave(work.lines[i], poses[j, 0] + ax, poses[j, 1] + ay, poses[j, 2] + az, work.free)
+            draw(rows.guided, work, i, poses[j])
             lengths[j, i] = work.lines[i, SPANS] * work.free[0]
 
 
@@ -30,6 +35,29 @@ def given_at(rows, theta, poses, given):
     for j in range(poses.shape[0]):
         place_platform(poses[j], work.rotation)
         for i in range(given.shape[1]):
-            ax, ay, az = platform_arm(work, i)
-            over_sheave(work.lines[i], poses[j, 0] + ax, poses[j, 1] + ay, poses[j, 2] + az, work.free)
+            draw(rows.guided, work, i, poses[j])
             given[j, i] = per_tension(work.lines[i], work.free)
+
+
+@jit(allocates=True)
+def wrenches_at(guided, lines, poses, wrenches):
+    """Write the directions of the straight cables and their moments about the platform's origin to *wrenches*.
+
+    *wrenches* (N, m, 6): minus the wrench of a unit tension; NaN inside a sheave. *lines* (m, COLUMNS) and *guided*:
+    see `MeasurementRows`; *poses* (N, n).
+    """
+    work = reading_of(lines.shape[0], 0)
+    for i in range(lines.shape[0]):
+        copy(lines[i], work.lines[i])
+    place_guided(guided, work.lines, work.path)
+    for j in range(poses.shape[0]):
+        place_platform(poses[j], work.rotation)
+        for i in range(lines.shape[0]):
+            ax, ay, az = draw(guided, work, i, poses[j])
+            free = work.free
+            x, y, z = free[1], free[2], free[3]
+            if free[0] != free[0]:
+                x, y, z = nan, nan, nan
+            found = wrenches[j, i]
+            found[0], found[1], found[2] = x, y, z
+            found[3], found[4], found[5] = cross(ax, ay, az, x, y, z)

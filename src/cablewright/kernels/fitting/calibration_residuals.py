@@ -1,6 +1,6 @@
 """Residuals of calibration measurements and their derivatives, for straight lines over sheaves."""
 
-from math import atan2, floor, pi, sqrt
+from math import atan2, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -8,33 +8,19 @@ from numpy.typing import NDArray
 
 from cablewright.kernels import jit
 from cablewright.kernels.dense_systems import along_columns
-from cablewright.kernels.fitting.line_over_sheave import (
-    BUILD_UP,
-    COLUMNS,
-    COMPLIANCE,
-    EXIT,
-    MIN_DISTANCE,
-    OFFSET,
-    PER_NEWTON,
-    POINT,
-    PULL,
-    RADIUS,
-    SCALE,
-    SPANS,
-    SPRING,
-    SWIVEL_OFFSET,
-    TENSION_OFFSET,
-    TENSION_SCALE,
-    TILT_OFFSET,
-    YAW_OFFSET,
-    by_mount,
-    gives,
-    over_sheave,
-    paid_out,
-    per_tension,
-    swivel_frame,
-    turning,
-)  # fmt: skip
+from cablewright.kernels.fitting.guided_path import GuidedPath, guided_path, place_guided
+from cablewright.kernels.fitting.line_over_sheave import COLUMNS, MIN_DISTANCE, TILT_OFFSET, YAW_OFFSET
+from cablewright.kernels.fitting.line_rows import (
+    balance,
+    between,
+    encoder,
+    put,
+    reading_of_cell,
+    swivel,
+    tied,
+    wound,
+    wrapped,
+)
 from cablewright.kernels.fitting.sighting import BODY_COLUMNS, NUMBERS, edge, place_bodies
 from cablewright.kernels.rotation import compose, cross, rotate
 from cablewright.kernels.statics.platform import place_platform
@@ -54,6 +40,8 @@ ALONG = 11  # other: 0 for the position, 3 for the rotation; extra: unit vector 
 # Of lines that stretch and sag; the part that depends on their equilibrium is added elsewhere:
 PAID_OUT = 8  # line
 TENSION = 9  # line
+TIED = 13  # line and, other, the one on whose drum it is; extra: 1 or -1, if both are paid out together or not;
+# and 1 of lines that stretch and sag
 
 
 class MeasurementRows(NamedTuple):
@@ -73,6 +61,7 @@ class MeasurementRows(NamedTuple):
     wanted: NDArray[np.float64]  # (q,): their expected values
     bodies: NDArray[np.float64]  # (b, BODY_COLUMNS): cameras and tags, see `sighting`
     body_target: NDArray[np.int64]  # (b, NUMBERS): index of the unknown, -1 where the value is known
+    guided: NDArray[np.float64] | None  # (m, ..) packed rows of lines that `guided_path` draws, else 0; None: no line
 
 
 class RowReading(NamedTuple):
@@ -89,12 +78,19 @@ class RowReading(NamedTuple):
     bodies: NDArray[np.float64]  # (b, BODY_COLUMNS): all values of the bodies, unknowns included
     by_body: NDArray[np.float64]  # (2, NUMBERS): derivatives by a camera and a tag
     spare: NDArray[np.float64]  # (2, 3, 3)
+    path: GuidedPath
 
 
 @jit(allocates=True)
 def reading(rows):
     """Allocate a `RowReading` for *rows*."""
-    m, numbers = rows.lines.shape[0], rows.lines.size + 2 * NUMBERS
+    return reading_of(rows.lines.shape[0], rows.bodies.shape[0])
+
+
+@jit(allocates=True)
+def reading_of(m, bodies):
+    """Allocate a `RowReading` for *m* lines and a number of *bodies*."""
+    numbers = m * COLUMNS + 2 * NUMBERS
     return RowReading(
         np.zeros(6),
         np.zeros(numbers),
@@ -103,9 +99,10 @@ def reading(rows):
         np.zeros((m, COLUMNS)),
         np.zeros(12),
         np.zeros(3),
-        np.zeros((rows.bodies.shape[0], BODY_COLUMNS)),
+        np.zeros((bodies, BODY_COLUMNS)),
         np.zeros((2, NUMBERS)),
         np.zeros((2, 3, 3)),
+        guided_path(m),
     )
 
 
@@ -116,6 +113,7 @@ def place_unknowns(rows, theta, work):
         for c in range(COLUMNS):
             at = rows.target[i, c]
             work.lines[i, c] = rows.lines[i, c] if at < 0 else theta[at]
+    place_guided(rows.guided, work.lines, work.path)
     place_bodies(rows.bodies, rows.body_target, theta, work.bodies, work.spare[0], work.spare[1])
 
 
@@ -128,13 +126,13 @@ def read_row(rows, i, j, value, pose, work):
     kind = rows.kind[i]
     work.slope[:] = 0.0
     if kind == ENCODER:
-        return _encoder(rows, rows.line[i], j, value, pose, work)
+        return encoder(rows.guided, rows, rows.line[i], j, value, pose, work, 0, 1.0)
     if kind == COORDINATE:
         return _coordinate(rows.other[i], rows.extra[i], value, pose, work), 0
     if kind == ALONG:
         return _along(rows.other[i], rows.extra[i], value, pose, work), 0
     if kind == SWIVEL:
-        return _swivel(rows, rows.line[i], value, pose, work)
+        return swivel(rows.guided, rows, rows.line[i], value, pose, work)
     if kind == TILT:
         return _tilt(rows, rows.other[i], value, work)
     if kind == YAW:
@@ -142,103 +140,17 @@ def read_row(rows, i, j, value, pose, work):
     if kind in (REACH, PLANE):
         return _contact(kind, rows.extra[i], value, pose, work), 0
     if kind == BALANCE:
-        return _balance(rows, j, rows.extra[i], pose, work)
+        return balance(rows.guided, rows, j, rows.extra[i], pose, work)
     if kind == PAID_OUT:
-        return _wound(rows, work, 0, rows.line[i], value)  # the length itself is added elsewhere
+        return wound(rows, work, 0, rows.line[i], value, 1.0)  # the length itself is added elsewhere
     if kind == TENSION:
-        return _reading_of_cell(rows, rows.line[i], value, work)
+        return reading_of_cell(rows, rows.line[i], value, work)
+    if kind == TIED:
+        sense, stretches = rows.extra[i, 0], rows.extra[i, 1] > 0.0
+        return tied(rows.guided, rows, rows.line[i], rows.other[i], sense, j, value, pose, work, stretches)
     if kind == SIGHTING:
         return _sighting(rows, rows.line[i], rows.other[i], rows.extra[i], value, pose, work)
-    return _between(rows, rows.line[i], rows.other[i], value, work)
-
-
-@jit
-def _put(rows, work, count, line, column, amount):
-    """Append a derivative by one value of a line if it is an unknown. Returns the new count."""
-    at = rows.target[line, column]
-    if at < 0:
-        return count
-    work.gradient[count], work.unknown[count] = amount, at
-    return count + 1
-
-
-@jit
-def platform_arm(work, line):
-    """Return the vector from the platform's origin to the platform point of a line, world axes, m."""
-    row = work.lines[line]
-    return rotate(work.rotation, row[POINT], row[POINT + 1], row[POINT + 2])
-
-
-@jit
-def _by_point(rows, work, line, count, ax, ay, az, gx, gy, gz):
-    """Append derivatives by pose, exit point and platform point, from the gradient by the platform point in space."""
-    for axis, along in enumerate((gx, gy, gz)):
-        work.slope[axis] += along
-        count = _put(rows, work, count, line, EXIT + axis, -along)
-    return _by_arm(rows, work, line, count, ax, ay, az, gx, gy, gz)
-
-
-@jit
-def _by_arm(rows, work, line, count, ax, ay, az, gx, gy, gz):
-    """Append derivatives by rotation and platform point, from the gradient (gx, gy, gz) by the arm."""
-    slope, turned = work.slope, work.rotation
-    slope[3] += ay * gz - az * gy
-    slope[4] += az * gx - ax * gz
-    slope[5] += ax * gy - ay * gx
-    for axis in range(3):
-        along = turned[0, axis] * gx + turned[1, axis] * gy + turned[2, axis] * gz
-        count = _put(rows, work, count, line, POINT + axis, along)
-    return count
-
-
-@jit
-def _encoder(rows, i, j, counted, pose, work):
-    line, free = work.lines[i], work.free
-    ax, ay, az = platform_arm(work, i)
-    over_sheave(line, pose[0] + ax, pose[1] + ay, pose[2] + az, free)
-    spans = line[SPANS]
-    count = _by_point(rows, work, i, 0, ax, ay, az, spans * free[1], spans * free[2], spans * free[3])
-    count = _put(rows, work, count, i, RADIUS, spans * free[4])
-    off, count = _wound(rows, work, count, i, counted)
-    if _is_soft(rows, work, i):
-        reading = rows.tensions[j, i]
-        less, count = _given(rows, work, count, i, line[TENSION_OFFSET] + line[TENSION_SCALE] * reading, ax, ay, az)
-        each = per_tension(line, free)
-        count = _put(rows, work, count, i, TENSION_OFFSET, -each)
-        count = _put(rows, work, count, i, TENSION_SCALE, -each * reading)
-        off -= less
-    return spans * free[0] + off, count
-
-
-@jit
-def _is_soft(rows, work, i):
-    """Whether the ends of the line give, or may give."""
-    return rows.target[i, COMPLIANCE] >= 0 or gives(work.lines[i])
-
-
-@jit
-def _given(rows, work, count, i, tension, ax, ay, az):
-    """By how much less cable there is as the ends of line *i* give, m; appends minus its derivatives, at a tension."""
-    line, free = work.lines[i], work.free
-    per_kilo = PER_NEWTON * line[PULL] / line[SPANS] * tension
-    energy, square, bx, by, bz = by_mount(line, free)
-    gx, gy, gz, per_radius = turning(line, free, bx, by, bz)
-    twice = -2.0 * line[SPANS] * per_kilo
-    count = _by_point(rows, work, i, count, ax, ay, az, twice * gx, twice * gy, twice * gz)
-    count = _put(rows, work, count, i, RADIUS, twice * per_radius)
-    count = _put(rows, work, count, i, COMPLIANCE, -per_kilo * square)
-    return per_kilo * energy + line[SPRING] * tension, count
-
-
-@jit
-def _wound(rows, work, count, i, counted):
-    """Minus the true length of *counted*, offset included; appends derivatives by offset, scale and build-up."""
-    line = work.lines[i]
-    out, per_scale, per_build_up, per_offset = paid_out(line, counted)
-    count = _put(rows, work, count, i, OFFSET, -1.0 - per_offset)
-    count = _put(rows, work, count, i, SCALE, -per_scale)
-    count = _put(rows, work, count, i, BUILD_UP, -per_build_up)
-    return -line[OFFSET] - out, count
+    return between(rows, rows.line[i], rows.other[i], value, work)
 
 
 @jit
@@ -264,27 +176,6 @@ def _along(axis, extra, value, pose, work):
 
 
 @jit
-def _swivel(rows, i, value, pose, work):
-    line, free = work.lines[i], work.free
-    ax, ay, az = platform_arm(work, i)
-    over_sheave(line, pose[0] + ax, pose[1] + ay, pose[2] + az, free)
-    dx, dy, dz = pose[0] + ax - line[EXIT], pose[1] + ay - line[EXIT + 1], pose[2] + az - line[EXIT + 2]
-    ox, oy, oz, qx, qy, qz = swivel_frame(line)
-    cosine, sine = dx * ox + dy * oy + dz * oz, dx * qx + dy * qy + dz * qz
-    square = max(cosine * cosine + sine * sine, MIN_DISTANCE * MIN_DISTANCE)
-    c, s = cosine / square, sine / square
-    count = _by_point(rows, work, i, 0, ax, ay, az, c * qx - s * ox, c * qy - s * oy, c * qz - s * oz)
-    count = _put(rows, work, count, i, SWIVEL_OFFSET, -1.0)
-    return _wrapped(atan2(sine, cosine) - value - line[SWIVEL_OFFSET]), count
-
-
-@jit
-def _wrapped(angle):
-    """The same angle from -pi to pi, rad."""
-    return angle - 2.0 * pi * floor((angle + pi) / (2.0 * pi))
-
-
-@jit
 def _tilt(rows, about, value, work):
     """Tilt of the plumb line in the platform's frame, rad; d(R^T e_z) = -R^T (w x e_z) for a world rotation w."""
     turned, slope = work.rotation, work.slope
@@ -297,7 +188,7 @@ def _tilt(rows, about, value, work):
         change, rise = turn * turned[row, axis], turn * turned[row, 2]
         slope[3 + k] = sign * (change * up - lean * rise) / square
     offset = TILT_OFFSET + about
-    return sign * atan2(lean, up) - value - work.lines[0, offset], _put(rows, work, 0, 0, offset, -1.0)
+    return sign * atan2(lean, up) - value - work.lines[0, offset], put(rows, work, 0, 0, offset, -1.0)
 
 
 @jit
@@ -307,7 +198,7 @@ def _yaw(rows, value, work):
     x, y, z = turned[0, 0], turned[1, 0], turned[2, 0]
     square = max(x * x + y * y, MIN_DISTANCE * MIN_DISTANCE)
     slope[3], slope[4], slope[5] = -x * z / square, -y * z / square, 1.0
-    return _wrapped(atan2(y, x) - value - work.lines[0, YAW_OFFSET]), _put(rows, work, 0, 0, YAW_OFFSET, -1.0)
+    return wrapped(atan2(y, x) - value - work.lines[0, YAW_OFFSET]), put(rows, work, 0, 0, YAW_OFFSET, -1.0)
 
 
 @jit
@@ -330,71 +221,6 @@ def _contact(kind, extra, value, pose, work):
 
 
 @jit
-def _reading_of_cell(rows, i, value, work):
-    """What a load cell would read without tension, less what it reads, N; the tension is added elsewhere."""
-    line = work.lines[i]
-    zero = -line[TENSION_OFFSET] / line[TENSION_SCALE]
-    count = _put(rows, work, 0, i, TENSION_OFFSET, -1.0 / line[TENSION_SCALE])
-    count = _put(rows, work, count, i, TENSION_SCALE, -zero / line[TENSION_SCALE])
-    return zero - value, count
-
-
-@jit
-def _balance(rows, j, along, pose, work):
-    """Load less tensions times (u, r x u), along a force and a moment; u depends on the platform point.
-
-    Along the moment b a line acts as along the force b x r, which rotates with the arm r. Noise is that of readings, so
-    that all is over the root mean square of the scales: small ones would win otherwise, for they make noise small.
-    """
-    free, m, squares = work.free, rows.lines.shape[0], 0.0
-    for i in range(m):
-        squares += work.lines[i, TENSION_SCALE] ** 2
-    share = sqrt(m / squares)
-    left = _load(rows.load, along, work)
-    count = 0
-    for i in range(m):
-        line, reading = work.lines[i], rows.tensions[j, i]
-        pull = line[PULL]
-        t = pull * (line[TENSION_OFFSET] + line[TENSION_SCALE] * reading)
-        ax, ay, az = platform_arm(work, i)
-        over_sheave(line, pose[0] + ax, pose[1] + ay, pose[2] + az, free)
-        bx, by, bz = cross(along[3], along[4], along[5], ax, ay, az)
-        bx, by, bz = along[0] + bx, along[1] + by, along[2] + bz
-        along_line = bx * free[1] + by * free[2] + bz * free[3]
-        left -= t * along_line
-        count = _put(rows, work, count, i, TENSION_OFFSET, -pull * along_line)
-        count = _put(rows, work, count, i, TENSION_SCALE, -pull * reading * along_line)
-        gx, gy, gz, per_radius = turning(line, free, bx, by, bz)
-        count = _by_point(rows, work, i, count, ax, ay, az, -t * gx, -t * gy, -t * gz)
-        count = _put(rows, work, count, i, RADIUS, -t * per_radius)
-        gx, gy, gz = cross(free[1], free[2], free[3], along[3], along[4], along[5])
-        count = _by_arm(rows, work, i, count, ax, ay, az, -t * gx, -t * gy, -t * gz)
-    left *= share
-    for k in range(6):
-        work.slope[k] *= share
-    for k in range(count):
-        work.gradient[k] *= share
-    for i in range(m):
-        count = _put(rows, work, count, i, TENSION_SCALE, -left * work.lines[i, TENSION_SCALE] / squares)
-    return left, count
-
-
-@jit
-def _load(load, along, work):
-    """The platform's own load along a force and a moment; the arm of its weight rotates."""
-    slope = work.slope
-    ax, ay, az = rotate(work.rotation, load[7], load[8], load[9])
-    gx, gy = along[4] * load[6], -along[3] * load[6]  # weight downwards, times b
-    slope[3] += -az * gy
-    slope[4] += az * gx
-    slope[5] += ax * gy - ay * gx
-    total = gx * ax + gy * ay - along[2] * load[6]
-    for k in range(6):
-        total += along[k] * load[k]
-    return total
-
-
-@jit
 def _sighting(rows, camera, tag, extra, value, pose, work):
     seen, count = edge(work.bodies, camera, tag, extra, pose, work.rotation, work.slope, work.by_body), 0
     for which, body in enumerate((camera, tag)):
@@ -404,19 +230,6 @@ def _sighting(rows, camera, tag, extra, value, pose, work):
                 work.gradient[count], work.unknown[count] = work.by_body[which, column], at
                 count += 1
     return seen - value, count
-
-
-@jit
-def _between(rows, i, other, value, work):
-    one, two = work.lines[i], work.lines[other]
-    x, y, z = one[0] - two[0], one[1] - two[1], one[2] - two[2]
-    size = sqrt(x * x + y * y + z * z)
-    share = 1.0 / max(size, MIN_DISTANCE)
-    count = 0
-    for line, sign in ((i, share), (other, -share)):
-        for axis, along in enumerate((x, y, z)):
-            count = _put(rows, work, count, line, EXIT + axis, sign * along)
-    return size - value, count
 
 
 @jit(allocates=True)

@@ -12,6 +12,9 @@ from cablewright.kernels.layout import (
     ARC_COMPLIANCE,
     ARRIVAL_X,
     ASIDE,
+    AXIS_X,
+    AXIS_Y,
+    AXIS_Z,
     AZIMUTH,
     BAD_WRAP,
     BREAKING,
@@ -31,6 +34,7 @@ from cablewright.kernels.layout import (
     PULLS,
     RADIUS,
     SPANS,
+    SWIVEL,
     TAU,
     UNKNOWNS,
     WEIGHT,
@@ -42,6 +46,7 @@ from cablewright.kernels.statics.line.spatial import (
     COLUMNS,
     END_FORCE,
     FORCE,
+    FRAME,
     POSE,
     RESIDUAL,
     SIZE,
@@ -228,6 +233,24 @@ def leave_placed(row, y, plane, guide):
         return ex, ey, s, guide[TOWARDS], guide[TOWARDS + 1], guide[TOWARDS + 2]
     x, across, z = towards_winch(row)
     return ex, ey, s, x, across, z
+
+
+@jit
+def comes_from(row, record):
+    """Return the unit vector from a drawn line's guide at the frame to where its cable comes from; 0: not modelled."""
+    if row[GUIDE] == ASIDE:
+        return record[FRAME + TOWARDS], record[FRAME + TOWARDS + 1], record[FRAME + TOWARDS + 2]
+    return towards_winch(row)
+
+
+@jit
+def faces_back(row, record, x, y, z):
+    """Return whether the swivel of a drawn line faces (x, y, z) while the cable leaves it to the other side."""
+    if row[GUIDE] != SWIVEL:
+        return False
+    ax, ay, az = row[AXIS_X], row[AXIS_Y], row[AXIS_Z]
+    fx, fy, fz = record[FORCE], record[FORCE + 1], record[FORCE + 2]
+    return fx * x + fy * y + fz * z < (fx * ax + fy * ay + fz * az) * (x * ax + y * ay + z * az)
 
 
 @jit

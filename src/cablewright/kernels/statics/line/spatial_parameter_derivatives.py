@@ -154,19 +154,32 @@ def _by_cable(row, y, record, taken, changes):
 
 
 @jit
-def _by_dead_span(row, y, record, taken, changes):
-    """Add the derivatives of the equations by the sheave's radius, and of the dead span by all parameters."""
-    tension, radius = exp(y[TAU]), row[RADIUS]
-    bend = 0.5 * row[DEAD_COMPLIANCE] * row[WEIGHT] * row[MEAN_RISE]
-    _, _, per_metre = dead_length(row, record[FRAME + SPAN], tension)
+def write_radius(row, record, right, column):
+    """Write the derivatives of the span's equations by the radius of the sheave at the frame to a *column* of *right*.
+
+    Returns those of the cable on the sheave, and before it, with the force held, m/m; 0 without a sheave.
+    """
+    for k in range(SIZE):
+        right[k, column] = 0.0
     if row[GUIDE] == ASIDE:
         for k in range(3):
-            changes[k, SHEAVE] = record[FRAME + POINT_BY_RADIUS + k]
-        changes[3, SHEAVE] = record[FRAME + ARC_BY_RADIUS] * taken + record[FRAME + SPAN_BY_RADIUS] * per_metre
-    elif radius > 0.0:
-        for k in range(3):
-            changes[k, SHEAVE] = (record[FRAME + CONTACT_POINT + k] - record[FRAME + GIVEN_WAY + k]) / radius
-        changes[3, SHEAVE] = record[FRAME + ARC] / radius * taken
+            right[k, column] = record[FRAME + POINT_BY_RADIUS + k]
+        return record[FRAME + ARC_BY_RADIUS], record[FRAME + SPAN_BY_RADIUS]
+    if row[RADIUS] == 0.0:
+        return 0.0, 0.0
+    for k in range(3):
+        right[k, column] = (record[FRAME + CONTACT_POINT + k] - record[FRAME + GIVEN_WAY + k]) / row[RADIUS]
+    return record[FRAME + ARC] / row[RADIUS], 0.0
+
+
+@jit
+def _by_dead_span(row, y, record, taken, changes):
+    """Add the derivatives of the equations by the sheave's radius, and of the dead span by all parameters."""
+    tension = exp(y[TAU])
+    bend = 0.5 * row[DEAD_COMPLIANCE] * row[WEIGHT] * row[MEAN_RISE]
+    _, _, per_metre = dead_length(row, record[FRAME + SPAN], tension)
+    on_sheave, before = write_radius(row, record, changes, SHEAVE)
+    changes[3, SHEAVE] = on_sheave * taken + before * per_metre
     if record[FRAME + SPAN] == 0.0:
         return
     stretch = y[DEAD] * (row[DEAD_COMPLIANCE] * tension + bend * y[DEAD])
