@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
 
@@ -11,6 +12,8 @@ import pytest
 from benchmarks.campaigns import calibrated_features as campaign
 
 from cablewright.calibration.calibrate import calibrate
+from cablewright.calibration.drift.drift import check_drift
+from cablewright.calibration.drift.record import record_of
 from cablewright.calibration.measurements import Measured, read_measured, write_measured
 from cablewright.calibration.plan import CalibrationPlan, Sigmas
 from cablewright.calibration.poses.elastic import problem_of
@@ -181,6 +184,26 @@ def test_an_exit_point_that_no_measurement_depends_on_is_named() -> None:
     assert found.reasons[0].startswith("nothing measured depends on the exit point of weight")
     assert "weight" not in {each.line for each in found.unknowns}
     assert found.robot.lines[-1] == robot.lines[-1]
+
+
+def test_a_machine_with_a_counterweight_is_compared_later(tmp_path: Path) -> None:
+    """A line that slips on its drum is found; the counterweight has no length that could."""
+    robot, measured = blind()
+    first, data = np.arange(40) < 30, tmp_path / "d.csv"
+    data.write_text(write_measured(measured.only(first), robot))
+    found = calibrate(robot, data, CalibrationPlan(sigma=Sigmas(encoder=1e-4)), rough=0.05)
+    record, later = record_of(found, data, datetime(2026, 11, 30, tzinfo=UTC)), measured.only(~first)
+    assert check_drift(found.robot, later, record).verdict == "unchanged"
+    slipped = later.counted + 3e-3 * np.eye(5)[1]
+    moved = check_drift(found.robot, replace(later, counted=slipped), record)
+    assert moved.verdict == "moved"
+    assert [each.line for each in moved.lines] == [line.name for line in robot.lines[:4]]
+
+
+def test_absolute_lengths_need_a_winch_on_each_line() -> None:
+    measured = simulate_calibration(PAIRS, 12, 1e-4, seed=1).measured
+    with pytest.raises(InputError, match="lengths: absolute ones are for a winch on each line"):
+        StraightProblem.of(PAIRS, measured, CalibrationPlan(lengths="absolute", unknowns=("exit_point",)))
 
 
 def test_tensions_show_the_exit_point_of_a_counterweight() -> None:

@@ -57,6 +57,7 @@ FALSE_ALARM: Final = 0.01
 """Default share of false alarms: checks that report a change although nothing has changed."""
 
 _FREED: Final = ("exit_point", "length_offset")
+_OF_LINES: Final = ("exit_point.x", "length_offset")
 _NAMED: Final = 2  # redundant numbers of a pose with which its wrong line can be identified
 
 
@@ -398,9 +399,9 @@ class _Eliminated:
 def _suspects(problem: CalibrationProblem, eliminated: _Eliminated, new_home: bool) -> Iterator[Suspect]:
     """Yield the possible changes: lengths first, in the order of lines."""
     m, effects = problem.robot.m, -eliminated.unknowns / np.array([each.size for each in problem.unknowns])
-    lines, seen = [line.name for line in problem.robot.lines], problem.measured.sightings
-    column = {(each.kind, each.line): at for at, each in enumerate(problem.unknowns)}
-    for name in lines if not new_home else ():
+    column, seen = {(one.kind, one.line): at for at, one in enumerate(problem.unknowns)}, problem.measured.sightings
+    lines, homes = ([x.name for x in problem.robot.lines if (kind, x.name) in column] for kind in _OF_LINES)
+    for name in homes if not new_home else ():
         yield Suspect("length", name, effects[:, [column["length_offset", name]]], m)
     for name in lines:
         moves = effects[:, [column[f"exit_point.{axis}", name] for axis in "xyz"]]
@@ -408,7 +409,7 @@ def _suspects(problem: CalibrationProblem, eliminated: _Eliminated, new_home: bo
             if tag.line == name:
                 moves = moves + effects[:, [column[f"tag_place.{axis}", f"tag {tag.number}"] for axis in "xyz"]]
         yield Suspect("exit point", name, moves, m)
-        if not new_home:
+        if not new_home and name in homes:
             longer = effects[:, [column["length_offset", name]]]
             yield Suspect("exit point and length", name, np.hstack([moves, longer]), m, of_alarm=False)
     weights = problem.of_poses(problem.weights)
@@ -443,8 +444,7 @@ def _readings(problem: CalibrationProblem, eliminated: _Eliminated) -> Iterator[
 def _lines(evidence: Evidence, suspects: list[Suspect], level: float) -> Iterator[LineDrift]:
     for at, each in enumerate(suspects):
         if each.what == "length" and each.line is not None:
-            change, sigma = evidence.alone(at)
-            yield LineDrift(each.line, change, sigma, evidence.detectable(at, level))
+            yield LineDrift(each.line, *evidence.alone(at), evidence.detectable(at, level))
 
 
 def _notes(measured: Measured, known: CalibrationRecord, new_home: bool, moved: bool) -> Iterator[str]:

@@ -115,6 +115,8 @@ class CalibrationRecord(FileDescription):
     def unknowns_in(self, robot: Robot, where: str) -> tuple[Unknown, ...]:
         """Return the unknowns of *robot*. Raises `InputError` if it is not the robot whose calibration this is."""
         found = unknowns_of(robot, self.unknowns, self.shared, self.cable is not CableLaw.RIGID, self.plan.grouped)
+        hung, known_of = {robot.lines[at].name for at in robot.hung}, {(each.name, each.line) for each in self.values}
+        found = tuple(each for each in found if each.line not in hung or (each.kind, each.line) in known_of)
         own = self.values[: len(found)]  # those of camera and tags come last
         if [(each.kind, each.line) for each in found] != [(each.name, each.line) for each in own]:
             raise InputError(f"{where}: values are not those of {robot.name!r}, in its order of lines")

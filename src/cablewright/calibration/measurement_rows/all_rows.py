@@ -15,6 +15,7 @@ from cablewright.calibration.measurement_rows.measurement_kinds import SensorRow
 from cablewright.calibration.measurement_rows.positions import position_rows
 from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import CalibrationPlan
+from cablewright.foundation.errors import InputError
 from cablewright.kernels.fitting import calibration_residuals
 from cablewright.models.shared_winches import shares
 from cablewright.robot import Robot
@@ -44,6 +45,8 @@ def sensor_rows(robot: Robot, measured: Measured, plan: CalibrationPlan, elastic
     weights[:, list(robot.hosts)] = weight
     yield SensorRows(encoder, measured.counted, weights, np.arange(robot.m))
     if robot.sharing:
+        if plan.lengths == "absolute":
+            raise InputError("lengths: absolute ones are for a winch on each line; count changes since a home pose")
         own, other, sense, _ = shares(robot).T
         own, other = own.astype(int), other.astype(int)
         extra = np.zeros((len(own), 6))
