@@ -213,7 +213,7 @@ def hung_point() -> Robot:
 
 def board(seed: int) -> Case:
     """A body in a vertical plane on two lines."""
-    exits, points = ((-1.2, 0.05, 1.0), (1.2, 0.05, 1.0)), ((-0.1, 0.0, 0.1), (0.12, 0.0, 0.1))
+    exits, points = ((-1.2, 0.25, 1.0), (1.2, 0.25, 1.0)), ((-0.1, 0.0, 0.1), (0.12, 0.0, 0.1))
     robot = Robot.from_points(
         exits, points, mass=5.0, cable=Cable(axial_stiffness=5e4, linear_density=0.02, breaking_load=1e4),
         tension_limits=(2.0, 300.0), frame=((-1.2, -0.5, -1.0), (1.2, 0.5, 1.0)), inertia=(0.1, 0.12, 0.14),
