@@ -14,14 +14,8 @@ from cablewright.estimation import started_filter
 from cablewright.estimation.kalman import filter as error_state
 from cablewright.estimation.kalman import lidar_update
 from cablewright.estimation.kalman.filter import FirstState
-from cablewright.estimation.kalman.state import (
-    FilterLayout,
-    FilterSettings,
-    FilterState,
-    inject_correction,
-    kalman_update,
-    passes_gate,
-)
+from cablewright.estimation.kalman.settings import FilterSettings
+from cablewright.estimation.kalman.state import FilterLayout, FilterState, inject_correction, kalman_update, passes_gate
 from cablewright.estimation.lidar.room import RoomMap
 from cablewright.foundation.choices import SeverityName
 from cablewright.foundation.errors import InputError

@@ -13,7 +13,8 @@ from cablewright.estimation import started_filter
 from cablewright.estimation.kalman import line_update
 from cablewright.estimation.kalman.filter import FirstState, begin
 from cablewright.estimation.kalman.sag import balanced
-from cablewright.estimation.kalman.state import FilterSettings, FilterState, inject_correction
+from cablewright.estimation.kalman.settings import FilterSettings
+from cablewright.estimation.kalman.state import FilterState, inject_correction
 from cablewright.foundation.arrays import Array
 from cablewright.live.estimator_settings import started_settings
 from cablewright.robot import load
@@ -41,6 +42,14 @@ def slackest(settings: FilterSettings, state: FilterState) -> tuple[int, Callabl
     return line, hanging
 
 
+def predict(settings: FilterSettings, state: FilterState, rotation: Array, dt: float) -> None:
+    """Predict by counts that are as fine as the *rotation* (m,), rad, of the drums in *dt*, s, is given."""
+    fine = dataclasses.replace(settings, machine=dataclasses.replace(settings.machine, counts_per_radian=1e6))
+    counts, turned = np.rint(1e6 * rotation).astype(np.int64), np.empty(len(rotation))
+    line_update.reel(fine, state, (counts, np.zeros_like(counts)), turned, dt, rolls=True, pauses=False)
+    assert turned == pytest.approx(rotation, rel=1e-12)
+
+
 def test_lines_lead_where_taut_lines_lead(later: FilterState) -> None:
     """Lengths that grow as the taut ones do from here to there move B from here to there."""
     assert later.taut is not None
@@ -48,7 +57,7 @@ def test_lines_lead_where_taut_lines_lead(later: FilterState) -> None:
         assert later.hung.jacobian @ (later.taut.toward @ way) == pytest.approx(way, abs=1e-9)
     before, slack = later.motion.position.copy(), line_update.excess(later)
     state = copy.deepcopy(later)
-    line_update.predict(KNOWN, state, np.array([1e-3, -2e-3, 1e-3, 0.0]), 0.01)
+    predict(KNOWN, state, np.array([1e-3, -2e-3, 1e-3, 0.0]), 0.01)
     assert np.linalg.norm(state.motion.position - before) < 3e-4
     assert np.abs(line_update.excess(state) - slack).max() < 3e-4
     assert np.linalg.eigvalsh(state.P)[0] > -1e-12
@@ -90,7 +99,7 @@ def test_a_line_that_gets_slack_uncounted_is_followed_by_its_angle(later: Filter
         angles, seen = hanging(begin + 5e-4 * k), state.slackness
         variances, excess = np.full(m, np.radians(0.1) ** 2), np.where(np.isnan(seen.excess), 0.0, seen.excess)
         state.slackness = shown(seen, differences=angles, variances=variances, excess=excess)
-        line_update.predict(settings, state, np.zeros(m), 0.2)
+        predict(settings, state, np.zeros(m), 0.2)
         state.time += 0.2
         line_update.update(settings, state)
     twelve_seconds_ago, now = begin + 5e-4 * (79 - 60), begin + 5e-4 * 79
@@ -109,7 +118,7 @@ def test_the_zero_of_a_slack_line_stays_near_the_specified_one(later: FilterStat
     variances, seen = np.full(m, np.radians(0.1) ** 2), state.slackness
     state.slackness = shown(seen, differences=angles, variances=variances, excess=np.zeros(m))
     for _ in range(60):
-        line_update.predict(settings, state, np.zeros(m), 1.0)
+        predict(settings, state, np.zeros(m), 1.0)
         state.time += 1.0
         line_update.update(settings, state)
         assert np.abs(state.lines.zeros).max() < 2.0 * settings.zero_sigma
@@ -127,7 +136,7 @@ def test_stretch_that_no_count_shows_moves_lengths_and_the_drum_with_its_covaria
     def predicted(by: np.ndarray) -> FilterState:
         state = copy.deepcopy(later)
         inject_correction(state, by)
-        line_update.predict(settings, state, rotation, dt)
+        predict(settings, state, rotation, dt)
         line_update.update_jacobian(settings, state, at_once=True)
         return state
 

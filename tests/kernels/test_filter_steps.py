@@ -11,7 +11,7 @@ from cablewright.estimation.kalman.state import FilterLayout, Mean
 from cablewright.estimation.tilt import rotation_vector
 from cablewright.foundation.arrays import Array
 from cablewright.kernels.filtering.estimate import AXES, OF_LINES, tell
-from cablewright.kernels.filtering.predict import roll, turn
+from cablewright.kernels.filtering.predict import JUMPED, reel, roll, turn
 
 LINES = [3, 4, 8]
 
@@ -74,7 +74,7 @@ def test_a_gyro_turns_tilts_and_yaw() -> None:
     F, more = drifts @ two @ one, np.zeros(lay.size)
     more[lay.attitude] = 0.02**2 * 0.1
     whole = F @ P @ F.T + np.diag(more)
-    turn(x, P, at, rate, 0.1, 0.02, found)
+    turn(x, P, at, *rate, 0.1, 0.02, found)
     assert found == pytest.approx(expected, rel=1e-12)
     changed = before.copy()
     changed[lay.attitude] += 0.1 * expected
@@ -91,8 +91,10 @@ def test_an_estimate_is_the_state_at_the_present_time(m: int, coasting: bool, la
     jacobian, toward = random.standard_normal((3, m)), random.standard_normal((m, 3))
     taut, there, rates, rate = (random.standard_normal(size) for size in (m, 3, m, 3))
     velocity = x[lay.velocity].copy() if coasting else jacobian @ (x[lay.radii] * rates)
-    found = np.empty(OF_LINES + 3 * m + AXES**2)
-    tell(x, P, at, jacobian, taut, toward, there, rates, rate, sigmas, np.array([*late, 0.15]), coasting, found)
+    found, doubt = np.empty(OF_LINES + 3 * m + AXES**2), 1e-3 * np.outer(there, there)
+    variance, sound = tell(
+        x, P, at, jacobian, taut, toward, there, rates, rate, sigmas, doubt, *late, 0.15, coasting, found
+    )
     since, turning = (min(max(each, 0.0), 0.15) for each in late)
     since = 0.0 if coasting else since
     tilt_x, tilt_y, yaw = x[lay.attitude]
@@ -114,5 +116,60 @@ def test_an_estimate_is_the_state_at_the_present_time(m: int, coasting: bool, la
     if late[1] > 0.15:
         own[6:] += 0.3**2, 0.3**2, 0.4**2 * late[1] * (1.0 + late[1])
     covariance = found[OF_LINES + 3 * m :].reshape(AXES, AXES)
-    assert covariance == pytest.approx(G @ P @ G.T + np.diag(own), rel=1e-9, abs=1e-14)
+    expected = G @ P @ G.T + np.diag(own)
+    expected[:3, :3] += doubt
+    assert covariance == pytest.approx(expected, rel=1e-9, abs=1e-14)
     assert (covariance == covariance.T).all()
+    assert variance == pytest.approx(np.trace(expected[:3, :3]), rel=1e-9)
+    assert math.isfinite(sound)
+    P[-1, 0] = math.nan
+    assert math.isnan(
+        tell(x, P, at, jacobian, taut, toward, there, rates, rate, sigmas, doubt, *late, 0.15, coasting, found)[1]
+    )
+
+
+@pytest.mark.parametrize(("unknown", "most"), [(0, 2e-3), (1, 2e-3), (2, 0.5)])
+def test_counts_move_the_platform_as_the_rotation_that_they_show(unknown: int, most: float) -> None:
+    """Two lines share a winch, one of them wound the other way, and one has a counterweight."""
+    random, mean, P = some(4)
+    (x, _, at), winch, sense = mean, np.array([0, 0, -1, 1]), np.array([1.0, -1.0, 0.0, 1.0])
+    jacobian, toward, hung = random.normal(0.0, 0.5, (3, 4)), random.normal(0.0, 0.6, (4, 3)), np.arange(4) == 2
+    noise, law, excess = np.array([2e-3, 3e-3, 5e-3, 7e-3, 0.5]), np.array([100.0, 40.0, 0.2]), np.zeros(4)
+    excess[:unknown] = math.nan
+    expected = 0.01 * np.array([10.0, -10.0, 0.0, -20.0])  # rad
+    states: list[list[Array]] = []
+    for by_counts in (True, False):
+        own = [x.copy(), P.copy(), np.ones(4), np.ones(4), np.ones(4), np.ones(4)]
+        state, covariance, loosened, coasted, rates, angles = own
+        linear, creep, rotation = (state, covariance, at, jacobian, toward, hung), np.full(4, 1e-3), np.empty(4)
+        if by_counts:
+            counts = np.array([10, -20]), np.array([0, 0])
+            last = loosened, coasted, rates, angles, rotation
+            assert reel(*linear, *counts, winch, sense, law, True, False, excess, creep, noise, 0.1, *last) == 3
+            assert rotation == pytest.approx(expected, rel=1e-12)
+        else:
+            angles += expected
+            noise[0] = most
+            roll(*linear, expected, creep, noise, 0.1, 0.5, loosened, coasted, rates)
+        states.append(own)
+    for one, other in zip(*states, strict=True):
+        assert one == pytest.approx(other, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("turned", "rolls", "pauses", "shown"),
+    [(0, False, False, 0), (0, True, True, 0), (0, True, False, 2), (3, False, False, 1), (3, True, True, 3),
+     (801, True, False, JUMPED)],
+)  # fmt: skip
+def test_counts_say_whether_drums_turned_and_whether_that_moved_the_platform(
+    turned: int, rolls: bool, pauses: bool, shown: int
+) -> None:
+    _, (x, _, at), P = some(3)
+    law, ones, each = np.array([100.0, 40.0, 0.2]), np.ones(3), np.arange(3)
+    before, own = (x.copy(), P.copy()), [np.ones(3), np.ones(4), np.ones(3), np.ones(3), np.empty(3)]
+    linear = x, P, at, np.ones((3, 3)), np.ones((3, 3)), np.zeros(3, np.bool_)
+    counts = np.full(3, turned), np.zeros(3, np.int64)
+    assert reel(*linear, *counts, each, ones, law, rolls, pauses, ones, ones, np.ones(5), 0.1, *own) == shown
+    moved = (x != before[0]).any() or (before[1] != P).any()
+    assert moved == (shown in (2, 3))
+    assert (own[3] == 1.0 + 0.01 * turned * (shown == 3)).all()

@@ -68,6 +68,6 @@ class Attitude:
         *turned*, *then*: rotations (3,), rad, at both ends.
         """
         begin = self.origin(here, turned)
-        end = begin + (there - here) if np.array_equal(turned, then) else self.origin(there, then)
+        end = begin + (there - here) if turned.tolist() == then.tolist() else self.origin(there, then)
         twist = motion_between(np.concatenate([begin, turned]), np.concatenate([end, then])) / dt
         return Carried(begin, twist[:3], turned, twist[3:])

@@ -224,8 +224,8 @@ def _steered(
     delay: float,
 ) -> Array:
     """Return the speeds of `step` of a point under the law ``model``, where one kernel computes all. *delay*: s."""
-    found, target = estimate, target.writable()
-    estimated = np.concatenate([found.position, found.rotation, found.excess, found.lengths, found.radii])
+    own, target = estimate, target.writable()
+    estimated = np.concatenate([own.position, own.rotation, own.excess, own.lengths, own.radii])
     pushed, swing = target.accelerations if settings.leads else np.zeros((2, 3)), settings.swing
     share, faster = (0.0, 0.0) if swing is None else gains(swing, dt)
     numbers = np.array([settings.model.robot.platform.mass, share, faster, MOST_SPEED, settings.max_drum_speed])
@@ -299,8 +299,8 @@ def note_counts(state: VelocityState, frame: SensorFrame) -> None:
 
 def due(settings: VelocitySettings, state: VelocityState, target: Target, now: float) -> tuple[Array, Array]:
     """Return the commanded pose of the platform at the time *now*, s: position (3,), m, and rotation (3,), rad."""
-    if state.time != now:
-        return target.position, target.rotation
+    if state.time != now or settings.steers:
+        return target.position - (settings.lag * state.velocity[:3] if state.time == now else 0.0), target.rotation
     pose = moved(np.concatenate([target.position, target.rotation]), -settings.lag * state.velocity)
     return pose[:3], pose[3:]
 

@@ -23,7 +23,9 @@ from cablewright.estimation.measured_tensions import smoothed
 from cablewright.estimation.reading_checks import accepted
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import AnswerError, InputError, Status
-from cablewright.foundation.signals import Climate, Encoders, Estimate, SensorFrame, Tensions, frozen
+from cablewright.foundation.signals import Climate, Encoders, Estimate, SensorFrame, Tensions
+from cablewright.kernels import Direct
+from cablewright.kernels.filtering import reckoning as kernel
 from cablewright.models.coil import Coil, LineCoils
 from cablewright.models.creep import CreepMemory, memory_of
 from cablewright.models.statics import Equilibrium, Model
@@ -36,6 +38,7 @@ from cablewright.solvers.linearise import linearise, tension_changes
 from cablewright.solvers.taut import Taut, taut_at
 
 _PLACINGS: Final = 3  # Newton steps to the lengths of a known place: centimetres are left as nanometres
+_UNWIND: Final = Direct(kernel.unwind)
 _UNEVEN: Final = 2e-3  # standard deviation of length errors by load cells, as a share: more than cables creep
 
 
@@ -94,11 +97,16 @@ class ReckoningState:
     air: FeltAir = field(default_factory=FeltAir)
     rotation: Array = field(default_factory=lambda: np.zeros(1))  # (m,) rad, paid out since the start
     lengths: Array | None = None
-    velocity: Array | None = None
+    velocity: Array = field(default_factory=lambda: np.zeros(3))  # (3,) m/s, smoothed
     measured: Array | None = None  # (m,) tensions, N, smoothed; NaN: not read
     learnt: LearntLengths | None = None
-    taut: Taut | None = None
     time: float = -math.inf
+    tell: Direct = field(default_factory=lambda: Direct(kernel.tell))
+
+    @property
+    def taut(self) -> Taut:
+        """The lines, as if straight, at the estimated position."""
+        return taut_at(self.tracker.model, self.tracker.pose)
 
 
 def start(settings: ReckoningSettings, place: Array) -> ReckoningState:
@@ -120,7 +128,7 @@ def start_at(settings: ReckoningSettings, lengths: Array, counts: NDArray[np.int
 
     Earlier creep of the cables is not known, so that none of it counts.
     """
-    return _begin(settings, lengths, counts.copy(), None)
+    return _begin(settings, lengths, np.array(counts, dtype=np.int64), None)
 
 
 def _begin(
@@ -234,7 +242,7 @@ def _counts(settings: ReckoningSettings, state: ReckoningState) -> NDArray[np.in
 
 def step(settings: ReckoningSettings, state: ReckoningState, frame: SensorFrame) -> Estimate:
     """Return the estimate after one frame; *state* changes in place. No frame raises an error."""
-    dt = frame.time - state.time
+    dt = float(frame.time - state.time)
     if not dt > 0.0:
         state.monitor.restart(frame.time, f"the clock jumped from {state.time:g} to {frame.time:g} s")
         dt = math.inf
@@ -258,13 +266,8 @@ def step(settings: ReckoningSettings, state: ReckoningState, frame: SensorFrame)
         state.monitor.clear("encoders", "lost")
     else:
         state.monitor.report("encoders", "lost", f"the equilibrium could not be followed: {status.value}")
-    if state.velocity is None or not math.isfinite(dt):
-        state.velocity = np.zeros(3)
-    else:
-        share = min(1.0, dt / settings.smoothing_time)
-        state.velocity = state.velocity + share * ((state.tracker.pose - before) / dt - state.velocity)
     state.monitor.check_timeouts(frame.time)
-    return _estimate(settings, state, paid, status)
+    return _estimate(settings, state, paid, status, before, dt)
 
 
 def _read_tensions(settings: ReckoningSettings, state: ReckoningState, frame: SensorFrame, dt: float) -> None:
@@ -281,11 +284,15 @@ def _update_lengths(settings: ReckoningSettings, state: ReckoningState, reading:
     if wrong:
         return
     if state.start_counts is None:
-        state.start_counts = reading.counts
-    rotation = settings.winches.of_lines(reading.counts - state.start_counts) / settings.counts_per_radian
-    wound = state.start_angles - rotation
-    paid = settings.drums.paid(state.start_angles, wound)
-    if paid is None:
+        state.start_counts = np.array(reading.counts, dtype=np.int64)
+    winches, tables = settings.winches, settings.drums.tables
+    paid, rotation = np.empty(len(state.start_angles)), np.empty(len(state.start_angles))
+    counts = np.array(reading.counts, dtype=np.int64)
+    holds = _UNWIND.call(
+        counts, state.start_counts, winches.winch, winches.sense, settings.counts_per_radian, state.start_angles,
+        *tables, rotation, paid,
+    )  # fmt: skip
+    if not holds:
         state.monitor.report("encoders", "jump", "the counts exceed the turns of a winch drum: not used")
         return
     state.monitor.clear("encoders", "jump")
@@ -294,24 +301,34 @@ def _update_lengths(settings: ReckoningSettings, state: ReckoningState, reading:
     state.lengths = out if state.creep is None else out * (1.0 + state.creep.strain - state.start_strain)
 
 
-def _estimate(settings: ReckoningSettings, state: ReckoningState, paid: Array, status: Status) -> Estimate:
-    assert state.velocity is not None
-    pose = state.tracker.pose
-    state.taut = taut_at(settings.model, pose)
+def _estimate(
+    settings: ReckoningSettings, state: ReckoningState, paid: Array, status: Status, before: Array, dt: float
+) -> Estimate:
+    """Return the estimate with lengths *paid* out (m,), m; *before* (3,), m: the position *dt*, s, ago."""
+    m, radii_by_turns, turns = len(paid), settings.drums.tables[0], settings.drums.tables[2]
+    if not math.isfinite(dt):
+        state.velocity[:] = 0.0
     if settings.model.robot.hung:
-        paid = state.tracker.solved.lengths[0]
-    excess = paid - state.taut.lengths
+        paid = state.tracker.solved.lengths[0].copy()
+    found = np.empty(kernel.OF_LINES + 3 * m)
+    state.tell.call(
+        settings.model.packed, state.tracker.pose, before,
+        min(1.0, dt / settings.smoothing_time) if math.isfinite(dt) else 0.0, dt,
+        state.velocity, paid, state.start_angles, state.rotation, radii_by_turns, turns, found,
+    )  # fmt: skip
+    excess = found[kernel.OF_LINES + m : kernel.OF_LINES + 2 * m]
     if state.learnt is not None:  # as those have it who know the file alone: at the same tensions
-        excess = excess + state.learnt.given(state.tracker.solved)
+        excess += state.learnt.given(state.tracker.solved)
+    found.flags.writeable = False
     return Estimate(
         state.time,
-        frozen(pose),
-        frozen(state.velocity),
-        frozen(np.zeros(3)),
-        frozen(paid),
-        frozen(excess),
+        found[: kernel.SPEED],
+        found[kernel.SPEED : kernel.ROTATION],
+        found[kernel.ROTATION : kernel.OF_LINES],
+        found[kernel.OF_LINES : kernel.OF_LINES + m],
+        found[kernel.OF_LINES + m : kernel.OF_LINES + 2 * m],
         excess > settings.slack_threshold,
-        frozen(settings.drums.radii(state.start_angles - state.rotation)),
+        found[kernel.OF_LINES + 2 * m :],
         faults=state.monitor.faults,
         valid=status is Status.OK and state.start_counts is not None,
     )

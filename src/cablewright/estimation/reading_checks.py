@@ -167,9 +167,14 @@ def drum_rotation(
     rotation = turned if own is None or own.plain else own.of_lines(turned)
     turns = rotation.tolist()
     if max(*turns, -min(turns)) > 2.0 * max_speed * max(dt, 0.02):
-        checks.monitor.report("encoders", "jump", "the counts jumped by more than the winches can turn: left out")
+        report_jump(checks)
         return None, dt
     return rotation, dt
+
+
+def report_jump(checks: ReadingChecks) -> None:
+    """Report that counts jumped, so that they are not used."""
+    checks.monitor.report("encoders", "jump", "the counts jumped by more than the winches can turn: left out")
 
 
 def queue_scan(checks: ReadingChecks, pending: list[Scan], scan: Scan, keep: int) -> bool:

@@ -16,6 +16,7 @@ import numpy as np
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import LineAngles
+from cablewright.kernels import Direct
 from cablewright.kernels.filtering import smoothed_line_angles as kernel
 from cablewright.kernels.layout import Code
 from cablewright.models.packed_views import LineNumbers, LineStates, blank_states
@@ -26,6 +27,7 @@ from cablewright.solvers.taut import Taut
 _FIRST_SIGMA: Final = math.radians(5.0)  # of one reading of a line that vibrates
 _FIRST_TIMES: Final = 0.01  # smoothing times for which the first reading counts in the scatter, where they are longer
 _MAX_ITERATIONS: Final = 6
+_STEP: Final = Direct(kernel.step)
 _TOLERANCE: Final = 1e-6  # rad, of the angle that an excess has to give
 
 
@@ -125,10 +127,11 @@ def step(settings: SlacknessSettings, state: SlacknessState, reading: LineAngles
     if not dt > 0.0:
         return state
     rows = state.rows.copy()
-    kernel.step(
-        rows, reading.angles.copy(), settings.model.packed.lines, taut.angles, taut.free, taut.lengths, taut.toward,
-        settings.from_platform, reading.time, dt, settings.smoothing_time, settings.gate, settings.timeout,
-    )  # fmt: skip
+    own, angles = settings, np.array(reading.angles, dtype=np.float64)
+    numbers = own.from_platform, reading.time, dt, own.smoothing_time, own.gate, own.timeout
+    _STEP.call(
+        rows, angles, own.model.packed.lines, taut.angles, taut.free, taut.lengths, taut.toward, *map(float, numbers)
+    )
     return SlacknessState(rows, reading.time)
 
 

@@ -15,7 +15,8 @@ from cablewright.estimation import slackness
 from cablewright.estimation.kalman import drum_mass
 from cablewright.estimation.kalman import filter as error_state
 from cablewright.estimation.kalman.filter import FirstState
-from cablewright.estimation.kalman.state import FilterSettings, FilterState
+from cablewright.estimation.kalman.settings import FilterSettings
+from cablewright.estimation.kalman.state import FilterState
 from cablewright.estimation.known_creep import KnownCreep, known_creep
 from cablewright.estimation.merlet2023 import observer
 from cablewright.estimation.merlet2023.state import ObserverSettings, ObserverState

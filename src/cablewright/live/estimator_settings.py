@@ -13,7 +13,7 @@ from cablewright.estimation.camera import KnownCamera
 from cablewright.estimation.clock_offset import ClockLeadSettings
 from cablewright.estimation.height import HeightSettings
 from cablewright.estimation.kalman.coil_layers import CoilLayers
-from cablewright.estimation.kalman.state import FilterSettings
+from cablewright.estimation.kalman.settings import FilterSettings
 from cablewright.estimation.lidar.localisation import WallSettings
 from cablewright.estimation.lidar.room import Laser, RoomMap, RoomWall
 from cablewright.estimation.lidar.scan import LidarModel

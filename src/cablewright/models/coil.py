@@ -76,7 +76,7 @@ class LineCoils:
         return np.array([0.0 if coil is None else coil.angle(self.held - out) for coil, out in outs])
 
     @cached_property
-    def _tables(self) -> tuple[Array, Array, NDArray[np.int64]]:
+    def tables(self) -> tuple[Array, Array, NDArray[np.int64]]:
         """Radii and wound lengths (m, k), m, after each of so many turns (m,); 0 turns: of a line without a winch."""
         turns = np.array([0 if coil is None else len(coil.radii) - 1 for coil in self.coils])
         radii, wound = np.zeros((2, len(turns), int(turns.max(initial=0)) + 1))
@@ -88,11 +88,11 @@ class LineCoils:
     def paid(self, before: Array, now: Array) -> Array | None:
         """Return the lengths (m,), m, paid out between two wound angles (m,), rad; None: beyond a drum's turns."""
         found = np.empty(len(self.coils))
-        return found if winding.paid_out(*self._tables, before, now, found) else None
+        return found if winding.paid_out(*self.tables, before, now, found) else None
 
     def radii(self, angles: Array) -> Array:
         """Return the radius (m,), m, at which each line leaves its drum with *angles* (m,), rad, wound up."""
-        (radii, _, turns), found = self._tables, np.empty(len(self.coils))
+        (radii, _, turns), found = self.tables, np.empty(len(self.coils))
         winding.radii_by(radii, turns, angles, found)
         return found
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.foundation.arrays import Array
+from cablewright.kernels import Direct
 from cablewright.kernels.control import path_target as kernel
 from cablewright.kernels.control.path_target import TrackArrays
 from cablewright.printing.arc_length_path import Track
@@ -21,6 +22,7 @@ WITHIN: Final = 0.5
 """Half the range along the path in which the nearest point is searched, m."""
 
 _Kind = TypeVar("_Kind", bound=np.generic)
+_NEAREST: Final = Direct(kernel.nearest)
 
 
 class Nearest(NamedTuple):
@@ -53,7 +55,7 @@ def nearest(track: Track, point: Sequence[float] | Array, around: float, within:
 
 def nearest_in(track: TrackArrays, point: Sequence[float] | Array, around: float, within: float = WITHIN) -> Nearest:
     """Return the nearest point as `nearest`, from the arrays of a track."""
-    return Nearest(*kernel.nearest(track, float(point[0]), float(point[1]), float(around), within))
+    return Nearest(*_NEAREST.call(track, float(point[0]), float(point[1]), float(around), float(within)))
 
 
 def nearest_of_each(track: Track, points: Array, around: Array, within: float = WITHIN) -> tuple[Array, Array]:

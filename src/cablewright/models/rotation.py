@@ -6,13 +6,19 @@
 from __future__ import annotations
 
 import math
+from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from cablewright.foundation.arrays import Array
+from cablewright.kernels import Direct
 from cablewright.kernels.rotation import compose, matrix
 from cablewright.kernels.statics.platform import between
+
+_MATRIX: Final = Direct(matrix)
+_COMPOSE: Final = Direct(compose)
+_BETWEEN: Final = Direct(between)
 
 
 def matrices(vectors: ArrayLike) -> Array:
@@ -29,24 +35,25 @@ def matrices(vectors: ArrayLike) -> Array:
 def matrix_of(vector: Array) -> Array:
     """Return the matrix (3, 3) of one rotation *vector* (3,), rad."""
     found = np.empty((3, 3))
-    matrix(np.array(vector), found)  # a copy may be written, as the kernel's one signature wants it
+    _MATRIX.call(np.array(vector, dtype=np.float64), found)  # a copy, as the kernel's one signature wants it
     return found
 
 
 def motion_between(start: Array, end: Array) -> Array:
     """Return the translation, m, and the rotation in space, rad, (6,), that move pose *start* (6,) to *end*."""
     found = np.empty(6)
-    between(np.array(start), np.array(end), found)  # copies may be written, as the kernel's one signature wants them
+    own = np.array(start, dtype=np.float64), np.array(end, dtype=np.float64)  # copies, as its one signature wants them
+    _BETWEEN.call(*own, found)
     return found
 
 
 def moved(pose: Array, motion: Array) -> Array:
     """Return the pose (n,) to which a translation, m, and a rotation in space, rad, (n,), move *pose* (n,)."""
-    found = pose + motion
+    found = np.asarray(pose + motion, dtype=np.float64)
     if len(found) == 3:
         return np.asarray(found)
     found[3:] = pose[3:]
-    compose(motion[3], motion[4], motion[5], found[3:])
+    _COMPOSE.call(*map(float, motion[3:]), found[3:])
     return found
 
 

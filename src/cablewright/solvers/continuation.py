@@ -14,11 +14,13 @@ from cablewright.kernels import Direct, continuation
 from cablewright.kernels.certificates.system_enclosure import certificate_pool
 from cablewright.kernels.layout import Code, Packed
 from cablewright.kernels.statics import forward as kernel
+from cablewright.kernels.statics import taut as straight
 from cablewright.kernels.statics.equilibrium import workspace
 from cablewright.models.packed_views import LineStates
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.solvers.arguments import as_rows
 from cablewright.solvers.forward import lengths_paid_out, solve_forward
+from cablewright.solvers.taut import Taut, taut_of
 
 
 @dataclass(frozen=True)
@@ -74,7 +76,7 @@ class Tracker:
         self._packed = model.packed
         self._work = workspace(self._packed)
         self._pool: Array | None = None
-        self._track = Direct(continuation.follow)
+        self._track, self._draw = Direct(continuation.follow), Direct(straight.draw)
 
     def step(self, lengths: ArrayLike) -> Status:
         """Track the equilibrium to *lengths* (m,), m. Unless the status is OK, the pose stays as it was.
@@ -113,6 +115,11 @@ class Tracker:
     def packed(self) -> Packed:
         """The arrays of the robot whose equilibrium is followed."""
         return self._packed
+
+    @property
+    def taut(self) -> Taut:
+        """The lines, as if straight, at the last pose."""
+        return taut_of(self._packed, self.pose, self._draw.call)
 
     @property
     def tensions(self) -> Array:

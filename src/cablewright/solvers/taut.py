@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -29,11 +30,14 @@ def taut_at(model: Model, pose: Array) -> Taut:
     return taut_of(model.packed, pose)
 
 
-def taut_of(packed: Packed, pose: Array) -> Taut:
-    """Return straight lines, see `taut_at`, of arrays *packed* that may differ from a model's."""
+def taut_of(packed: Packed, pose: Array, draw: Callable[..., None] = kernel.draw) -> Taut:
+    """Return straight lines, see `taut_at`, of arrays *packed* that may differ from a model's.
+
+    *draw*: the kernel, for callers that call it for one robot alone.
+    """
     m, place = len(packed.lines), np.array(pose, dtype=np.float64)
     found, planes, toward, per_motion = (np.empty((m, size)) for size in (kernel.FOUND, 4, 3, len(place)))
-    kernel.draw(packed, place, found, planes, toward, per_motion)
+    draw(packed, place, found, planes, toward, per_motion)
     angles, free, lengths = np.ascontiguousarray(found.T)
     return Taut(angles, free, lengths, toward, planes, per_motion)
 

@@ -12,10 +12,13 @@ from cablewright.estimation.body.state import BodyState
 from cablewright.estimation.body.updates.update import DrumPulls
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.signals import Encoders
+from cablewright.kernels import Direct
+from cablewright.kernels.filtering import body_lengths
 
 _FASTER: Final = 1.5  # times the winches' largest speed: counts that change so fast have slipped ...
 _SLIDES: Final = 1e-3  # m, assumed, from rest until a cable slides over all of its sheave
 _LEAST: Final = 0.05  # rad: ... and by this much of a drum at least
+_WIND: Final = Direct(body_lengths.wind)
 
 
 def read(settings: BodySettings, state: BodyState, reading: Encoders) -> None:
@@ -27,10 +30,10 @@ def read(settings: BodySettings, state: BodyState, reading: Encoders) -> None:
         state.monitor.report("encoders", "lines", f"a reading of {len(reading.counts)} winches: not used")
         return
     if not state.home.known:
-        state.home.counts, state.home.known = reading.counts.copy(), True
+        state.home.counts, state.home.known = np.array(reading.counts, dtype=np.int64), True
     if state.wound.last_counts is None:
         state.wound.last_counts = reading.time, reading.counts
-        _unwind(settings, state, reading.counts - state.home.counts)
+        _unwind(settings, state, reading.counts)
         return
     (before, last), pending = state.wound.last_counts, state.wound.pending
     dt = reading.time - before
@@ -43,7 +46,7 @@ def read(settings: BodySettings, state: BodyState, reading: Encoders) -> None:
             _leave_out(settings, state, jumped, pending - last)
     state.wound.pending = None
     state.wound.last_counts = reading.time, reading.counts
-    _unwind(settings, state, reading.counts - state.home.counts)
+    _unwind(settings, state, reading.counts)
 
 
 def _jumps(settings: BodySettings, change: NDArray[np.int64], dt: float) -> NDArray[np.bool_]:
@@ -65,17 +68,18 @@ def _leave_out(settings: BodySettings, state: BodyState, jumped: NDArray[np.bool
 
 
 def _unwind(settings: BodySettings, state: BodyState, counts: NDArray[np.int64]) -> None:
-    """Set the lengths paid out by *counts* (w,) since home."""
-    angles = state.home.angles - settings.winches.of_lines(counts) / settings.counts_per_radian
-    paid = settings.drums.paid(state.home.angles, angles)
-    if paid is None:
+    """Set the lengths paid out since home by the present *counts* (w,)."""
+    wound, home, winches = state.wound, state.home, settings.winches
+    angles, paid = np.empty(len(home.angles)), np.empty(len(home.angles))
+    holds = _WIND.call(
+        np.array(counts, dtype=np.int64), home.counts, winches.winch, winches.sense, settings.counts_per_radian,
+        home.angles, *settings.drums.tables, _SLIDES, wound.paid, wound.sliding, angles, paid,
+    )  # fmt: skip
+    if not holds:
         state.monitor.report("encoders", "jump", "the counts exceed the turns of a winch drum: not used")
         return
     state.monitor.clear("encoders", "jump")
-    slid = state.wound.sliding + (paid - state.wound.paid) / _SLIDES
-    state.wound.sliding = np.minimum(np.maximum(slid, -1.0), 1.0)
-    state.wound.paid = paid
-    state.wound.angles = angles
+    wound.paid, wound.angles = paid, angles
 
 
 def see_drums(settings: BodySettings, state: BodyState) -> None:

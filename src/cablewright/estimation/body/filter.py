@@ -29,12 +29,14 @@ from cablewright.foundation.signals import (
     Estimate,
     SensorFrame,
     Tensions,
-    frozen,
     per_line,
 )
+from cablewright.kernels import Direct
+from cablewright.kernels.filtering import body_lengths as kernel
 from cablewright.models.rotation import motion_between, moved
 
 _SPEED_SIGMA: Final = 0.01  # m/s and rad/s, of the velocity by the lengths
+_TELL: Final = Direct(kernel.tell)
 _CALM: Final = 0.02  # m/s^2: of the platform's acceleration that the lengths do not show
 
 
@@ -122,32 +124,31 @@ def _measure(settings: BodySettings, state: BodyState) -> Slopes | None:
     return slopes
 
 
-def _estimate(settings: BodySettings, state: BodyState, slopes: Slopes | None, found: bool) -> Estimate:
-    pose = state.pose
+def _estimate(settings: BodySettings, state: BodyState, slopes: Slopes | None, holds: bool) -> Estimate:
     if slopes is not None:
         state.belief.pose_covariance = measurement.pose_covariance(state, slopes)
-    covariance = np.zeros((9, 9))
-    own = state.belief.pose_covariance
-    covariance[:3, :3], covariance[:3, 6:], covariance[6:, :3], covariance[6:, 6:] = (
-        own[:3, :3], own[:3, 3:], own[3:, :3], own[3:, 3:],
+    m, (radii, _, turns), lines = state.layout.m, settings.drums.tables, kernel.OF_LINES
+    found, shares = np.empty(lines + 3 * m + kernel.AXES**2), state.belief.unknowns[state.layout.radius]
+    trace = _TELL.call(
+        state.pose, state.motion.velocity, state.lengths, state.taut.lengths, radii, turns, state.wound.angles,
+        shares, state.belief.pose_covariance, _SPEED_SIGMA**2, found,
     )  # fmt: skip
-    covariance[3, 3] = covariance[4, 4] = covariance[5, 5] = _SPEED_SIGMA**2
-    covariance.flags.writeable = False
-    excess = state.lengths - state.taut.lengths
+    found.flags.writeable = False
+    excess = found[lines + m : lines + 2 * m]
     return Estimate(
         state.latest.time,
-        frozen(pose[:3]),
-        frozen(state.motion.velocity[:3]),
-        frozen(pose[3:]),
-        frozen(state.lengths),
-        frozen(excess),
+        found[: kernel.SPEED],
+        found[kernel.SPEED : kernel.ROTATION],
+        found[kernel.ROTATION : lines],
+        found[lines : lines + m],
+        excess,
         excess > settings.slack_threshold,
-        frozen(encoder_lengths.radii(settings, state)),
-        covariance=covariance,
+        found[lines + 2 * m : lines + 3 * m],
+        covariance=found[lines + 3 * m :].reshape(kernel.AXES, kernel.AXES),
         faults=state.monitor.faults,
-        valid=found
+        valid=holds
         and state.home.known
-        and math.isfinite(own.trace())
+        and math.isfinite(trace)
         and not (state.monitor.is_active("encoders", "quiet") or state.monitor.is_active("camera", "contradiction")),
         consistency=state.judged.consistency,
     )

@@ -285,7 +285,7 @@ def follow(state: BodyState) -> bool:
     status = state.tracker.step(state.lengths)
     if status is Status.OK or state.tracker.restart(state.lengths):
         state.monitor.clear("encoders", "lost")
-        state.taut = taut_of(state.tracker.packed, state.pose)
+        state.taut = state.tracker.taut
         if state.tracker.model.robot.hung:
             state.lengths = state.tracker.solved.lengths[0].copy()
         return True

@@ -7,18 +7,12 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.estimation.kalman.state import (
-    FilterSettings,
-    FilterState,
-    apply_update,
-    diagonal,
-    inflate_shaken,
-    judge,
-    passes_gate,
-)
+from cablewright.estimation.kalman.settings import FilterSettings
+from cablewright.estimation.kalman.state import FilterState, apply_update, diagonal, inflate_shaken, judge, passes_gate
 from cablewright.estimation.reading_checks import accept_imu
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.signals import Inertial
+from cablewright.kernels import Direct
 from cablewright.kernels.filtering import predict as kernel
 
 _READINGS: Final = 10  # of the accelerometer, for one update
@@ -28,6 +22,7 @@ _MAX_SHAKING: Final = 20.0  # s
 _LEANING: Final = 3e-4  # rad, of each update that the suspension contradicts: after some of them a wrong tilt is right
 _MAX_NIS: Final = 20.0  # of one update, as it counts for the sensor's consistency
 _MAX_INTERVAL: Final = 0.1  # s between readings, by which a swing is followed
+_TURN: Final = Direct(kernel.turn)
 _SMOOTHING: Final = 0.2  # gain of the low-pass filter of B's acceleration
 
 
@@ -43,8 +38,8 @@ def predict(settings: FilterSettings, state: FilterState, reading: Inertial) -> 
     if not dt <= state.motion.max_gap:
         predict_without_imu(settings, state, reading.time - 0.5 * state.motion.max_gap)
         dt = reading.time - state.attitude.last_imu_time if state.attitude.last_imu_time > -np.inf else 0.0
-    rate, turned = reading.rate.copy(), state.attitude
-    kernel.turn(state.mean.x, state.P, state.mean.at, rate, dt, settings.gyro_noise, turned.angular_rate)
+    rate, turned, (x, _, at) = reading.rate.tolist(), state.attitude, state.mean
+    _TURN.call(x, state.P, at, *rate, float(dt), float(settings.gyro_noise), turned.angular_rate)
     turned.gyro_yaw += dt * float(turned.angular_rate[2])
     turned.last_imu_time = reading.time
     if dt > _MAX_INTERVAL:  # one rate does not determine the end of a swing

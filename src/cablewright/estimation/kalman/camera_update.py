@@ -11,7 +11,8 @@ from typing import Final
 import numpy as np
 
 from cablewright.estimation.kalman.lidar_update import displacement_variance, gated_update
-from cablewright.estimation.kalman.state import FilterSettings, FilterState, inflate_position, moving_velocity
+from cablewright.estimation.kalman.settings import FilterSettings
+from cablewright.estimation.kalman.state import FilterState, inflate_position, moving_velocity
 from cablewright.foundation.signals import CameraPose
 
 _DOUBTFUL: Final = 3  # rejections in a row after which B may be elsewhere, ...

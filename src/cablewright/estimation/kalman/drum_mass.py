@@ -6,13 +6,16 @@ import math
 from typing import Final
 
 from cablewright.estimation.kalman.line_update import update_jacobian
-from cablewright.estimation.kalman.state import FilterSettings, FilterState, diagonal
+from cablewright.estimation.kalman.settings import FilterSettings
+from cablewright.estimation.kalman.state import FilterState, diagonal
+from cablewright.kernels import Direct
 from cablewright.kernels.filtering import predict as kernel
 
 _SHARE: Final = 0.05  # of the weight, up to which lines' stiffnesses are as before
 _MUCH: Final = 1e-3  # m in one step, after which B bounces
 _BOUNCE: Final = 0.5  # s, of steps in which one can be seen
 _MOST_PARTS: Final = 50
+_SINK: Final = Direct(kernel.sink)
 
 
 def weigh(settings: FilterSettings, state: FilterState, mass: float) -> None:
@@ -25,12 +28,12 @@ def weigh(settings: FilterSettings, state: FilterState, mass: float) -> None:
     if mass == before or state.taut is None:
         return
     parts = min(math.ceil(abs(mass - before) / (_SHARE * before)), _MOST_PARTS)
-    part, (x, _, at) = (before - mass) * settings.machine.tilt.gravity / parts, state.mean
+    part, (x, _, at) = float(before - mass) * settings.machine.tilt.gravity / parts, state.mean
     start, squared = state.motion.coasted[:3].copy() if parts > 1 else None, 0.0
     for _ in range(parts):
-        squared = kernel.sink(
+        squared = _SINK.call(
             x, state.P, at, state.hung.rising, state.taut.toward, part,
-            settings.load_sigma if start is None else 0.0, state.lines.loosened, state.motion.coasted,
+            float(settings.load_sigma) if start is None else 0.0, state.lines.loosened, state.motion.coasted,
         )  # fmt: skip
         if start is not None:
             update_jacobian(settings, state, at_once=True)

@@ -19,12 +19,12 @@ from cablewright.estimation.camera import ERRORS
 from cablewright.estimation.kalman import attitude, camera_update, lidar_update, line_update, vertical_update
 from cablewright.estimation.kalman.gauss_markov import fade_clock, fade_survey
 from cablewright.estimation.kalman.ground_map import GroundMap
+from cablewright.estimation.kalman.settings import FilterSettings
 from cablewright.estimation.kalman.state import (
     AsBuilt,
     DrumAttitude,
     DrumMotionState,
     FilterLayout,
-    FilterSettings,
     FilterState,
     Judged,
     Lines,
@@ -37,19 +37,20 @@ from cablewright.estimation.reading_checks import (
     ReadingChecks,
     Turns,
     advance,
-    drum_rotation,
     follow_angles,
     process_turns,
     read,
+    report_jump,
     report_line_sensors,
 )
 from cablewright.estimation.slackness import SlacknessState
 from cablewright.estimation.time_buffer import TimeBuffer
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.signals import CameraPose, Distance, Encoders, Estimate, Inertial, SensorFrame
+from cablewright.kernels import Direct
 from cablewright.kernels.covariance_prediction import add_multiples
-from cablewright.kernels.filtering import estimate as kernel
-from cablewright.kernels.filtering.estimate import AXES, OF_LINES
+from cablewright.kernels.filtering.estimate import AXES, OF_LINES, tell
+from cablewright.kernels.filtering.predict import JUMPED, ROLLED, TURNED
 from cablewright.models.packed_views import PlatformNumbers
 
 _POSITION_SIGMA: Final = 0.01  # m, of the first position
@@ -68,6 +69,7 @@ _REST_TIME: Final = 4.0  # s of constant counts after which B is at rest unless 
 _COASTING_SPEED: Final = 0.05  # m/s, about the largest of B while nothing measures it
 _DIRECTIONS: Final = np.array([1.0, 1.0, 0.2])  # vertical motion is slower
 _EYE: Final = np.eye(3)
+_TELL: Final = Direct(tell)
 _MAX_DISTANCE: Final = 1e3  # m
 _MAX_GROUND_REJECTIONS: Final = 5  # readings of the distance sensor in a row, after which the ground has changed
 
@@ -152,9 +154,8 @@ def begin(settings: FilterSettings, state: FilterState, first: FirstState) -> bo
     state.turns = Turns(TimeBuffer(m + 4, HISTORY_LENGTH), TimeBuffer(3, HISTORY_LENGTH))
     state.motion = replace(
         state.motion,
-        drum_angles=np.zeros(m),
+        travelled=np.zeros(m + 4),
         drum_rates=np.zeros(m),
-        coasted=np.zeros(4),
         coasting=False,
         last_encoder_time=now if checks.last_encoders is None else checks.last_encoders.time,
         settling_start=now,
@@ -220,10 +221,8 @@ def is_lost(settings: FilterSettings, state: FilterState) -> bool:
     """Return whether a lidar's scans have been rejected too often in a row: the position may be wrong."""
     rejections = state.judged.rejections
     turns = max([rejections.get(source, 0) for source in settings.machine.lidars], default=0) if rejections else 0
-    flat = state.P.reshape(-1)
-    number = flat.dot(flat) + sum(state.motion.position.tolist())  # no number in it is near overflow
     tracked = state.time - state.motion.settling_start > _MIN_TRACKING_TIME
-    return not math.isfinite(number) or (turns >= settings.machine.max_rejections and tracked)
+    return not math.isfinite(state.judged.sound) or (turns >= settings.machine.max_rejections and tracked)
 
 
 def _is_contradicted(settings: FilterSettings, state: FilterState) -> bool:
@@ -252,30 +251,36 @@ def _restart(state: FilterState, now: float) -> None:
 
 def _predict_from_encoders(settings: FilterSettings, state: FilterState, reading: Encoders) -> None:
     """Predict B and the lengths; counts after a gap are not used, because lidars have updated meanwhile."""
-    own = settings.machine
-    rotation, dt = drum_rotation(state.checks, reading, own.counts_per_radian, own.max_drum_speed)
-    late = reading.time - state.motion.last_encoder_time > state.motion.max_gap
-    state.motion.last_encoder_time = reading.time
-    if rotation is None:
+    motion, now, last = state.motion, reading.time, state.checks.last_encoders
+    late, rest = now - motion.last_encoder_time > motion.max_gap, now - motion.last_motion_time
+    pauses = motion.max_gap < rest <= motion.max_gap + _REST_TIME
+    motion.last_encoder_time, state.checks.last_encoders = now, reading
+    if last is None:
+        state.turns.motion.add(now, motion.travelled)
+        return
+    dt, rotation = float(now - last.time), np.empty(len(motion.drum_rates))
+    counts = np.array(reading.counts, dtype=np.int64), np.array(last.counts, dtype=np.int64)
+    rolls = not (late or motion.coasting)
+    shown = line_update.reel(settings, state, counts, rotation, dt, rolls=rolls, pauses=pauses)
+    if shown == JUMPED:
+        report_jump(state.checks)
         if dt > 0.0:
             inflate_position(state, _COASTING_SPEED * dt)
     else:
-        rest = reading.time - state.motion.last_motion_time
-        if any(rotation.tolist()):
-            state.motion.last_motion_time = reading.time
-            if state.motion.coasting:
+        if shown & TURNED:
+            motion.last_motion_time = now
+            if motion.coasting:
                 _stop_coasting(state)
-        elif (
-            state.motion.max_gap < rest <= state.motion.max_gap + _REST_TIME
-        ):  # B is at rest, or the encoders are stuck
+        elif pauses:  # B is at rest, or the encoders are stuck
             _start_coasting(state)
-        elif state.motion.coasting and not late and not state.monitor.is_active("encoders", "stand"):
+        elif motion.coasting and not late and not state.monitor.is_active("encoders", "stand"):
             _set_at_rest(state)
-        if not late:
-            state.motion.drum_angles = state.motion.drum_angles + rotation
-            if not state.motion.coasting:
-                line_update.predict(settings, state, rotation, dt)
-    state.turns.motion.add(reading.time, np.concatenate([state.motion.drum_angles, state.motion.coasted]))
+        if not (late or shown & ROLLED):
+            if motion.coasting:
+                motion.drum_angles[:] += rotation
+            else:
+                line_update.reel(settings, state, counts, rotation, dt, rolls=True, pauses=False)
+    state.turns.motion.add(now, motion.travelled)
 
 
 def _update_ground(settings: FilterSettings, state: FilterState, reading: Distance) -> None:
@@ -345,8 +350,8 @@ def _predict_coasting(settings: FilterSettings, state: FilterState, dt: float) -
     moved = dt * state.motion.velocity
     state.motion.position += moved
     state.lines.lengths += taut.toward @ moved
-    state.motion.coasted = state.motion.coasted + np.append(moved, dt)
-    state.turns.motion.add(state.time, np.concatenate([state.motion.drum_angles, state.motion.coasted]))
+    state.motion.coasted[:] += np.append(moved, dt)
+    state.turns.motion.add(state.time, state.motion.travelled)
 
 
 def _process_turn(settings: FilterSettings, state: FilterState) -> None:
@@ -398,17 +403,15 @@ def estimate(settings: FilterSettings, state: FilterState) -> Estimate:
     motion, own, monitor, m = state.motion, settings.machine, state.monitor, settings.machine.model.m
     found, taut, hung = np.empty(OF_LINES + 3 * m + AXES**2), state.taut, state.hung
     assert taut is not None  # `begin` has found it
-    late = np.array([state.time - motion.last_encoder_time, state.time - state.attitude.last_imu_time, motion.max_gap])
-    kernel.tell(
-        state.mean.x, state.P, state.mean.at, hung.jacobian, taut.lengths, taut.toward, hung.position,
-        motion.drum_rates, state.attitude.angular_rate, settings.shown, late, motion.coasting, found,
+    (x, _, at), ages = state.mean, (state.time - motion.last_encoder_time, state.time - state.attitude.last_imu_time)
+    variance, state.judged.sound = _TELL.call(
+        x, state.P, at, hung.jacobian, taut.lengths, taut.toward, hung.position, motion.drum_rates,
+        state.attitude.angular_rate, settings.shown, state.judged.survey_doubt,
+        *map(float, ages), motion.max_gap, motion.coasting, found,
     )  # fmt: skip
-    found[OF_LINES + 3 * m :].reshape(AXES, AXES)[:3, :3] += state.judged.survey_doubt
     found.flags.writeable = False
     position, excess = found[:3], found[OF_LINES + m : OF_LINES + 2 * m]
-    covariance = found[OF_LINES + 3 * m :].reshape(AXES, AXES)
-    x, y, z = covariance[:3, :3].diagonal().tolist()
-    sure = x + y + z <= settings.max_position_sigma**2
+    sure = variance <= settings.max_position_sigma**2
     current = state.time - state.judged.last_position_time <= own.position_timeout
     return Estimate(
         state.time,
@@ -419,7 +422,7 @@ def estimate(settings: FilterSettings, state: FilterState) -> Estimate:
         excess,
         excess > own.slackness.threshold,
         found[OF_LINES + 2 * m : OF_LINES + 3 * m],
-        covariance,
+        found[OF_LINES + 3 * m :].reshape(AXES, AXES),
         monitor.faults,
         valid=sure and current and not monitor.is_active("encoders", "lost") and not _is_contradicted(settings, state),
         clearance=float(position[2]) + state.clearance_offset,

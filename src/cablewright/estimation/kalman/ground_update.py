@@ -8,7 +8,8 @@ from typing import Final
 import numpy as np
 
 from cablewright.estimation.height import HeightSettings
-from cablewright.estimation.kalman.state import FilterSettings, FilterState, apply_update, passes_gate
+from cablewright.estimation.kalman.settings import FilterSettings
+from cablewright.estimation.kalman.state import FilterState, apply_update, passes_gate
 from cablewright.estimation.kalman.vertical_scan import (
     CONE,
     GATE,

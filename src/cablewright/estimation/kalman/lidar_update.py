@@ -12,13 +12,8 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.estimation.kalman.state import (
-    FilterSettings,
-    FilterState,
-    moving_velocity,
-    passes_gate,
-    update_state,
-)
+from cablewright.estimation.kalman.settings import FilterSettings
+from cablewright.estimation.kalman.state import FilterState, moving_velocity, passes_gate, update_state
 from cablewright.estimation.lidar import localisation
 from cablewright.estimation.lidar.constraints import contradicting_walls, find_constraints
 from cablewright.estimation.lidar.wall_lines import LidarTurn, scanned
@@ -108,7 +103,7 @@ def _report_walls(settings: FilterSettings, state: FilterState) -> None:
     ratio = float(np.mean((state.mean.x[own] ** 2 + np.diag(found)) / stated))
     by_walls = state.P[state.layout.position, own]
     spread = by_walls @ np.linalg.solve(found, by_walls.T)
-    state.judged.survey_doubt = 0.5 * max(ratio - 1.0, 0.0) * (spread + spread.T)
+    state.judged.survey_doubt[:] = 0.5 * max(ratio - 1.0, 0.0) * (spread + spread.T)
     sentence = f"errors of walls are {math.sqrt(ratio):.2g} times as large as their survey states: survey them again"
     state.monitor.set("room", "survey", sentence, active=ratio > _DOUBTFUL_SURVEY)
 

@@ -16,16 +16,10 @@ from numpy.typing import NDArray
 
 from cablewright.estimation.kalman.coil_layers import CoilLayers
 from cablewright.estimation.kalman.sag import Balanced, Sag, balanced, each_alone
-from cablewright.estimation.kalman.state import (
-    FilterSettings,
-    FilterState,
-    Hung,
-    apply_update,
-    diagonal,
-    inflate_shaken,
-    judge,
-)
-from cablewright.foundation.arrays import Array
+from cablewright.estimation.kalman.settings import FilterSettings
+from cablewright.estimation.kalman.state import FilterState, Hung, apply_update, diagonal, inflate_shaken, judge
+from cablewright.foundation.arrays import Array, Indices
+from cablewright.kernels import Direct
 from cablewright.kernels.filtering import predict as predicting
 from cablewright.kernels.filtering import sagging_lines
 from cablewright.kernels.filtering.estimate import excess_of
@@ -38,8 +32,8 @@ _STRETCH_TIME: Final = 10.0  # s for which the error of a taut line's stretch is
 _SHAKEN_TIME: Final = 2.0  # s after an acceleration that encoders do not show, without updates
 _MAX_SHAKEN: Final = 10.0  # s from the first that is rejected, in which updates are left out
 _CHI2_OF_LINES: Final = 31.8  # exceeded by one of 10 000
+_REEL: Final = Direct(predicting.reel)
 _WEIGHT_EXCESS: Final = 1e-4  # m, of the excess that a counterweight gives its line
-_UNKNOWN_SLACK_NOISE: Final = 0.02  # m per root metre that B moves, where it is not known which line is slack
 
 
 def update_jacobian(settings: FilterSettings, state: FilterState, *, at_once: bool = False) -> None:
@@ -100,19 +94,29 @@ def excess(state: FilterState) -> Array:
     return found
 
 
-def predict(settings: FilterSettings, state: FilterState, rotation: Array, dt: float) -> None:
-    """Predict lengths, B and the covariance by the *rotation* (m,), rad, of the winch drums in *dt*, s."""
-    motion, hung, m = state.motion, state.hung, len(rotation)
-    assert state.taut is not None  # `begin` has found it
-    unknown = sum(map(math.isnan, state.slackness.excess.tolist())) > 1  # which line is slack
-    noise = np.append(_UNKNOWN_SLACK_NOISE, settings.rolling[1:]) if unknown else settings.rolling
-    gain = min(1.0, dt / settings.machine.slackness.smoothing_time)
-    creep = np.zeros(m) if state.creep is None else state.creep.rates
-    state.lines.stretching += dt
-    predicting.roll(
-        state.mean.x, state.P, state.mean.at, hung.jacobian, state.taut.toward, settings.hanging, rotation, creep,
-        noise, dt, gain, state.lines.loosened, motion.coasted, motion.drum_rates,
+def reel(
+    settings: FilterSettings,
+    state: FilterState,
+    counts: tuple[Indices, Indices],
+    rotation: Array,
+    dt: float,
+    *,
+    rolls: bool,
+    pauses: bool,
+) -> int:
+    """Predict lengths, B and the covariance by *counts* (w,) now and *dt*, s, before, see the kernel `predict.reel`."""
+    motion, hung, taut, drums = state.motion, state.hung, state.taut, settings.drums
+    assert taut is not None  # `begin` has found it
+    (x, _, at), lines = state.mean, state.lines
+    shown: int = _REEL.call(
+        x, state.P, at, hung.jacobian, taut.toward, settings.hanging, *counts, drums.winch, drums.sense,
+        settings.counting, rolls, pauses, state.slackness.excess,
+        settings.uncrept if state.creep is None else state.creep.rates, settings.rolling, dt,
+        lines.loosened, motion.coasted, motion.drum_rates, motion.drum_angles, rotation,
     )  # fmt: skip
+    if shown != predicting.JUMPED and shown & predicting.ROLLED:
+        lines.stretching += dt
+    return shown
 
 
 def _predict_layers(layers: CoilLayers, state: FilterState) -> None:

@@ -1,23 +1,19 @@
-"""Settings and state of the Kalman filter, and the algebra of its covariance."""
+"""State of the Kalman filter, and the algebra of its covariance."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.estimation.kalman.coil_layers import CoilLayers
 from cablewright.estimation.kalman.consistency import LARGE, Consistency
 from cablewright.estimation.kalman.ground_map import GroundMap
 from cablewright.estimation.kalman.sag import Sag
-from cablewright.estimation.known_machine import KnownMachine
 from cablewright.estimation.reading_checks import ClockedState
 from cablewright.foundation.arrays import Array, Mask
-from cablewright.foundation.errors import InputError
 from cablewright.kernels.filtering import update as kernel
 
 _LONG_GAP: Final = 0.15  # s, of a step and a half
@@ -28,99 +24,6 @@ _NOTHING: Final = np.zeros(0, np.bool_)
 _NO_SPREAD: Final = np.zeros((0, 0))
 _States = slice | NDArray[np.intp]
 _CHI2: Final = {1: 15.1, 2: 18.4, 3: 21.1, 4: 23.5}  # by degrees of freedom, exceeded by one of 10 000
-
-
-@dataclass(frozen=True, eq=False)
-class FilterSettings:
-    """Settings of the filter: standard deviations, random walks, and the settings of the ``machine``.
-
-    docs/estimation.md gives the source of each number.
-
-    Process noise, as random walks: ``travel_noise`` m per root metre that B moves, of B and of lengths, for errors of
-    anchors and moduli; ``drift_noise`` m per root second, likewise; ``radius_noise`` of each radius, a share per root
-    radian; ``velocity_noise`` m/s per root second, of B's velocity without encoders; ``ground_noise`` m per root metre,
-    of the ground under the valve; ``gyro_noise`` rad per root second. Cables stretch by creep and hysteresis, unseen by
-    encoders, at a rate of ``stretch_rate_sigma`` per second that is correlated for ``stretch_time`` s.
-
-    Initial: ``radius_sigma`` as a share, ``gyro_bias_sigma`` rad/s, ``accelerometer_bias_sigma`` rad of tilt,
-    ``height_bias_sigma`` m of the vertical lidar's range, ``zero_sigma`` rad of each line accelerometer's zero,
-    ``compliance_sigma`` of the logarithm of how much more each line, with its mount, gives per tension than described.
-
-    Measurements, besides their sensors' noise: ``wall_sigma`` m and ``wall_angle_sigma`` rad of a wall's line,
-    ``height_sigma`` m of the floor, ``distance_sigma`` m of the distance sensor, ``gravity_sigma`` rad of the mean over
-    a tenth of a second, ``swing_sigma`` rad of the drum's swing and ``swing_period`` s, ``line_angle_sigma`` rad of a
-    smoothed line angle, ``excess_sigma`` m, ``stretch_sigma`` (besides the compliance), ``mass_sigma`` and
-    ``load_sigma`` (how far B sinks for a sudden increase of mass) as shares, ``velocity_sigma`` m/s and
-    ``attitude_sigma`` rad of the estimate.
-
-    Without the IMU: ``turn_rate_sigma`` rad/s of the drum, ``skew_time`` s: error of a wall's distance, m, for each
-    rad/s during the turn. ``layers``: where radii step; None: not known. ``max_position_sigma``: m in space, beyond
-    which the estimate is invalid.
-    """
-
-    machine: KnownMachine
-    travel_noise: float = 5e-4
-    drift_noise: float = 1e-4
-    radius_noise: float = 3.6e-3
-    stretch_rate_sigma: float = 2e-5
-    stretch_time: float = 10.0
-    compliance_sigma: float = 0.5
-    velocity_noise: float = 0.01
-    ground_noise: float = 0.03
-    radius_sigma: float = 0.1
-    gyro_bias_sigma: float = 2e-3
-    gyro_noise: float = 2e-4
-    accelerometer_bias_sigma: float = 3e-3
-    wall_sigma: float = 5e-5
-    wall_angle_sigma: float = 1e-4
-    height_sigma: float = 1e-4
-    height_bias_sigma: float = 2e-3
-    zero_sigma: float = 0.0
-    distance_sigma: float = 2e-3
-    gravity_sigma: float = 1e-3
-    swing_sigma: float = 1e-3
-    swing_period: float = 1.5
-    line_angle_sigma: float = math.radians(0.05)
-    excess_sigma: float = 5e-4
-    mass_sigma: float = 0.2
-    load_sigma: float = 1.5
-    stretch_sigma: float = 0.1
-    velocity_sigma: float = 1e-3
-    attitude_sigma: float = 1e-4
-    turn_rate_sigma: float = math.radians(1.5)
-    skew_time: float = 0.15
-    max_position_sigma: float = 0.1
-    layers: CoilLayers | None = None
-
-    def __post_init__(self) -> None:
-        """Reject numbers that are not positive and finite."""
-        for name, value in vars(self).items():
-            if name == "zero_sigma":
-                if not 0.0 <= value < math.inf:
-                    raise InputError(f"{name} = {value:g}: a finite number from 0 on is expected")
-            elif name not in ("machine", "layers") and not 0.0 < value < math.inf:
-                raise InputError(f"{name} = {value:g}: a finite number over 0 is expected")
-
-    @cached_property
-    def hung(self) -> Mask | None:
-        """Mask (m,) of lines with a counterweight; None without any."""
-        found = np.asarray(self.machine.model.lines.counterweight > 0.0)
-        return found if found.any() else None
-
-    @cached_property
-    def hanging(self) -> Mask:
-        """Mask of the lines with a counterweight; all False if no line has one."""
-        return np.zeros(self.machine.model.m, np.bool_) if self.hung is None else self.hung
-
-    @cached_property
-    def rolling(self) -> Array:
-        """Noise of a prediction by encoders, as the kernel `predict.roll` needs it."""
-        return np.array([self.travel_noise, self.drift_noise, self.radius_noise, self.ground_noise])
-
-    @cached_property
-    def shown(self) -> Array:
-        """Standard deviations that are added to those of the state, as the kernel `estimate.tell` needs them."""
-        return np.array([self.velocity_sigma, self.attitude_sigma, self.swing_sigma, self.turn_rate_sigma])
 
 
 class FilterLayout(NamedTuple):
@@ -241,15 +144,24 @@ class DrumMotionState:
 
     mean: Mean
     mass: float  # kg of the drum, see `drum_mass.weigh`
-    drum_angles: Array = field(default_factory=lambda: np.zeros(0))  # (m,) rad, paid out
+    travelled: Array = field(default_factory=lambda: np.zeros(4))  # (m + 4,): see `drum_angles` and `coasted`
     drum_rates: Array = field(default_factory=lambda: np.zeros(0))  # (m,) rad/s, smoothed
-    coasted: Array = field(default_factory=lambda: np.zeros(4))  # (4,): motion that no count shows, m; coasting, s
     coasting: bool = False  # predicting without encoders
     max_gap: float = 0.1  # s without readings after which a sensor is not relied on
     last_encoder_time: float = -math.inf  # of the last encoder reading ...
     last_motion_time: float = -math.inf  # ... and the last in which the counts had changed
     settling_start: float = -math.inf  # when the first state, or encoders after a gap, were first used
     bounce_end: float = -math.inf  # of the drum, after a large sudden change of its mass
+
+    @property
+    def drum_angles(self) -> Array:
+        """Angles (m,), rad, that the drums have paid out; a view."""
+        return self.travelled[:-4]
+
+    @property
+    def coasted(self) -> Array:
+        """Motion (3,), m, that no count shows, and time, s, without encoders; a view (4,)."""
+        return self.travelled[-4:]
 
 
 @dataclass(eq=False)
@@ -330,6 +242,7 @@ class Judged:
     last_position_time: float = -math.inf  # of the last update by a wall
     last_wall_times: dict[str, float] = field(default_factory=dict)  # of the last update, by kind of wall
     survey_doubt: Array = field(default_factory=lambda: np.zeros((3, 3)))  # m^2, variance of the position to be added
+    sound: float = 0.0  # finite where all of the state was in the last estimate
 
 
 @dataclass(eq=False, kw_only=True)
@@ -361,16 +274,16 @@ class FilterState(ClockedState):
     def motion_since(self, times: ArrayLike) -> MotionSince:
         """Return the motion since *times* (k,), s."""
         change = self.change_since(times)
-        m = len(self.motion.drum_angles)
+        m = len(self.lines.lengths)
         return MotionSince(change[:, :m], change[:, m + 3], self.displacement(change))
 
     def change_since(self, times: ArrayLike) -> Array:
         """Return the change (k, m + 4) of `drum_angles` and `coasted` since *times* (k,), s."""
-        return np.concatenate([self.motion.drum_angles, self.motion.coasted]) - self.turns.motion.at(times)
+        return self.motion.travelled - self.turns.motion.at(times)
 
     def displacement(self, change: Array) -> Array:
         """Return the displacement of B (k, 3), m, by a *change* (k, m + 4) of the state with the present radii."""
-        m = len(self.motion.drum_angles)
+        m = len(self.lines.lengths)
         return np.asarray((change[:, :m] * self.lines.radii) @ self.hung.jacobian.T + change[:, m : m + 3])
 
 

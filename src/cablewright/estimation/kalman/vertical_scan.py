@@ -9,7 +9,8 @@ import numpy as np
 
 from cablewright.estimation.height import HeightSettings, tilted
 from cablewright.estimation.kalman.lidar_update import noise_factor
-from cablewright.estimation.kalman.state import FilterSettings, FilterState, MotionSince, moving_velocity
+from cablewright.estimation.kalman.settings import FilterSettings
+from cablewright.estimation.kalman.state import FilterState, MotionSince, moving_velocity
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.signals import Scan
 

@@ -14,13 +14,8 @@ import numpy as np
 from cablewright.estimation.height import FLOOR_MAJORITY, HeightSettings, floor_points, height_over_structure
 from cablewright.estimation.kalman.ground_update import remember_ground, update_by_ground
 from cablewright.estimation.kalman.lidar_update import gated_update, noise_factor
-from cablewright.estimation.kalman.state import (
-    FilterSettings,
-    FilterState,
-    inflate_position,
-    moving_velocity,
-    passes_gate,
-)
+from cablewright.estimation.kalman.settings import FilterSettings
+from cablewright.estimation.kalman.state import FilterState, inflate_position, moving_velocity, passes_gate
 from cablewright.estimation.kalman.vertical_scan import (
     CONE,
     GATE,

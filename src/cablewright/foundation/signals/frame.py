@@ -1,7 +1,8 @@
 """All readings of a machine in one step."""
 
 from dataclasses import dataclass
-from typing import TypeVar
+from functools import cached_property
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,7 +28,14 @@ class SensorFrame:
 
     def of(self, kind: type[_Kind]) -> tuple[_Kind, ...]:
         """Return the frame's readings of one kind: ``frame.of(Scan)``."""
-        return tuple(reading for reading in self.readings if isinstance(reading, kind))
+        return tuple(self._by_kind.get(kind, ()))
+
+    @cached_property
+    def _by_kind(self) -> dict[type, list[Any]]:
+        found: dict[type, list[Any]] = {}
+        for reading in self.readings:
+            found.setdefault(type(reading), []).append(reading)
+        return found
 
 
 def frozen(values: ArrayLike) -> Array:

@@ -1,1 +1,1 @@
-"""Steps of the Kalman filter of a point platform: predictions, updates, and the estimate, over packed states."""
+"""Steps of estimators over packed states: a Kalman filter of a point platform, reckoning by encoders, bodies."""

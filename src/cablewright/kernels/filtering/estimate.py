@@ -27,16 +27,21 @@ def excess_of(x, at, taut_lengths, toward, there, excess):
 
 
 @jit(allocates=True)
-def tell(x, P, at, jacobian, taut_lengths, toward, there, rates, angular_rate, sigmas, late, coasting, found):
+def tell(
+    x, P, at, jacobian, taut_lengths, toward, there, rates, angular_rate, sigmas, doubt, counted, turned, gap, coasting,
+    found,
+):  # fmt: skip
     """Write the *found* numbers of an estimate, and the velocity of point B to the state *x* (n,).
 
     The velocity stays while B is *coasting*. *jacobian* (3, m), *taut_lengths* (m,), *toward* (m, 3) at a position
-    *there* (3,); *rates* (m,), rad/s of the winch drums; *angular_rate* (3,), rad/s; *sigmas* (4,). *late* (3,), s:
-    time since the last counts and the last turn rate, and the longest time over which these are relied on.
+    *there* (3,); *rates* (m,), rad/s of the winch drums; *angular_rate* (3,), rad/s; *sigmas* (4,); *doubt*
+    (3, 3), m^2: added to the covariance of the position. *counted*, *turned*, s: time since the last counts and the
+    last turn rate; *gap*, s: longest time over which these are relied on. Returns the variance of the position in
+    space, m^2, and a number that is finite where all of the state is.
     """
     m, p, v = rates.shape[0], at[POSITION], at[VELOCITY]
     size = at[RADII] + m  # of the states that pose and velocity depend on, which come first
-    since, turning = min(max(late[0], 0.0), late[2]), min(max(late[1], 0.0), late[2])
+    since, turning = min(max(counted, 0.0), gap), min(max(turned, 0.0), gap)
     G = np.zeros((AXES, size))
     for k in range(3):
         G[k, p + k] = 1.0
@@ -66,10 +71,18 @@ def tell(x, P, at, jacobian, taut_lengths, toward, there, rates, angular_rate, s
     for k in range(3):
         covariance[SPEED + k, SPEED + k] += sigmas[BY_VELOCITY] ** 2
         covariance[ROTATION + k, ROTATION + k] += sigmas[BY_ATTITUDE] ** 2
-    if late[1] > late[2]:
+    if turned > gap:
         covariance[6, 6] += sigmas[BY_SWING] ** 2
         covariance[7, 7] += sigmas[BY_SWING] ** 2
-        covariance[8, 8] += sigmas[BY_TURN] ** 2 * late[1] * (1.0 + late[1])
+        covariance[8, 8] += sigmas[BY_TURN] ** 2 * turned * (1.0 + turned)
+    sound = x[p] + x[p + 1] + x[p + 2]
+    for i in range(P.shape[0]):
+        for j in range(P.shape[0]):
+            sound += P[i, j] * P[i, j]  # no number in it is near overflow
+    for i in range(3):
+        for j in range(3):
+            covariance[i, j] += doubt[i, j]
+    return covariance[0, 0] + covariance[1, 1] + covariance[2, 2], sound
 
 
 @jit(allocates=True)

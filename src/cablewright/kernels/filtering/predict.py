@@ -1,6 +1,6 @@
 """Predictions of the filter's state: by the winches' encoders, by the gyro, and the decay of quantities that drift."""
 
-from math import exp, sqrt
+from math import exp, isnan, sqrt
 
 import numpy as np
 
@@ -8,8 +8,44 @@ from cablewright.kernels import jit
 from cablewright.kernels.covariance_prediction import add_multiples
 from cablewright.kernels.filtering.update import ATTITUDE, COMPLIANCES, GROUND, GYRO, LENGTHS, POSITION, RADII, STRETCH
 
-# Noise of a prediction by encoders: m per root metre, m per root second, share per root radian, m per root metre.
-TRAVEL, DRIFT, RADIUS, UNDERGROUND = 0, 1, 2, 3
+# Noise of a prediction by encoders: m per root metre, m per root second, share per root radian, m per root metre; and
+# the first one while it is not known which line is slack.
+TRAVEL, DRIFT, RADIUS, UNDERGROUND, UNKNOWN_SLACK = 0, 1, 2, 3, 4
+
+# What counts show, see `reel`: rotations that no drum can make, or whether drums turned, and whether that moved B.
+JUMPED, TURNED, ROLLED = -1, 1, 2
+LEAST_TIME = 0.02  # s, of counts that come closer one after another: of the limit of rotations
+
+
+@jit(allocates=True)
+def reel(
+    x, P, at, jacobian, toward, hung, counts, before, winch, sense, law, rolls, pauses, excess, creep, noise, dt,
+    loosened, coasted, rates, angles, rotation,
+):  # fmt: skip
+    """Predict by *counts* (w,) of encoders, those *before* and what lies between: as `roll`, if *rolls*.
+
+    *winch*, *sense* (m,): winch of each line, and which way it winds. *law* (3,): counts per radian, largest speed of a
+    drum, rad/s, time constant of the rates, s. *pauses*: whether drums that stand still now are left to the caller.
+    *excess* (m,), m: NaN where it is not known. Writes the *rotation* (m,), rad; *angles* (m,), rad: sum of those that
+    moved B, in place. Returns what the counts show, see JUMPED.
+    """
+    m, moved, unknown = rotation.shape[0], False, 0
+    for i in range(m):
+        rotation[i] = sense[i] * ((counts[winch[i]] - before[winch[i]]) / law[0])
+        if abs(rotation[i]) > 2.0 * law[1] * max(dt, LEAST_TIME):
+            return JUMPED
+        moved = moved or rotation[i] != 0.0
+        unknown += isnan(excess[i])
+    if not rolls or (pauses and not moved):
+        return TURNED * moved
+    own = noise.copy()
+    if unknown > 1:
+        own[TRAVEL] = noise[UNKNOWN_SLACK]
+    for i in range(m):
+        angles[i] += rotation[i]
+    gain = min(1.0, dt / law[2])
+    roll(x, P, at, jacobian, toward, hung, rotation, creep, own, dt, gain, loosened, coasted, rates)
+    return TURNED * moved + ROLLED
 
 
 @jit(allocates=True)
@@ -80,14 +116,14 @@ def sink(x, P, at, rising, toward, force, sigma, loosened, coasted):
 
 
 @jit(allocates=True)
-def turn(x, P, at, rate, dt, noise, angular_rate):
-    """Predict the attitude of the platform from the gyro's *rate* (3,), rad/s, over *dt*, s.
+def turn(x, P, at, about_x, about_y, about_z, dt, noise, angular_rate):
+    """Predict the attitude of the platform from the gyro's turn rates about its axes, rad/s, over *dt*, s.
 
     *noise*: rad per root second. Tilts are along axes that turn with the platform, and all three angles drift by the
     gyro's biases. Writes the *angular_rate* (3,), rad/s, of tilt and yaw.
     """
     first, gyro = at[ATTITUDE], at[GYRO]
-    wx, wy, wz = rate[0] - x[gyro], rate[1] - x[gyro + 1], rate[2] - x[gyro + 2]
+    wx, wy, wz = about_x - x[gyro], about_y - x[gyro + 1], about_z - x[gyro + 2]
     angular_rate[0], angular_rate[1], angular_rate[2] = wx + wz * x[first + 1], wy - wz * x[first], wz
     turning, drifting = np.zeros((2, 2)), np.zeros((3, 3))
     turning[0, 1], turning[1, 0] = dt * wz, -dt * wz

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from cablewright.kernels import jit
 from cablewright.kernels.layout import FREE, NOT_CONVERGED, OK, TAU, WEIGHT
 from cablewright.kernels.plant.counterweights import hang, rise
-from cablewright.kernels.plant.dynamics import PLACE, RATE, TURN, VELOCITY, midpoint_step
+from cablewright.kernels.plant.dynamics import PLACE, RATE, TURN, VELOCITY, YAW_REST, midpoint_step
 from cablewright.kernels.plant.retracting_platform import LENGTH, pull_along, set_part, set_points, turn_drive
-from cablewright.kernels.plant.winding import count, radius_at, turn_winches
+from cablewright.kernels.plant.winding import STRAIN, count, radius_at, turn_winches
 from cablewright.kernels.rotation import cross, matrix, rotate
 from cablewright.kernels.statics.line.interface import draw_line, guess_line
 from cablewright.kernels.statics.line.solved_line import heading_of_line
@@ -24,8 +24,10 @@ from cablewright.kernels.statics.platform import load_scale, place_platform, pos
 TENSION, TANGENT, SHOWN, TAUT, HEADING = 0, 1, 2, 3, 4
 SHOWS = 5
 
-# What `observe` writes of each line, all lines one after another, after the motion of drum or body.
+# What `observe` writes of each line, all lines one after another, after the motion of drum or body: length, tension,
+# excess, radius at the drum, angle by the accelerometer, direction of the swivel, tension at the winch.
 LINES, OF_EACH = 12, 7
+LENGTHS, PULLS, EXCESS, RADII, ANGLES, SWIVELS, WINCH_PULLS = 0, 1, 2, 3, 4, 5, 6
 
 # Entries of the vibration parameters: damping ratio; amplitude in steady state at mid-span, m; gravity, m/s^2.
 DAMPING, AMPLITUDE, GRAVITY = 0, 1, 2
@@ -244,14 +246,27 @@ def observe(
 
 
 @jit
-def over_ground(motion, point, rotation):
-    """Return the position (x, y), m, world, of a *point* (3,), m, of the body in plan view.
+def drift(motion, last, twist, moved, normal, yaw, body, strains, winches, nozzle, rotation):
+    """Set the *strains* (m,) of cables on their winches, and change the yaw at which the twist of a drum's lines rests.
 
-    *rotation* (3, 3) is scratch.
+    *twist* (2,): deviation, rad, and length, m, of its random walk; empty: of another platform, or in a plane.
+    *moved*: m, since it was at *last* (3,), m, which becomes where it is; *normal*: a standard normal number; *yaw*,
+    rad: of the drum against what its lines carry. Writes the *rotation* (3, 3). Returns where in plan view the *nozzle*
+    (3,), m, of the body is, and the yaw without that of the drum.
     """
+    rest = 0.0
+    for i in range(strains.shape[0]):
+        winches[i, STRAIN] = strains[i]
     matrix(motion[TURN : TURN + 3], rotation)
-    x, y, _ = rotate(rotation, point[0], point[1], point[2])
-    return motion[PLACE] + x, motion[PLACE + 1] + y
+    x, y, _ = rotate(rotation, nozzle[0], nozzle[1], nozzle[2])
+    if twist.shape[0] > 0:
+        keep = exp(-moved / twist[1])
+        push = twist[0] * sqrt(1.0 - keep * keep)
+        rest = keep * (body[YAW_REST] - yaw) + push * normal
+        body[YAW_REST] = rest + yaw
+        for k in range(3):
+            last[k] = motion[PLACE + k]
+    return motion[PLACE] + x, motion[PLACE + 1] + y, rest
 
 
 @jit(allocates=True)

@@ -18,7 +18,6 @@ from cablewright.foundation.signals import Condition, Notice, Truth, WinchMode
 from cablewright.kernels import Direct
 from cablewright.kernels.layout import PLATFORM_WEIGHT
 from cablewright.kernels.plant import dynamics, machine_step, retracting_platform, winding
-from cablewright.kernels.rotation import matrix
 from cablewright.kernels.statics.equilibrium import evaluate
 from cablewright.kernels.statics.line.interface import place_lines
 from cablewright.machine.drives.settings import FOLLOWING_ERROR
@@ -53,19 +52,23 @@ _FLAG_CONDITIONS = (
 
 
 class RigState(NamedTuple):
-    """Quantities of a rig that sensors measure, at one time."""
+    """Quantities of a rig that sensors measure, at one *time*, s."""
 
+    time: float
     truth: Truth
+    told: Array  # all numbers of motion and lines, see `machine_step.observe`; do not change
     acceleration: Array  # (6,) m/s^2 of B and rad/s^2 of the drum or body, world
     rotation: Array  # (3, 3) drum or body to world
-    apparent_angles: Array  # (m,) rad, of the lines' tangents, by gravity plus their acceleration
     counts: NDArray[np.int64]  # (w,)
     temperature: float  # degrees Celsius
     humidity: float
     ground: Ground
-    swivels: Array  # (m,) rad, of upright swivels in plan view; NaN of other lines
-    winch_tensions: Array  # (m,) N, of one cable before the sheaves and guides
     yaw: float  # rad, of the drive that turns a drum
+
+    def of_lines(self, which: int) -> Array:
+        """Return the numbers (m,) of all lines that are *which* of those of each, see `machine_step.ANGLES`."""
+        m = len(self.truth.lengths)
+        return self.told[machine_step.LINES + which * m : machine_step.LINES + (which + 1) * m]
 
 
 class Rig:
@@ -115,7 +118,8 @@ class Rig:
         self.yaw = YawAxis(None if owner.drum is None else owner.drum.yaw_drive)
         law = simulation.sticking
         self.stuck = StuckMaterial(law) if law.share else None
-        self.body = self.masses.numbers(self.powder, 0.0, self.retraction.length)
+        self.body = self.masses.constant()
+        self.masses.put(self.powder, 0.0, self.retraction.length, self.body)
         self.robot = self._filled(robot)
         model, place = Model(self.robot), start_pose(robot, start)
         held = solve_inverse(model, place).checked()
@@ -146,11 +150,14 @@ class Rig:
         self._fall_start = (0.0, 0.0)
         self._random = np.random.default_rng([seed, 2])
         self._last_position = self.motion[:3].copy()
-        self._twist = simulation.drum if robot.platform.plane is None else None  # no point turns in its plane
-        if self._twist is not None:
-            yaw = self._twist.yaw_wander * self._random.standard_normal()
+        twist = simulation.drum if robot.platform.plane is None else None  # no point turns in its plane
+        self._twist = np.zeros(0)
+        if twist is not None:
+            self._twist = np.array([twist.yaw_wander, twist.yaw_wander_length])
+            yaw = twist.yaw_wander * self._random.standard_normal()
             self.body[dynamics.YAW_REST] = self.motion[8] = yaw
         self._expansion = np.array([line.cable.thermal_expansion or 0.0 for line in robot.lines])
+        self._turned, self._drift = np.empty((3, 3)), Direct(machine_step.drift)
         self._scratch = blank_states()
         if robot.hung:
             self.SAVED = (*Rig.SAVED, "swing.weights")
@@ -199,27 +206,25 @@ class Rig:
         Faults of lines that are due begin.
         """
         self.line_faults.begin(time, self.packed.lines, self.states)
-        notices = self._pour(period, valve)
-        self._wander(period)
+        warmer = self._air_at(time)[0] - self.settings.simulation.climate.temperature
+        twists = len(self._twist) > 0
+        moved = math.dist(self.motion[:3].tolist(), self._last_position.tolist()) if twists else 0.0
+        x, y, rest = self._drift.call(
+            self.motion, self._last_position, self._twist, moved,
+            self._random.standard_normal() if twists else 0.0, self.yaw.angle, self.body,
+            self._expansion * warmer + self.unmodelled.strain, self.winches.state, self.masses.nozzle, self._turned,
+        )  # fmt: skip
+        if self.yaw.has_drive and twists:
+            self._turn_yaw(period, rest)
+        notices = self._pour(period, valve, (x, y))
         if self.retraction.has_drive and self.retraction.drive.beam[retracting_platform.MOVING_MASS]:
             self._weigh()
-        warmer = self._air_at(time)[0] - self.settings.simulation.climate.temperature
-        self.winches.set_strain(self._expansion * warmer + self.unmodelled.strain)
         return notices
 
-    def _wander(self, period: float) -> None:
-        """Change the yaw at which the twist of a drum's lines rests, by its path and by its drive."""
-        drum, last = self._twist, self._last_position
-        if drum is None:
-            return
-        moved = math.dist(self.motion[:3].tolist(), last.tolist())
-        keep = math.exp(-moved / drum.yaw_wander_length)
-        last[:] = self.motion[:3]
-        push = drum.yaw_wander * math.sqrt(1.0 - keep * keep)
-        rest = keep * (self.body[dynamics.YAW_REST] - self.yaw.angle) + push * self._random.standard_normal()
-        if self.yaw.has_drive:
-            x, y = self._turned()[:2, 0].tolist()
-            self.yaw.turn(period, rest - math.atan2(y, x), drum.yaw_stiffness)
+    def _turn_yaw(self, period: float, rest: float) -> None:
+        """Turn a drum by its drive for a *period*, s, from the yaw *rest*, rad, at which its lines are not twisted."""
+        x, y = self._turned[:2, 0].tolist()
+        self.yaw.turn(period, rest - math.atan2(y, x), self.body[dynamics.YAW_STIFFNESS])
         self.body[dynamics.YAW_REST] = rest + self.yaw.angle
 
     def advance_unmodelled(self, time: float, period: float) -> None:
@@ -271,27 +276,29 @@ class Rig:
             self.unmodelled.ratio, self._upright, winches.lines.hosts, winches.start_angles, winches.counts_per_turn,
             told, rotation, counts,
         )  # fmt: skip
-        told.flags.writeable = False
-        place, velocity, turned, rate = told[: machine_step.LINES].reshape(4, 3)
-        of_lines = told[machine_step.LINES :].reshape(machine_step.OF_EACH, -1)
-        lengths, tensions, excess, radii, shown, swivels, pulled = of_lines
-        truth = Truth(
-            time, place, velocity, turned, rate, lengths, tensions, excess, radii, self.powder, self.retraction.length
+        shown = told[:]  # kernels take the numbers from the other array, which is not read-only
+        shown.flags.writeable = False
+        place, velocity, turned, rate = shown[: machine_step.LINES].reshape(4, 3)
+        lengths, tensions, excess, radii, *_ = shown[machine_step.LINES :].reshape(machine_step.OF_EACH, -1)
+        own = lengths, tensions, excess, radii, self.powder, self.retraction.length
+        truth, acceleration = Truth(time, place, velocity, turned, rate, *own), self.acceleration.copy()
+        return RigState(
+            time, truth, told, acceleration, rotation, counts, *self._air_at(time), self.ground, self.yaw.angle
         )
-        air, acceleration = self._air_at(time), self.acceleration.copy()
-        yaw = self.yaw.angle
-        return RigState(truth, acceleration, rotation, shown, counts, *air, self.ground, swivels, pulled, yaw)
 
-    def _pour(self, period: float, valve: float) -> list[Notice]:
-        """Release powder through the valve; deposit it once the drum has moved by half a cell, or enough has fallen."""
+    def _pour(self, period: float, valve: float, here: tuple[float, float]) -> list[Notice]:
+        """Release powder through the valve with the nozzle *here* in plan view, m, world.
+
+        It is deposited once the nozzle has moved by half a cell, or enough has fallen.
+        """
         carrier = self._carrier
         released = carrier.flow * valve * period
         if carrier.capacity:
             released = min(self.powder, released)
-        here = self._over_ground()
-        moved = math.dist(here, self._fall_start)
         if self.falling_mass and (
-            released <= 0.0 or moved > 0.5 * self.ground.field.cell or self.falling_mass > _MAX_FALLING
+            released <= 0.0
+            or math.dist(here, self._fall_start) > 0.5 * self.ground.field.cell
+            or self.falling_mass > _MAX_FALLING
         ):
             self.ground.deposit(self._fall_start, here, self.falling_mass)
             self.falling_mass = 0.0
@@ -306,17 +313,6 @@ class Rig:
             self._weigh()
         return []
 
-    def _over_ground(self) -> tuple[float, float]:
-        """Where in plan view the nozzle is, m, world."""
-        x, y = machine_step.over_ground(self.motion, self.masses.nozzle, np.empty((3, 3)))
-        return x, y
-
-    def _turned(self) -> Array:
-        """Rotation (3, 3) of drum or body to the world."""
-        rotation = np.empty((3, 3))
-        matrix(self.motion[6:9], rotation)
-        return rotation
-
     def fill(self, powder: float) -> None:
         """Set the *powder*, kg, in the container or hopper."""
         self.powder = powder
@@ -324,9 +320,8 @@ class Rig:
 
     def _weigh(self) -> None:
         """Set mass, centre and inertia by the content and the length of the platform."""
-        kept, stuck = self.body[dynamics.YAW_REST], 0.0 if self.stuck is None else self.stuck.mass
-        self.body = self.masses.numbers(self.powder, stuck, self.retraction.length)
-        self.body[dynamics.YAW_REST] = kept
+        stuck = 0.0 if self.stuck is None else self.stuck.mass
+        self.masses.put(self.powder, stuck, self.retraction.length, self.body)
         self.packed.platform[PLATFORM_WEIGHT] = self.body[dynamics.MASS] * self.vibration[machine_step.GRAVITY]
         if self.robot.n == 6:
             PlatformNumbers(self.packed.platform).centre_of_mass = self.body[dynamics.CENTRE : dynamics.CENTRE + 3]

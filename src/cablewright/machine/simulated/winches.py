@@ -125,10 +125,6 @@ class Winches:
         if not ((self.angles >= 0.0) & (self.angles <= last)).all():
             raise InputError(f"snapshot: a winch drum is wound by less than 0 or more than {last:g} rad")
 
-    def set_strain(self, strains: Array) -> None:
-        """Set the inelastic strains (m,) of the cables."""
-        self.state[:, winding.STRAIN] = strains
-
     @property
     def slipped(self) -> Array:
         """Angle (m,), rad, that drums have paid out against closed brakes; a view."""

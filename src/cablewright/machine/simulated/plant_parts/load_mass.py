@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cached_property
+import math
 
 import numpy as np
 
@@ -21,6 +21,7 @@ class Masses:
         """Take the machine as built. Raises `InputError` where robot and machine do not fit, or inertia is unknown."""
         platform, owner = robot.platform, settings.owner
         self._settings, self._platform, self._inertia = settings, platform, np.zeros((3, 3))
+        self._at: tuple[float, Array, Array] | None = None  # length, m, and what `_bare` returns there
         if isinstance(platform, RigidPlatform) != (owner.body is not None):
             given, asked = ("[drum]", "[body]") if owner.body is None else ("[body]", "[drum]")
             what = "rigid platform" if owner.body is None else "point platform"
@@ -38,18 +39,18 @@ class Masses:
         """Mass of the platform, kg, with its *powder*, kg, and the material *stuck* to the nozzle, kg."""
         return self._settings.owner.carrier.empty_mass + powder + stuck
 
-    def numbers(self, powder: float, stuck: float, length: float) -> Array:
-        """Return the kernel's numbers (BODY,) for the masses of `total`, at the *length*, m, of a retraction."""
-        numbers = self._constant.copy()
+    def put(self, powder: float, stuck: float, length: float, numbers: Array) -> None:
+        """Write mass, centre and inertia for the masses of `total`, at the *length*, m, of a retraction.
+
+        *numbers* (BODY,) of the kernel: others of them stay.
+        """
         if self._settings.simulation.drum is not None:
             _put_drum(self._settings.owner.point_drum, powder, stuck, numbers)
         else:
             self._put_body(powder, stuck, length, numbers)
-        return numbers
 
-    @cached_property
-    def _constant(self) -> Array:
-        """The kernel's numbers that do not change, (BODY,)."""
+    def constant(self) -> Array:
+        """Return the kernel's numbers (BODY,), of which those that `put` does not write do not change."""
         simulation, numbers = self._settings.simulation, np.zeros(dynamics.BODY)
         if simulation.drum is not None:
             numbers[dynamics.DRAG] = simulation.drum.drag
@@ -65,18 +66,9 @@ class Masses:
 
     def _put_body(self, powder: float, stuck: float, length: float, numbers: Array) -> None:
         """Write mass, centre and inertia of a rigid platform with its content."""
-        owner, platform = self._settings.owner, self._platform
-        assert isinstance(platform, RigidPlatform)
-        assert owner.body is not None
-        body, drive, own = owner.body, owner.retraction, np.array(platform.centre_of_mass)
-        about = self._inertia + body.empty_mass * _spread(own)
-        moment = body.empty_mass * own  # kg m
-        if drive is not None and drive.moving_mass and platform.retraction is not None:
-            assert drive.length is not None  # as validated
-            was = np.array(drive.moving_centre)
-            now = was + (length - drive.length) * np.array(platform.retraction.along)
-            about += drive.moving_mass * (_spread(now) - _spread(was))
-            moment += drive.moving_mass * (now - was)
+        body, (moment, about) = self._settings.owner.body, self._bare(length)
+        assert body is not None  # as checked
+        moment, about = moment.copy(), about.copy()
         if powder:
             fill = body.fill_height(powder)
             centre = np.array(body.hopper) + np.array([0.0, 0.0, 0.5 * fill])
@@ -90,6 +82,25 @@ class Masses:
         numbers[dynamics.MASS] = mass
         numbers[dynamics.CENTRE : dynamics.CENTRE + 3] = moment / mass
         numbers[dynamics.INERTIA : dynamics.INERTIA + 9] = about.ravel()
+
+    def _bare(self, length: float) -> tuple[Array, Array]:
+        """Return moment (3,), kg m, and inertia (3, 3), kg m^2, of a rigid platform without material."""
+        if self._at is not None and (self._at[0] == length or math.isnan(length)):
+            return self._at[1:]
+        owner, platform = self._settings.owner, self._platform
+        assert isinstance(platform, RigidPlatform)
+        assert owner.body is not None
+        body, drive, own = owner.body, owner.retraction, np.array(platform.centre_of_mass)
+        about = self._inertia + body.empty_mass * _spread(own)
+        moment = body.empty_mass * own  # kg m
+        if drive is not None and drive.moving_mass and platform.retraction is not None:
+            assert drive.length is not None  # as validated
+            was = np.array(drive.moving_centre)
+            now = was + (length - drive.length) * np.array(platform.retraction.along)
+            about += drive.moving_mass * (_spread(now) - _spread(was))
+            moment += drive.moving_mass * (now - was)
+        self._at = length, moment, about
+        return moment, about
 
 
 def _put_drum(drum: Drum, powder: float, stuck: float, numbers: Array) -> None:

@@ -35,7 +35,7 @@ class LightBarrier(TimedSensor[BarrierSensor, BarrierFlaws]):
     _last_read = -np.inf  # s, time of the last reading
 
     def _measure(self, state: RigState) -> Barrier | None:
-        now, chance = state.truth.time, self._random.random()
+        now, chance = state.time, self._random.random()
         broken = any(begin <= now and self._last_read < end for begin, end in self.flaws.intrusions)
         self._last_read = now
         if chance < self.flaws.dropout:

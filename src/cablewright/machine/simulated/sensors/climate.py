@@ -25,7 +25,7 @@ class Thermometer(TimedSensor[ClimateSensor, SensorFlaws]):
         humidity = state.humidity + settings.humidity_deviation * damp_noise
         if chance > 1.0 - flaws.outliers:
             temperature, humidity = -40.0 + 125.0 * any_heat, any_damp
-        return Climate(state.truth.time, temperature, min(1.0, max(0.0, humidity)))
+        return Climate(state.time, temperature, min(1.0, max(0.0, humidity)))
 
 
 SIMULATED: Final = Simulated(CLIMATE, SensorFlaws, Thermometer)

@@ -25,14 +25,14 @@ class Rangefinder(TimedSensor[DistanceSensor, SensorFlaws]):
         x, y, z = state.truth.position + state.rotation @ self._nozzle
         down = state.rotation @ self._way
         if down[2] >= 0.0:  # lies on its side: sees no floor
-            return Distance(state.truth.time, float("nan"))
+            return Distance(state.time, float("nan"))
         found = ground.distance((x, y, z), down, settings.most)
         measured = found + settings.deviation * noise
         if not settings.least <= measured <= settings.most or chance < flaws.dropout:
             measured = float("nan")
         elif chance > 1.0 - flaws.outliers:
             measured = settings.least + anywhere * (settings.most - settings.least)
-        return Distance(state.truth.time, float(measured))
+        return Distance(state.time, float(measured))
 
 
 SIMULATED: Final = Simulated(DISTANCE, SensorFlaws, Rangefinder)

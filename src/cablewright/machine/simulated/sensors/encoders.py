@@ -31,7 +31,7 @@ class EncoderReader(TimedSensor[Encoder, SensorFlaws]):
         if chance > 1.0 - self.flaws.outliers:
             counts[int(which * len(counts))] ^= 1 << bit
         counts.flags.writeable = False
-        return Encoders(state.truth.time, counts)
+        return Encoders(state.time, counts)
 
 
 def _slipped(slips: Array, machine: Mounted) -> Array:

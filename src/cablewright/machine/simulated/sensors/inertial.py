@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from cablewright.foundation.signals import Inertial
-from cablewright.kernels.plant.machine_step import feel
+from cablewright.kernels import Direct
+from cablewright.kernels.plant import sensor_errors
 from cablewright.machine.quantities import Size
 from cablewright.machine.sensors.inertial import INERTIAL, InertialSensor
 from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated, TimedSensor
@@ -39,17 +40,19 @@ class InertialUnit(TimedSensor[InertialSensor, InertialFlaws]):
         turn = sheet.rate_bias if flaws.rate_bias is None else flaws.rate_bias
         self.bias = np.repeat([force, turn], 3) * self._random.standard_normal(6)
         self._deviation = np.repeat([sheet.acceleration_deviation, sheet.rate_deviation], 3)
+        self._noise, self._draws, self._show = np.empty(6), np.empty(7), Direct(sensor_errors.show_motion)
 
     def _measure(self, state: RigState) -> Inertial | None:
-        noise, chance, anywhere = self._random.standard_normal(6), self._random.random(), self._random.random(6)
-        if chance < self.flaws.dropout:
+        noise, draws = self._random.standard_normal(out=self._noise), self._random.random(out=self._draws)
+        if self.flaws.dropout and draws[sensor_errors.CHANCE] < self.flaws.dropout:
             return None
-        measured, rate = self.bias + self._deviation * noise, state.truth.rate
-        feel(state.rotation, self._place, state.acceleration, rate, self._gravity, self._axes, measured)
-        if chance > 1.0 - self.flaws.outliers:
-            measured = (2.0 * anywhere - 1.0) * _RANGE
+        measured = np.empty(6)
+        self._show.call(
+            state.rotation, self._place, state.acceleration, state.told, self._gravity, self._axes, self.bias,
+            self._deviation, self.flaws.outliers, _RANGE, noise, draws, measured,
+        )  # fmt: skip
         measured.flags.writeable = False
-        return Inertial(state.truth.time, measured[:3], measured[3:])
+        return Inertial(state.time, measured[:3], measured[3:])
 
 
 SIMULATED: Final = Simulated(INERTIAL, InertialFlaws, InertialUnit)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from cablewright.foundation.signals import LineAngles
+from cablewright.kernels import Direct
+from cablewright.kernels.plant import sensor_errors
 from cablewright.machine.sensors.line_angles import LINE_ANGLES, LineSensor
 from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated, TimedSensor
 
@@ -20,18 +21,17 @@ class LineAccelerometers(TimedSensor[LineSensor, SensorFlaws]):
     """One accelerometer on each line; the angle of a line whose reading is lost is NaN."""
 
     def _mount(self, machine: Mounted) -> None:
-        self._zeros = machine.angle_zeros()
+        self._zeros, flaws = machine.angle_zeros(), self.flaws
+        m = len(self._zeros)
+        self._numbers = np.array([self.settings.deviation, flaws.dropout, flaws.outliers])
+        self._noise, self._chance, self._show = np.empty(m), np.empty(2 * m), Direct(sensor_errors.show_angles)
 
     def _measure(self, state: RigState) -> LineAngles:
-        settings, flaws, count = self.settings, self.flaws, len(state.apparent_angles)
-        angles = state.apparent_angles + self._zeros + settings.deviation * self._random.standard_normal(count)
-        chance, anywhere = self._random.random(count), self._random.random(count)
-        if flaws.outliers:
-            angles = np.where(chance > 1.0 - flaws.outliers, math.pi * anywhere - 0.5 * math.pi, angles)
-        if min(chance.tolist()) < flaws.dropout:
-            angles[chance < flaws.dropout] = np.nan
+        noise, chance = self._random.standard_normal(out=self._noise), self._random.random(out=self._chance)
+        angles = np.empty(len(noise))
+        self._show.call(state.told, self._zeros, self._numbers, noise, chance, angles)
         angles.flags.writeable = False
-        return LineAngles(state.truth.time, angles)
+        return LineAngles(state.time, angles)
 
 
 SIMULATED: Final = Simulated(LINE_ANGLES, SensorFlaws, LineAccelerometers)

@@ -23,7 +23,7 @@ class BeamReader(TimedSensor[RetractionDrive, SensorFlaws]):
         shown = length + self.settings.deviation * noise
         if chance > 1.0 - self.flaws.outliers:
             shown = 2.0 * anywhere * length
-        return BeamLength(state.truth.time, float(shown))
+        return BeamLength(state.time, float(shown))
 
 
 SIMULATED: Final = Simulated(RETRACTION, SensorFlaws, BeamReader, place=10)

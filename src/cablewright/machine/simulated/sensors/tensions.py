@@ -9,6 +9,9 @@ import numpy as np
 
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.signals import Tensions, frozen
+from cablewright.kernels import Direct
+from cablewright.kernels.plant import sensor_errors
+from cablewright.kernels.plant.machine_step import WINCH_PULLS
 from cablewright.machine.quantities import Share, Size
 from cablewright.machine.sensors.tensions import LOAD_CELLS, MOTOR_TORQUES, TensionSensor
 from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated, TimedSensor
@@ -46,31 +49,30 @@ class TensionSensors(TimedSensor[TensionSensor, TensionFlaws]):
         self._shared = ~winches.alone[winches.hosts]  # (w,)
         self._cables = np.array([line.cables for line in machine.robot.lines])
         self._factors = 1.0 + machine.tension_gains(self.source)
-        self._drift = math.hypot(self.flaws.drift, machine.tolerances.tension_drift * self.settings.most)
+        settings, flaws, m = self.settings, self.flaws, machine.robot.m
+        drift = math.hypot(flaws.drift, machine.tolerances.tension_drift * settings.most)
+        walk, own = drift * math.sqrt(1.0 / (settings.rate * _HOUR)), (flaws.dropout, flaws.outliers)
+        self._numbers = np.array([settings.deviation, *own, settings.most, walk, flaws.cross_talk])
+        self._noise, self._chance, self._pulls = np.empty(2 * m), np.empty(2 * m), np.empty(m)
+        self._pull, self._show = Direct(sensor_errors.pull_of_cells), Direct(sensor_errors.show_tensions)
 
     def _measure(self, state: RigState) -> Tensions:
-        settings, flaws, true = self.settings, self.flaws, state.truth.tensions
         # a motor sees the winch's side of the sheave, a load cell on its axle the mean of both
         by_motors, winches, arms = self.source == "motor_torques", self._winches, self._cables * state.truth.radii
-        true = state.winch_tensions.copy() if by_motors else 0.5 * (true + state.winch_tensions)
         if by_motors:  # a motor holds all cables of its drum: as a tension of the line that it is named for
+            self._pulls[:] = state.of_lines(WINCH_PULLS)
             shared = winches.hosts[self._shared]
-            true[shared] = winches.torques(true, arms)[self._shared] / arms[shared]
-        m = len(true)
-        noise, walk = self._random.standard_normal((2, m))
-        chance, anywhere = self._random.random(m), self._random.uniform(0.0, settings.most, m)
-        self._zeros += self._drift * math.sqrt(1.0 / (settings.rate * _HOUR)) * walk
-        shown = self._factors * true
-        if flaws.cross_talk:
-            shown += flaws.cross_talk * (0.5 * (np.roll(true, 1) + np.roll(true, -1)))
-        shown += self._zeros
-        shown += settings.deviation * noise
-        shown = np.where(chance > 1.0 - flaws.outliers, anywhere, np.minimum(shown, settings.most))
-        shown[chance < flaws.dropout] = np.nan
+            self._pulls[shared] = winches.torques(self._pulls, arms)[self._shared] / arms[shared]
+        else:
+            self._pull.call(state.told, self._pulls)
+        noise, chance = self._random.standard_normal(out=self._noise), self._random.random(out=self._chance)
+        shown = np.empty(len(self._pulls))
+        self._show.call(self._pulls, self._factors, self._zeros, self._numbers, noise, chance, shown)
+        shown.flags.writeable = False
         if not by_motors:
-            return Tensions(self.source, state.truth.time, frozen(shown))
+            return Tensions(self.source, state.time, shown)
         torques = frozen(shown[winches.hosts] * arms[winches.hosts])
-        return Tensions(self.source, state.truth.time, frozen(np.where(winches.alone, shown, np.nan)), torques)
+        return Tensions(self.source, state.time, frozen(np.where(winches.alone, shown, np.nan)), torques)
 
 
 def _offset(offsets: Array, _: Mounted) -> Array:

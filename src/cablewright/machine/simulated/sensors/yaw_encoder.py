@@ -23,7 +23,7 @@ class YawReader(TimedSensor[YawEncoder, SensorFlaws]):
         shown = state.yaw + self.settings.deviation * noise
         if chance > 1.0 - self.flaws.outliers:
             shown = math.tau * (anywhere - 0.5)
-        return YawAngle(state.truth.time, float(shown))
+        return YawAngle(state.time, float(shown))
 
 
 SIMULATED: Final = Simulated(YAW_ENCODER, SensorFlaws, YawReader)

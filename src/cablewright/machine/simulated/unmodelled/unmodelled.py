@@ -93,6 +93,8 @@ class Unmodelled:
         followers = [each for each in (self.hysteresis, self.load_strain) if each is not None]
         self._strained = (*self.creeps.values(), *followers)
         self._loads = tensions
+        parts = (self.sheaves, self.exits, self.gears, self.drive)
+        self._feels_loads = bool(self._strained) or any(each is not None for each in parts)
         self._given_force, self._time = PlatformNumbers(packed.platform).wrench[:3].copy(), 0.0
         self._push(packed, place)
 
@@ -108,6 +110,15 @@ class Unmodelled:
 
         *place* (3,): m, of the platform's origin.
         """
+        if self._feels_loads:
+            self._load(packed, states, planes, winches, period, air)
+        self._time += period
+        if self.wind is not None:
+            self.wind.blow(period)
+        self._push(packed, place)
+
+    def _load(self, packed: Packed, states: Array, planes: Array, winches: Winches, period: float, air: Air) -> None:
+        """Advance what the loads of the lines change by the *period*, s."""
         loads = LineStates(states).tension
         for each in self.creeps.values():
             each.feel(air)
@@ -121,10 +132,6 @@ class Unmodelled:
         self._turn(packed, states, winches)
         if self.exits is not None:
             self.exits.give(packed, states, planes, self.ratio)
-        self._time += period
-        if self.wind is not None:
-            self.wind.blow(period)
-        self._push(packed, place)
 
     def _turn(self, packed: Packed, states: Array, winches: Winches) -> None:
         """Turn gears and drums as far as the motors have turned, and set what that does to the lengths that are out."""
