@@ -10,8 +10,9 @@ import pytest
 from cablewright.estimation.kalman.state import FilterLayout, Mean
 from cablewright.estimation.tilt import rotation_vector
 from cablewright.foundation.arrays import Array
-from cablewright.kernels.filtering.estimate import AXES, OF_LINES, tell
+from cablewright.kernels.filtering.estimate import tell
 from cablewright.kernels.filtering.predict import JUMPED, reel, roll, turn
+from cablewright.kernels.filtering.reckoning import AXES, OF_LINES
 
 LINES = [3, 4, 8]
 

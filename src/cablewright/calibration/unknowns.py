@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.foundation.arrays import Array, Indices
+from cablewright.foundation.arrays import Array, Indices, Mask
 from cablewright.foundation.errors import InputError, UnknownName
 from cablewright.kernels import layout
 from cablewright.kernels.fitting import line_over_sheave
@@ -290,6 +290,11 @@ def coordinates_of(robot: Robot, unknowns: Sequence[Unknown], kind: str = "exit_
     which = [at for at, each in enumerate(unknowns) if each.name == kind]
     coordinates = [3 * lines_of(robot, unknowns[at])[0] + (unknowns[at].axis or 0) for at in which]
     return np.array(which, dtype=np.intp), np.array(coordinates, dtype=np.intp)
+
+
+def of_unknown_exits(robot: Robot, unknowns: Sequence[Unknown]) -> Mask:
+    """Return which lines (m,) have coordinates of their exit point among the *unknowns*."""
+    return np.isin(np.arange(robot.m), coordinates_of(robot, unknowns)[1] // 3)
 
 
 def by_exits(robot: Robot, unknowns: Sequence[Unknown], by: ArrayLike) -> Array:

@@ -33,6 +33,7 @@ from cablewright.foundation.signals import (
     SensorFrame,
     miscounted,
 )
+from cablewright.kernels.filtering.predict import LEAST_TIME
 from cablewright.models.winch_lines import WinchLines
 from cablewright.robot import Line
 from cablewright.solvers.taut import Taut
@@ -166,7 +167,7 @@ def drum_rotation(
     own = checks.winches
     rotation = turned if own is None or own.plain else own.of_lines(turned)
     turns = rotation.tolist()
-    if max(*turns, -min(turns)) > 2.0 * max_speed * max(dt, 0.02):
+    if max(*turns, -min(turns)) > 2.0 * max_speed * max(dt, LEAST_TIME):
         report_jump(checks)
         return None, dt
     return rotation, dt

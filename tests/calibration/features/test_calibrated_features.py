@@ -186,6 +186,15 @@ def test_an_exit_point_that_no_measurement_depends_on_is_named() -> None:
     assert found.robot.lines[-1] == robot.lines[-1]
 
 
+def test_data_of_another_robot_are_named_beside_a_counterweight() -> None:
+    robot, measured = blind()
+    off = robot.exit_points
+    off[1] += [0.3, -0.2, 0.1]
+    found = calibrate(robot.with_(exit_points=off), measured, rough=0.05)
+    assert found.verdict == "bad"
+    assert any("are the data of this robot?" in each for each in found.reasons)
+
+
 def test_a_machine_with_a_counterweight_is_compared_later(tmp_path: Path) -> None:
     """A line that slips on its drum is found; the counterweight has no length that could."""
     robot, measured = blind()
@@ -240,6 +249,15 @@ def test_the_angle_of_a_cable_over_a_pulley_is_its_azimuth() -> None:
     held = solve_inverse(Model(robot, Fidelity.of("rigid")), poses)
     turn = np.angle(np.exp(1j * (angles - held.line_states.azimuth)))
     assert turn == pytest.approx(np.zeros_like(turn), abs=1e-9)
+
+
+def test_where_no_straight_cable_runs_neither_its_length_nor_its_angle_is_a_number() -> None:
+    robot = point("pulleys")
+    poses = np.array([robot.exit_points[0] + [0.0, 0.0, 1e-3], [0.1, 0.2, 1.0]])
+    problem = StraightProblem.of(robot, Measured(np.zeros((2, robot.m)), poses, swivel=np.zeros((2, robot.m))))
+    found = problem.derivatives(problem.start, poses, np.ones(len(problem.values))).residual
+    assert np.isnan(found[0, [0, robot.m]]).all()
+    assert np.isfinite(found[1]).all()
 
 
 def test_a_body_on_four_pairs_is_drawn_and_calibrated() -> None:

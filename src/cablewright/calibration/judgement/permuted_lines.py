@@ -15,6 +15,7 @@ from cablewright.calibration.poses.fit import PoseFit
 from cablewright.calibration.poses.problem import CalibrationProblem, StraightProblem
 from cablewright.calibration.poses.simulation import aligned
 from cablewright.calibration.poses.start_values import quick_fit, typical_residual
+from cablewright.calibration.unknowns import of_unknown_exits
 from cablewright.foundation.arrays import Array
 
 _ALL: Final = 4  # lines up to which every order is tried; with more: two exchanged, all shifted, all reversed
@@ -96,9 +97,14 @@ def stray(problem: CalibrationProblem, found: PoseFit) -> float:
 
 
 def motion(problem: CalibrationProblem, theta: Array) -> Array:
-    """Return the distances, m, of exit points (m, 3) from those of the file, after the best translation and yaw."""
-    file = np.array([line.exit_point for line in problem.robot.lines])
-    points, _ = aligned(problem.points(theta), file)
+    """Return the distances, m, of exit points (k, 3) from those of the file, after the best translation and yaw.
+
+    Of all lines, or of those whose exit points are unknowns if any are: the others keep the frame of the file.
+    """
+    seen = of_unknown_exits(problem.robot, problem.unknowns)
+    seen |= not seen.any()
+    file = np.array([line.exit_point for line in problem.robot.lines])[seen]
+    points, _ = aligned(problem.points(theta)[seen], file)
     return np.asarray(points - file)
 
 

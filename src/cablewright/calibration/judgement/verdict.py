@@ -27,7 +27,7 @@ from cablewright.calibration.poses.fit import PoseFit, yaw_between
 from cablewright.calibration.poses.observability import Information, beyond_frames, combination, remedy
 from cablewright.calibration.poses.problem import CalibrationProblem
 from cablewright.calibration.poses.ranges_of_unknowns import at_bound
-from cablewright.calibration.unknowns import exit_rows
+from cablewright.calibration.unknowns import exit_rows, of_unknown_exits
 from cablewright.foundation.arrays import Array
 from cablewright.kernels.fitting.calibration_residuals import COORDINATE
 from cablewright.robot.parameter_values import AXES
@@ -228,7 +228,7 @@ def _of_exits(found: Calibration) -> tuple[list[str], Array]:
 def _moved(found: Calibration, rough: float) -> Iterator[_Reason]:
     """Unknowns that are further from the file than was said."""
     problem, exits = found.problem, [each.name == "exit_point" for each in found.unknowns]
-    if sum(exits) == 3 * problem.robot.m:
+    if any(exits) and sum(exits) == 3 * of_unknown_exits(problem.robot, problem.unknowns).sum():
         away = np.abs(motion(problem, found.fit.theta)).ravel()
         over = away - rough - _BEYOND * np.nan_to_num(found.sigma[exits])
         worst = int(np.argmax(over))

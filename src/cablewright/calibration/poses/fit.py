@@ -19,7 +19,7 @@ from cablewright.calibration.poses.observability import (
     world_motions,
 )
 from cablewright.calibration.poses.problem import CalibrationProblem
-from cablewright.calibration.unknowns import coordinates_of
+from cablewright.calibration.unknowns import coordinates_of, of_unknown_exits
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.kernels.fitting.pose_schur import StopRule
 from cablewright.models.plane import turning_axis
@@ -186,11 +186,11 @@ def _turned_back(problem: CalibrationProblem, found: PoseFit) -> PoseFit:
 
     Of a platform in a plane it is the turn about the normal.
     """
-    exits = problem.named("exit_point")
-    if problem.held.any() or exits.sum() < 3 * problem.robot.m:
+    exits, seen = problem.named("exit_point"), of_unknown_exits(problem.robot, problem.unknowns)
+    if problem.held.any() or not exits.any() or exits.sum() < 3 * seen.sum():
         return found
-    points = problem.points(found.theta)
-    arms, file = points - points.mean(axis=0), problem.points(problem.free)
+    points, file = (problem.points(each)[seen] for each in (found.theta, problem.free))
+    arms = points - points.mean(axis=0)
     plane = problem.robot.platform.plane
     axis = turning_axis(plane)
     angle = yaw_between(arms, file - file.mean(axis=0), axis)

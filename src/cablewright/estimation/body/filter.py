@@ -32,11 +32,12 @@ from cablewright.foundation.signals import (
     per_line,
 )
 from cablewright.kernels import Direct
-from cablewright.kernels.filtering import body_lengths as kernel
+from cablewright.kernels.filtering import body_lengths
+from cablewright.kernels.filtering.reckoning import AXES, OF_LINES, ROTATION, SPEED
 from cablewright.models.rotation import motion_between, moved
 
 _SPEED_SIGMA: Final = 0.01  # m/s and rad/s, of the velocity by the lengths
-_TELL: Final = Direct(kernel.tell)
+_TELL: Final = Direct(body_lengths.tell)
 _CALM: Final = 0.02  # m/s^2: of the platform's acceleration that the lengths do not show
 
 
@@ -127,8 +128,8 @@ def _measure(settings: BodySettings, state: BodyState) -> Slopes | None:
 def _estimate(settings: BodySettings, state: BodyState, slopes: Slopes | None, holds: bool) -> Estimate:
     if slopes is not None:
         state.belief.pose_covariance = measurement.pose_covariance(state, slopes)
-    m, (radii, _, turns), lines = state.layout.m, settings.drums.tables, kernel.OF_LINES
-    found, shares = np.empty(lines + 3 * m + kernel.AXES**2), state.belief.unknowns[state.layout.radius]
+    m, (radii, _, turns), lines = state.layout.m, settings.drums.tables, OF_LINES
+    found, shares = np.empty(lines + 3 * m + AXES**2), state.belief.unknowns[state.layout.radius]
     trace = _TELL.call(
         state.pose, state.motion.velocity, state.lengths, state.taut.lengths, radii, turns, state.wound.angles,
         shares, state.belief.pose_covariance, _SPEED_SIGMA**2, found,
@@ -137,14 +138,14 @@ def _estimate(settings: BodySettings, state: BodyState, slopes: Slopes | None, h
     excess = found[lines + m : lines + 2 * m]
     return Estimate(
         state.latest.time,
-        found[: kernel.SPEED],
-        found[kernel.SPEED : kernel.ROTATION],
-        found[kernel.ROTATION : lines],
+        found[:SPEED],
+        found[SPEED:ROTATION],
+        found[ROTATION:lines],
         found[lines : lines + m],
         excess,
         excess > settings.slack_threshold,
         found[lines + 2 * m : lines + 3 * m],
-        covariance=found[lines + 3 * m :].reshape(kernel.AXES, kernel.AXES),
+        covariance=found[lines + 3 * m :].reshape(AXES, AXES),
         faults=state.monitor.faults,
         valid=holds
         and state.home.known

@@ -49,8 +49,9 @@ from cablewright.foundation.arrays import Array
 from cablewright.foundation.signals import CameraPose, Distance, Encoders, Estimate, Inertial, SensorFrame
 from cablewright.kernels import Direct
 from cablewright.kernels.covariance_prediction import add_multiples
-from cablewright.kernels.filtering.estimate import AXES, OF_LINES, tell
+from cablewright.kernels.filtering.estimate import tell
 from cablewright.kernels.filtering.predict import JUMPED, ROLLED, TURNED
+from cablewright.kernels.filtering.reckoning import AXES, OF_LINES
 from cablewright.models.packed_views import PlatformNumbers
 
 _POSITION_SIGMA: Final = 0.01  # m, of the first position

@@ -3,12 +3,8 @@
 import numpy as np
 
 from cablewright.kernels import jit
-from cablewright.kernels.filtering.reckoning import unwind
+from cablewright.kernels.filtering.reckoning import AXES, OF_LINES, PLACE, ROTATION, SPEED, unwind
 from cablewright.kernels.plant.winding import radii_by
-
-# Numbers of an estimate: position, velocity, rotation, then m lengths, m of excess, m radii, and the covariance (9, 9).
-PLACE, SPEED, ROTATION, OF_LINES = 0, 3, 6, 9
-AXES = 9
 
 
 @jit(allocates=True)

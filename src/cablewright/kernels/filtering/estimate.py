@@ -5,12 +5,9 @@ from math import cos, sin
 import numpy as np
 
 from cablewright.kernels import jit
+from cablewright.kernels.filtering.reckoning import AXES, OF_LINES, PLACE, ROTATION, SPEED
 from cablewright.kernels.filtering.update import ATTITUDE, LENGTHS, POSITION, RADII, VELOCITY
 from cablewright.kernels.rotation import yawed
-
-# Numbers of an estimate: pose and velocity, then m lengths, m of excess, m radii, and the covariance (9, 9).
-PLACE, SPEED, ROTATION, OF_LINES = 0, 3, 6, 9
-AXES = 9
 
 # Standard deviations besides the state's: m/s, rad, rad of tilt and rad/s of yaw without gyro.
 BY_VELOCITY, BY_ATTITUDE, BY_SWING, BY_TURN = 0, 1, 2, 3

@@ -6,8 +6,10 @@ from cablewright.kernels import jit
 from cablewright.kernels.plant.winding import paid_out, radii_by
 from cablewright.kernels.statics.taut import FOUND, WHOLE, draw
 
-# Numbers of an estimate: position, velocity, rotation, then m lengths, m of excess, m radii.
+# Numbers of an estimate: position, velocity, rotation, then m lengths, m of excess, m radii; of filters also the
+# covariance (9, 9).
 PLACE, SPEED, ROTATION, OF_LINES = 0, 3, 6, 9
+AXES = 9
 
 
 @jit(allocates=True)

@@ -1,7 +1,5 @@
 """Cable lengths and wrenches of a calibration's lines at poses, and the compliance of their ends."""
 
-from math import nan
-
 from cablewright.kernels import jit
 from cablewright.kernels.dense_systems import copy
 from cablewright.kernels.fitting.calibration_residuals import place_unknowns, reading, reading_of
@@ -54,10 +52,7 @@ def wrenches_at(guided, lines, poses, wrenches):
         place_platform(poses[j], work.rotation)
         for i in range(lines.shape[0]):
             ax, ay, az = draw(guided, work, i, poses[j])
-            free = work.free
-            x, y, z = free[1], free[2], free[3]
-            if free[0] != free[0]:
-                x, y, z = nan, nan, nan
+            x, y, z = work.free[1], work.free[2], work.free[3]
             found = wrenches[j, i]
             found[0], found[1], found[2] = x, y, z
             found[3], found[4], found[5] = cross(ax, ay, az, x, y, z)

@@ -88,16 +88,16 @@ def draw_guided(line, path, i, pose, rotation, free):
     """Write length and direction of the straight cable of line *i* to *free*, as `line_over_sheave.over_sheave`.
 
     Returns the arm from the platform's origin to where the cable reaches the platform, world, m. The length is that
-    beyond the exit point; of a winch aside from where the cable comes from on. It is NaN where no straight cable runs.
+    beyond the exit point; of a winch aside from where the cable comes from on. All are NaN where no cable runs.
     """
     row, y, record = path.lines[i], path.state, path.record
     x, along, z = rotate(rotation, row[POINT_X], row[POINT_X + 1], row[POINT_X + 2])
     path.arm[0], path.arm[1], path.arm[2] = x, along, z
     if straight_spatial(row, y, pose, path.arm, rotation, 1.0, record, path.block, path.right):
         free[0] = row[SPANS] * y[FREE] + y[DEAD] - row[DEAD_SPAN] + y[CONTACT]
+        free[1], free[2], free[3] = record[FORCE], record[FORCE + 1], record[FORCE + 2]
     else:
-        free[0] = nan
-    free[1], free[2], free[3] = record[FORCE], record[FORCE + 1], record[FORCE + 2]
+        free[0], free[1], free[2], free[3] = nan, nan, nan, nan
     line[own.FROM], line[own.FROM + 1], line[own.FROM + 2] = comes_from(row, record)
     return record[ARM], record[ARM + 1], record[ARM + 2]
 

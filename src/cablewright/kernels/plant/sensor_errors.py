@@ -9,6 +9,7 @@ from math import nan, pi
 import numpy as np
 
 from cablewright.kernels import jit
+from cablewright.kernels.plant.dynamics import RATE
 from cablewright.kernels.plant.machine_step import ANGLES, LINES, PULLS, SWIVELS, WINCH_PULLS, feel
 
 DEVIATION, LOST, OUTLIERS = 0, 1, 2
@@ -92,7 +93,7 @@ def show_motion(
     """
     for k in range(6):
         shown[k] = bias[k] + deviation[k] * noise[k]
-    feel(rotation, place, acceleration, told[9:LINES], gravity, axes, shown)
+    feel(rotation, place, acceleration, told[RATE:LINES], gravity, axes, shown)
     if draws[CHANCE] > 1.0 - outliers:
         for k in range(6):
             shown[k] = (2.0 * draws[ANYWHERE + k] - 1.0) * most[k]
