@@ -214,7 +214,9 @@ class Drop:
         self.model = Model(robot)
         held = solve_inverse(self.model, START).checked()
         self.lengths, self.states = held.lengths.copy(), held.states.copy()
-        self.drum = Masses(robot, settings).numbers(0.0, 0.0, math.nan)
+        masses = Masses(robot, settings)
+        self.drum = masses.constant()
+        masses.put(0.0, 0.0, math.nan, self.drum)
         self.drum[dynamics.DRAG :] = 0.0
         self.motion = np.zeros(dynamics.MOTION)
         self.motion[:3] = START

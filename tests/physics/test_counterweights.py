@@ -333,12 +333,8 @@ def test_one_too_light_for_its_own_cable_is_no_formula_s_fault() -> None:
 def test_what_does_not_cover_it_says_so(tmp_path: Path) -> None:
     found = held("merlet2023")
     robot = found.model.robot
-    for ask in (
-        lambda: cw.simulate_calibration(robot, 20, 1e-4),
-        lambda: cw.let_out(robot, found.lengths, robot.lines[1].name, 0.01),
-    ):
-        with pytest.raises(InputError, match="counterweight"):
-            ask()
+    with pytest.raises(InputError, match="counterweight"):
+        cw.let_out(robot, found.lengths, robot.lines[1].name, 0.01)
     text = (Path(cw.robot.__file__).parent / "library" / "merlet2023.toml").read_text()
     for lines, why in (
         ('counterweight = "0 kg"', "greater than 0"),
