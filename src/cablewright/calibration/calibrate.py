@@ -19,6 +19,7 @@ from cablewright.calibration.judgement.result import Calibration
 from cablewright.calibration.judgement.sigmas import ENOUGH, kind_fits, kind_of, resisting, roughly_weighed, weighed
 from cablewright.calibration.judgement.unmodelled_effects import UNKNOWNS, Effect, applied, effects_of
 from cablewright.calibration.judgement.verdict import NEED, judged, status_of
+from cablewright.calibration.measurement_rows.load_cells import check_counterweights
 from cablewright.calibration.measurement_rows.pictures import with_pictures
 from cablewright.calibration.measurement_rows.vibrations import AT_START, with_vibrations
 from cablewright.calibration.measurements import Measured, read_measured
@@ -95,6 +96,7 @@ def calibrate(
     plan, robot = plan_of(plan), model.robot
     measured = data if isinstance(data, Measured) else read_measured(data, robot)
     check_lengths(robot, measured)
+    check_counterweights(model, measured)
     model, measured = with_pictures(model, measured)
     robot = model.robot
     measured = with_vibrations(robot, measured, plan, measured.guess, AT_START)

@@ -44,6 +44,7 @@ _POSE: Final = ("x", "y", "z", "rx", "ry", "rz")
 _OF_DRUM: Final = re.compile(
     r"(?P<name>(?i:dl)_[0-9]+) *[(\[](?P<unit>turns|rad|deg|counts(?:/(?P<counts>[1-9][0-9]{0,8}))?)[)\]]"
 )
+_UNIT: Final = re.compile(r" *[(\[].*")
 _COUNTS: Final = "counts/4096"  # one such unit, in messages
 _FREQUENCY: Final = Dimension("frequency", {"Hz": Decimal(1)})
 _CELLS: Final = (*SENSORS.values(), ("frequencies", "hz_1"))
@@ -127,7 +128,8 @@ def read_measured(path: str | Path, robot: Robot) -> Measured:
     path = Path(path)
     number, header, rows = header_of(text_lines(path, MAX_BYTES, "table of measurements"))
     if not number:
-        raise InputError(f"{path}: empty; expected a header with columns dl_1 to dl_{robot.m}, then rows of numbers")
+        expected = _listed(_groups(robot)["counted"])
+        raise InputError(f"{path}: empty; expected a header with columns {expected}, then rows of numbers")
     columns = _columns(header, f"{path}, line {number}", robot)
     blank = set(chain.from_iterable(names for field, names in _groups(robot).items() if field in _MAY_BE_BLANK))
     found = number_rows(path, rows, header, columns, MAX_POSES, "poses", blank=blank)
@@ -246,7 +248,7 @@ def _columns(header: str, place: str, robot: Robot) -> dict[str, Column]:
     positions = {column.position for column in columns.values()}
     for position, cell in enumerate(cells):
         if position not in positions:
-            head, _, digits = cell[:60].casefold().rpartition("_")
+            head, _, digits = _UNIT.sub("", cell[:60].casefold()).rpartition("_")
             of_line = head in _OF_LINES and digits.isdecimal()
             hint = suggestion(cell[:60].casefold(), known, limit=20)
             if of_line:
@@ -256,12 +258,19 @@ def _columns(header: str, place: str, robot: Robot) -> dict[str, Column]:
         missing = [name for name in names if name not in columns]
         position_only = group == "guess" and missing == list(_POSE[3:])
         if missing and not position_only and (group == "counted" or len(missing) < len(names)):
-            expected = f"{names[0]} to {names[-1]}" if len(names) > 2 else " and ".join(names)
-            raise InputError(f"{place}: no column {missing[0]!r}; expected {expected}, one for each line or axis")
+            each = "winch" if group == "counted" and len(names) < robot.m else "line or axis"
+            raise InputError(f"{place}: no column {missing[0]!r}; expected {_listed(names)}, one for each {each}")
     for name in _POSE[: robot.n]:
         if f"sigma_{name}" in columns and name not in columns:
             raise InputError(f"{place}: column 'sigma_{name}' without a column {name!r}")
     return columns
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Return names of columns in words: ``dl_1 to dl_8``, or each where numbers are missing between."""
+    first, _, start = names[0].rpartition("_")
+    in_order = len(names) > 2 and (not start.isdecimal() or names[-1] == f"{first}_{int(start) + len(names) - 1}")
+    return f"{names[0]} to {names[-1]}" if in_order else " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
 
 
 def _of_no_winch(robot: Robot, digits: str) -> str:

@@ -27,7 +27,7 @@ from cablewright.calibration.judgement.likely_changes import (
 )
 from cablewright.calibration.judgement.model_doubt import believed_of_sensors, stretch_of
 from cablewright.calibration.judgement.sigmas import kind_of
-from cablewright.calibration.measurement_rows.load_cells import require_tensions
+from cablewright.calibration.measurement_rows.load_cells import check_counterweights, require_tensions
 from cablewright.calibration.measurement_rows.pictures import with_pictures
 from cablewright.calibration.measurement_rows.vibrations import AT_START, with_vibrations
 from cablewright.calibration.measurements import Measured, read_measured
@@ -235,6 +235,7 @@ def check_drift(
     known.unknowns_in(model.robot, where)
     measured = data if isinstance(data, Measured) else read_measured(data, model.robot)
     check_lengths(model.robot, measured)
+    check_counterweights(model, measured)
     model, measured = _with_pictures(model, measured, known, new_home)
     measured = with_vibrations(model.robot, measured, known.plan, measured.guess, AT_START)
     problem, spread, theta, states = _at_record(model, measured, known, new_home)
@@ -285,7 +286,7 @@ def _at_record(
 ) -> tuple[CalibrationProblem, Array, Array, Array]:
     """Return the equations, the covariance of `_of_record`, and the unknowns and states of the poses there."""
     problem = _problem(model, replace(measured, pose_sigma=None), known)
-    theta, spread = _of_record(problem, known)
+    theta, spread = _of_record(problem, known.checked(problem))
     return problem, spread, *states_at(problem, theta, new_home)
 
 
@@ -363,10 +364,9 @@ def _follow_layout(problem: CalibrationProblem, new: Indices, spread: Array) -> 
 
 def _through(problem: CalibrationProblem, theta: Array, states: Array, eliminated: _Eliminated) -> Array:
     """Return how the numbers (d, k + 1) follow unknowns, SI, and a stretch of lines that count as stiff."""
-    extra = np.zeros((problem.poses, problem.per_pose))
-    stretch = None if problem.elastic else stretch_of(problem, theta, states)
-    if stretch is not None:
-        extra[:, : problem.robot.m] = problem.of_poses(problem.weights)[:, : problem.robot.m] * stretch
+    found = None if problem.elastic else stretch_of(problem, theta, states)
+    stretch = np.zeros((problem.poses, problem.robot.m)) if found is None else found
+    extra = problem.of_poses(problem.weights) * problem.in_lengths(stretch)
     sizes = [each.size for each in problem.unknowns]
     return np.column_stack([eliminated.unknowns / sizes, eliminated.turned @ extra.ravel()])
 

@@ -22,6 +22,7 @@ from cablewright.calibration.judgement.result import Calibration
 from cablewright.calibration.measurement_rows.measurement_kinds import SIGMA_OF
 from cablewright.calibration.plan import SIGMAS, CalibrationPlan, Group, Known, Sigmas
 from cablewright.calibration.poses.observability import azimuth_offsets, motions, open_freedoms
+from cablewright.calibration.poses.problem import CalibrationProblem
 from cablewright.calibration.sightings.sighted import SightedUnknown
 from cablewright.calibration.unknowns import Unknown, is_in_file, unknowns_of
 from cablewright.foundation.arrays import Array
@@ -129,6 +130,17 @@ class CalibrationRecord(FileDescription):
                         "that this calibration wrote"
                     )
         return found
+
+    def checked(self, problem: CalibrationProblem) -> Self:
+        """Return the record. Raises `InputError` for tensions that show an exit point of which it knows nothing."""
+        told = {(each.name, each.line) for each in (*self.values, *self.considered)}
+        for each in problem.unknowns:
+            if each.name in self.unknowns and (each.kind, each.line) not in told:
+                raise InputError(
+                    f"{problem.measured.origin}: the record knows nothing of line {each.line!r}, whose counterweight "
+                    "tensions f_1 .. show: leave these columns out, or calibrate with tensions first"
+                )
+        return self
 
 
 def record_of(found: Calibration, data: str | Path, date: datetime) -> CalibrationRecord:

@@ -134,8 +134,11 @@ def together(problem: CalibrationProblem, found: PoseFit) -> Together | None:
     free: CalibrationProblem = StraightProblem.of(problem.robot, problem.measured.lengths_alone(), plan, hold=False)
     used = problem.of_poses(found.weights)[:, : problem.lengths_per_pose] > 0.0
     weights = np.where(used, free.of_poses(free.weights) * (free.encoder_sigma / problem.encoder_sigma), 0.0).ravel()
-    theta = problem.whole(found.theta)[: len(free.start)]  # those of pictures come last
-    limits = problem.without_datum().limits[:, : len(theta)]  # bounds may exclude the file where a prior has a value
+    there = [problem.unknowns.index(each) for each in free.unknowns]  # lengths tell nothing of others
+    theta = problem.whole(found.theta)[there]
+    limits = np.ascontiguousarray(
+        problem.without_datum().limits[:, there]
+    )  # bounds may exclude the file where a prior has a value
     free = replace(free, weights=weights, found_encoder=problem.encoder_sigma, limits=limits)
     free = framed(free, theta, found.poses)
     own = fit(free, theta, found.poses)

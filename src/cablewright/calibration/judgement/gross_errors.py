@@ -287,7 +287,7 @@ def _rejected(problem: CalibrationProblem, found: PoseFit, rows: Mask) -> Iterat
     readings = _readings(problem)
     for j in np.flatnonzero(out):
         if rows[j].all():
-            read, wanted = problem.measured.counted[j], best[j]
+            read, wanted = (each[j, list(problem.robot.hosts)] for each in (problem.measured.counted, best))
             size = float(np.linalg.norm(off[j])) * problem.encoder_sigma
             yield Rejected(int(j), None, size, None, tuple(read.tolist()), tuple(wanted.tolist()))
             continue

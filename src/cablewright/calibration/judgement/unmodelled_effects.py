@@ -21,6 +21,7 @@ from cablewright.calibration.poses.problem import CalibrationProblem
 from cablewright.calibration.poses.sufficient_data import line_with_counted_build_up
 from cablewright.foundation.arrays import Array
 from cablewright.kernels.fitting import line_over_sheave
+from cablewright.models.winch_lines import WinchLines
 from cablewright.robot.parameters import KINDS_OF, why_not
 
 UNKNOWNS: Final = ("build_up", "sheave_radius", "length_scale", "exit_compliance", "modulus")
@@ -239,8 +240,9 @@ def corrections(problem: CalibrationProblem, found: PoseFit, counted: Array | No
         made["deflection"] = compliant.given(found.theta, found.poses, tensions)
     moved = np.diff(problem.measured.counted, axis=0, prepend=problem.measured.counted[:1])
     made["hysteresis"] = np.where(np.abs(moved) > _SAME, np.sign(moved), 0.0)
-    for each, line in zip(np.eye(robot.m), robot.lines, strict=True):
-        made[OF_A_LINE + line.name] = (problem.measured.counted if counted is None else counted) * each
+    winches, counted = WinchLines.of(robot), problem.measured.counted if counted is None else counted
+    for host in winches.hosts.tolist():  # all lines on its drum
+        made[OF_A_LINE + robot.lines[host].name] = counted * (winches.host == host)
     return made
 
 

@@ -187,8 +187,9 @@ def _elsewhere(found: Calibration, rough: float) -> bool:
 
 def _unknown(found: Calibration, need: float) -> Iterator[_Reason]:
     """Exit points, or else what other lengths are unknown, that are known less well than printing needs."""
-    problem = found.problem
-    if unseen := ", ".join(unseen_lines(problem.robot, problem.measured, problem.elastic)):
+    problem, exits = found.problem, {each.line for each in found.unknowns if each.name == "exit_point"}
+    blind = unseen_lines(problem.robot, problem.measured, problem.elastic)
+    if unseen := ", ".join(each for each in blind if each not in exits):
         yield _Reason(
             f"nothing measured depends on the exit point of {unseen}: a counterweight has no encoder; its numbers stay "
             "those of the file; measure tensions f_1 .., which the weight balances, or survey the point",

@@ -7,19 +7,22 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cablewright.calibration.measurement_rows.measurement_kinds import SensorRows, present
 from cablewright.calibration.measurements import Measured
-from cablewright.calibration.plan import Sigmas
+from cablewright.calibration.plan import CalibrationPlan, Sigmas
 from cablewright.calibration.unknowns import Unknown, free_directions, numbers_of_lines
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
 from cablewright.kernels.fitting import calibration_lengths, calibration_residuals, line_over_sheave
 from cablewright.kernels.fitting.calibration_residuals import MeasurementRows
+from cablewright.models.fidelity import CableLaw
 from cablewright.models.pack import guided_lines
 from cablewright.models.parameters import lines_of
 from cablewright.models.plane import within
 from cablewright.models.rotation import placed
+from cablewright.models.statics import Model
 from cablewright.robot import Robot
 
 _UNKNOWN: Final = 1e6  # N: sigma of a blank cell where directions are chosen
@@ -41,6 +44,19 @@ def require_tensions(robot: Robot, measured: Measured) -> None:
             )
 
 
+def check_counterweights(model: Model, measured: Measured) -> None:
+    """Raise `InputError` for tensions measured in rigid lines with a counterweight, which has that tension."""
+    hung = model.robot.hung if model.fidelity.cable is CableLaw.RIGID else ()
+    for name, read in (("f", measured.tensions), ("hz", measured.frequencies)):
+        for at in hung:
+            if read is not None and np.isfinite(read[:, at]).any():
+                line = model.robot.lines[at].name
+                raise InputError(
+                    f"{measured.origin}: {name}_{at + 1}: line {line!r} has a counterweight, whose weight is its "
+                    "tension while lines are rigid: leave the cells blank, or use --cable elastic"
+                )
+
+
 def with_counterweights(robot: Robot, measured: Measured, sigma: Sigmas) -> Measured:
     """Return the data whose tensions, if any, are those of the counterweights where a line has one."""
     if measured.tensions is None or not robot.hung:
@@ -54,6 +70,13 @@ def with_counterweights(robot: Robot, measured: Measured, sigma: Sigmas) -> Meas
     return replace(measured, tensions=tensions, tension_sigma=own)
 
 
+def exact_counterweights(robot: Robot, lines: Array, target: NDArray[np.int64], elastic: bool) -> None:
+    """Write into *lines* (m, COLUMNS) and *target* that a counterweight's tension in a rigid line has no load cell."""
+    hung = [] if elastic else list(robot.hung)
+    lines[hung, line_over_sheave.TENSION_SCALE], lines[hung, line_over_sheave.TENSION_OFFSET] = 1.0, 0.0
+    target[hung, line_over_sheave.TENSION_SCALE] = target[hung, line_over_sheave.TENSION_OFFSET] = -1
+
+
 def unseen_lines(robot: Robot, measured: Measured, elastic: bool) -> list[str]:
     """Return the names of the lines that no measurement depends on: rigid ones with a counterweight, without tensions.
 
@@ -63,11 +86,18 @@ def unseen_lines(robot: Robot, measured: Measured, elastic: bool) -> list[str]:
     return [robot.lines[at].name for at in robot.hung] if blind else []
 
 
-def is_unseen(robot: Robot, unknown: Unknown, measured: Measured, elastic: bool) -> bool:
-    """Return whether no measurement depends on an unknown of lines with a counterweight, or of their load cells."""
+def is_unseen(robot: Robot, unknown: Unknown, measured: Measured, plan: CalibrationPlan, elastic: bool) -> bool:
+    """Return whether nothing depends on an unknown of lines with a counterweight, or of their load cells."""
     if elastic or unknown.line is None or not (measured.tensions is None or unknown.name.startswith("tension_")):
         return False
-    return all(at in robot.hung for at in lines_of(robot, unknown))
+    return all(at in robot.hung for at in lines_of(robot, unknown)) and not _is_told(unknown, plan)
+
+
+def _is_told(unknown: Unknown, plan: CalibrationPlan) -> bool:
+    """Return whether the plan itself says something of an exit point: a surveyed point, a distance, or a prior."""
+    named = [point.line for point in plan.points] + [line for each in plan.distances for line in each.between]
+    told = unknown.line in named or any(each.is_of(unknown) for each in plan.priors)
+    return unknown.name == "exit_point" and told
 
 
 def balanced_readings(robot: Robot, rows: MeasurementRows, lines: Array, tensions: Array, poses: Array) -> Array:

@@ -19,6 +19,7 @@ from cablewright.calibration.measurement_rows.all_rows import ENCODER_SIGMA, eve
 from cablewright.calibration.measurement_rows.given_numbers import put_known
 from cablewright.calibration.measurement_rows.load_cells import (
     balanced_readings,
+    exact_counterweights,
     filled_tensions,
     is_unseen,
     load_on,
@@ -107,12 +108,13 @@ class CalibrationProblem(ABC):
         if not cls.elastic:
             measured = with_counterweights(robot, measured, plan.sigma)
         unknowns = unknowns_of(robot, plan.unknowns, plan.shared, cls.elastic, plan.grouped)
-        unknowns = tuple(each for each in unknowns if not is_unseen(robot, each, measured, cls.elastic))
+        unknowns = tuple(each for each in unknowns if not is_unseen(robot, each, measured, plan, cls.elastic))
         if not unknowns:
             raise InputError("unknowns: must name at least one number")
         seen = bodies_of(measured.sightings, unknowns)
         lines, target = numbers_of_lines(robot, measured.by_drum, cls.elastic), targets(robot, unknowns)
         put_known(robot, lines, plan)
+        exact_counterweights(robot, lines, target, cls.elastic)
         start = np.array([nominal(robot, each) if each.column < 0 else each.entry.nominal or 0.0 for each in unknowns])
         start[target[target >= 0]] = lines[target >= 0]
         unknowns, start = (*unknowns, *seen.unknowns), np.append(start, [each.start for each in seen.unknowns])

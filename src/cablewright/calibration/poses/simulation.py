@@ -142,13 +142,14 @@ def measure(
     if sensors.tension is not None and held is not None:
         tensions = held.tensions + rng.normal(0.0, sensors.tension, lengths.shape)
         tensions[:, robot.hung] = np.nan
-    at = m
+    at = problem.lengths_per_pose
     for name in angles:
         true = readings[:, at : at + columns[name]]
         angles[name] = true + rng.normal(0.0, getattr(sensors, name), true.shape)
         at += columns[name]
     if sensors.frequency is not None and held is not None:
         angles["frequencies"] = _frequencies(held) + rng.normal(0.0, sensors.frequency, lengths.shape)
+        angles["frequencies"][:, robot.hung] = np.nan
     if sensors.pose is not None:
         guesses = poses + rng.normal(0.0, sensors.pose, poses.shape)
         sigma = np.full(poses.shape, max(sensors.pose, _EXACT))

@@ -31,8 +31,9 @@ def check_lengths(robot: Robot, measured: Measured) -> None:
     """Raise `InputError` for lengths or poses too large for their unit, and for poses outside the plane."""
     scene = robot.scene
     diagonal = math.dist(scene.frame_min, scene.frame_max)
-    spans = np.array([float(line.advantage) for line in robot.lines])
-    _check_size(measured, measured.counted, [f"dl_{i + 1}" for i in range(robot.m)], diagonal, spans=spans)
+    hosts = list(robot.hosts)
+    spans = np.array([float(robot.lines[i].advantage) for i in hosts])
+    _check_size(measured, measured.counted[:, hosts], [f"dl_{i + 1}" for i in hosts], diagonal, spans=spans)
     if measured.guess is not None:
         middle = 0.5 * (np.array(scene.frame_min) + np.array(scene.frame_max))
         _check_size(measured, measured.guess[:, :3] - middle, ["x", "y", "z"], diagonal, middle)

@@ -1,0 +1,158 @@
+"""Shared drums and counterweights in calibration: further sensors, load cells, effects, surveys, messages, drift."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+import pytest
+from benchmarks.campaigns import calibrated_features as campaign
+
+from cablewright.calibration.calibrate import calibrate
+from cablewright.calibration.drift.drift import check_drift
+from cablewright.calibration.drift.record import record_of
+from cablewright.calibration.judgement.consistency import together
+from cablewright.calibration.judgement.gross_errors import _rejected
+from cablewright.calibration.judgement.unmodelled_effects import OF_A_LINE, corrections
+from cablewright.calibration.measurements import Measured, read_measured
+from cablewright.calibration.plan import CalibrationPlan, Known, Point, Sigmas
+from cablewright.calibration.poses.fit import PoseFit, fit
+from cablewright.calibration.poses.problem import StraightProblem
+from cablewright.calibration.poses.simulation import SensorNoise, simulate_calibration
+from cablewright.calibration.poses.sufficient_data import check_lengths
+from cablewright.foundation.errors import InputError
+from cablewright.robot import Robot
+
+HUNG = campaign.hung_point()
+PAIRS = campaign.pairs_of_lines()
+
+
+def test_further_sensors_on_shared_drums_are_simulated_at_the_poses() -> None:
+    made = simulate_calibration(PAIRS, 5, 0.0, seed=1, sensors=SensorNoise(swivel=0.0, tilt=0.0)).measured
+    problem = StraightProblem.of(PAIRS, made)
+    assert made.swivel is not None
+    assert made.tilt is not None
+    assert np.abs(made.swivel).min() > 0.1
+    poses = simulate_calibration(PAIRS, 5, 0.0, seed=1).poses
+    assert problem.derivatives(problem.start, poses).residual[:, -8:] == pytest.approx(np.zeros((5, 8)), abs=1e-9)
+
+
+def weighed(plan: CalibrationPlan, count: int = 12) -> tuple[Measured, StraightProblem]:
+    made = simulate_calibration(HUNG, count, 1e-4, seed=3, sensors=SensorNoise(pose=1e-4, tension=0.01))
+    return made.measured, StraightProblem.of(HUNG, made.measured, plan)
+
+
+@pytest.mark.parametrize(
+    "plan",
+    [
+        CalibrationPlan(unknowns=("exit_point", "tension_scale", "tension_offset"),
+                        shared=("tension_scale", "tension_offset")),
+        CalibrationPlan(unknowns=("exit_point", "tension_scale"),
+                        groups=({"name": "tension_scale", "lines": (HUNG.lines[0].name, "weight")},)),
+        CalibrationPlan(known=(Known(name="tension_scale", value=1.1), Known(name="tension_offset", value=2.0))),
+    ],
+    ids=["shared", "group", "known"],
+)  # fmt: skip
+def test_the_weight_of_a_counterweight_passes_no_load_cell(plan: CalibrationPlan) -> None:
+    _, problem = weighed(plan)
+    theta = problem.free + 0.05 * np.array([each.name.startswith("tension_") for each in problem.free_unknowns])
+    found = problem.tensions(theta)
+    weight = (HUNG.lines[-1].counterweight or 0.0) * HUNG.scene.gravity
+    assert found[:, -1] == pytest.approx(np.full(12, weight))
+    assert not np.allclose(found[:, 0], problem.rows.tensions[:, 0])
+
+
+def test_lengths_alone_are_fitted_from_the_numbers_that_all_rows_gave(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without tensions the exit point of the counterweight is none of their unknowns."""
+    starts = []
+
+    def noted(problem: StraightProblem, theta: np.ndarray, poses: np.ndarray) -> PoseFit:
+        starts.append(dict(zip(problem.unknowns, theta.tolist(), strict=True)))
+        assert (problem.limits[0] <= theta).all()
+        assert (theta <= problem.limits[1]).all()
+        return fit(problem, theta, poses)
+
+    measured, problem = weighed(CalibrationPlan())
+    found = fit(problem, problem.free, measured.guess)
+    monkeypatch.setattr("cablewright.calibration.judgement.consistency.fit", noted)
+    together(problem, found)
+    whole = dict(zip(problem.unknowns, problem.whole(found.theta).tolist(), strict=True))
+    assert starts[0] == {each: whole[each] for each in starts[0]}
+    assert len(starts[0]) == len(whole) - 3
+
+
+def test_the_drum_of_a_pair_is_one_effect_on_both_lines() -> None:
+    made = simulate_calibration(PAIRS, 12, 1e-4, seed=1, sensors=SensorNoise(pose=1e-3))
+    problem = StraightProblem.of(PAIRS, made.measured)
+    found = corrections(problem, fit(problem, problem.free, made.poses))
+    of_drums = {name: each for name, each in found.items() if name.startswith(OF_A_LINE)}
+    assert [*of_drums] == [f"{OF_A_LINE}{name}" for name in ("0a", "1a", "2a")]
+    for at, each in enumerate(of_drums.values()):
+        own = slice(2 * at, 2 * at + 2)
+        assert np.array_equal(each[:, own], made.measured.counted[:, own])
+        assert np.abs(problem.in_lengths(each)[:, PAIRS.m :]).max() < 1e-12  # they stay tied
+
+
+def test_a_surveyed_exit_point_of_a_counterweight_is_found() -> None:
+    measured = simulate_calibration(HUNG, 30, 1e-4, seed=3, sensors=SensorNoise(pose=1e-4)).measured
+    off = HUNG.exit_points
+    off[-1] += [0.03, -0.02, 0.02]
+    plan = CalibrationPlan(points=(Point(line="weight", at=tuple(HUNG.exit_points[-1].tolist())),))
+    found = calibrate(HUNG.with_(exit_points=off), measured, plan, rough=0.05)
+    assert found.robot.exit_points[-1] == pytest.approx(HUNG.exit_points[-1], abs=1e-4)
+    assert not any("counterweight" in each for each in found.reasons)
+
+
+@pytest.mark.parametrize("sensor", ["tensions", "frequencies"])
+def test_tensions_measured_at_a_rigid_counterweight_are_rejected(sensor: str) -> None:
+    measured, _ = weighed(CalibrationPlan())
+    read = np.full((12, 5), np.nan)
+    read[3, -1] = 50.0
+    name = {"tensions": "f_5", "frequencies": "hz_5"}[sensor]
+    with pytest.raises(InputError, match=f"{name}: line 'weight' has a counterweight, whose weight is its tension"):
+        calibrate(HUNG, replace(measured, **{sensor: read}))
+
+
+def test_mixed_units_name_the_columns_that_there_are() -> None:
+    counted = np.tile([0.0, 0.0, 900.0, 900.0, 0.0, 0.0], (3, 1))
+    with pytest.raises(InputError, match=r"dl_3 = 900 m.*\(mm\)'; dl_1, dl_5 look like m"):
+        check_lengths(PAIRS, Measured(counted))
+
+
+@pytest.mark.parametrize(
+    ("robot", "text", "why"),
+    [
+        (PAIRS, "dl_1,dl_2 (mm),dl_3,dl_5\n", "line '0b' is on the drum of '0a'"),
+        (PAIRS, "dl_1,dl_5\n", "no column 'dl_3'; expected dl_1, dl_3 and dl_5, one for each winch"),
+        (HUNG, "dl_1,dl_2,dl_3\n", "no column 'dl_4'; expected dl_1 to dl_4, one for each winch"),
+        (PAIRS, "", "columns dl_1, dl_3 and dl_5, then rows"),
+    ],
+)
+def test_messages_name_the_columns_of_winches(robot: Robot, text: str, why: str, tmp_path: Path) -> None:
+    file = tmp_path / "d.csv"
+    file.write_text(text)
+    with pytest.raises(InputError, match=why):
+        read_measured(file, robot)
+
+
+@pytest.mark.parametrize(("robot", "winches"), [(PAIRS, (0, 2, 4)), (HUNG, (0, 1, 2, 3))])
+def test_a_pose_left_out_shows_what_its_winches_counted(robot: Robot, winches: tuple[int, ...]) -> None:
+    made = simulate_calibration(robot, 12, 1e-4, seed=1, sensors=SensorNoise(pose=1e-3))
+    problem = StraightProblem.of(robot, made.measured)
+    rows = np.zeros((12, problem.per_pose), dtype=bool)
+    rows[4] = True
+    (found,) = _rejected(problem, fit(problem, problem.free, made.poses), rows)
+    assert found.measured == tuple(made.measured.counted[4, list(winches)])
+    assert len(found.expected) == len(winches)
+
+
+def test_tensions_after_a_calibration_without_them_are_rejected(tmp_path: Path) -> None:
+    made = simulate_calibration(HUNG, 30, 1e-4, seed=3, sensors=SensorNoise(pose=1e-3, tension=0.1)).measured
+    file = tmp_path / "d.csv"
+    file.touch()
+    found = calibrate(HUNG, replace(made, tensions=None), CalibrationPlan(sigma=Sigmas(encoder=1e-4)), rough=0.05)
+    record = record_of(found, file, datetime(2026, 11, 30, tzinfo=UTC))
+    with pytest.raises(InputError, match="the record knows nothing of line 'weight', whose counterweight"):
+        check_drift(found.robot, made, record)
