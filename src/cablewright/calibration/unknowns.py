@@ -237,13 +237,9 @@ def numbers_of_lines(robot: Robot, by_drum: Sequence[bool] = (), elastic: bool =
     """
     lines, guided = np.zeros((robot.m, line_over_sheave.COLUMNS)), guided_lines(robot)
     for at in np.flatnonzero(by_drum):
-        line = robot.lines[at]
-        dead = 0.0 if line.winch_exit is None else line.dead_span().length
-        if guided is not None and guided[at, layout.SPANS]:
-            dead = float(guided[at, layout.DEAD_SPAN])
-        dead += line.dead_length
-        lines[at, line_over_sheave.BUILD_UP] = line.winch.build_up or 0.0
-        lines[at, line_over_sheave.WOUND] = (line.winch.drum_length or 0.0) - (0.0 if elastic else dead)
+        winch, dead = robot.lines[at].winch, 0.0 if elastic else _dead_lengths(robot)[at]
+        lines[at, line_over_sheave.BUILD_UP] = winch.build_up or 0.0
+        lines[at, line_over_sheave.WOUND] = (winch.drum_length or 0.0) - dead
     for row, line in zip(lines, robot.lines, strict=True):
         row[line_over_sheave.EXIT : line_over_sheave.EXIT + 3] = line.exit_point
         row[line_over_sheave.POINT : line_over_sheave.POINT + 3] = line.platform_point
@@ -262,6 +258,15 @@ def numbers_of_lines(robot: Robot, by_drum: Sequence[bool] = (), elastic: bool =
         own = guided[:, layout.SPANS] > 0.0
         lines[own, line_over_sheave.RADIUS] = guided[own, layout.RADIUS]
     return lines
+
+
+def _dead_lengths(robot: Robot) -> Array:
+    """Return the length (m,) of each line's cable before that which rigid lines count, m."""
+    guided = guided_lines(robot)
+    dead = np.array([0.0 if line.winch_exit is None else line.dead_span().length for line in robot.lines])
+    if guided is not None:
+        dead = np.where(guided[:, layout.SPANS] > 0.0, guided[:, layout.DEAD_SPAN], dead)
+    return np.asarray(dead + [line.dead_length for line in robot.lines])
 
 
 def _put_ends(row: Array, line: Line) -> None:
@@ -348,6 +353,29 @@ def with_values(robot: Robot, unknowns: Sequence[Unknown], values: Array, raised
         for line in lines
     ]
     return Robot.model_validate(changed.model_dump() | {"lines": [line.model_dump() for line in lines]})
+
+
+def with_offsets(robot: Robot, unknowns: Sequence[Unknown], values: Array, elastic: bool) -> Robot:
+    """Return the robot with the offsets on shared drums by the home lengths among the *values* (k,) of the unknowns.
+
+    Drums with a build-up keep theirs, which is 0. *elastic*: home lengths contain the cable before the exit point.
+    """
+    homes = {
+        each.line: value for each, value in zip(unknowns, values.tolist(), strict=True) if each.name == "length_offset"
+    }
+    dead = np.zeros(robot.m) if elastic else _dead_lengths(robot)
+    whole = {
+        line.name: homes.get(line.name, np.nan) + own for line, own in zip(robot.lines, dead.tolist(), strict=True)
+    }
+    lines = []
+    for line in robot.lines:
+        shared = line.shared_winch
+        offset = np.nan if shared is None else whole[line.name] - shared.sense * whole[shared.line]
+        if shared is not None and line.winch.build_up is None and np.isfinite(offset):
+            update = {"shared_winch": shared.model_copy(update={"offset": round(offset, _DIGITS)})}
+            line = line.model_copy(update=update)
+        lines.append(line)
+    return robot.model_copy(update={"lines": tuple(lines)})
 
 
 def _winch_placed(old: Line, line: Line, raised: bool) -> Line:

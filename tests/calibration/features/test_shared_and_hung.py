@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from benchmarks.campaigns import calibrated_features as campaign
 
+from cablewright.apps.serve.camera_folder import robot_text
 from cablewright.calibration.calibrate import calibrate
 from cablewright.calibration.drift.drift import check_drift
 from cablewright.calibration.drift.record import record_of
@@ -23,7 +24,7 @@ from cablewright.calibration.poses.problem import StraightProblem
 from cablewright.calibration.poses.simulation import SensorNoise, simulate_calibration
 from cablewright.calibration.poses.sufficient_data import check_lengths
 from cablewright.foundation.errors import InputError
-from cablewright.robot import Robot
+from cablewright.robot import Robot, loads, update
 
 HUNG = campaign.hung_point()
 PAIRS = campaign.pairs_of_lines()
@@ -156,3 +157,37 @@ def test_tensions_after_a_calibration_without_them_are_rejected(tmp_path: Path) 
     record = record_of(found, file, datetime(2026, 11, 30, tzinfo=UTC))
     with pytest.raises(InputError, match="the record knows nothing of line 'weight', whose counterweight"):
         check_drift(found.robot, made, record)
+
+
+def with_dead_spans(error: np.ndarray, more: float, raised: bool = False) -> Robot:
+    """The pairs, with cable before the exit points of two: *error* (m, 3) of these, *more* on the offsets, m.
+
+    *raised*: the height of the winch exit is as wrong as that of the exit point.
+    """
+    offsets = {"0b": 0.3, "1b": -0.9, "2b": 0.0}
+    lines = []
+    for line, (x, y, z) in zip(PAIRS.lines, PAIRS.exit_points + error, strict=True):
+        update: dict[str, object] = {"exit_point": (x, y, z)}
+        if line.name == "1a":
+            update["winch_exit"] = (x, y, (z if raised else line.exit_point[2]) - 0.9)
+        if line.shared_winch is not None:
+            offset = offsets[line.name] + more
+            update["shared_winch"] = line.shared_winch.model_copy(update={"offset": offset})
+        update["dead_length"] = 0.3 if line.name == "0b" else 0.0
+        lines.append(line.model_copy(update=update))
+    return Robot.model_validate(PAIRS.model_copy(update={"lines": tuple(lines)}).model_dump())
+
+
+@pytest.mark.parametrize("cable", ["rigid", "elastic"])
+def test_the_calibrated_robot_has_the_offsets_of_its_drums(cable: str) -> None:
+    """Whole lengths, with the cable before the exit points; those of the file are 20 mm off."""
+    robot = with_dead_spans(np.zeros((6, 3)), 0.0)
+    sensors = SensorNoise(pose=0.0, tension=None if cable == "rigid" else 0.0)
+    made = simulate_calibration(robot, 20, 0.0, seed=2, cable=cable, sensors=sensors)
+    file = with_dead_spans(np.random.default_rng(4).uniform(-5e-3, 5e-3, (6, 3)), 0.02, cable == "elastic")
+    plan = CalibrationPlan(sigma=Sigmas(encoder=1e-6, tension=1e-3))
+    found = calibrate(file, made.measured, plan, cable=cable, rough=0.02, outliers=False)
+    assert found.status == "ok"
+    of = [[line.shared_winch.offset for line in each.sharing if line.shared_winch] for each in (found.robot, robot)]
+    assert of[0] == pytest.approx(of[1], abs=1e-4)
+    assert loads(update(robot_text(file), found.robot)).sharing == found.robot.sharing

@@ -134,7 +134,7 @@ def together(problem: CalibrationProblem, found: PoseFit) -> Together | None:
     free: CalibrationProblem = StraightProblem.of(problem.robot, problem.measured.lengths_alone(), plan, hold=False)
     used = problem.of_poses(found.weights)[:, : problem.lengths_per_pose] > 0.0
     weights = np.where(used, free.of_poses(free.weights) * (free.encoder_sigma / problem.encoder_sigma), 0.0).ravel()
-    there = [problem.unknowns.index(each) for each in free.unknowns]  # lengths tell nothing of others
+    there = [problem.unknowns.index(each) for each in free.unknowns]  # others have no effect on lengths
     theta = problem.whole(found.theta)[there]
     limits = np.ascontiguousarray(
         problem.without_datum().limits[:, there]

@@ -28,7 +28,7 @@ from cablewright.calibration.poses.observability import (
 )
 from cablewright.calibration.poses.problem import CalibrationProblem
 from cablewright.calibration.sightings.placing import words_of
-from cablewright.calibration.unknowns import Unknown, exit_rows, with_values
+from cablewright.calibration.unknowns import Unknown, exit_rows, with_offsets, with_values
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.results import Figure, Pictured
 from cablewright.robot import Robot
@@ -383,4 +383,6 @@ class Calibration(Pictured):
             robot = robot.model_copy(update={"platform": seen.platform})
         if self.verdict == "bad":
             return robot
-        return with_values(robot, self.unknowns, self.values, raised=self.problem.elastic)
+        elastic = self.problem.elastic
+        found = with_values(robot, self.unknowns, self.values, raised=elastic)
+        return with_offsets(found, self.unknowns, self.values, elastic) if robot.sharing else found

@@ -36,10 +36,12 @@ from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.foundation.progress import Progress, silent
 from cablewright.kernels.fitting import calibration_residuals
 from cablewright.kernels.fitting.pose_schur import StopRule
+from cablewright.kernels.shared_winches.quadratic_program import LINE
 from cablewright.models.free_coordinates import as_held
 from cablewright.models.parameters import lines_of
 from cablewright.models.plane import directions, within
 from cablewright.models.rotation import wrap_angle
+from cablewright.models.shared_winches import shares
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
@@ -346,10 +348,17 @@ def _relaxed(problem: ElasticProblem, straight: CalibrationProblem, found: PoseF
     sizes = np.array([each.size for each in straight.unknowns])
     robot = with_values(problem.robot, straight.unknowns, values * sizes, raised=True)
     states = problem.states_of(equilibria_at(problem, Model(robot), found.poses))
-    off = problem.derivatives(theta, states).residual[:, : problem.robot.m] * problem.encoder_sigma
-    for at, each in enumerate(problem.free_unknowns):
-        if each.name == "length_offset":
-            theta[at] += np.median(off[:, lines_of(problem.robot, each)[0]])
+    m, weights = problem.robot.m, np.maximum(problem.of_poses(problem.weights), 1e-300)
+    homes = np.flatnonzero(problem.named("length_offset")).tolist()
+    home_of = {int(lines_of(problem.robot, problem.free_unknowns[at])[0]): at for at in homes}
+    tied = shares(problem.robot)[:, LINE].astype(int).tolist()
+    for first, lines in ((0, list(range(m))), (m, tied))[
+        : 1 + bool(tied)
+    ]:  # then those on the drums of others, by rows of their own
+        off = problem.derivatives(theta, states).residual / weights
+        for row, line in enumerate(lines, first):
+            if line in home_of:
+                theta[home_of[line]] += np.median(off[:, row])
     return theta, states
 
 
