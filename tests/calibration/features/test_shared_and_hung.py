@@ -12,11 +12,13 @@ from benchmarks.campaigns import calibrated_features as campaign
 
 from cablewright.apps.serve.camera_folder import robot_text
 from cablewright.calibration.calibrate import calibrate
-from cablewright.calibration.drift.drift import check_drift
-from cablewright.calibration.drift.record import record_of
+from cablewright.calibration.drift.drift import _Eliminated, _readings, _through, check_drift
+from cablewright.calibration.drift.record import load_record, record_of, record_text
 from cablewright.calibration.judgement.consistency import together
 from cablewright.calibration.judgement.gross_errors import _rejected
+from cablewright.calibration.judgement.model_doubt import stretch_of
 from cablewright.calibration.judgement.unmodelled_effects import OF_A_LINE, corrections
+from cablewright.calibration.measurement_rows.measurement_kinds import ON_ONE_DRUM
 from cablewright.calibration.measurements import Measured, read_measured
 from cablewright.calibration.plan import CalibrationPlan, Known, Point, Sigmas
 from cablewright.calibration.poses.fit import PoseFit, fit
@@ -25,6 +27,7 @@ from cablewright.calibration.poses.simulation import SensorNoise, simulate_calib
 from cablewright.calibration.poses.sufficient_data import check_lengths
 from cablewright.foundation.errors import InputError
 from cablewright.robot import Robot, loads, update
+from physics.test_shared_winches import parallelograms
 
 HUNG = campaign.hung_point()
 PAIRS = campaign.pairs_of_lines()
@@ -191,3 +194,43 @@ def test_the_calibrated_robot_has_the_offsets_of_its_drums(cable: str) -> None:
     of = [[line.shared_winch.offset for line in each.sharing if line.shared_winch] for each in (found.robot, robot)]
     assert of[0] == pytest.approx(of[1], abs=1e-4)
     assert loads(update(robot_text(file), found.robot)).sharing == found.robot.sharing
+
+
+def test_lines_stay_tied_to_a_tenth_of_the_encoders_sigma_that_is_found() -> None:
+    robot = parallelograms(4)
+    measured = simulate_calibration(robot, 40, 1e-3, seed=1, guess=1e-3, sensors=SensorNoise(pose=1e-3)).measured
+    problem = calibrate(robot, measured, rough=0.02, outliers=False).problem
+    assert problem.found_encoder == pytest.approx(1e-3, rel=0.3)
+    tied = problem.of_poses(problem.weights)[:, robot.m : problem.lengths_per_pose]
+    wanted = problem.factors[ON_ONE_DRUM] * 0.1 * problem.encoder_sigma
+    assert 1.0 / tied == pytest.approx(np.full(tied.shape, wanted))
+
+
+def test_a_record_has_the_sigma_of_lines_on_one_drum(tmp_path: Path) -> None:
+    """By which later measurements are weighed; such rows are no readings that may be wrong."""
+    measured = simulate_calibration(PAIRS, 30, 1e-4, seed=1, sensors=SensorNoise(pose=1e-3)).measured
+    found = calibrate(PAIRS, measured, CalibrationPlan(sigma=Sigmas(encoder=1e-4)), rough=0.02, outliers=False)
+    found = replace(found, problem=replace(found.problem, factors={ON_ONE_DRUM: 5.0}))
+    file = tmp_path / "d.toml"
+    file.touch()
+    file.write_text(record_text(record_of(found, file, datetime(2026, 11, 30, tzinfo=UTC))))
+    problem = StraightProblem.of(found.robot, measured)
+    again = load_record(file).weighed(problem)
+    ratio = problem.of_poses(problem.weights)[:, PAIRS.m :] / again.of_poses(again.weights)[:, PAIRS.m :]
+    assert (ratio == np.repeat([5.0, 1.0], [3, problem.per_pose - PAIRS.m - 3])).all()
+    eliminated = _Eliminated.of(again, again.derivatives(again.free, found.poses), False)
+    assert not any(ON_ONE_DRUM in each.what for each in _readings(again, eliminated))
+
+
+def test_what_a_stretch_does_in_a_drift_check_is_what_counts_of_it_do() -> None:
+    """Counts that are longer by it change the numbers as much, the other way; also between lines on one drum."""
+    made = simulate_calibration(PAIRS, 8, 1e-4, seed=1, sensors=SensorNoise(pose=1e-3))
+    problem = StraightProblem.of(PAIRS, made.measured)
+    stretch = stretch_of(problem, problem.free, made.poses)
+    assert stretch is not None
+    more = StraightProblem.of(PAIRS, replace(made.measured, counted=made.measured.counted + stretch))
+    rows, longer = (each.derivatives(problem.free, made.poses) for each in (problem, more))
+    eliminated = _Eliminated.of(problem, rows, False)
+    by_counts = eliminated.turned @ (rows.residual - longer.residual).ravel()
+    assert np.abs(by_counts).max() > 1.0
+    assert _through(problem, problem.free, made.poses, eliminated)[:, -1] == pytest.approx(by_counts)

@@ -28,6 +28,7 @@ from cablewright.calibration.judgement.likely_changes import (
 from cablewright.calibration.judgement.model_doubt import believed_of_sensors, stretch_of
 from cablewright.calibration.judgement.sigmas import kind_of
 from cablewright.calibration.measurement_rows.load_cells import check_counterweights, require_tensions
+from cablewright.calibration.measurement_rows.measurement_kinds import ON_ONE_DRUM
 from cablewright.calibration.measurement_rows.pictures import with_pictures
 from cablewright.calibration.measurement_rows.vibrations import AT_START, with_vibrations
 from cablewright.calibration.measurements import Measured, read_measured
@@ -285,8 +286,8 @@ def _at_record(
     model: Model, measured: Measured, known: CalibrationRecord, new_home: bool
 ) -> tuple[CalibrationProblem, Array, Array, Array]:
     """Return the equations, the covariance of `_of_record`, and the unknowns and states of the poses there."""
-    problem = _problem(model, replace(measured, pose_sigma=None), known)
-    theta, spread = _of_record(problem, known.checked(problem))
+    problem = known.weighed(_problem(model, replace(measured, pose_sigma=None), known))
+    theta, spread = _of_record(problem, known)
     return problem, spread, *states_at(problem, theta, new_home)
 
 
@@ -413,8 +414,7 @@ def _suspects(problem: CalibrationProblem, eliminated: _Eliminated, new_home: bo
             longer = effects[:, [column["length_offset", name]]]
             yield Suspect("exit point and length", name, np.hstack([moves, longer]), m, of_alarm=False)
     weights = problem.of_poses(problem.weights)
-    out = np.zeros((problem.poses, problem.per_pose))
-    out[:, :m] = weights[:, :m] * problem.measured.counted
+    out = weights * problem.in_lengths(problem.measured.counted)
     yield Suspect(SCALE, None, eliminated.turned @ out.reshape(-1, 1))
     yield from _readings(problem, eliminated)
 
@@ -426,7 +426,7 @@ def _readings(problem: CalibrationProblem, eliminated: _Eliminated) -> Iterator[
     effects = -eliminated.turned.reshape(-1, problem.poses, problem.per_pose) * weights
     among = int((weights > 0.0).sum())
     for pose in range(problem.poses):
-        own = np.flatnonzero((weights[pose] > 0.0) & (kinds != "sightings"))
+        own = np.flatnonzero((weights[pose] > 0.0) & ~np.isin(kinds, ("sightings", ON_ONE_DRUM)))
         alike = len(np.flatnonzero(weights[pose])) - problem.unknowns_per_pose < _NAMED
         if alike:
             own = own[[int(np.argmax(np.linalg.norm(effects[:, pose, own], axis=0)))]]

@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Final, Self
@@ -19,7 +20,8 @@ from pydantic import Field, Strict, model_validator
 
 from cablewright.calibration.judgement.likely_changes import Evidence, Explanation, Suspect, beside
 from cablewright.calibration.judgement.result import Calibration
-from cablewright.calibration.measurement_rows.measurement_kinds import SIGMA_OF
+from cablewright.calibration.judgement.sigmas import kind_of
+from cablewright.calibration.measurement_rows.measurement_kinds import ON_ONE_DRUM, SIGMA_OF
 from cablewright.calibration.plan import SIGMAS, CalibrationPlan, Group, Known, Sigmas
 from cablewright.calibration.poses.observability import azimuth_offsets, motions, open_freedoms
 from cablewright.calibration.poses.problem import CalibrationProblem
@@ -58,7 +60,8 @@ class CalibrationRecord(FileDescription):
 
     ``sigma``: standard deviation of the sensors, from their residuals. ``redundancy``: the redundant numbers from which
     the encoders' sigma is estimated; absent where it was given. ``considered``: numbers that count as known, by their
-    errors. ``covariance``: the rows of the lower triangle of that of values and considered, SI.
+    errors. ``on_drum``: factor by which residuals raised the sigma of lines on one drum. ``covariance``: the rows of
+    the lower triangle of that of values and considered, SI.
     """
 
     robot: str
@@ -74,6 +77,7 @@ class CalibrationRecord(FileDescription):
     groups: Annotated[tuple[Group, ...], Field(max_length=_MAX_UNKNOWNS)] = ()
     known: Annotated[tuple[Known, ...], Field(max_length=_MAX_UNKNOWNS)] = ()
     sigma: Sigmas
+    on_drum: Annotated[float, Strict(), Field(ge=1.0, allow_inf_nan=False)] = 1.0
     values: Annotated[tuple[KnownValue, ...], Field(min_length=1, max_length=_MAX_UNKNOWNS)]
     considered: Annotated[tuple[KnownValue, ...], Field(max_length=_MAX_UNKNOWNS)] = ()
     covariance: Annotated[tuple[tuple[_Number, ...], ...], Field(max_length=2 * _MAX_UNKNOWNS)]
@@ -131,8 +135,11 @@ class CalibrationRecord(FileDescription):
                     )
         return found
 
-    def checked(self, problem: CalibrationProblem) -> Self:
-        """Return the record. Raises `InputError` for tensions that show an exit point of which it knows nothing."""
+    def weighed(self, problem: CalibrationProblem) -> CalibrationProblem:
+        """Return the problem with the record's sigma of lines on one drum.
+
+        Raises `InputError` for tensions that show an exit point of which the record knows nothing.
+        """
         told = {(each.name, each.line) for each in (*self.values, *self.considered)}
         for each in problem.unknowns:
             if each.name in self.unknowns and (each.kind, each.line) not in told:
@@ -140,7 +147,9 @@ class CalibrationRecord(FileDescription):
                     f"{problem.measured.origin}: the record knows nothing of line {each.line!r}, whose counterweight "
                     "tensions f_1 .. show: leave these columns out, or calibrate with tensions first"
                 )
-        return self
+        weights = problem.weights.copy()
+        problem.of_poses(weights)[:, kind_of(problem) == ON_ONE_DRUM] /= self.on_drum
+        return replace(problem, weights=weights)
 
 
 def record_of(found: Calibration, data: str | Path, date: datetime) -> CalibrationRecord:
@@ -173,6 +182,7 @@ def record_of(found: Calibration, data: str | Path, date: datetime) -> Calibrati
         groups=plan.groups,
         known=plan.known,
         sigma=sigma,
+        on_drum=factors.get(ON_ONE_DRUM, 1.0),
         values=tuple(KnownValue(name=one.kind, line=one.line, value=value, sigma=s) for one, value, s in told),
         considered=tuple(
             KnownValue(name=each.name, line=each.line, value=each.value, sigma=each.sigma)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from cablewright.calibration.measurement_rows.measurement_kinds import KINDS, SIGMA_OF
+from cablewright.calibration.measurement_rows.measurement_kinds import KINDS, ON_ONE_DRUM, SIGMA_OF
 from cablewright.calibration.poses.fit import PoseFit, refit
 from cablewright.calibration.poses.observability import information
 from cablewright.calibration.poses.problem import SURVEY, CalibrationProblem
@@ -202,6 +202,7 @@ def _with_factors(
 ) -> tuple[CalibrationProblem, PoseFit]:
     """Return problem and fit with given sigmas times *wanted*, by kind."""
     share = {name: factor / problem.factors.get(name, 1.0) for name, factor in wanted.items()}
+    share[ON_ONE_DRUM] = share.get(ON_ONE_DRUM, 1.0) * share.get("lengths", 1.0)  # it is a share of the encoders' sigma
     by_row = np.array([share.get(name, 1.0) for name in kind_of(problem).tolist()])
     survey = share.get(SURVEY, 1.0)
     again, weights = _divided(problem.with_survey_weighed(1.0 / survey), found, by_row)

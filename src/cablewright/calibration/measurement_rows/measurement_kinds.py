@@ -43,10 +43,13 @@ class MeasurementKind:
     resists: bool = False
 
 
+ON_ONE_DRUM: Final = "lines on one drum"
+"""The kind of rows that tie lines on one drum, whose sigma is a share of the encoders': no reading of a sensor."""
+
 KINDS: Final = {
     rows.ENCODER: MeasurementKind("lengths", reading="encoder"),
     rows.PAID_OUT: MeasurementKind("lengths", reading="encoder"),
-    rows.TIED: MeasurementKind("lines on one drum"),
+    rows.TIED: MeasurementKind(ON_ONE_DRUM),
     rows.TENSION: MeasurementKind("tensions", "tension", "tension"),
     rows.BALANCE: MeasurementKind("tensions", "tension"),
     rows.COORDINATE: MeasurementKind("positions", reading="position", resists=True),

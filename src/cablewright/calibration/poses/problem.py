@@ -303,7 +303,7 @@ class CalibrationProblem(ABC):
 
     @property
     def has_other_sensors(self) -> bool:
-        """Whether there are rows of known sigma from sensors other than encoders."""
+        """Whether there are rows beside those of encoders that need a weight: of sensors, and of lines on one drum."""
         return self.per_pose > self.robot.m or len(self.is_prior) > 0
 
     def line_numbers(self, theta: Array) -> Array:
