@@ -222,7 +222,7 @@ def test_a_record_has_the_sigma_of_lines_on_one_drum(tmp_path: Path) -> None:
     assert not any(ON_ONE_DRUM in each.what for each in _readings(again, eliminated))
 
 
-def test_what_a_stretch_does_in_a_drift_check_is_what_counts_of_it_do() -> None:
+def test_a_stretch_changes_a_drift_check_as_counts_longer_by_it_do() -> None:
     """Counts that are longer by it change the numbers as much, the other way; also between lines on one drum."""
     made = simulate_calibration(PAIRS, 8, 1e-4, seed=1, sensors=SensorNoise(pose=1e-3))
     problem = StraightProblem.of(PAIRS, made.measured)
