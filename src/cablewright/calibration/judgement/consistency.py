@@ -136,9 +136,8 @@ def together(problem: CalibrationProblem, found: PoseFit) -> Together | None:
     weights = np.where(used, free.of_poses(free.weights) * (free.encoder_sigma / problem.encoder_sigma), 0.0).ravel()
     there = [problem.unknowns.index(each) for each in free.unknowns]  # others have no effect on lengths
     theta = problem.whole(found.theta)[there]
-    limits = np.ascontiguousarray(
-        problem.without_datum().limits[:, there]
-    )  # bounds may exclude the file where a prior has a value
+    # bounds may exclude the file where a prior has a value
+    limits = np.ascontiguousarray(problem.without_datum().limits[:, there])
     free = replace(free, weights=weights, found_encoder=problem.encoder_sigma, limits=limits)
     free = framed(free, theta, found.poses)
     own = fit(free, theta, found.poses)

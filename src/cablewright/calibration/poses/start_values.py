@@ -352,9 +352,8 @@ def _relaxed(problem: ElasticProblem, straight: CalibrationProblem, found: PoseF
     homes = np.flatnonzero(problem.named("length_offset")).tolist()
     home_of = {int(lines_of(problem.robot, problem.free_unknowns[at])[0]): at for at in homes}
     tied = shares(problem.robot)[:, LINE].astype(int).tolist()
-    for first, lines in ((0, list(range(m))), (m, tied))[
-        : 1 + bool(tied)
-    ]:  # then those on the drums of others, by rows of their own
+    # all lines, then those on the drums of others, which have rows of their own
+    for first, lines in [(0, list(range(m))), (m, tied)][: 1 + bool(tied)]:
         off = problem.derivatives(theta, states).residual / weights
         for row, line in enumerate(lines, first):
             if line in home_of:
