@@ -29,7 +29,7 @@ from cablewright.foundation.errors import InputError
 from cablewright.foundation.file_output import whole_file
 from cablewright.foundation.toml_input import read_bytes
 
-LAYOUT: Final = 5
+LAYOUT: Final = 6
 """Version of the saved layout: raise it whenever a ``SAVED`` changes. `load` rejects state of another version."""
 
 _MAGIC: Final = b"CWSNAP\x00\x01"
