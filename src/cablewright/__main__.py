@@ -12,7 +12,7 @@ INTERRUPTED = 130
 
 
 def limit_threads() -> None:
-    """Give NumPy's libraries one thread, unless the user sets their number; before NumPy is imported.
+    """Limit NumPy's libraries to one thread, unless the user has set a number. Call this before NumPy is imported.
 
     Our matrices are small: several threads would mostly wait for each other.
     """

@@ -122,7 +122,7 @@ class VelocitySettings:
 
     @cached_property
     def body_gains(self) -> BodyGains:
-        """Gains, limits, lag and mass, as the kernels of a rigid platform take them."""
+        """Gain, largest correction, lag and mass, packed for the kernels of a rigid platform."""
         platform = self.model.robot.platform
         own = float(self.gain), float(self.max_correction), float(self.lag), float(platform.mass)
         return BodyGains(*own, np.array(platform.centre_of_mass, dtype=np.float64))

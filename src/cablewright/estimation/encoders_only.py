@@ -304,7 +304,7 @@ def _update_lengths(settings: ReckoningSettings, state: ReckoningState, reading:
 def _estimate(
     settings: ReckoningSettings, state: ReckoningState, paid: Array, status: Status, before: Array, dt: float
 ) -> Estimate:
-    """Return the estimate with lengths *paid* out (m,), m; *before* (3,), m: the position *dt*, s, ago."""
+    """Return the estimate. *paid* (m,): lengths paid out, m; *before* (3,): the position *dt* seconds earlier, m."""
     m, radii_by_turns, turns = len(paid), settings.drums.tables[0], settings.drums.tables[2]
     if not math.isfinite(dt):
         state.velocity[:] = 0.0

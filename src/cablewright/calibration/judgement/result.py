@@ -294,7 +294,7 @@ class Calibration(Pictured):
 
     @property
     def unseen(self) -> tuple[str, ...]:
-        """For each kind of these numbers a sentence: how large an error the data could hide."""
+        """Return a sentence for each kind of these numbers: the largest error that the data could hide."""
         worst = dict[str, Score]()
         for each in self.scores:
             worst[each.kind] = max(each, worst.get(each.kind, each), key=lambda one: one.sigma)

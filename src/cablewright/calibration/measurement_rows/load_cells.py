@@ -101,7 +101,7 @@ def _is_told(unknown: Unknown, plan: CalibrationPlan) -> bool:
 
 
 def balanced_readings(robot: Robot, rows: MeasurementRows, lines: Array, tensions: Array, poses: Array) -> Array:
-    """Return the readings (N, m) of load cells, N, nearest to *tensions* (N, m) that balance the load.
+    """Return the load cell readings (N, m), N, that balance the load and differ least from *tensions* (N, m), N.
 
     *lines* (m, ..): numbers of the lines; *poses* (N, n).
     """

@@ -76,7 +76,7 @@ def quick_fit(problem: CalibrationProblem, rough: float, good: float = np.inf) -
 
 
 def typical_residual(problem: CalibrationProblem, found: PoseFit) -> float:
-    """Return the median residual of the lengths that encoders count, m."""
+    """Return the median absolute residual of the lengths that encoders measure, m."""
     residual = problem.derivatives(found.theta, found.poses).residual[:, list(problem.robot.hosts)]
     return float(np.median(np.abs(residual * problem.encoder_sigma)))
 

@@ -67,7 +67,7 @@ def update_jacobian(settings: FilterSettings, state: FilterState, *, at_once: bo
         return
     state.monitor.clear("encoders", "lost")
     state.taut, state.hung = taut, Hung(there, state.time, Sag(laws), jacobian, rising, by_compliance)
-    if settings.hung is not None:
+    if settings.hanging.any():
         _hang_weights(state, model.lines.counterweight)
 
 

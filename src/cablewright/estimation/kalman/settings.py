@@ -90,15 +90,9 @@ class FilterSettings:
                 raise InputError(f"{name} = {value:g}: a finite number over 0 is expected")
 
     @cached_property
-    def hung(self) -> Mask | None:
-        """Mask (m,) of lines with a counterweight; None without any."""
-        found = np.asarray(self.machine.model.lines.counterweight > 0.0)
-        return found if found.any() else None
-
-    @cached_property
     def hanging(self) -> Mask:
-        """Mask of the lines with a counterweight; all False if no line has one."""
-        return np.zeros(self.machine.model.m, np.bool_) if self.hung is None else self.hung
+        """Mask (m,) of the lines with a counterweight."""
+        return np.asarray(self.machine.model.lines.counterweight > 0.0)
 
     @cached_property
     def rolling(self) -> Array:
@@ -108,7 +102,7 @@ class FilterSettings:
 
     @cached_property
     def drums(self) -> WinchLines:
-        """The assignment of lines to winches."""
+        """Which winch moves each line, and in which direction."""
         return WinchLines.of(self.machine.model.robot)
 
     @cached_property

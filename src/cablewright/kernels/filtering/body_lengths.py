@@ -9,7 +9,7 @@ from cablewright.kernels.plant.winding import radii_by
 
 @jit(allocates=True)
 def wind(counts, home, winch, sense, per_radian, begin, radii, wound, turns, slides, before, sliding, angles, paid):
-    """Write the *angles* (m,), rad, wound on drums and the lengths *paid* out (m,), m, by *counts* (w,) since *home*.
+    """Compute the *angles* (m,), rad, wound on drums and lengths *paid* out (m,), m, from *counts* (w,) since *home*.
 
     In place: *sliding* (m,), how cables slide over their sheaves: 1 after *slides*, m, that are paid out, -1 after as
     much that is wound; *before* (m,), m, was paid out the last time. Other arguments are those of `unwind`. Returns

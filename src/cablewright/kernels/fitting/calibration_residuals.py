@@ -89,7 +89,7 @@ def reading(rows):
 
 @jit(allocates=True)
 def reading_of(m, bodies):
-    """Allocate a `RowReading` for *m* lines and a number of *bodies*."""
+    """Allocate a `RowReading` for *m* lines, and for as many cameras and tags as *bodies* says."""
     numbers = m * COLUMNS + 2 * NUMBERS
     return RowReading(
         np.zeros(6),

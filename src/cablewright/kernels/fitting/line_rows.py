@@ -44,7 +44,7 @@ from cablewright.kernels.statics.line.spatial_lines import faces_back
 
 @jit
 def put(rows, work, count, line, column, amount):
-    """Append a derivative by one value of a line if it is an unknown. Returns the new count."""
+    """Append the derivative *amount* by a number of a line, if that number is an unknown. Returns the new count."""
     at = rows.target[line, column]
     if at < 0:
         return count
@@ -120,7 +120,7 @@ def _by_length(guided, rows, work, i, pose, count, arm, amount):
 
 @jit
 def _by_turn(guided, rows, work, i, count, arm, b, amount):
-    """Append *amount* times the derivatives of the direction of a drawn line along the fixed direction *b* (x, y, z).
+    """Append *amount* times the derivatives of a drawn line's direction, projected on the fixed vector *b* (x, y, z).
 
     Those of a guided line are known, see `_by_length`.
     """
@@ -214,7 +214,10 @@ def wrapped(angle):
 
 @jit
 def reading_of_cell(rows, i, value, work):
-    """What a load cell would read without tension, less what it reads, N; the tension is added elsewhere."""
+    """Return the part of a load cell's residual without tension, N, and the number of derivatives.
+
+    That is its reading without tension less the measured *value*. The tension is added elsewhere.
+    """
     line = work.lines[i]
     zero = -line[TENSION_OFFSET] / line[TENSION_SCALE]
     count = put(rows, work, 0, i, TENSION_OFFSET, -1.0 / line[TENSION_SCALE])

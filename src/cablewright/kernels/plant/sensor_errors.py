@@ -23,9 +23,10 @@ CHANCE, ANYWHERE = 0, 1
 
 @jit
 def show_angles(told, zeros, numbers, noise, chance, shown):
-    """Write the angles (m,), rad, that accelerometers on lines with *zeros* (m,), rad, show; NaN: lost.
+    """Write the angles (m,), rad, that accelerometers on the lines show; NaN where a reading is lost.
 
-    *told*: see `machine_step.observe`. *noise* (m,): standard normal, *chance* (2 m,): from 0 to 1.
+    *told*: see `machine_step.observe`; *zeros* (m,), rad: zero errors. *noise* (m,): standard normal; *chance*
+    (2 m,): from 0 to 1.
     """
     m = shown.shape[0]
     for i in range(m):
@@ -38,7 +39,7 @@ def show_angles(told, zeros, numbers, noise, chance, shown):
 
 @jit
 def show_swivels(told, swivels, zeros, numbers, noise, chance, shown):
-    """Write the angles (m,), rad, that encoders of sheaves show; NaN: lost, or not one of the *swivels* (m,).
+    """Write the angles (m,), rad, that encoders of sheaves show; NaN where one is lost, or not one of *swivels* (m,).
 
     Other arguments are those of `show_angles`.
     """

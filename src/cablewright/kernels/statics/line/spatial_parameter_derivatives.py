@@ -155,7 +155,7 @@ def _by_cable(row, y, record, taken, changes):
 
 @jit
 def write_radius(row, record, right, column):
-    """Write the derivatives of the span's equations by the radius of the sheave at the frame to a *column* of *right*.
+    """Write to a *column* of *right* how the span's equations change with the radius of the sheave on the frame.
 
     Returns those of the cable on the sheave, and before it, with the force held, m/m; 0 without a sheave.
     """
