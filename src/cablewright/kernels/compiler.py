@@ -21,8 +21,13 @@ from numba.core.registry import CPUDispatcher
 from numba.core.sigutils import normalize_signature
 from numba.core.typed_passes import NativeLowering
 
+from cablewright.kernels.resolved_calls import remember
+
 _COLLECT = 20_000  # new objects of a compilation between two garbage collections: a tenth less time, no more memory
 _ENVIRONMENT = "_ZN08NumbaEnv"  # prefix of Numba's symbols for raising errors
+
+
+remember()
 
 
 class Part:
