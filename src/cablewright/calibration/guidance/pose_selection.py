@@ -148,14 +148,14 @@ class PoseSearch:
 
     def variances(self, inverse: Array) -> Array:
         """Return the variance (a,) of each coordinate of an exit point."""
-        return np.asarray(np.einsum("ad,de,ae->a", self.exits, inverse, self.exits) + self.assumed)
+        return np.asarray(np.sum((self.exits @ inverse) * self.exits, axis=1) + self.assumed)
 
     def after(self, inverse: Array) -> Array:
         """Return the largest variance (C,) of a coordinate of an exit point with each candidate added."""
         across = self.rows @ inverse  # (C, r, d)
-        inner = np.linalg.inv(np.eye(self.rows.shape[1]) + np.einsum("crd,csd->crs", across, self.rows))
+        inner = np.linalg.inv(np.eye(self.rows.shape[1]) + across @ np.swapaxes(self.rows, 1, 2))
         seen = across @ self.exits.T  # (C, r, a)
-        fallen = np.einsum("cra,crs,csa->ca", seen, inner, seen)
+        fallen = np.sum((inner @ seen) * seen, axis=1)
         return np.asarray((self.variances(inverse) - fallen).max(axis=1))
 
 
@@ -217,7 +217,7 @@ class _CriterionSearch(PoseSearch):
 
     def _gains(self, inverse: Array) -> Array:
         """Return the increase (C,) of the logarithm of the determinant by adding each candidate."""
-        spread = np.einsum("crd,de,cse->crs", self.rows, inverse, self.rows)
+        spread = self.rows @ inverse @ np.swapaxes(self.rows, 1, 2)
         return np.asarray(np.linalg.slogdet(np.eye(spread.shape[1]) + spread)[1])
 
 

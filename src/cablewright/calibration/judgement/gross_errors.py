@@ -64,7 +64,7 @@ class Unexplained:
         by_unknown = np.concatenate([own_rows.reshape(-1, own_rows.shape[-1]), kept.others_by_unknown])
         covariance = np.linalg.pinv(by_unknown.T @ by_unknown, rcond=1e-13, hermitian=True)
         used = problem.of_poses(found.weights) > 0.0
-        taken = float(np.einsum("nek,kl,nel->", own_rows, covariance, own_rows))
+        taken = float(np.sum((own_rows @ covariance) * own_rows))
         freedom = max(float(used.sum() - own_ranks.sum()) - taken, 1.0)
         return cls(off, rows, problem.row_counts - ranks, covariance, out, float(np.sum(own * own)), freedom)
 

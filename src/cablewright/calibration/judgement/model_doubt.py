@@ -135,7 +135,7 @@ def model_doubt(
         found_off = _found_off(left, -(other.T @ off.ravel()) / scale**2, numbers)
         shown = np.concatenate([motion, np.eye(len(numbers))])
         joint += shown @ found_off.averaged @ shown.T
-        largest += np.einsum("ka,ab,kb->k", motion, found_off.full, motion)
+        largest += np.sum((motion @ found_off.full) * motion, axis=1)
         considered = tuple(_told(numbers, found_off, motion[exits], np.diag(noise)[exits]))
     distances, points = len(problem.plan.distances), len(problem.plan.points)  # their rows have no pose
     alone = np.arange(distances)[:, None], distances + np.arange(3 * points).reshape(-1, 3)
@@ -262,12 +262,12 @@ def _by_scatter(
     expected, spread = found.copy(), np.zeros_like(found)
     for off, rows in clusters:
         own = rows @ root
-        left = np.eye(own.shape[1]) - np.einsum("nea,nfa->nef", own, own)
+        left = np.eye(own.shape[1]) - own @ np.swapaxes(own, 1, 2)
         sizes, turned = np.linalg.eigh(left)
-        whole = np.einsum("nef,nf,ngf->neg", turned, 1.0 / np.maximum(sizes, _LEAST), turned)
-        by_row = np.einsum("ka,nea,nef->nkf", root, own, whole)
+        whole = (turned / np.maximum(sizes, _LEAST)[:, None]) @ np.swapaxes(turned, 1, 2)
+        by_row = root @ np.swapaxes(own, 1, 2) @ whole
         found += np.sum(np.einsum("nkf,nf->nk", by_row, np.where(np.isfinite(off), off, 0.0)) ** 2, axis=0)
-        by_noise = scale**2 * np.einsum("nkf,nfg,nkg->nk", by_row, left, by_row)
+        by_noise = scale**2 * np.sum((by_row @ left) * by_row, axis=2)
         expected += by_noise.sum(axis=0)
         spread += 2.0 * np.sum(by_noise**2, axis=0)
     return found, expected + _CHANCE * np.sqrt(spread)

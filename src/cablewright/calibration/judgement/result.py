@@ -338,7 +338,7 @@ class Calibration(Pictured):
 
     def exit_sigmas(self, rows: Array) -> Array:
         """Return the standard deviations (a,) of combinations of unknowns, *rows* (a, k)."""
-        return np.asarray(np.sqrt(np.einsum("ak,kl,al->a", rows, self.covariance, rows).clip(min=0.0)))
+        return np.asarray(np.sqrt(np.sum((rows @ self.covariance) * rows, axis=1).clip(min=0.0)))
 
     @property
     def encoder_sigma(self) -> float:

@@ -50,7 +50,7 @@ def unexplained(problem: CalibrationProblem, found: PoseFit) -> tuple[Array, Arr
     """
     off, rows, ranks = projected(problem.derivatives(found.theta, found.poses, found.weights))
     covariance = information(problem, found.theta, found.poses, found.weights, priors=True).covariance
-    taken = np.einsum("nek,kl,nel->n", rows, covariance, rows)
+    taken = np.sum((rows @ covariance) * rows, axis=(1, 2))
     return np.sum(off * off, axis=1), np.maximum(problem.row_counts - ranks - taken, 0.1)
 
 

@@ -62,7 +62,7 @@ def leverages(problem: CalibrationProblem, found: PoseFit) -> Array:
     left, values, _ = np.linalg.svd(rows.by_pose, full_matrices=False)
     kept = left * (values > 1e-9 * np.maximum(values.max(axis=1, initial=0.0, keepdims=True), 1e-300))[:, None]
     rest = rows.by_unknown - kept @ (np.swapaxes(kept, 1, 2) @ rows.by_unknown)
-    own, shared = np.sum(kept**2, axis=2), np.einsum("nek,kl,nel->ne", rest, covariance, rest)
+    own, shared = np.sum(kept**2, axis=2), np.sum((rest @ covariance) * rest, axis=2)
     return np.asarray((own + shared).clip(0.0, 1.0))
 
 
@@ -87,7 +87,7 @@ def _of_no_pose(problem: CalibrationProblem, found: PoseFit) -> Iterator[KindFit
         return
     rows = problem.derivatives(found.theta, found.poses, found.weights)
     covariance = information(problem, found.theta, found.poses, found.weights, priors=True).covariance
-    taken = np.einsum("gk,kl,gl->g", rows.others_by_unknown, covariance, rows.others_by_unknown)
+    taken = np.sum((rows.others_by_unknown @ covariance) * rows.others_by_unknown, axis=1)
     total = float((1.0 - taken[measured].clip(0.0, 1.0)).sum())
     if total > 0.0:
         ratio = float(np.sqrt(np.sum(rows.others[measured] ** 2) / total))

@@ -82,7 +82,7 @@ def _undetermined_across(problem: CalibrationProblem, posterior: Information, ch
     rows = across_rows(robot, posterior.unknowns)
     told = np.any(problem.rows.linear @ rows.T != 0.0, axis=0)  # by the plan
     off = (posterior.exits - posterior.ties) @ np.array(plane.across) - plane.distance
-    sigma = np.sqrt(np.einsum("ma,ab,mb->m", rows, posterior.covariance, rows)) * max(float(np.nan_to_num(chi)), 1e-9)
+    sigma = np.sqrt(np.sum((rows @ posterior.covariance) * rows, axis=1)) * max(float(np.nan_to_num(chi)), 1e-9)
     sigma[np.linalg.norm(rows @ posterior.null, axis=1) > _LARGE * np.linalg.norm(rows, axis=1)] = np.inf
     lost = np.flatnonzero(~told & rows.any(axis=1) & (sigma > _ACROSS * np.abs(off)))
     if not len(lost):

@@ -101,7 +101,7 @@ class ElasticProblem(CalibrationProblem):
                 motion[ok], change[ok] = self._following(theta, held[ok])
         except AnswerError:  # at a fold there are no derivatives: the step is rejected
             ok = np.zeros_like(ok)
-        by_all = np.einsum("nec,nca->nea", found.by_pose, motion)
+        by_all = found.by_pose @ motion
         weight = self.of_poses(weights)
         residual = found.residual
         count, slopes = self.lengths_per_pose, self.in_lengths(np.eye(m))[:, : self.lengths_per_pose].T
@@ -237,7 +237,7 @@ def _step(found: Derivatives, damping: float, down: Array, up: Array) -> tuple[A
     own, shared = damping * np.einsum("naa->na", V) + FLOOR, damping * np.diag(U) + FLOOR
     V[:, range(m), range(m)] += own
     inner = np.linalg.solve(V, np.concatenate([W, h[..., None]], axis=2))
-    reduced = U + np.diag(shared) - np.einsum("nak,nal->kl", W, inner[..., :k])
+    reduced = U + np.diag(shared) - np.tensordot(W, inner[..., :k], ((0, 1), (0, 1)))
     right = g - np.einsum("nak,na->k", W, inner[..., k])
     stays = ((down >= 0.0) & (g < 0.0)) | ((up <= 0.0) & (g > 0.0))
     reduced[stays], reduced[:, stays], right[stays] = 0.0, 0.0, 0.0

@@ -100,7 +100,7 @@ def projected(found: Derivatives) -> tuple[Array, Array, NDArray[np.int64]]:
     free = np.swapaxes(left, 1, 2) * ~kept[:, :, None]
     off = np.einsum("nre,ne->nr", free, found.residual)
     off[~whole] = np.inf
-    return off, np.einsum("nre,nek->nrk", free, found.by_unknown), kept.sum(axis=1)
+    return off, free @ found.by_unknown, kept.sum(axis=1)
 
 
 def information(
