@@ -64,6 +64,8 @@ def test_every_example_is_pinned() -> None:
 
 SLOW = (  # seconds to minutes
     "09_retract_as_it_grows",
+    "10_how_far_off",  # as apps/cli/test_accuracy.py
+    "13_heap_of_powder",  # as the print of 16
     "17_print_with_a_body",
     "18_print_with_a_retracting_beam",
     "25_print_a_tall_wall",
@@ -102,12 +104,17 @@ def test_a_script_of_the_documentation_prints_the_output_on_the_page(
 
 
 def sessions() -> list[object]:
-    """Sessions of the pages, of a tutorial as one; the quick start is slow: `tests/apps/test_new.py` prints a part."""
+    """Sessions of the pages, of a tutorial as one.
+
+    Slow are the quick start, as `apps/test_new.py` prints a part, and the search that leaves nothing out, as
+    `apps/cli/test_equilibria.py`.
+    """
+    long = ("$ cablewright print workshop", " --exhaustive")
     found = []
     for page in sorted((ROOT / "docs").rglob("*.md")):
         texts = CONSOLE.findall(page.read_text(encoding="utf-8"))
         for number, text in enumerate(["".join(texts)] if page.parent.name == "tutorials" else texts, 1):
-            slow = [pytest.mark.slow] if "$ cablewright print workshop" in text else []
+            slow = [pytest.mark.slow] * any(each in text for each in long)
             found.append(pytest.param(text, id=f"{page.stem}-{number}", marks=slow))
     return found
 

@@ -19,6 +19,7 @@ from cablewright.robot.winch import Winch
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.tension import self_stresses
+from cases import often
 
 PLACES = {
     "paty2021": [0.2, -0.1, 8.0],
@@ -29,7 +30,7 @@ PLACES = {
     "cogiro": [0.5, 0.3, 1.5, 0.0, 0.0, 0.0],
     "jung2020": [0.1, 0.0, 0.3, 0.0, 0.0, 0.0],
 }
-TRIED = 200
+TRIED = often(100, 200)
 
 
 def best_at(model: Model, pose: np.ndarray, ranges: tuple[Range, ...], method: Method) -> BestTensions:
@@ -77,7 +78,7 @@ def test_no_tensions_of_chance_are_better(found: Found) -> None:
     wide = rng.uniform(low, high, (TRIED // 2, model.m))
     near = best.tensions + rng.normal(0.0, 0.05, (TRIED // 2, model.m)) * best.tensions.max()
     tried = deviations(model, pose, ranges, np.concatenate([wide, near]))
-    assert len(tried) > 50
+    assert len(tried) > 0.25 * TRIED
     assert best.max_deviation <= 1.01 * tried.min()
 
 

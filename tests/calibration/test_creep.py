@@ -95,7 +95,9 @@ def test_without_noise_the_result_is_exact(corners) -> None:
     assert found.offset == pytest.approx(3e-5 + corners[0][1] / STIFFNESS, abs=1e-6)
 
 
-@pytest.mark.parametrize("corners", [HELD, CYCLES], ids=["held", "cycles"])
+@pytest.mark.parametrize(
+    "corners", [pytest.param(HELD, id="held"), pytest.param(CYCLES, id="cycles", marks=pytest.mark.slow)]
+)
 def test_sigmas_hold_over_200_tests(corners) -> None:
     base = recorded(corners, heat=0.9)
     found = []

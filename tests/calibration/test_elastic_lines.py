@@ -179,6 +179,7 @@ def test_measured_poses_leave_nothing_open() -> None:
     assert found.values[-1] == pytest.approx(0.8, abs=1e-5)
 
 
+@pytest.mark.slow  # as the kind `hung` of features/test_calibrated_features.py
 def test_errors_are_at_the_bound_and_sigmas_cover_them() -> None:
     robot, rng = load("paty2021"), np.random.default_rng(4)
     poses, beside = random_poses(robot, 25, rng, "catenary"), SensorNoise(tension=10.0)

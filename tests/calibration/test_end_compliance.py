@@ -211,7 +211,7 @@ def truth_of(robot: Robot, home: np.ndarray) -> dict[str, np.ndarray]:
     return {"exit_point": exits.ravel(), "length_offset": home, "exit_compliance": np.array(soft)}
 
 
-@pytest.mark.parametrize("draws", [8, pytest.param(40, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("draws", [5, pytest.param(40, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     ("name", "cable", "kinds", "plan"),
     [

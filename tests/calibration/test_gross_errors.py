@@ -37,8 +37,7 @@ def data(seed: int, count: int, told: float | None = None, wrong: int = 0) -> tu
     ("count", "told"),
     [
         (24, None),
-        (40, 1.0),
-        *(pytest.param(*each, marks=pytest.mark.slow) for each in ((40, None), (100, None), (40, 2e-3))),
+        *(pytest.param(*each, marks=pytest.mark.slow) for each in ((40, 1.0), (40, None), (100, None), (40, 2e-3))),
     ],
 )
 def test_clean_data_stay_whole(count: int, told: float | None) -> None:
@@ -47,9 +46,9 @@ def test_clean_data_stay_whole(count: int, told: float | None) -> None:
         assert calibrate(WANG, data(seed + 40, count, told)[0]).rejected == ()
 
 
-@pytest.mark.parametrize("told", some([None, 1.0, 2e-3], 2))
+@pytest.mark.parametrize("told", some([1.0, None, 2e-3]))
 def test_wrong_lengths_are_found_whatever_the_sigma_of_positions(told: float | None) -> None:
-    good, files = 0, often(2, 5)
+    good, files = 0, often(1, 5)
     for seed in range(files):
         measured, bad = data(seed, 40, told, 3)
         good += sorted({each.pose for each in calibrate(WANG, measured).rejected}) == bad

@@ -16,7 +16,7 @@ from cablewright.calibration.poses.simulation import measure, random_poses
 from cablewright.calibration.unknowns import unknowns_of, with_values
 from cablewright.foundation.errors import InputError
 from cablewright.solvers.inverse import solve_inverse
-from cases import some
+from cases import often, some
 
 WANG = cw.load("wang2021")
 EXITS = np.array([line.exit_point for line in WANG.lines])
@@ -71,7 +71,7 @@ def test_it_knows_better_than_random_poses() -> None:
     guided = cw.guide(WANG, measured_at(poses, 3), SURVEYED, rough=ROUGH, count=6)
     proposed = np.array([each.pose for each in guided.next_poses])
     noise = []
-    for more in (proposed, *(random_poses(WANG, 6, np.random.default_rng(seed)) for seed in range(10, 15))):
+    for more in (proposed, *(random_poses(WANG, 6, np.random.default_rng(seed)) for seed in range(10, often(12, 15)))):
         made = cw.calibrate(WANG, measured_at(np.concatenate([poses, more]), 4), SURVEYED, rough=ROUGH)
         noise.append(float((made.noise_sigma[:12] / made.encoder_sigma).max()))
     assert noise[0] < min(noise[1:])

@@ -54,16 +54,16 @@ def test_leverages_are_the_diagonal_of_the_hat_matrix() -> None:
     ("truth", "beside"),
     [
         (5e-5, "positions"),
-        pytest.param(3e-3, "positions", marks=pytest.mark.slow),
+        (3e-3, "positions"),
         pytest.param(5e-4, "planes", marks=pytest.mark.slow),
         pytest.param(5e-5, "ranges", marks=pytest.mark.slow),
-        (3e-3, "ranges"),
+        pytest.param(3e-3, "ranges", marks=pytest.mark.slow),
     ],
 )
 def test_the_encoders_sigma_is_estimated_beside_other_sensors(truth: float, beside: str) -> None:
     """Its mean over seeds is the true one, from 20 times as small to 30 times as large as the sigma assumed before."""
     ratios = []
-    seeds = range(often(3, 8))
+    seeds = range(often(2, 8))
     for seed in seeds:
         made, measured = positioned(seed, 30, truth)
         plan = CalibrationPlan()
@@ -82,7 +82,7 @@ def test_the_encoders_sigma_is_estimated_beside_other_sensors(truth: float, besi
     assert np.sqrt(np.mean(np.square(ratios))) == pytest.approx(1.0, abs=0.34 / np.sqrt(len(seeds)))
 
 
-@pytest.mark.parametrize("seeds", some([12, 30]))
+@pytest.mark.parametrize("seeds", some([8, 30]))
 def test_sigmas_cover_the_errors_where_the_encoders_sigma_was_not_given(seeds: int) -> None:
     """Encoders ten times as bad as assumed, beside positions of 1 mm: sigmas used to be a tenth of the right ones."""
     shares = []

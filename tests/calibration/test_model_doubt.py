@@ -60,7 +60,7 @@ def made_with(effect: str, rng: np.random.Generator) -> tuple[Robot, SimulatedCa
 def test_sigmas_cover_errors_of_a_wrong_model(effect: str) -> None:
     """By noise alone a third to a half of them would be outside."""
     told, noise = [], []
-    for seed in range(often(4, 8)):
+    for seed in range(often(3, 8)):
         rng = np.random.default_rng(seed)
         file, made = made_with(effect, rng)
         found = calibrate(file, made.measured, surveyed(rng))
@@ -96,7 +96,7 @@ def test_numbers_that_are_unknown_are_not_considered_too() -> None:
 
 
 @pytest.mark.parametrize("seed", some(range(3)))
-@pytest.mark.parametrize("told", [True, False])
+@pytest.mark.parametrize("told", some([True, False]))
 def test_friction_in_the_sheaves_is_reported(seed: int, told: bool) -> None:
     """With tension errors of 3 % a modulus error of 20 % had a sigma of 2.3 %, one of 63 mm of an exit point 5.3 mm."""
     rng = np.random.default_rng(seed)
@@ -122,7 +122,7 @@ def positioned(seed: int, truth: float, told: float) -> Calibration:
 
 
 def test_a_given_sigma_grows_where_residuals_deny_it_and_never_falls() -> None:
-    seeds = range(often(2, 4))
+    seeds = range(often(1, 4))
     grown = [positioned(seed, 4e-3, 1e-3).problem.factors["positions"] for seed in seeds]
     assert np.mean(grown) == pytest.approx(4.0, rel=0.15)
     kept = [positioned(seed, 1e-3, 1e-2).problem.factors.get("positions", 1.0) for seed in seeds]

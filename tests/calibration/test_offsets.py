@@ -114,7 +114,7 @@ def test_scales_of_load_cells_are_not_biased_by_noise() -> None:
     """A smaller scale makes the noise of readings small: of rows that are not over the scale all come out too small."""
     plan = CalibrationPlan(unknowns=(*PLAIN, "tension_offset", "tension_scale"), sigma=CALIBRATED)
     pulls = []
-    for seed in range(often(5, 12)):
+    for seed in range(often(3, 12)):
         found = calibrate(WANG, strained(made(WANG, seed, tension=4.0)), plan, rough=0.05, outliers=False)
         values, sigma = found_of(found, "tension_scale")
         pulls.append(np.mean((values - GAINS) / sigma))
@@ -136,14 +136,14 @@ def test_tilt_and_yaw_with_offsets() -> None:
 
 
 def test_an_exact_yaw_determines_the_direction_of_the_frame() -> None:
-    found = calibrate(COGIRO, made(COGIRO, yaw=1e-3), rough=0.05, outliers=False)
+    found = calibrate(COGIRO, made(COGIRO, poses=20, yaw=1e-3), rough=0.05, outliers=False)
     assert found.gauge == ("translation along x", "translation along y", "translation along z")
 
 
 def test_an_offset_and_a_tilt_of_eyelets_are_hardly_distinguished_until_they_are_levelled() -> None:
     """By the platform's rotations alone, of a tenth of a radian."""
     jung = load("jung2020")
-    measured = made(jung, tilt=1e-3)
+    measured = made(jung, poses=20, tilt=1e-3)
     sigmas = []
     for level in (None, 1e-3):
         plan = CalibrationPlan(unknowns=(*PLAIN, "tilt_offset"), level=level)
@@ -240,7 +240,7 @@ def test_bounds_of_an_azimuth_may_be_any_turn() -> None:
 
 def test_a_gyro_that_was_set_to_zero_at_home_is_named_and_its_own_data_pass(tmp_path: Path) -> None:
     """It turns the whole frame, so start values of the poses are of another one."""
-    measured, angle = made(COGIRO, yaw=1e-2), -2.5
+    measured, angle = made(COGIRO, poses=20, yaw=1e-2), -2.5
     assert measured.yaw is not None
     wrong = replace(measured, yaw=measured.yaw - angle)
     found = calibrate(COGIRO, wrong, rough=0.05, outliers=False, need=0.5)

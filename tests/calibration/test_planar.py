@@ -35,6 +35,7 @@ from cablewright.foundation.errors import InputError
 from cablewright.models.statics import Model
 from cablewright.robot import Robot, load
 from cablewright.solvers.inverse import solve_inverse
+from cases import often
 
 OFF = 0.35  # m: distance of the nearest exit point from the plane
 NOISE = 5e-5  # m
@@ -101,8 +102,8 @@ def test_without_noise_it_is_exact(plane: str, body: bool) -> None:
 
 @pytest.mark.parametrize(("plane", "body"), [("vertical", False), pytest.param("tilted", True, marks=pytest.mark.slow)])
 def test_sigmas_and_the_redundancy_hold(plane: str, body: bool) -> None:
-    """Of 60 runs: what no motion in the plane changes, home lengths and distances from the plane; and chi-squared."""
-    truth, runs, count = robot_of(plane, body), 60, 40
+    """Of many runs: what no motion in the plane changes, home lengths and distances from the plane; and chi-squared."""
+    truth, runs, count = robot_of(plane, body), often(25, 60), 40
     normal, m = planar_robots.frame(truth)[2], truth.m
     rows = np.zeros((2 * m, 4 * m))
     for i in range(m):
@@ -234,7 +235,7 @@ def test_derivatives_of_lines_that_sag_are_those_of_differences(plane: str, body
 
 
 def test_sigmas_of_lines_that_stretch_hold() -> None:
-    truth, square, runs = robot_of("vertical", False), 0.0, 12
+    truth, square, runs = robot_of("vertical", False), 0.0, often(6, 12)
     plan = CalibrationPlan(sigma=Sigmas(encoder=NOISE, tension=0.5))
     for seed in range(runs):
         sensors = SensorNoise(tension=0.5)

@@ -40,6 +40,7 @@ from cablewright.printing.job import Job
 from cablewright.robot import Robot
 from cablewright.solvers import exhaustive
 from models import support_examples as examples
+from models.test_support_laws import goes_as_wanted
 
 FOLDER = tempfile.TemporaryDirectory()
 Work = list[Callable[[], object]]
@@ -60,6 +61,7 @@ def uses(feature: str, body: bool) -> Work:
 
     skipped = (*SKIPPED, *LONG_IF_SHARED) if feature == "shared-winch" else SKIPPED
     found = [lambda each=probe: each(robot) for key, probe in examples.PROBES.items() if key not in skipped]
+    found.append(lambda: goes_as_wanted(robot))
     return found + [lambda each=task: warmed(each) for task in compilation.TASKS]
 
 
@@ -79,7 +81,7 @@ def print_begun(robot: Robot, job: Job, estimator: str, plant: str, machine: obj
     """The first steps of a print."""
 
     def stepped() -> None:
-        options = PrintOptions(estimator, plant=plant, period=PERIODS[plant], seed=0)
+        options = PrintOptions(estimator, plant=plant, period=PERIODS[plant], seed=0, severity="rough")
         made = twin_of(robot, job, machine, options)
         begun, printer = begin_print(made, plan_print(made))
         attendant = Attendant(lambda: None)
@@ -127,12 +129,20 @@ def all_equilibria() -> None:
     """The exhaustive search."""
     model = cw.Model(cw.load("merlet2023"))
     found = cw.equilibria(model, cw.inverse(model.robot, [0.5, -1.0, 1.2]).checked().lengths)
-    exhaustive.exhaust(found, exhaustive.begin(model, None), time_limit=0.1)
+    around = np.stack([found.solutions.pose[0] - 0.01, found.solutions.pose[0] + 0.01], axis=1).ravel()
+    exhaustive.exhaust(found, exhaustive.begin(model, around))
 
 
-def calibrated(name: str) -> Callable[[], object]:
+def followed() -> None:
+    """An equilibrium that is followed from other lengths."""
+    found = cw.inverse(cw.load("merlet2023"), [0.5, -1.0, 1.2]).checked()
+    cw.Tracker(found.model, found.lengths, begin=found).restart(found.lengths)
+
+
+def calibrated(robot: Robot | None) -> Callable[[], object]:
     """A calibration by simulated lengths."""
-    return lambda: cw.calibrate(cw.load(name), cw.simulate_calibration(cw.load(name), 14, 1e-4, seed=1).measured)
+    assert robot is not None
+    return lambda: cw.calibrate(robot, cw.simulate_calibration(robot, 14, 1e-4, seed=1).measured)
 
 
 def plain() -> Work:
@@ -146,7 +156,7 @@ def plain() -> Work:
         for each in ("filter", "paper")
     ]
     found.append(print_begun(cw.load("cogiro"), ring(0.1, 0.6, 0.1, 0.4), "encoders", "dynamic"))
-    return [*found, calibrated("wang2021"), alone("eyelet"), all_equilibria]
+    return [*found, calibrated(cw.load("wang2021")), alone("eyelet"), all_equilibria, followed]
 
 
 def general() -> Work:
@@ -155,7 +165,9 @@ def general() -> Work:
     for each in (("guides", False), ("tilted-swivel", False), ("plane", True), ("few-lines-in-plane", True)):
         found += uses(*each)
     board = print_begun(cw.load("maslow4"), on_the_board(Path(FOLDER.name)), "encoders", "dynamic")
-    return [*found, board, print_of("tilted-swivel"), guided_pairs, alone("tilted-swivel")]
+    found += uses("counterweight", False)
+    pulley = calibrated(examples.example("pulley", False))
+    return [*found, board, print_of("tilted-swivel"), guided_pairs, alone("tilted-swivel"), pulley]
 
 
 def done(kind: str) -> None:

@@ -76,6 +76,7 @@ def test_it_is_homed_at_a_measured_place_and_sent_to_another(robot: Robot, tmp_p
     assert np.linalg.norm(there - goal) < 3e-3
 
 
+@pytest.mark.slow  # as `test_homing.test_a_line_that_was_moved_by_hand_without_power_is_found`
 def test_a_drum_that_was_turned_by_hand_is_named_beside_a_counterweight(tmp_path: Path) -> None:
     robot = shared_winch_robots.crane()
     found = made(robot)

@@ -210,6 +210,7 @@ def test_bad_input_is_rejected() -> None:
 # --- The second derivatives: what Jacobians differ by is within them
 
 
+@pytest.mark.slow  # compiles what it alone calls; a bound that is too narrow shows above as a box without its poses
 @pytest.mark.parametrize("kind", ["taut", "slack"])
 @pytest.mark.parametrize(
     "name",

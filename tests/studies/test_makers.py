@@ -24,6 +24,7 @@ from cablewright.studies.accuracy import accuracy
 from cablewright.studies.accuracy_at_pose import AccuracyAtPose
 from cablewright.studies.checks.check import check
 from cablewright.studies.part_fit import fit
+from cases import some
 
 WALL = """
 kinematics:
@@ -72,7 +73,7 @@ class TestCorners:
         assert job.with_corners(job.beads(job.toolpath())).motion.corner_deviation == 0.003
 
 
-@pytest.mark.parametrize("name", ["hangprinter-v4", "hangprinter-five"])
+@pytest.mark.parametrize("name", some(["hangprinter-v4", "hangprinter-five"]))
 def test_a_hangprinter_prints_a_small_ring(name: str, tmp_path: Path) -> None:
     (tmp_path / "ring.gcode").write_text(ring(25.0, 1))
     found = check(load(name), tmp_path / "ring.gcode")

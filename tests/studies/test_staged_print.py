@@ -15,6 +15,7 @@ from cablewright.apps.cli.main import run
 from cablewright.foundation.errors import InputError
 from cablewright.studies.stages import recalibration
 from cablewright.studies.stages.staged_print import StagedPrint, print_stages
+from cases import some
 
 pytestmark = pytest.mark.usefixtures("unpictured")
 
@@ -68,7 +69,7 @@ def test_the_calibration_is_nearer_than_a_person_sets_it(whole: StagedPrint) -> 
     assert np.abs(above.stage.exit_points[:, 2] - true).max() < np.abs(4.0 - true).max()
 
 
-@pytest.mark.parametrize("killed", ["measured", "record_text", pytest.param("fitted", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("killed", some(["record_text", "measured", "fitted"]))
 def test_a_kill_in_the_recalibration(
     whole: StagedPrint, job: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, killed: str
 ) -> None:

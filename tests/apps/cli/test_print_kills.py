@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import os
 import runpy
 import signal
 import subprocess
 import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ import pytest
 from print_logs import RING
 
 TOOL = runpy.run_path(str(Path(__file__).parents[3] / "tools" / "kill_campaigns.py"), run_name="tool")
+pytestmark = pytest.mark.usefixtures("undrawn")
 JOB = RING.format(radius=0.4)
 UNDRAWN = (
     "import io; from PIL import Image; from cablewright.apps import style; pixel = io.BytesIO(); "
@@ -40,7 +42,15 @@ def killed(job: Path, out: Path, after: float, *options: str) -> None:
     process.communicate()
 
 
-def campaign(tmp_path: Path, kills: int, seed: int, *options: str) -> None:
+def resumed(cli: Callable[..., Any], job: Path, out: Path, *options: str) -> dict[str, Any]:
+    """The figures of the print that goes on, in this process."""
+    answer = cli("print", "merlet2023", job, "--out", out, "--json", *options, "--resume")
+    assert answer.code == 0, answer.err
+    assert max(TOOL["flaws"](TOOL["laid"](out, job))) <= TOOL["LONGEST"]
+    return dict(answer.json)
+
+
+def campaign(cli: Callable[..., Any], tmp_path: Path, kills: int, seed: int, *options: str) -> None:
     """Prints, each killed and resumed at random until it is at its end or was killed ten times."""
     job = tmp_path / "job.toml"
     job.write_text(JOB)
@@ -52,26 +62,22 @@ def campaign(tmp_path: Path, kills: int, seed: int, *options: str) -> None:
         while done < kills and here < 10 and not (out / "metrics.json").exists():
             killed(job, out, float(random.uniform(0.0, 1.5)), *own, *(["--resume"] if here else []))
             done, here = done + 1, here + 1
-        end = start(job, out, *own, "--resume")
-        told, said = end.communicate()
-        assert end.returncode == 0, said.decode()
-        values = json.loads(told)
+        values = resumed(cli, job, out, *own)
         assert values["status"] == "finished"
         assert values["max_path_error"] < 0.015
-        assert max(TOOL["flaws"](TOOL["laid"](out, job))) <= TOOL["LONGEST"]
         run += 1
 
 
-def test_a_killed_print_goes_on_where_it_was(tmp_path: Path) -> None:
-    campaign(tmp_path, 1, 1, "--plant", "quasi-static", "--period", "0.2")
+def test_a_killed_print_goes_on_where_it_was(cli: Callable[..., Any], tmp_path: Path) -> None:
+    campaign(cli, tmp_path, 1, 1, "--plant", "quasi-static", "--period", "0.2")
 
 
 @pytest.mark.slow
-def test_fifty_kills(tmp_path: Path) -> None:
-    campaign(tmp_path, 50, 2)
+def test_fifty_kills(cli: Callable[..., Any], tmp_path: Path) -> None:
+    campaign(cli, tmp_path, 50, 2)
 
 
-def test_a_full_disk_stops_the_print_and_it_goes_on_once_there_is_room(tmp_path: Path) -> None:
+def test_a_full_disk_stops_the_print_and_it_goes_on_once_there_is_room(cli: Callable[..., Any], tmp_path: Path) -> None:
     job, out = tmp_path / "job.toml", tmp_path / "run"
     job.write_text(JOB)
     options = ("--plant", "quasi-static", "--period", "0.2")
@@ -79,8 +85,4 @@ def test_a_full_disk_stops_the_print_and_it_goes_on_once_there_is_room(tmp_path:
     _, said = full.communicate()
     assert full.returncode == 3
     assert said.decode().strip().splitlines()[-1].endswith("File too large")
-    again = start(job, out, *options, "--resume")
-    told, said = again.communicate()
-    assert again.returncode == 0, said.decode()
-    assert json.loads(told)["status"] == "finished"
-    assert max(TOOL["flaws"](TOOL["laid"](out, job))) <= TOOL["LONGEST"]
+    assert resumed(cli, job, out, *options)["status"] == "finished"
