@@ -15,6 +15,7 @@ import pytest
 
 from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.cia402 import PowerState
+from cases import some
 from virtual_drives import Watched, watched_drives
 
 pytestmark = [
@@ -109,7 +110,7 @@ def test_a_host_that_is_killed_leaves_all_braked(watched: Watched, host: subproc
     assert max(watched.tensions) < 700.0
 
 
-@pytest.mark.parametrize("number", ["SIGINT", "SIGTERM"])
+@pytest.mark.parametrize("number", some(["SIGINT", "SIGTERM"]))
 def test_a_command_that_is_interrupted_brakes_all_first(watched: Watched, number: str, tmp_path: Path) -> None:
     text = (Path(__file__).parents[3] / "examples" / "virtual-drives.toml").read_text("utf-8")
     file = tmp_path / "machine.toml"

@@ -50,6 +50,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
         yield made
 
 
+@pytest.mark.slow  # as in live/test_bodies_on_drives.py, without a page
 def test_a_body_is_moved_by_its_nozzle_at_the_rotation_that_it_has(server: Served) -> None:
     with client(server) as page:
         page.ready()

@@ -16,6 +16,7 @@ pytest.importorskip("uvicorn")
 
 from cablewright.apps.serve import connections
 from cablewright.apps.serve.connections import MAX_OPEN, Connections, Holder
+from cases import some
 from served import Served, client
 
 MANY = MAX_OPEN + 60
@@ -91,7 +92,9 @@ def opened(server: Served, number: int, begin: bytes = b"") -> Iterator[list[soc
 
 
 @pytest.mark.clock
-@pytest.mark.parametrize("begin", [b"", b"POST /stop HTTP/1.1\r\nHost: x\r\n", b"GET /api/version HTTP/1.1\r\n"])
+@pytest.mark.parametrize(
+    "begin", some([b"", b"POST /stop HTTP/1.1\r\nHost: x\r\n", b"GET /api/version HTTP/1.1\r\n"], 2)
+)
 def test_a_stop_and_a_page_get_through_many_silent_connections(server: Served, begin: bytes) -> None:
     with client(server) as page:
         page.ready()

@@ -142,6 +142,7 @@ def still(drives: Watched) -> bool:
     return bool(np.abs(drives.rig.plant.rig.winches.angles - angles).max() < 1e-3)
 
 
+@pytest.mark.slow  # as a host in drives/test_two_processes.py; one starts again in test_news.py
 def test_a_control_that_is_killed_in_a_jog_leaves_all_braked_and_starts_again(drives: Watched, tmp_path: Path) -> None:
     given = ("merlet2023", "--machine", str(tmp_path / "machine.toml"))
     with served(tmp_path / "out", *given) as server, client(server) as page:

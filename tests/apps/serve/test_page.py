@@ -22,7 +22,7 @@ pytestmark = [
     pytest.mark.skipif(executable() is None, reason="no chromium is installed: see README.md"),
 ]
 
-LOOKS = some([(1280, False), (390, True), (2560, True), (1280, True), (390, False), (2560, False)], 3)
+LOOKS = some([(1280, False), (390, True), (2560, True), (1280, True), (390, False), (2560, False)], 2)
 HOLD = """(() => {
   const b = document.querySelectorAll('#jog button')[%d], r = b.getBoundingClientRect();
   b.scrollIntoView({ block: 'center', behavior: 'instant' });
