@@ -2,17 +2,21 @@
 
 `python -m benchmarks.print_job REVISION [ROUNDS]` prints how much faster than real time `cablewright print` runs,
 beside the code of an earlier revision: both in turns, each in processes of its own.
+`python -m benchmarks.print_job parts` prints what parts of a step take.
 """
 
 from __future__ import annotations
 
+import cProfile
 import gc
 import os
+import pstats
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
@@ -21,16 +25,18 @@ from numpy.typing import NDArray
 
 from benchmarks.timing import HERE, Row, checked_out
 from cablewright.foundation.signals import Command, SensorFrame
+from cablewright.live.prints.loop import Printer
 from cablewright.live.prints.plan import MachineTwin, PrintOptions, plan_print, twin_of
 from cablewright.live.prints.print_job import print_job
 from cablewright.live.prints.record import finish
 from cablewright.live.prints.recorder import FolderRecorder
 from cablewright.live.prints.result import PrintRecord
 from cablewright.live.prints.run import Timing, begin_print, folder_log, run_print, started
-from cablewright.live.prints.simulated_operator import attendant_of
+from cablewright.live.prints.simulated_operator import Attendant, attendant_of
 from cablewright.live.prints.snapshot_writer import SnapshotWriter
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.simulated.settings import whole_machine
+from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.printing.job import Job, Motion, load_job
 from cablewright.printing.numeric_path import Helix
 from cablewright.robot import load
@@ -71,19 +77,24 @@ def rows(job: Job) -> Iterator[Row]:
     yield from speed_rows(3000 if job is FULL else 30)
 
 
-def speed_rows(steps: int) -> Iterator[Row]:
-    """How much faster than real time whole loops run, by processor time: machine, estimation, control and full log."""
+def timed_twins() -> tuple[tuple[str, MachineTwin, float, float], ...]:
+    """Prints whose loops are timed: name, twin, aims for the speed and for guard, estimate and control, us."""
     machine = whole_machine("cogiro")
     assert machine.owner.body is not None
     still = machine.with_owner(body=machine.owner.body.model_copy(update={"tour": ()}))
     ring = Helix(radius=0.5, layers=1, layer_height=0.012, first_height=0.6)
     job = Job(name="ring", helix=ring, motion=Motion(print_speed=0.05, travel_speed=0.05, acceleration=0.05))
     first, house = PrintOptions(layers=1), load_job(JOB.with_name("house.toml"))
-    for name, twin, aim, most in (
+    return (
         ("merlet2023, filter", twin_of(load("merlet2023"), FULL, None, first), 50.0, 60.0),
         ("cogiro, all sensors", twin_of(load("cogiro"), job, still, PrintOptions()), 30.0, 100.0),
         ("house-printer, encoders", twin_of(load("house-printer"), house, None, first), 65.0, 60.0),
-    ):
+    )
+
+
+def speed_rows(steps: int) -> Iterator[Row]:
+    """How much faster than real time whole loops run, by processor time: machine, estimation, control and full log."""
+    for name, twin, aim, most in timed_twins():
         spent, text = loop_times(twin, steps), f"print, {name}:"
         speed = spent.steps * spent.period / spent.whole
         told = f"{text} the whole loop, by processor time"
@@ -103,45 +114,78 @@ class Spent(NamedTuple):
     control: NDArray[np.float64]  # (k,) of guard, estimation and control, of each step that is timed
 
 
+@contextmanager
+def begun(twin: MachineTwin) -> Iterator[tuple[SimulatedMachine, Printer, Attendant, FolderRecorder]]:
+    """Begin a print with a full log in a folder that does not stay."""
+    machine, printer = begin_print(twin, plan_print(twin))
+    head = LogHead(started(twin.robot, twin.path), machine.settings, machine.period, simulation=machine.simulation)
+    with tempfile.TemporaryDirectory() as name:
+        log_path, checkpoint = Path(name) / "log.mcap", Path(name) / "checkpoint.bin"
+        with folder_log(log_path, head, drops=False) as log, SnapshotWriter(checkpoint) as writer:
+            machine.open()
+            gc.freeze()  # as a print does
+            recorder = FolderRecorder(log, writer, Timing(machine.period))
+            yield machine, printer, attendant_of(machine, printer, twin.choices), recorder
+            gc.unfreeze()
+            machine.close()
+
+
 def loop_times(twin: MachineTwin, steps: int) -> Spent:
     """Return what *steps* of a print take, after some that are not counted.
 
     One step of seven is timed: clocks of processor time may take as long as a tenth of a step.
     """
-    machine, printer = begin_print(twin, plan_print(twin))
-    attendant, inner = attendant_of(machine, printer, twin.choices), machine.step
     alone: list[float] = []
 
-    def step(command: Command) -> SensorFrame:
-        begin = time.thread_time()
-        frame = inner(command)
-        alone.append(time.thread_time() - begin)
-        return frame
-
-    head = LogHead(started(twin.robot, twin.path), machine.settings, machine.period, simulation=machine.simulation)
     control, first = [], 0.0
-    with tempfile.TemporaryDirectory() as name:
-        log_path, checkpoint = Path(name) / "log.mcap", Path(name) / "checkpoint.bin"
-        with folder_log(log_path, head, drops=False) as log, SnapshotWriter(checkpoint) as writer:
-            recorder = FolderRecorder(log, writer, Timing(machine.period))
-            machine.open()
-            gc.freeze()  # as a print does
-            for number in range(steps + _FIRST):
-                if number == _FIRST:
-                    first = time.process_time()
-                orders = attendant.orders(printer, printer.time)
-                if number < _FIRST or number % _TIMED:
-                    made = printer.step(orders)
-                else:
-                    machine.step, begin = step, time.thread_time()  # type: ignore[method-assign]
-                    made = printer.step(orders)
-                    control.append(time.thread_time() - begin - alone[-1])
-                    machine.step = inner  # type: ignore[method-assign]
-                recorder.add(printer, made, last=False)
-            whole = time.process_time() - first
-            gc.unfreeze()
-            machine.close()
+    with begun(twin) as (machine, printer, attendant, recorder):
+        inner = machine.step
+
+        def step(command: Command) -> SensorFrame:
+            begin = time.thread_time()
+            frame = inner(command)
+            alone.append(time.thread_time() - begin)
+            return frame
+
+        for number in range(steps + _FIRST):
+            if number == _FIRST:
+                first = time.process_time()
+            orders = attendant.orders(printer, printer.time)
+            if number < _FIRST or number % _TIMED:
+                made = printer.step(orders)
+            else:
+                machine.step, begin = step, time.thread_time()  # type: ignore[method-assign]
+                made = printer.step(orders)
+                control.append(time.thread_time() - begin - alone[-1])
+                machine.step = inner  # type: ignore[method-assign]
+            recorder.add(printer, made, last=False)
+        whole = time.process_time() - first
     return Spent(steps, machine.period, whole, steps * float(np.mean(alone)), np.array(control))
+
+
+def parts(twin: MachineTwin, steps: int) -> tuple[float, float, float]:
+    """Return what a step takes in kernels and for its log, us, and its number of calls."""
+    profile, logged = cProfile.Profile(), 0.0
+    with begun(twin) as (_, printer, attendant, recorder):
+        for number in range(2 * steps + _FIRST):
+            if number == _FIRST + steps:
+                profile.enable()
+            made = printer.step(attendant.orders(printer, printer.time))
+            begin = time.thread_time()
+            recorder.add(printer, made, last=False)
+            logged += (_FIRST <= number < _FIRST + steps) * (time.thread_time() - begin)
+        profile.disable()
+    found = pstats.Stats(profile).stats  # type: ignore[attr-defined]
+    kernels = sum(own for (file, _, name), (_, _, own, _, _) in found.items() if file == "~" and "kernels." in name)
+    return 1e6 * kernels / steps, 1e6 * logged / steps, sum(calls for _, calls, *_ in found.values()) / steps
+
+
+def print_parts(steps: int) -> None:
+    """Print what parts of a step take, of each print whose loop is timed."""
+    for name, twin, *_ in timed_twins():
+        whole = 1e6 * loop_times(twin, steps).whole / steps
+        kernels, logged, calls = parts(twin, steps)
+        print(f"{name}: {whole:.0f} us a step; {kernels:.0f} in kernels, {logged:.0f} for the log; {calls:.0f} calls")
 
 
 def body_rows(radius: float) -> Iterator[Row]:
@@ -212,5 +256,7 @@ def _print(source: Path, robot: str, radius: float, folder: Path) -> float:
         return time.perf_counter() - begin
 
 
-if __name__ == "__main__":
+if __name__ == "__main__" and sys.argv[1] == "parts":
+    print_parts(3000)
+elif __name__ == "__main__":
     beside(sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else 3)

@@ -92,7 +92,7 @@ def test_numba_uses_it() -> None:
     assert BaseFunction.get_call_type is resolved_calls._call_type
 
 
-def test_an_unknown_call_is_refused_again_and_again() -> None:
+def test_an_unknown_call_is_an_error_each_time() -> None:
     for _ in range(2):
         with pytest.raises(numba.TypingError, match="No implementation of function"):
             jit(lambda x: x + "text")(1.0)
