@@ -19,8 +19,10 @@ from benchmarks.processes import alone
 from benchmarks.timing import Row
 
 PEERS = {"statics": "moorpy", "bodies": "moorpy", "workspace": "daqp", "interference": "fcl"}  # of the extra `bench`
-MARKS = {  # beside the last: the prints of tests/machine/drives
-    **dict.fromkeys(("bracket", "commands", "hanging", "print_job", "statics"), (pytest.mark.slow,)),
+MARKS = {  # as tests of what they measure; beside the last: the prints of tests/machine/drives
+    **dict.fromkeys(
+        ("bracket", "calibration", "commands", "hanging", "machine", "print_job", "statics"), (pytest.mark.slow,)
+    ),
     "drives": (pytest.mark.slow, pytest.mark.clock),
 }
 WITH_AND_WITHOUT = [pytest.param(name, "", marks=MARKS.get(name, ())) for name in run.NAMES]

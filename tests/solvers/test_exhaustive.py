@@ -128,6 +128,7 @@ def _integrals(phi, q):
     return [quad(part, [0, 0.25, 0.5, 0.75, 1]) for part in parts]
 
 
+@pytest.mark.slow  # compiles what it alone calls; leaves that are wrong show in the test of every shape
 def test_what_only_stiffens_does(taut) -> None:
     """The derivative of a line's end by its force, by differences of whole solves, at leaves said to stiffen."""
     model, lengths, _, known = taut
@@ -176,6 +177,7 @@ def _line_at(row, length, middle, label, work):
     return np.array([x, z]), np.array([t * np.cos(middle[0]), t * np.sin(middle[0]) + row[layout.WEIGHT] * free])
 
 
+@pytest.mark.slow  # compiles what it alone calls; leaves that are wrong show in the test of every shape
 def test_slopes_of_the_inner_unknowns_are_enclosed() -> None:
     """Derivatives of dead length, psi and lever over a cell hold the differences of solves at points in it."""
     row = cw.Model(cw.load("paty2021")).packed.lines[0]
