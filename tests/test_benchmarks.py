@@ -19,7 +19,7 @@ from benchmarks.processes import alone
 from benchmarks.timing import Row
 
 PEERS = {"statics": "moorpy", "bodies": "moorpy", "workspace": "daqp", "interference": "fcl"}  # of the extra `bench`
-MARKS = {  # as tests of what they measure; beside the last: the prints of tests/machine/drives
+MARKS = {  # the same is in tests of each subject; beside the last: the prints of tests/machine/drives
     **dict.fromkeys(
         ("bracket", "calibration", "commands", "hanging", "machine", "print_job", "statics"), (pytest.mark.slow,)
     ),

@@ -32,7 +32,7 @@ METRICS = {
 
 
 def told(folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> str:
-    """What the example says of a run folder, without the heap of the last test."""
+    """Output of the example for a run folder, without the heap of the last test."""
     monkeypatch.setattr(sys, "argv", [str(EXAMPLE), str(folder)])
     main = runpy.run_path(str(EXAMPLE), run_name="example")["main"]
     monkeypatch.setitem(main.__globals__, "heap", lambda _mass: None)
