@@ -37,7 +37,7 @@ def planted(place: Path) -> Path:
     (package / "wing").mkdir(parents=True)
     for empty in (package.parent, package / "wing"):
         (empty / "__init__.py").touch()
-    for name in ("__init__.py", "cache.py", "shipped_kernels.py", "compiler.py"):
+    for name in ("__init__.py", "cache.py", "shipped_kernels.py", "compiler.py", "resolved_calls.py"):
         shutil.copy(Path(kernels.__file__).parent / name, package)
     (package / "caller.py").write_text(CALLER)
     edit(place, 1.0)
