@@ -58,7 +58,7 @@ def _elsewhere(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 
 TEXT_ELSEWHERE = {"print", "check"}  # take seconds: tests of their own check their text
 RESUMED = {"campaign"}  # reads its stored results
-LONG = {"print", "campaign", "stages"}  # s, and tests of their own read their figures
+LONG = {"print", "campaign", "stages", "fit"}  # s, and tests of their own read their figures
 ENDLESS = {"serve"}  # goes on until it is stopped: `tests/apps/serve` does both
 LONG_LAST = sorted(HOMES.keys() - ENDLESS, key=lambda name: (name in LONG, name))
 

@@ -16,7 +16,7 @@ import cablewright as cw
 
 FOLDER = Path(__file__).resolve().parents[2] / "examples" / "notebooks"
 NAMES = sorted(file.stem for file in FOLDER.glob("*.ipynb"))
-SLOW = ("a_day_of_the_blind_machines",)
+SLOW = ("a_day_of_the_blind_machines", "jung2020_workspace_and_stiffness")
 
 
 def cells(name: str, kind: str) -> list[str]:

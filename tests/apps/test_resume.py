@@ -112,7 +112,7 @@ def test_a_restart_that_is_killed_immediately_resumes_as_itself(cli, copied: tup
     assert found.json["distance"] == pytest.approx(0.6 * 3.1416, rel=0.01)
 
 
-@pytest.mark.parametrize("content", [b"", b"\x89MCAP0\r\n"])
+@pytest.mark.parametrize("content", [b"", pytest.param(b"\x89MCAP0\r\n", marks=pytest.mark.slow)])
 def test_a_log_that_was_never_flushed_shows_nothing(cli, copied: tuple[Path, Path], content: bytes) -> None:
     (copied[1] / CHECKPOINT).unlink()
     for log in copied[1].glob("log*.mcap"):

@@ -27,7 +27,14 @@ def folder(cli, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return place
 
 
-@pytest.mark.parametrize(("command", "sentence"), ROWS, ids=[command for command, _ in ROWS])
+SLOW = re.compile(r"check house-printer .*(verdicts/|--)")
+"""Verdicts of checks, which are those of studies/test_check.py and test_check_verdicts.py; one that is a yes is not."""
+
+
+@pytest.mark.parametrize(
+    ("command", "sentence"),
+    [pytest.param(*row, id=row[0], marks=[pytest.mark.slow] * bool(SLOW.match(row[0]))) for row in ROWS],
+)
 def test_a_command_answers_with_its_sentence(cli, folder: Path, monkeypatch, command: str, sentence: str) -> None:
     monkeypatch.chdir(folder)
     answer = cli(*shlex.split(command), "--json")

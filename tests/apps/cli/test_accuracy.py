@@ -41,6 +41,7 @@ def test_a_home_removes_the_error_there(cli) -> None:
     assert found["nominal_error"] < 1e-9
 
 
+@pytest.mark.slow  # bodies are in analyses/accuracy, such files below
 def test_a_rigid_body_with_an_uncertainty_file(cli, tmp_path: Path) -> None:
     file = tmp_path / "known.toml"
     file.write_text(

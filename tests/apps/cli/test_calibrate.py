@@ -301,6 +301,7 @@ def test_bad_simulations(cli, tmp_path: Path, options: tuple[str, str]) -> None:
     assert cli("simulate-calibration", "wang2021", *(part for pair in given.items() for part in pair)).refusal
 
 
+@pytest.mark.slow  # in calibration/test_elastic_lines.py; a robot is written above
 @pytest.mark.usefixtures("undrawn_here")
 def test_lines_that_sag(cli, tmp_path: Path) -> None:
     """The same contract as of rigid lines; the modulus is written, comments are kept, there is a report."""
@@ -453,6 +454,7 @@ def test_what_check_and_guide_reject(cli, data: Path, asked: tuple[str, ...], to
     assert (found.code, told in found.err) == (2, True), found.err
 
 
+@pytest.mark.slow  # effects are tested in calibration/test_effects.py
 def test_effects_that_cross_validation_tests_are_shown(cli, data: Path) -> None:
     answer = cli("calibrate", "wang2021", data, "--models", "auto", "--accept")
     assert answer.code == 0

@@ -120,7 +120,7 @@ def test_a_folder_of_somebody_else_is_rejected(cli, write_job, tmp_path: Path) -
     assert (tmp_path / "thesis.txt").read_text() == "years"
 
 
-@pytest.mark.parametrize("out", [".", ""])
+@pytest.mark.parametrize("out", ["", pytest.param(".", marks=pytest.mark.slow)])
 def test_the_present_folder_is_used_or_rejected(cli, write_job, tmp_path: Path, monkeypatch, out: str) -> None:
     monkeypatch.chdir(tmp_path)
     answer = cli("check", "house-printer", write_job(), "--out", out)

@@ -73,6 +73,7 @@ def test_the_machine_holds_its_place(robot: Robot, plant: str, tmp_path: Path) -
     assert found.drive.distance < 0.02
 
 
+@pytest.mark.slow  # in test_new.py, with the robot of a layout
 def test_an_own_robot_is_checked_and_printed_without_editing(cli, tmp_path: Path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "attic.toml").write_text(OWN)

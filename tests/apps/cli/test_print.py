@@ -135,6 +135,7 @@ def test_other_folders_are_left_alone(cli, job, tmp_path) -> None:
     assert [each.name for each in tmp_path.iterdir()] == ["mine.txt"]
 
 
+@pytest.mark.slow  # other options are kept in the first test
 def test_a_severity_is_kept_with_the_print_and_reported(cli, job, tmp_path) -> None:
     """Encoders alone show no effect of a severity except that of the drum; the print goes on as it began."""
     out, options = tmp_path / "run", (*FAST, "--estimator", "encoders", "--out", tmp_path / "run")

@@ -17,6 +17,7 @@ import pytest
 
 from cablewright.apps.cli import main
 from cablewright.robot import Scene, library_text
+from cases import some
 
 HOUSE = Path(__file__).resolve().parents[3] / "examples" / "house.toml"
 COMMAND = [sys.executable, "-m", "cablewright"]
@@ -26,6 +27,7 @@ def start(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run([*COMMAND, *arguments], capture_output=True, text=True, timeout=300, check=False)
 
 
+@pytest.mark.slow  # as test_a_no, with the other status
 def test_a_yes() -> None:
     ended = start("inverse", "merlet2023", "--at", "0,0,1", "--json")
     assert ended.returncode == 0
@@ -163,7 +165,7 @@ main.main()
     assert ended.stderr.count("half made") == 1  # before it was asked
 
 
-@pytest.mark.parametrize("asked", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("asked", some([signal.SIGINT, signal.SIGTERM]))
 def test_a_request_after_the_answer_changes_nothing(asked: signal.Signals) -> None:
     program = (
         "import atexit, os; from cablewright.apps.cli.main import main; "

@@ -115,6 +115,7 @@ def test_names_that_a_font_or_mathematics_would_stumble_on(tmp_path, folder):
     assert "北西" in page_of(write_all, folder)
 
 
+@pytest.mark.slow  # as in test_accuracy.py
 def test_same_check_same_bytes(small, written, folder):
     check, layers = small
     assert write(check, folder, layers) == folder / "report.html"
@@ -163,6 +164,7 @@ def test_nothing_solved(small, folder):
     assert not (folder / "tensions.png").exists()
 
 
+@pytest.mark.slow  # as with nothing solved, above
 def test_half_of_it_solved(small, folder):
     check, layers = small
     gone = np.arange(len(check.samples)) % 2 == 0

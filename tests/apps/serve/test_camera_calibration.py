@@ -94,6 +94,7 @@ def worked(what: str, served_folder: Path) -> str:
     return said
 
 
+@pytest.mark.slow  # apps/test_guide_by_camera.py leads from pictures to a robot
 def test_pictures_lead_to_an_accepted_robot(made: Room, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A picture without a tag, the last, counts neither for the guide nor for what is accepted."""
     folder = tmp_path / camera_folder.FOLDER

@@ -37,7 +37,7 @@ def test_no_malformed_message_is_obeyed(server: Served, fuzzer: ModuleType) -> N
     before, jobs = kept.stat().st_size, sorted((server.folder / "jobs").rglob("*"))
     process = server.server()
     target = fuzzer.Target(server.address, random.Random(7)).with_keys(keys)
-    requests = often(400, 1000)
+    requests = often(200, 1000)
     asyncio.run(fuzzer.fuzz_target(target, requests, requests // 5))
     obeyed = [json.loads(line) for line in kept.read_bytes()[before:].splitlines()]
     assert {fuzzer.named(each) for each in obeyed if "refusal" not in each} <= set(fuzzer.HARMLESS)

@@ -53,6 +53,7 @@ def test_a_pose_that_cannot_be_held_is_shown_and_said(cli, tmp_path):
     assert "Not in equilibrium" in page.read_text("utf-8")
 
 
+@pytest.mark.usefixtures("undrawn_here")
 def test_the_folder_of_a_check(cli, tmp_path):
     run, page = tmp_path / "run", tmp_path / "run.html"
     cli(
