@@ -121,6 +121,7 @@ def test_a_print_on_an_ethercat_ring_of_eight_goes_where_it_goes_on_the_plant_it
     assert apart.max() < 2e-3  # m and rad: 20 ms of a computer that is shared, at 0.1 m/s
 
 
+@pytest.mark.slow  # of a point in test_points_on_drives.py and prints/test_print_by_orders.py
 def test_a_homed_body_prints_by_typed_orders_and_moves_by_hand_at_the_rotation_it_had(tmp_path: Path) -> None:
     found = homed(tmp_path)
     typist = Typist({state: list(words) for state, words in WORDS.items()})
@@ -162,7 +163,9 @@ def test_a_line_that_was_moved_by_hand_is_named_by_the_other_seven(tmp_path: Pat
     assert "it is line 3 by -20 mm" in answer.reason
 
 
-@pytest.mark.parametrize("wrong", [(0.5, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.35, 0.0, 0.0)])
+@pytest.mark.parametrize(
+    "wrong", [pytest.param((0.5, 0.0, 0.0, 0.0, 0.0, 0.0), marks=pytest.mark.slow), (0.0, 0.0, 0.0, 0.35, 0.0, 0.0)]
+)
 def test_a_pose_that_was_typed_wrong_is_not_believed(wrong: tuple[float, ...], tmp_path: Path) -> None:
     found = made()
     answer = actions.home(
@@ -184,6 +187,7 @@ def test_a_homing_by_saved_lengths_finds_the_pose(tmp_path: Path) -> None:
     assert answer.misfit < 1e-3
 
 
+@pytest.mark.slow  # as the test above, with another robot
 def test_a_retracting_platform_is_homed_at_its_own_length(tmp_path: Path) -> None:
     robot = load("jung2020")
     pose = rest_pose(robot).equilibrium.pose

@@ -43,6 +43,7 @@ def pose_of(found: Bench) -> np.ndarray:
     return np.concatenate([truth.position, truth.rotation])[: found.robot.n]
 
 
+@pytest.mark.slow  # in test_bodies_on_drives.py
 @ROBOTS
 def test_a_print_on_drives_is_that_of_the_plant_itself_to_the_encoders_resolution(robot: Robot) -> None:
     on = made(robot)
@@ -88,6 +89,7 @@ def test_a_drum_that_was_turned_by_hand_is_named_beside_a_counterweight(tmp_path
     assert "it is d by -20 mm or" in answer.reason
 
 
+@pytest.mark.slow  # drums of two lines turn by orders in test_hoists_by_hand.py
 def test_one_drum_is_turned_by_hand_for_both_its_lines_and_slack_of_both_is_taken_up(tmp_path: Path) -> None:
     robot = shared_winch_robots.pairs()
     found, times = made(robot), [0]

@@ -85,7 +85,7 @@ def test_a_line_that_was_turned_by_hand_is_named_in_a_plane(tmp_path: Path) -> N
     ("name", "way", "goal"),
     [
         ("maslow4", (0.0, 0.0258819, 0.0965926), (0.2, 0.9 * 0.258819 / 0.965926, 0.9)),
-        ("grab-four-lines", (0.08, 0.0, 0.0), (1.0, 0.0, -0.3)),
+        pytest.param("grab-four-lines", (0.08, 0.0, 0.0), (1.0, 0.0, -0.3), marks=pytest.mark.slow),
     ],
 )
 def test_it_is_homed_jogged_and_sent_to_a_place(

@@ -125,7 +125,7 @@ def test_a_replay_is_a_result(path: Path) -> None:
     assert len(found.plot().axes) == 5
 
 
-@pytest.mark.parametrize("name", ["hangprinter-v4", "ipanema"])
+@pytest.mark.parametrize("name", ["hangprinter-v4", pytest.param("ipanema", marks=pytest.mark.slow)])
 def test_a_print_by_encoders_alone_is_replayed_as_it_was_estimated(name: str, tmp_path: Path) -> None:
     robot = load(name)
     ring = {"radius": 0.1, "layers": 1, "layer_height": 2e-3, "first_height": 0.3 if robot.n == 3 else 0.8}

@@ -44,7 +44,10 @@ def ring(radius: float) -> Job:
     return Job(name="ring", helix=helix, motion=Motion(print_speed=0.05, travel_speed=0.05, acceleration=0.05))
 
 
-@pytest.mark.parametrize(("robot", "estimator"), [("house-printer", "encoders"), ("merlet2023", "filter")])
+@pytest.mark.parametrize(
+    ("robot", "estimator"),
+    [("house-printer", "encoders"), pytest.param("merlet2023", "filter", marks=pytest.mark.slow)],
+)
 def test_the_record_of_a_run_is_that_of_its_log(tmp_path: Path, robot: str, estimator: EstimatorName) -> None:
     """To the bit, with all rows: the sums of a print while it runs, and those of its log afterwards."""
     options = PrintOptions(estimator)

@@ -135,7 +135,7 @@ class Kept:
         self.ends.append(last)
 
 
-@pytest.mark.parametrize("plant", ["quasi-static", "dynamic"])
+@pytest.mark.parametrize("plant", ["quasi-static", pytest.param("dynamic", marks=pytest.mark.slow)])
 def test_a_ring_is_printed_on_it(plant: str) -> None:
     chosen = twin(plant)
     machine = OwnMachine(made(chosen))

@@ -52,7 +52,7 @@ def described(name: str) -> Robot:
     ("name", "origin", "speed"),
     [
         ("maslow4", (0.0, 0.258819, 0.965926), 0.1),
-        ("grab-four-lines", (1.1, 0.0, -0.3), 0.1),
+        pytest.param("grab-four-lines", (1.1, 0.0, -0.3), 0.1, marks=pytest.mark.slow),
         pytest.param("board", (0.0, 0.02, -0.3), 0.05, marks=pytest.mark.slow),  # a pendulum, which swings
     ],
 )

@@ -61,6 +61,7 @@ def squared_errors(folder: Path) -> np.ndarray:
     return np.array(found)
 
 
+@pytest.mark.slow  # of a point in test_tensions_by_cells.py
 def test_a_body_prints_within_its_tensions_and_better_than_by_lengths_alone(tmp_path: Path) -> None:
     blind = whole_machine("cogiro").with_owner(load_cells=None)
     closed, by_cells = (printed(tmp_path / str(name), 21, name).record.whole for name in (None, "encoders"))

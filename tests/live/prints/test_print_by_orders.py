@@ -111,6 +111,7 @@ def test_without_homing_nothing_moves(tmp_path: Path) -> None:
     assert np.linalg.norm(found.rig.plant.truth.position - before) < 1e-3
 
 
+@pytest.mark.slow  # as in test_print_loop.py, from its notes
 def test_a_print_that_was_left_goes_on_where_it_was(tmp_path: Path) -> None:
     found = homed(tmp_path)
     first = printed(found, tmp_path, Typist({s: list(w) for s, w in WORDS.items()}, last=1100), job=SMALL)
@@ -123,6 +124,7 @@ def test_a_print_that_was_left_goes_on_where_it_was(tmp_path: Path) -> None:
     assert np.linalg.norm(found.rig.plant.truth.position - RING_BEGIN["merlet2023"]) < 0.02
 
 
+@pytest.mark.slow  # as a drum is refilled in test_print_loop.py
 @pytest.mark.parametrize(("job", "flow"), [(SMALL, 0.15), pytest.param(RING, 0.0376, marks=pytest.mark.slow)])
 def test_a_print_waits_for_powder_and_goes_on_when_a_person_says_so(job: Job, flow: float, tmp_path: Path) -> None:
     twin = virtual_twin(flow=flow)
@@ -235,6 +237,7 @@ def test_an_open_safety_circuit_stops_and_brakes_all(tmp_path: Path) -> None:
     assert enable(found.robot, found.twin.owner, state, 0.1, lambda: found.port).status == "done"
 
 
+@pytest.mark.slow  # the filter receives the mass in test_print_loop.py
 def test_a_drum_that_runs_empty_is_no_reason_to_doubt_the_place(tmp_path: Path) -> None:
     found = bench(valve={"line": "north-east", "bit": 17, "closes_alone": True}, flow=4.8)
     place, state = found.rig.plant.truth.position, tmp_path / "machine"

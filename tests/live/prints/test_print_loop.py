@@ -70,7 +70,7 @@ class Print:
         return self.printer.plan.path.offset(self.machine.truth.position, step.progress.distance)
 
 
-@pytest.mark.parametrize("law", ["paper", "model"])
+@pytest.mark.parametrize("law", ["model", pytest.param("paper", marks=pytest.mark.slow)])
 def test_it_prints_along_its_path_at_its_speed(law: str) -> None:
     """Within the 2 cm that the paper expects, and most of the time far within."""
     made = Print(twin(law=law))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+import pytest
 
 from cablewright.control.path_follower import TimedPath
 from cablewright.foundation.signals import PrintState
@@ -47,6 +48,7 @@ def ring(machine: Machine, plant: SimulatedMachine) -> Kept:
     return kept
 
 
+@pytest.mark.slow  # in live/test_bodies_on_drives.py
 def test_a_ring_on_drives_is_that_of_the_plant_itself() -> None:
     on = bench()
     there = ring(on.machine, on.rig.plant)
