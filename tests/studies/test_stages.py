@@ -218,6 +218,7 @@ def test_a_layer_that_no_height_prints_is_named(rails: Robot, wall: Path) -> Non
     )
 
 
+@pytest.mark.slow  # checks and searches above; a job with stages is printed in test_staged_print.py
 @pytest.mark.usefixtures("undrawn_here")
 def test_the_commands(found: Stages, wall: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """`stages` writes a job that `check` takes with records of calibrations, and a picture."""

@@ -71,6 +71,7 @@ def test_what_kills_its_worker_twice_is_named_and_loses_nothing(processes: Proce
     assert "ended twice" in outcomes[3].fault
 
 
+@pytest.mark.slow  # as one that kills itself, above
 def test_a_worker_killed_from_outside_changes_nothing(tmp_path: Path) -> None:
     executor, killed = Processes(2), list[int]()
     slow = Task(numbers, {"factor": 1.1, "pause": 0.05}, "number")

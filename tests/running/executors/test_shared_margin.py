@@ -66,11 +66,11 @@ def test_an_interrupted_workspace_goes_on_and_without_orientations_it_is_empty(t
 
     file = tmp_path / "kept.jsonl"
     with pytest.raises(KeyboardInterrupt), kept_in(file) as kept:
-        count_nodes(JUNG, grid=41, margins=SharedMargin(Counting(), kept))
+        count_nodes(JUNG, grid=21, margins=SharedMargin(Counting(), kept))
     done = sum(calls)
     with kept_in(file) as kept:
-        found = count_nodes(JUNG, grid=41, margins=SharedMargin(Counting(), kept))
-    assert sum(calls) - done == -(-(41**3) // 4096) - done
-    np.testing.assert_array_equal(found.inside, count_nodes(JUNG, grid=41).inside)
+        found = count_nodes(JUNG, grid=21, margins=SharedMargin(Counting(), kept))
+    assert sum(calls) - done == -(-(21**3) // 4096) - done
+    np.testing.assert_array_equal(found.inside, count_nodes(JUNG, grid=21).inside)
     empty = count_nodes(JUNG, grid=5, orientations=np.zeros((0, 3)), margins=SharedMargin(Serial(), KeptResults()))
     assert not empty.counted
