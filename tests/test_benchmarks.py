@@ -21,7 +21,8 @@ from benchmarks.timing import Row
 PEERS = {"statics": "moorpy", "bodies": "moorpy", "workspace": "daqp", "interference": "fcl"}  # of the extra `bench`
 MARKS = {  # the same is in tests of each subject; beside the last: the prints of tests/machine/drives
     **dict.fromkeys(
-        ("bracket", "calibration", "commands", "hanging", "machine", "print_job", "statics"), (pytest.mark.slow,)
+        ("bracket", "calibration", "commands", "estimation", "hanging", "machine", "print_job", "statics", "workspace"),
+        (pytest.mark.slow,),
     ),
     "drives": (pytest.mark.slow, pytest.mark.clock),
 }

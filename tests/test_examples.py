@@ -49,10 +49,10 @@ PYTHON = re.compile(r"```python\n(.*?)```(?:\n+```text\n(.*?)```)?", re.DOTALL) 
 CONSOLE = re.compile(r"```console\n(.*?)```", re.DOTALL)  # commands after "$ ", and some lines of their output
 
 
-def blocks(pattern: re.Pattern[str]) -> list[object]:
-    """Each match in a page as a parameter named after the page."""
+def blocks(pattern: re.Pattern[str], long: str) -> list[object]:
+    """Each match in a page as a parameter named after the page; slow where it has the text *long*."""
     return [
-        pytest.param(*found.groups(), id=f"{page.stem}-{number}")
+        pytest.param(*found.groups(), id=f"{page.stem}-{number}", marks=[pytest.mark.slow] * (long in found[0]))
         for page in sorted((ROOT / "docs").rglob("*.md"))
         for number, found in enumerate(pattern.finditer(page.read_text(encoding="utf-8")), 1)
     ]
@@ -66,8 +66,11 @@ SLOW = (  # seconds to minutes
     "09_retract_as_it_grows",
     "10_how_far_off",  # as apps/cli/test_accuracy.py
     "13_heap_of_powder",  # as the print of 16
+    "14_stress_in_a_bracket",  # as apps/cli/test_bracket.py
     "17_print_with_a_body",
     "18_print_with_a_retracting_beam",
+    "19_design",  # as studies/design/test_design.py
+    "20_zeros_of_sensors",  # as calibration/test_offsets.py
     "25_print_a_tall_wall",
 )
 
@@ -87,7 +90,7 @@ def test_an_example_prints_its_number(name: str, capsys: pytest.CaptureFixture[s
 FEWER = ("(20000, 3)", "(500, 3)")  # poses of a script that takes times, which are not compared here
 
 
-@pytest.mark.parametrize(("script", "printed"), blocks(PYTHON))
+@pytest.mark.parametrize(("script", "printed"), blocks(PYTHON, "cw.campaign("))
 def test_a_script_of_the_documentation_prints_the_output_on_the_page(
     script: str,
     printed: str | None,
@@ -106,10 +109,15 @@ def test_a_script_of_the_documentation_prints_the_output_on_the_page(
 def sessions() -> list[object]:
     """Sessions of the pages, of a tutorial as one.
 
-    Slow are the quick start, as `apps/test_new.py` prints a part, and the search that leaves nothing out, as
-    `apps/cli/test_equilibria.py`.
+    Slow are those whose commands other tests run: the quick start and `new`, as `apps/test_new.py` prints a part;
+    searches that leave nothing out, as `solvers/test_exhaustive.py`; `retraction`, `simulate` and `trade`, as their
+    examples in `apps/test_figures.py`; `fit`, as `studies/test_fit.py`; a wrench box, as `apps/cli/test_workspace.py`.
     """
-    long = ("$ cablewright print workshop", " --exhaustive")
+    long = (
+        "$ cablewright print workshop", " --exhaustive", "$ cablewright new attic", "$ cablewright retraction jung2020",
+        "$ cablewright simulate merlet2023 --loop", "$ cablewright trade jung2020 --vary exit-distance=0.0283",
+        "$ cablewright fit house-printer", " --wrench-box=",
+    )  # fmt: skip
     found = []
     for page in sorted((ROOT / "docs").rglob("*.md")):
         texts = CONSOLE.findall(page.read_text(encoding="utf-8"))

@@ -63,7 +63,14 @@ def test_functions_that_take_poses_are_known() -> None:
     }
 
 
-@pytest.mark.parametrize("name", [name for name in AT_POSES if name not in NO_ROWS])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.slow] * (name == "accuracy"))  # as in analyses/accuracy
+        for name in AT_POSES
+        if name not in NO_ROWS
+    ],
+)
 def test_a_row_of_a_batch_is_the_answer_at_its_pose(name: str) -> None:
     function, options = FUNCTIONS[name], GIVEN.get(name, {})
     one, batch = function(ROBOT, POSES[1], **options), function(ROBOT, POSES, **options)

@@ -92,6 +92,7 @@ for name in {EXTRAS!r}:
 """
 
 
+@pytest.mark.slow  # as `test_every_member_is_found_without_extras` in test_public_calls.py
 def test_a_star_brings_all_and_help_shows_all_without_extras() -> None:
     code = f"{WITHOUT_EXTRAS}import cablewright\nhelp(cablewright)\nfrom cablewright import *\nprint(*globals())"
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
@@ -132,18 +133,27 @@ def test_the_package_says_that_it_is_typed() -> None:
     assert (resources.files("cablewright") / "py.typed").is_file()
 
 
-def test_a_kernel_is_loaded_without_unneeded_modules() -> None:
-    code = """
+LOADED = """
 import sys, numba, numpy as np
 from cablewright import Model, inverse, load
 inverse(Model(load("merlet2023")), (0.0, 0.0, 1.0))
 assert not {"scipy.linalg", "matplotlib", "pyarrow", "cablewright.solvers.pose_hull"} & set(sys.modules)
+"""
+OWN = """
+own = numba.njit(lambda a, b: np.sum(a) + b[0])
+assert own(np.array([[2.0, 1.0], [0.5, 3.0]]), np.array([1.0])) == 7.5
+"""
+OWN_ALGEBRA = """
 own = numba.njit(lambda a, b: (np.dot(a, b), np.sum(a), np.linalg.solve(a, b)))
 a, b = np.array([[2.0, 1.0], [0.5, 3.0]]), np.array([[1.0, -1.0], [4.0, 0.25]])
 for found, right in zip(own(a, b), (a @ b, np.sum(a), np.linalg.solve(a, b)), strict=True):
     assert np.allclose(found, right, rtol=1e-14)
 """
-    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+@pytest.mark.parametrize("own", [OWN, pytest.param(OWN_ALGEBRA, marks=pytest.mark.slow)], ids=["sum", "algebra"])
+def test_a_kernel_is_loaded_without_unneeded_modules(own: str) -> None:
+    subprocess.run([sys.executable, "-c", LOADED + own], check=True)
 
 
 @pytest.mark.parametrize(
