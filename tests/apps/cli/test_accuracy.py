@@ -83,6 +83,7 @@ def test_along_a_job(cli, tmp_path: Path) -> None:
     assert found["answered"] == found["places"] > 10
 
 
+@pytest.mark.slow  # in running/executors/test_shared_spread.py
 @pytest.mark.usefixtures("undrawn_here")
 def test_workers_give_the_same_and_what_they_kept_goes_with_the_answer(cli, tmp_path: Path) -> None:
     shape = ("--plane", "2", "--step", "4", "--json")

@@ -219,6 +219,7 @@ def test_a_bad_plan(cli, data: Path, tmp_path: Path, text: str, told: str) -> No
     assert told in cli("calibrate", "wang2021", data, "--plan", plan, "--datum", "south-east").refusal
 
 
+@pytest.mark.slow  # as `test_a_bad_answer_is_never_written`
 def test_what_cannot_be_calibrated_says_why_and_changes_nothing(cli, changed, tmp_path: Path) -> None:
     def shuffled(rows: list[list[str]]) -> list[list[str]]:
         return [rows[0], *([row[1], row[0], row[2], repr(-float(row[3])), *row[4:]] for row in rows[1:])]

@@ -85,6 +85,7 @@ def test_bad_options_are_one_line(cli, job, tmp_path, options, says) -> None:
     assert not (tmp_path / "run").exists()
 
 
+@pytest.mark.slow  # in live/prints/test_finished_prints.py
 def test_a_thinned_log_has_the_print_in_fewer_steps(cli, job, tmp_path) -> None:
     out, thin = tmp_path / "run", ("--log", "every=5")
     values = cli("print", "merlet2023", job, *FAST, *thin, "--out", out, "--json").json

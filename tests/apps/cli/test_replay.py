@@ -49,6 +49,7 @@ def test_the_result_is_printed_as_text(cli, log: Path) -> None:
     assert "processor time of a step\nmean" in answer.out
 
 
+@pytest.mark.slow  # both are in live/test_replay.py
 def test_both_estimators_stand_side_by_side(cli, log: Path, tmp_path: Path) -> None:
     plot = tmp_path / "both.png"
     answer = cli("replay", log, "--estimator", "both", "--plot", plot, "--json")

@@ -29,11 +29,13 @@ KINDS = (
     "interference", "bracket", "trade", "curves", "survey",
 )  # fmt: skip
 WITH_PATH = ("job", "check")
+ALIKE = ("accuracy", "replay", "interference", "bracket", "trade", "curves", "survey")
+"""Reports whose style and tables are those of the others: slow, and not made before."""
 DRAWN = ("robot", "modes", "calibration")  # with their pictures, beside "check"; the others have one of a pixel
 LOOKS = [
-    pytest.param(kind, width, dark, marks=() if kind in WITH_PATH or dark == (width < 500) else pytest.mark.slow)
+    pytest.param(kind, width, dark, marks=[pytest.mark.slow] * (kind in ALIKE or (k > 1 and kind not in WITH_PATH)))
     for kind in KINDS
-    for width, dark in ((1280, False), (390, True), (1280, True), (390, False))
+    for k, (width, dark) in enumerate(((1280, False), (390, True), (1280, True), (390, False)))
 ]
 TRADE = (
     "trade", "jung2020", "--vary", "exit-distance=0.2,0.3", "--count", "nodes", "--grid", "5", "--boundary-grid", "5"
@@ -51,48 +53,69 @@ def chromium() -> Iterator[Browser]:
         yield found
 
 
-@pytest.fixture(scope="module")
-def pages(tmp_path_factory: pytest.TempPathFactory, cli) -> dict[str, Path]:
-    """A page of each kind."""
-    folder = tmp_path_factory.mktemp("pages")
-    made = {kind: folder / f"{kind}.html" for kind in KINDS}
+EXAMPLES = ROOT / "examples"
+COMMANDS = {
+    "robot": ("show", "cogiro", "--out"),
+    "job": ("show", "house-printer", EXAMPLES / "helix.toml", "--out"),
+    "log": ("show", "merlet2023", EXAMPLES / "merlet2023-loop.mcap", "--out"),
+    "modes": ("modes", "jung2020", "--at", "0,0,0.8", "--report"),
+    "calibration": ("calibrate", "wang2021", EXAMPLES / "calibration.csv", "--accept", "--report"),
+    "replay": ("replay", EXAMPLES / "merlet2023-loop.mcap", "--report"),
+    "workspace": ("workspace", "jung2020", "--tolerance", "0.05", "--report"),
+    "interference": ("interference", "cogiro", "--at", "0,-1,1.5", "--report"),
+    "bracket": ("bracket", "house-printer", "--at=-2.25,-6.75,13", "--times", "1", "--report"),
+    "trade": (*TRADE, "--report"),
+    "curves": ("curves", "--count", "8", "--seed", "2022", "--report"),
+    "survey": ("survey", EXAMPLES / "survey.gsi", "--plan", EXAMPLES / "survey.toml", "--report"),
+}
+
+
+def marked_up() -> str:
+    """The page of a robot whose names are markup."""
     robot = load("wang2021")
     line = robot.lines[0].model_copy(update={"name": EVIL[:60]})
-    evil = robot.model_copy(update={"name": f"<b>{EVIL}", "lines": (line, *robot.lines[1:])})
-    made["markup"].write_text(show_page(robot_scene(evil)))
-    examples = ROOT / "examples"
-    commands = {
-        "robot": ("show", "cogiro", "--out"),
-        "job": ("show", "house-printer", examples / "helix.toml", "--out"),
-        "log": ("show", "merlet2023", examples / "merlet2023-loop.mcap", "--out"),
-        "modes": ("modes", "jung2020", "--at", "0,0,0.8", "--report"),
-        "calibration": ("calibrate", "wang2021", examples / "calibration.csv", "--accept", "--report"),
-        "replay": ("replay", examples / "merlet2023-loop.mcap", "--report"),
-        "workspace": ("workspace", "jung2020", "--tolerance", "0.05", "--report"),
-        "interference": ("interference", "cogiro", "--at", "0,-1,1.5", "--report"),
-        "bracket": ("bracket", "house-printer", "--at=-2.25,-6.75,13", "--times", "1", "--report"),
-        "trade": (*TRADE, "--report"),
-        "curves": ("curves", "--count", "8", "--seed", "2022", "--report"),
-        "survey": ("survey", examples / "survey.gsi", "--plan", examples / "survey.toml", "--report"),
-    }
-    for kind in DRAWN:
-        cli(*commands[kind], made[kind])
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(style, "png", lambda _drawn: picture())  # style and width of a page are the same for all
-        for kind in commands.keys() - set(DRAWN):
-            cli(*commands[kind], made[kind])
-        cli("accuracy", "wang2021", "--helix", "0.5,0.2,1,1.4", "--out", folder / "accuracy")
-        ring = folder / "ring.toml"
-        ring.write_text(RING.format(radius=0.2))
-        cli("print", "merlet2023", ring, "--plant", "quasi-static", "--out", folder / "print")
-    assert all(made[kind].is_file() for kind in commands)
-    shutil.copy(folder / "accuracy" / "report.html", made["accuracy"])
-    shutil.copy(folder / "print" / "report.html", made["print"])
-    check, layers = make_check(ring_robot(4), small_job(folder))
-    run = folder / "run"
-    run.mkdir()
-    shutil.copy(check_report.write(check, run, layers), made["check"])
-    return made
+    return show_page(robot_scene(robot.model_copy(update={"name": f"<b>{EVIL}", "lines": (line, *robot.lines[1:])})))
+
+
+class Pages(dict[str, Path]):
+    """Pages by their kind, each made where it is first looked at."""
+
+    def __init__(self, folder: Path, cli) -> None:
+        self.folder, self.cli = folder, cli
+
+    def __missing__(self, kind: str) -> Path:
+        page = self[kind] = self.folder / f"{kind}.html"
+        with pytest.MonkeyPatch.context() as patch:
+            if kind not in (*DRAWN, "check"):
+                patch.setattr(style, "png", lambda _drawn: picture())  # style and width of a page are the same for all
+            if kind == "markup":
+                page.write_text(marked_up())
+            elif kind in COMMANDS:
+                self.cli(*COMMANDS[kind], page)
+            else:
+                shutil.copy(self.report(kind), page)
+        assert page.is_file()
+        return page
+
+    def report(self, kind: str) -> Path:
+        """The report in a folder of a run."""
+        run = self.folder / kind
+        if kind == "check":
+            check, layers = make_check(ring_robot(4), small_job(self.folder))
+            run.mkdir()
+            return check_report.write(check, run, layers)
+        if kind == "accuracy":
+            self.cli("accuracy", "wang2021", "--helix", "0.5,0.2,1,1.4", "--out", run)
+        else:
+            ring = self.folder / "ring.toml"
+            ring.write_text(RING.format(radius=0.2))
+            self.cli("print", "merlet2023", ring, "--plant", "quasi-static", "--out", run)
+        return run / "report.html"
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory: pytest.TempPathFactory, cli) -> Pages:
+    return Pages(tmp_path_factory.mktemp("pages"), cli)
 
 
 @pytest.mark.parametrize(("kind", "width", "dark"), LOOKS)
