@@ -27,6 +27,7 @@ def test_the_machine_goes_along_the_loop_at_its_speed() -> None:
     assert abs(twin.truth.position[2] - 1.2) < 0.03
 
 
+@pytest.mark.slow  # rounds are driven in the next test
 def test_a_drive_comes_to_the_end_of_its_round() -> None:
     twin = machine(plant="quasi-static", start=START)
     found = drive(twin, LOOP, 933.0, seed=2)

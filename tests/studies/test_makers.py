@@ -85,6 +85,7 @@ def test_a_hangprinter_prints_a_small_ring(name: str, tmp_path: Path) -> None:
     assert any("zeroed_at" in note for note in found.notes)
 
 
+@pytest.mark.slow  # as `test_nothing_solved` in apps/report/test_check.py
 def test_gcode_of_another_bed_is_answered_with_a_report(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The zero of its bed is at a corner, some metres away: no pose is held, and the pictures are drawn."""
     text = "G21\nG90\nM83\n;LAYER:0\nG0 X4000 Y4000 Z0.6 F3000\nG1 X4200 Y4000 E9 F1800\nG1 X4200 Y4200 E9\n"

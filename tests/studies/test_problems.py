@@ -32,6 +32,7 @@ def test_cablewright_finds_the_answer(problem: cw.Problem) -> None:
     assert seconds > 0.0
 
 
+@pytest.mark.slow  # as `test_cablewright_finds_the_answer`, more sharply
 def test_volumes_are_within_four_sigma() -> None:
     """Without the share of the tolerance that the refinement may take."""
     for problem in cw.problems("volume"):

@@ -24,7 +24,7 @@ from cablewright.studies.campaigns.result import Campaign, MachinePrint
 ROBOT = load("merlet2023")
 RING = Job.model_validate({
     "name": "ring", "origin": [0.3, -0.5, 0.0],
-    "helix": {"radius": 0.25, "layers": 1, "layer_height": "1 mm", "first_height": "1 m"},
+    "helix": {"radius": 0.1, "layers": 1, "layer_height": "1 mm", "first_height": "1 m"},
     "motion": {"print_speed": "3 cm/s", "travel_speed": "3 cm/s", "acceleration": "20 mm/s^2"},
 })  # fmt: skip
 OPTIONS = PrintOptions(plant="quasi-static", period=1.0, seed=5)
