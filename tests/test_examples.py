@@ -49,10 +49,14 @@ PYTHON = re.compile(r"```python\n(.*?)```(?:\n+```text\n(.*?)```)?", re.DOTALL) 
 CONSOLE = re.compile(r"```console\n(.*?)```", re.DOTALL)  # commands after "$ ", and some lines of their output
 
 
-def blocks(pattern: re.Pattern[str], long: str) -> list[object]:
-    """Each match in a page as a parameter named after the page; slow where it has the text *long*."""
+def slow_with(long: tuple[str, ...], text: str) -> list[pytest.MarkDecorator]:
+    return [pytest.mark.slow] * any(each in text for each in long)
+
+
+def blocks(pattern: re.Pattern[str], long: tuple[str, ...]) -> list[object]:
+    """Each match in a page as a parameter named after the page; slow where it has one of the texts *long*."""
     return [
-        pytest.param(*found.groups(), id=f"{page.stem}-{number}", marks=[pytest.mark.slow] * (long in found[0]))
+        pytest.param(*found.groups(), id=f"{page.stem}-{number}", marks=slow_with(long, found[0]))
         for page in sorted((ROOT / "docs").rglob("*.md"))
         for number, found in enumerate(pattern.finditer(page.read_text(encoding="utf-8")), 1)
     ]
@@ -87,10 +91,12 @@ def test_an_example_prints_its_number(name: str, capsys: pytest.CaptureFixture[s
     assert float(found[1]) == pytest.approx(number, abs=1.001 * last_digit)
 
 
+LONG = ("cw.campaign(", "cw.design(robot", 'cw.workspace(model, "exact"')
+"""Scripts that take seconds: of calls that have examples in their docstrings, and tests in their ranks."""
 FEWER = ("(20000, 3)", "(500, 3)")  # poses of a script that takes times, which are not compared here
 
 
-@pytest.mark.parametrize(("script", "printed"), blocks(PYTHON, "cw.campaign("))
+@pytest.mark.parametrize(("script", "printed"), blocks(PYTHON, LONG))
 def test_a_script_of_the_documentation_prints_the_output_on_the_page(
     script: str,
     printed: str | None,
@@ -111,19 +117,20 @@ def sessions() -> list[object]:
 
     Slow are those whose commands other tests run: the quick start and `new`, as `apps/test_new.py` prints a part;
     searches that leave nothing out, as `solvers/test_exhaustive.py`; `retraction`, `simulate` and `trade`, as their
-    examples in `apps/test_figures.py`; `fit`, as `studies/test_fit.py`; a wrench box, as `apps/cli/test_workspace.py`.
+    examples in `apps/test_figures.py`; `fit`, as `studies/test_fit.py`; a wrench box, as `apps/cli/test_workspace.py`;
+    hangprinters and wall plotters, as `studies/test_makers.py` and the tests of `exchange`.
     """
     long = (
         "$ cablewright print workshop", " --exhaustive", "$ cablewright new attic", "$ cablewright retraction jung2020",
         "$ cablewright simulate merlet2023 --loop", "$ cablewright trade jung2020 --vary exit-distance=0.0283",
-        "$ cablewright fit house-printer", " --wrench-box=",
+        "$ cablewright fit house-printer", " --wrench-box=", "$ cablewright import config.g --nozzle-below",
+        "$ cablewright import maslow.yaml --out",
     )  # fmt: skip
     found = []
     for page in sorted((ROOT / "docs").rglob("*.md")):
         texts = CONSOLE.findall(page.read_text(encoding="utf-8"))
         for number, text in enumerate(["".join(texts)] if page.parent.name == "tutorials" else texts, 1):
-            slow = [pytest.mark.slow] * any(each in text for each in long)
-            found.append(pytest.param(text, id=f"{page.stem}-{number}", marks=slow))
+            found.append(pytest.param(text, id=f"{page.stem}-{number}", marks=slow_with(long, text)))
     return found
 
 
