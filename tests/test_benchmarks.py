@@ -27,7 +27,7 @@ MARKS = {  # the same is in tests of each subject; beside the last: the prints o
     "drives": (pytest.mark.slow, pytest.mark.clock),
 }
 WITH_AND_WITHOUT = [pytest.param(name, "", marks=MARKS.get(name, ())) for name in run.NAMES]
-WITH_AND_WITHOUT += [one for one in PEERS.items() if find_spec(one[1])]
+WITH_AND_WITHOUT += [pytest.param(*one, marks=MARKS.get(one[0], ())) for one in PEERS.items() if find_spec(one[1])]
 
 
 @pytest.mark.parametrize(("name", "hidden"), WITH_AND_WITHOUT)

@@ -69,12 +69,14 @@ def test_every_example_is_pinned() -> None:
 SLOW = (  # seconds to minutes
     "09_retract_as_it_grows",
     "10_how_far_off",  # as apps/cli/test_accuracy.py
-    "13_heap_of_powder",  # as the print of 16
+    "13_heap_of_powder",  # as 16
     "14_stress_in_a_bracket",  # as apps/cli/test_bracket.py
+    "16_print",  # as apps/cli/test_print.py
     "17_print_with_a_body",
     "18_print_with_a_retracting_beam",
     "19_design",  # as studies/design/test_design.py
     "20_zeros_of_sensors",  # as calibration/test_offsets.py
+    "21_creep_and_mounts",  # as calibration/test_creep.py and test_mounts.py
     "25_print_a_tall_wall",
 )
 

@@ -27,8 +27,9 @@ def folder(cli, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return place
 
 
-SLOW = re.compile(r"check house-printer .*(verdicts/|--)")
-"""Verdicts of checks, which are those of studies/test_check.py and test_check_verdicts.py; one that is a yes is not."""
+SLOW = re.compile(r"check house-printer .*(verdicts/|--)|retraction ")
+"""Verdicts of checks but a yes, which are those of studies/test_check.py and test_check_verdicts.py; and the no of
+`retraction`, which cli/test_workspace.py has too."""
 
 
 @pytest.mark.parametrize(

@@ -122,6 +122,7 @@ class _EndedError(Exception):
     """Represents a person who ends the sweep."""
 
 
+@pytest.mark.slow  # as `test_a_sweep_continues_with_the_results_in_its_file` in apps/cli/test_trade.py
 def test_a_sweep_that_was_ended_goes_on_and_writes_the_same_bytes(
     found: Trade, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -98,10 +98,12 @@ retraction = "1.3 m"
 rotation = ["0 deg", "0 deg", "1 deg"]
 """
 
+ALONE = ("--no-interference", "--no-expected-error")
+
 
 def test_a_job_under_a_schedule(cli, tmp_path: Path) -> None:
     out = tmp_path / "run"
-    answer = cli("check", "jung2020", str(job(tmp_path, HEIGHTS)), "--out", str(out), "--json")
+    answer = cli("check", "jung2020", str(job(tmp_path, HEIGHTS)), *ALONE, "--out", str(out), "--json")
     assert answer.json["max_error_compensated"] < 1e-6
     assert answer.json["max_turn_compensated"] < 1e-6
     assert answer.json["max_turn_uncompensated"] > 1e-5

@@ -164,6 +164,7 @@ def test_foreign_text_is_escaped(folder, shape):
     assert page.count("<script") == page.count("</script>") == 2  # the data and the program
 
 
+@pytest.mark.slow  # as the one above
 def test_foreign_text_of_a_place_is_escaped(folder):
     found = placed()
     study = renamed(AccuracyStudy(Places("path", np.zeros((1, 3))), found.accuracy, None, ()), EVIL)

@@ -75,6 +75,7 @@ def test_a_ring_is_printed_by_orders_and_its_log_is_that_of_a_real_machine(tmp_p
     assert not any(entry.command.winch_speeds.any() for entry in entries[: began // 2] if not entry.command.modes)
 
 
+@pytest.mark.slow  # valves are in machine/drives/test_valve.py, their warnings in the next test
 def test_a_print_pours_where_the_file_names_a_valve_and_says_where_it_cannot(tmp_path: Path) -> None:
     found = homed(tmp_path, valve={"line": "north-east", "bit": 17, "closes_alone": False})
     typist = Typist({state: list(words) for state, words in WORDS.items()})
