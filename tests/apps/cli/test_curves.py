@@ -25,6 +25,7 @@ def test_json_ranks_curves_that_can_be_drawn_again(tmp_path: Path, capsys: pytes
     assert sheet.read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow  # curves are ranked in the test above
 def test_the_table_names_the_seed(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["curves", "--count", "62"]) == 0
     out = capsys.readouterr().out

@@ -206,6 +206,7 @@ def test_a_study_of_robots_is_the_same_to_the_bit_on_dask(address: str) -> None:
     assert found.combinations == trade(robot, varied, asked).combinations
 
 
+@pytest.mark.slow  # as a worker here, and a scheduler of dask
 def test_a_worker_of_dask_that_dies_is_replaced(address: str, tmp_path: Path) -> None:
     with chosen(None, address) as executor:
         outcomes = evaluate(Task(deadly, str(tmp_path / "once"), "item"), range(6), executor, KeptResults())
