@@ -17,7 +17,7 @@ from cablewright.robot.uncertainty import Range, Uncertain, Uncertainty, assumed
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.linearise import linearise
-from cases import often
+from cases import often, some
 
 ROBOTS = {"house-printer": (3.0, 1.0), "merlet2023": (1.0, 1.0), "jung2020": (0.2, 0.9), "wang2021": (0.3, 1.0)}
 SLACK = {"hangprinter-v4": (0.25, 0.3), "hangprinter-v4 low": (0.3, 0.05)}
@@ -54,7 +54,7 @@ def percentile(errors: np.ndarray) -> float:
     return float(np.quantile(np.linalg.norm(errors, axis=2).max(axis=0), 0.95))
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", some(ROBOTS, fast=2))
 def test_monte_carlo_with_the_same_biases_along_the_job_agrees(name: str) -> None:
     held, found = walked(name)
     assert found.value == pytest.approx(percentile(solved(held, found.ranges, often(600, 1000))), rel=0.1)

@@ -69,7 +69,6 @@ def files_of(recipe: str) -> int:
     return int(found[1])
 
 
-@pytest.mark.slow  # as the next, which is written
 def test_a_format_that_is_read(copy: Copy) -> None:
     copy.add(
         "exchange/points.py",
@@ -225,7 +224,6 @@ class TinCanDrives:
     assert len(copy.touched) == files_of("A new bus of drives") <= 4
 
 
-@pytest.mark.slow  # as a control law
 def test_an_estimator(copy: Copy) -> None:
     """The estimator of Merlet 2023, always called invalid: a log replayed by it is lost."""
     copy.add(
@@ -299,7 +297,6 @@ def test_a_control_law(copy: Copy) -> None:
     assert len(copy.touched) == files_of("A new control law") <= 6
 
 
-@pytest.mark.slow  # as a workspace criterion
 def test_a_cable_law(copy: Copy) -> None:
     """Heavy cables whose dead spans do not stretch."""
     copy.edit(
@@ -346,7 +343,6 @@ LOW = '''    def _margins(self, poses: Array) -> Array:
 '''
 
 
-@pytest.mark.slow  # as a workspace criterion
 def test_a_sheave_kind(copy: Copy) -> None:
     """A sheave on a rigid arm about a vertical axis: its lever differs from its radius."""
     copy.edit(

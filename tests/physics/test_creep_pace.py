@@ -19,6 +19,7 @@ from cablewright.models.climate_and_creep import GAS, Air, CreepPace, by_tempera
 from cablewright.models.creep import CreepMemory, histories, log_response, memory_of, voigt_response
 from cablewright.robot import Robot, load
 from cablewright.robot.cable import Creep
+from cases import some
 
 ENERGY, EXPONENT = 145e3, 1.5
 LAW = Creep(
@@ -176,7 +177,7 @@ def seen(name: str, warming: float, until: float = 450.0) -> tuple[float, float,
     return true, known, unknown
 
 
-@pytest.mark.parametrize("name", ["encoders", "paper"])
+@pytest.mark.parametrize("name", some(["encoders", "paper"]))
 def test_who_has_a_thermometer_knows_it_and_who_has_none_does_not(name: str) -> None:
     true, known, unknown = seen(name, 15.0)
     assert known == pytest.approx(true, rel=0.05)

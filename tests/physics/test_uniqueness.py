@@ -537,7 +537,7 @@ def from_everywhere(model: Model, lengths: np.ndarray, count: int, seed: int) ->
     return poses, codes
 
 
-@pytest.mark.parametrize("dead", [False, True])
+@pytest.mark.parametrize("dead", cases.some([True, False]))
 @pytest.mark.parametrize("sheave", ["eyelet", "swivel"])
 def test_all_starts_for_each_of_12_sets_of_lengths_find_one_pose(sheave: str, dead: bool) -> None:
     model = built(sheave, dead)

@@ -139,7 +139,6 @@ def test_material_leads_the_motion_by_the_pressure_advance(tmp_path: Path) -> No
     np.testing.assert_allclose(flows[1][:-20], flows[0][20:], atol=2e-3)
 
 
-@pytest.mark.slow  # as the check's own swings above
 def test_a_shaped_print_on_the_nonlinear_plant_swings_a_fifth_as_far(tmp_path: Path) -> None:
     found = [
         print_job(
