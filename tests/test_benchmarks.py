@@ -19,7 +19,7 @@ from benchmarks.processes import alone
 from benchmarks.timing import Row
 
 PEERS = {"statics": "moorpy", "bodies": "moorpy", "workspace": "daqp", "interference": "fcl"}  # of the extra `bench`
-MARKS = {  # the same is in tests of each subject; beside the last: the prints of tests/machine/drives
+MARKS = {  # tests of each subject hold the same
     **dict.fromkeys(
         ("bracket", "calibration", "commands", "estimation", "hanging", "machine", "print_job", "statics", "workspace"),
         (pytest.mark.slow,),

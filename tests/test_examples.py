@@ -69,7 +69,7 @@ def test_every_example_is_pinned() -> None:
 SLOW = (  # seconds to minutes
     "09_retract_as_it_grows",
     "10_how_far_off",  # as apps/cli/test_accuracy.py
-    "13_heap_of_powder",  # as 16
+    "13_heap_of_powder",  # as papers/test_merlet2023.py
     "14_stress_in_a_bracket",  # as apps/cli/test_bracket.py
     "16_print",  # as apps/cli/test_print.py
     "17_print_with_a_body",

@@ -92,7 +92,7 @@ for name in {EXTRAS!r}:
 """
 
 
-@pytest.mark.slow  # as `test_every_member_is_found_without_extras` in test_public_calls.py
+@pytest.mark.slow  # members are found one by one in test_public_calls.py
 def test_a_star_brings_all_and_help_shows_all_without_extras() -> None:
     code = f"{WITHOUT_EXTRAS}import cablewright\nhelp(cablewright)\nfrom cablewright import *\nprint(*globals())"
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -148,7 +148,7 @@ def test_a_body_has_a_machine_that_holds_it(cli) -> None:
     assert cli(*held).code == 0
 
 
-@pytest.mark.parametrize("layout", some(["planar", "body"]))  # one over the middle is a session of the page on robots
+@pytest.mark.parametrize("layout", some(["over-middle", "planar", "body"]))
 def test_the_first_part_of_each_layout_can_be_printed(cli, layout: str) -> None:
     cli("new", "attic", "--layout", layout)
     found = cli("check", "attic/robot.toml", "attic/part.toml", "--json")

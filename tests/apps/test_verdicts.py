@@ -28,7 +28,7 @@ def folder(cli, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 SLOW = re.compile(r"check house-printer .*(verdicts/|--)|retraction ")
-"""Verdicts of checks but a yes, which are those of studies/test_check.py and test_check_verdicts.py; and the no of
+"""All verdicts of `check` except a yes: studies/test_check.py and test_check_verdicts.py have them. And the no of
 `retraction`, which cli/test_workspace.py has too."""
 
 

@@ -114,7 +114,7 @@ def test_scales_of_load_cells_are_not_biased_by_noise() -> None:
     """A smaller scale makes the noise of readings small: of rows that are not over the scale all come out too small."""
     plan = CalibrationPlan(unknowns=(*PLAIN, "tension_offset", "tension_scale"), sigma=CALIBRATED)
     pulls = []
-    for seed in range(often(3, 12)):
+    for seed in range(often(5, 12)):
         found = calibrate(WANG, strained(made(WANG, seed, tension=4.0)), plan, rough=0.05, outliers=False)
         values, sigma = found_of(found, "tension_scale")
         pulls.append(np.mean((values - GAINS) / sigma))

@@ -51,7 +51,7 @@ LONG_IF_SHARED: Final = (Capability.STRAIGHT_WORKSPACE,)  # half a minute
 
 
 def uses(feature: str, body: bool) -> Work:
-    """Every capability in turn of the example of a feature, and what `cablewright warm` compiles, for it."""
+    """Every capability of the example of a feature, a step of its control, and what `cablewright warm` compiles."""
     robot = examples.example(feature, body)
     assert robot is not None
 
@@ -134,7 +134,7 @@ def all_equilibria() -> None:
 
 
 def followed() -> None:
-    """An equilibrium that is followed from other lengths."""
+    """An equilibrium that is followed."""
     found = cw.inverse(cw.load("merlet2023"), [0.5, -1.0, 1.2]).checked()
     cw.Tracker(found.model, found.lengths, begin=found).restart(found.lengths)
 

@@ -85,11 +85,18 @@ def test_options_are_equal_where_all_their_values_are() -> None:
     assert plain == told
     assert plain != other
     assert plain != "flags"
+    assert plain != TargetConfig()
     assert hash(plain) == hash(told) == TargetConfig.__hash__(told)
+
+
+def test_calls_with_keywords_are_numbas_own() -> None:
+    assert jit(lambda x: np.sum(a=x), allocates=True)(np.ones(3)) == 3.0
 
 
 def test_numba_uses_it() -> None:
     assert BaseFunction.get_call_type is resolved_calls._call_type
+    assert Flags.__eq__ is resolved_calls._are_equal
+    assert Flags.__hash__ is resolved_calls._hash_of
 
 
 def test_an_unknown_call_is_an_error_each_time() -> None:

@@ -121,7 +121,6 @@ def test_a_print_on_an_ethercat_ring_of_eight_goes_where_it_goes_on_the_plant_it
     assert apart.max() < 2e-3  # m and rad: 20 ms of a computer that is shared, at 0.1 m/s
 
 
-@pytest.mark.slow  # of a point in test_points_on_drives.py and prints/test_print_by_orders.py
 def test_a_homed_body_prints_by_typed_orders_and_moves_by_hand_at_the_rotation_it_had(tmp_path: Path) -> None:
     found = homed(tmp_path)
     typist = Typist({state: list(words) for state, words in WORDS.items()})

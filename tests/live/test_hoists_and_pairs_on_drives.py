@@ -89,7 +89,6 @@ def test_a_drum_that_was_turned_by_hand_is_named_beside_a_counterweight(tmp_path
     assert "it is d by -20 mm or" in answer.reason
 
 
-@pytest.mark.slow  # drums of two lines turn by orders in test_hoists_by_hand.py
 def test_one_drum_is_turned_by_hand_for_both_its_lines_and_slack_of_both_is_taken_up(tmp_path: Path) -> None:
     robot = shared_winch_robots.pairs()
     found, times = made(robot), [0]

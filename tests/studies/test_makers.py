@@ -105,7 +105,7 @@ class TestZeroed:
         assert found.expected is not None
         return found.expected.value
 
-    @pytest.mark.slow  # it is zero where lines are zeroed, below
+    @pytest.mark.slow  # no fast test has its figures; that it is zero where lines are zeroed is below
     def test_it_grows_with_the_distance(self, tmp_path: Path) -> None:
         robot = load("hangprinter-v4")
         small, large = (self.of(robot, radius, tmp_path) for radius in (20.0, 200.0))

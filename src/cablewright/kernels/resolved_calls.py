@@ -1,7 +1,8 @@
 """The types that Numba infers for calls, remembered.
 
 At each place where a function is called, Numba tries all its implementations, those for strings and sets too, and takes
-the first that fits. For the same types and options it finds the same.
+the first that fits. For the same types and options it finds the same. Calls of all functions that this process compiles
+by Numba are remembered, but no errors and no calls with keywords.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from numba.core.types.functions import BaseFunction
 _found: dict[tuple[Any, ...], tuple[Any, Any]] = {}
 _HASH = hash(Flags())  # that of all: Numba hashes the options' names alone
 _resolve: Any = BaseFunction.get_call_type
-_told = attrgetter("_values")  # the options that differ from their defaults, and others that were set
+_told = attrgetter("_values")  # the options that were set
 
 
 def _call_type(self: Any, context: Any, args: Any, kws: Any) -> Any:
@@ -38,8 +39,8 @@ def _call_type(self: Any, context: Any, args: Any, kws: Any) -> Any:
 
 
 def _are_equal(self: Any, other: Any) -> Any:
-    """Compare the options that were set before all options with their defaults."""
-    if isinstance(other, TargetConfig) and _told(self) == _told(other):
+    """Compare the options that were set; if they differ, all options, with their defaults."""
+    if type(self) is type(other) and _told(self) == _told(other):
         return True
     return TargetConfig.__eq__(self, other)
 

@@ -455,7 +455,6 @@ def test_what_check_and_guide_reject(cli, data: Path, asked: tuple[str, ...], to
     assert (found.code, told in found.err) == (2, True), found.err
 
 
-@pytest.mark.slow  # effects are tested in calibration/test_effects.py
 def test_effects_that_cross_validation_tests_are_shown(cli, data: Path) -> None:
     answer = cli("calibrate", "wang2021", data, "--models", "auto", "--accept")
     assert answer.code == 0

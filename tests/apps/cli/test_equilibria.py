@@ -60,7 +60,6 @@ def test_a_search_that_leaves_nothing_out(cli, tmp_path) -> None:
     assert cli(*asked).json == found
 
 
-@pytest.mark.slow  # in solvers/test_exhaustive.py
 def test_a_search_that_was_ended_goes_on(cli, tmp_path) -> None:
     file = tmp_path / "search.state"
     asked = ("equilibria", "merlet2023", "--lengths", TAUT, "--exhaustive", "--out", str(file))

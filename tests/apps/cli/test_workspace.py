@@ -242,7 +242,7 @@ RETRACTION = {
 QUICK = ("--steps", "3", "--heights", "10", "--tolerance", "0.02", "--from", "1.2", "--to", "2.0")
 
 
-@pytest.mark.slow  # its example runs in test_figures.py
+@pytest.mark.slow  # analyses/test_retraction.py has the table, test_figures.py the keys
 def test_retraction_is_that_of_the_analysis(cli, tmp_path) -> None:
     answer = cli("retraction", "jung2020", *QUICK, "--plot", tmp_path / "r.png", "--json")
     assert answer.code == 0

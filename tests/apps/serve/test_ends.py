@@ -120,7 +120,7 @@ def test_why_a_large_upload_is_rejected_is_read_by_whoever_sends_it(small: tuple
         assert (status, text.strip()) == (413, "gcode of 'huge': too large; at most 65536 KiB")
 
 
-@pytest.mark.slow  # as above, and as a print in apps/cli/test_print_kills.py
+@pytest.mark.slow  # a full disk stops a print in apps/cli/test_print_kills.py; that serve goes on is here alone
 @pytest.mark.clock
 @LINUX
 def test_a_disk_that_gets_full_stops_a_print_in_order_and_serve_goes_on(small: tuple[Served, Path]) -> None:

@@ -166,7 +166,7 @@ def test_stop_works_with_every_question_open(chromium: Browser, server: Served, 
             ask(page, question)
             assert stopped_after(page, way) <= SOON, question
             page.until(f"!{OPEN}", 10.0)
-        for state in ("manual", "off", "fault")[turn]:  # while it moves, and where it stands with closed brakes
+        for state in ("manual", *("off", "fault")[turn]):  # while it moves, and where it stands with closed brakes
             if state == "manual":
                 idle(page)
                 page.run("operate.jog.begin(document.querySelector('#jog button'), [0, 0, 1])")

@@ -30,7 +30,7 @@ KINDS = (
 )  # fmt: skip
 WITH_PATH = ("job", "check")
 ALIKE = ("accuracy", "replay", "interference", "bracket", "trade", "curves", "survey")
-"""Reports whose style and tables are those of the others: slow, and not made before."""
+"""Reports whose style and tables are those of the others: slow."""
 DRAWN = ("robot", "modes", "calibration")  # with their pictures, beside "check"; the others have one of a pixel
 LOOKS = [
     pytest.param(kind, width, dark, marks=[pytest.mark.slow] * (kind in ALIKE or (k > 1 and kind not in WITH_PATH)))
@@ -84,7 +84,7 @@ class Pages(dict[str, Path]):
         self.folder, self.cli = folder, cli
 
     def __missing__(self, kind: str) -> Path:
-        page = self[kind] = self.folder / f"{kind}.html"
+        page = self.folder / f"{kind}.html"
         with pytest.MonkeyPatch.context() as patch:
             if kind not in (*DRAWN, "check"):
                 patch.setattr(style, "png", lambda _drawn: picture())  # style and width of a page are the same for all
@@ -95,6 +95,7 @@ class Pages(dict[str, Path]):
             else:
                 shutil.copy(self.report(kind), page)
         assert page.is_file()
+        self[kind] = page
         return page
 
     def report(self, kind: str) -> Path:

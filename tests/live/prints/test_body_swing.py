@@ -125,7 +125,7 @@ def test_tensions_stay_in_their_limits_through_a_corner_that_would_break_them(tm
     assert "slower for the sake of tensions" in calm.notes[0]
 
 
-@pytest.mark.slow  # that it breaks them is no law of a print
+@pytest.mark.slow  # the premise of the test above
 def test_the_corner_would_break_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(limits, "calmed", lambda _model, _narrow, path, _settings: replace(path))
     assert printed(tmp_path).record.whole.min_tension_margin < 0.0

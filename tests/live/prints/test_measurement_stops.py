@@ -110,7 +110,6 @@ def printed(**options: object) -> tuple[float, DeadReckoning, list[int]]:
     return errors.path.result().space.mean, printer.estimator, places
 
 
-@pytest.mark.slow  # places are counted in test_places.py, learnt below
 def test_a_print_learns_from_its_places() -> None:
     """Creep and mounts of a machine: half of the error that places one by one leave is gone, and mounts are found."""
     alone, untaught, at = printed(**HOURLY)

@@ -75,7 +75,6 @@ def test_a_ring_is_printed_by_orders_and_its_log_is_that_of_a_real_machine(tmp_p
     assert not any(entry.command.winch_speeds.any() for entry in entries[: began // 2] if not entry.command.modes)
 
 
-@pytest.mark.slow  # valves are in machine/drives/test_valve.py, their warnings in the next test
 def test_a_print_pours_where_the_file_names_a_valve_and_says_where_it_cannot(tmp_path: Path) -> None:
     found = homed(tmp_path, valve={"line": "north-east", "bit": 17, "closes_alone": False})
     typist = Typist({state: list(words) for state, words in WORDS.items()})
@@ -238,7 +237,6 @@ def test_an_open_safety_circuit_stops_and_brakes_all(tmp_path: Path) -> None:
     assert enable(found.robot, found.twin.owner, state, 0.1, lambda: found.port).status == "done"
 
 
-@pytest.mark.slow  # the filter receives the mass in test_print_loop.py
 def test_a_drum_that_runs_empty_is_no_reason_to_doubt_the_place(tmp_path: Path) -> None:
     found = bench(valve={"line": "north-east", "bit": 17, "closes_alone": True}, flow=4.8)
     place, state = found.rig.plant.truth.position, tmp_path / "machine"

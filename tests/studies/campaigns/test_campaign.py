@@ -46,7 +46,6 @@ def test_each_print_is_that_of_the_machine_of_its_seed(found: tuple[Campaign, Pa
     assert own.finished
 
 
-@pytest.mark.slow  # of a search in studies/design/test_design.py
 def test_processes_give_the_same_and_a_campaign_resumes(found: tuple[Campaign, Path]) -> None:
     file = found[1]
     lines = file.read_bytes().splitlines(keepends=True)
