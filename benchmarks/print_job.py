@@ -8,9 +8,7 @@ beside the code of an earlier revision: both in turns, each in processes of its 
 from __future__ import annotations
 
 import cProfile
-import gc
 import os
-import pstats
 import subprocess
 import sys
 import tempfile
@@ -40,6 +38,7 @@ from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.printing.job import Job, Motion, load_job
 from cablewright.printing.numeric_path import Helix
 from cablewright.robot import load
+from cablewright.running.garbage_collection import without_old_objects
 
 JOB = Path(__file__).parent.parent / "examples" / "blind-machines.toml"
 MAX_ERRORS = {"paper": 4.82, "filter": 1.5, "encoders": None}
@@ -122,11 +121,10 @@ def begun(twin: MachineTwin) -> Iterator[tuple[SimulatedMachine, Printer, Attend
     with tempfile.TemporaryDirectory() as name:
         log_path, checkpoint = Path(name) / "log.mcap", Path(name) / "checkpoint.bin"
         with folder_log(log_path, head, drops=False) as log, SnapshotWriter(checkpoint) as writer:
-            machine.open()
-            gc.freeze()  # as a print does
             recorder = FolderRecorder(log, writer, Timing(machine.period))
-            yield machine, printer, attendant_of(machine, printer, twin.choices), recorder
-            gc.unfreeze()
+            machine.open()
+            with without_old_objects(paced=False):  # as a print does
+                yield machine, printer, attendant_of(machine, printer, twin.choices), recorder
             machine.close()
 
 
@@ -175,9 +173,9 @@ def parts(twin: MachineTwin, steps: int) -> tuple[float, float, float]:
             recorder.add(printer, made, last=False)
             logged += (_FIRST <= number < _FIRST + steps) * (time.thread_time() - begin)
         profile.disable()
-    found = pstats.Stats(profile).stats  # type: ignore[attr-defined]
-    kernels = sum(own for (file, _, name), (_, _, own, _, _) in found.items() if file == "~" and "kernels." in name)
-    return 1e6 * kernels / steps, 1e6 * logged / steps, sum(calls for _, calls, *_ in found.values()) / steps
+    found = profile.getstats()
+    kernels = sum(each.inlinetime for each in found if isinstance(each.code, str) and "kernels." in each.code)
+    return 1e6 * kernels / steps, 1e6 * logged / steps, sum(each.callcount for each in found) / steps
 
 
 def print_parts(steps: int) -> None:

@@ -96,12 +96,12 @@ def picture(
 
 
 @lru_cache(maxsize=4)
-def _ray_map(*given: float) -> list[tuple[Array, Array, Array]]:
+def _ray_map(*given: float) -> list[tuple[NDArray[np.float32], ...]]:
     """Return x / z and y / z of the ray to each pixel, each with its derivatives by u and v; *given*: lens, size."""
     lens, (height, width) = np.array(given[:9]), map(int, given[9:])
     u, v = np.meshgrid(np.arange(float(width)), np.arange(float(height)))
     found = [(each, np.gradient(each, axis=1), np.gradient(each, axis=0)) for each in rays(lens, u, v)]
-    return [tuple(part.astype(np.float32) for part in each) for each in found]  # half the time
+    return [tuple(part.astype(np.float32) for part in each) for each in found]  # twice as fast
 
 
 def _draw(light: Array, lens: Array, tag: Tag) -> None:

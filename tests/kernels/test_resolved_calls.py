@@ -89,8 +89,10 @@ def test_options_are_equal_where_all_their_values_are() -> None:
     assert hash(plain) == hash(told) == TargetConfig.__hash__(told)
 
 
-def test_calls_with_keywords_are_numbas_own() -> None:
+def test_calls_with_keywords_are_not_remembered(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(resolved_calls, "_found", {})
     assert jit(lambda x: np.sum(a=x), allocates=True)(np.ones(3)) == 3.0
+    assert not [asked for asked, *_ in resolved_calls._found if asked.typing_key is np.sum]
 
 
 def test_numba_uses_it() -> None:

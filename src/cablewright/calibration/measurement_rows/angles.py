@@ -35,7 +35,7 @@ def angle_rows(robot: Robot, measured: Measured, sigma: Sigmas) -> Iterator[Sens
 
 
 def _require_fixed_exits(robot: Robot, measured: Measured) -> None:
-    """Raise `InputError` for angles of a swivel that does not point along its unloaded free cable."""
+    """Raise `InputError` for a measured angle of a line whose swivel does not turn exactly with its free cable."""
     assert measured.swivel is not None
     for index, line in enumerate(robot.lines):
         if (why := line.turned_off_by) and not np.isnan(measured.swivel[:, index]).all():
