@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+from collections import Counter
 from typing import Any
 
 import numpy as np
@@ -15,8 +16,16 @@ from cablewright.estimation.kalman import filter as error_state
 from cablewright.estimation.kalman import lidar_update
 from cablewright.estimation.kalman.filter import FirstState
 from cablewright.estimation.kalman.settings import FilterSettings
-from cablewright.estimation.kalman.state import FilterLayout, FilterState, inject_correction, kalman_update, passes_gate
+from cablewright.estimation.kalman.state import (
+    FilterLayout,
+    FilterState,
+    inject_correction,
+    kalman_update,
+    passes_gate,
+    update_state,
+)
 from cablewright.estimation.lidar.room import RoomMap
+from cablewright.estimation.lidar.wall_lines import LidarTurn
 from cablewright.foundation.choices import SeverityName
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import (
@@ -29,6 +38,7 @@ from cablewright.foundation.signals import (
     Scan,
     SensorFrame,
 )
+from cablewright.kernels.filtering.wall_matches import SweptLines, equation
 from cablewright.live.drive_along_path import random_loop
 from cablewright.live.error_statistics import CHI2_95, bound
 from cablewright.live.estimator_settings import started_settings
@@ -122,15 +132,77 @@ def test_a_bound_has_95_of_100_errors_in_it() -> None:
     assert stats.chi2(3).cdf(CHI2_95) == pytest.approx(0.95, abs=1e-4)
 
 
-def walls(state: FilterState, scan: Scan) -> dict[tuple[int, int], tuple[lidar_update.Equation, bool]]:
+Equation = tuple[np.ndarray, np.ndarray, np.ndarray]
+
+
+def equations(state: FilterState, lines: SweptLines, chosen: set[int]) -> dict[tuple[int, int], Equation]:
+    """Jacobian, innovation and noise of each of the *chosen* lines as each wall of about its direction."""
+    found, room = {}, KNOWN.machine.walls.room
+    reach = 5.0 * np.sqrt(state.P[state.layout.yaw, state.layout.yaw]) + np.radians(3.0)
+    for i in sorted(chosen):
+        for j in np.flatnonzero(KNOWN.machine.walls.visible[lines.lidar]).tolist():
+            turn = room.azimuths[j] - lines.angles[i] - lines.yaw - state.attitude.yaw
+            if abs(np.angle(np.exp(1j * turn))) <= reach:
+                H, innovation, R = np.empty((2, state.layout.size)), np.empty(2), np.empty((2, 2))
+                own = state.hung.jacobian, state.motion.drum_rates, room.numbers, lines, KNOWN.on_walls
+                equation(state.mean.x, state.mean.at, *own, i, j, H, innovation, R)
+                found[i, j] = H, innovation, R
+    return found
+
+
+def extracted(state: FilterState, scan: Scan) -> SweptLines:
+    """The lines of a *scan* as seen from *state*."""
+    lidar_update.extract(KNOWN, state, scan)
+    assert state.turns.extracted is not None
+    return lidar_update.swept(KNOWN, state, state.turns.extracted)
+
+
+def walls(state: FilterState, scan: Scan) -> dict[tuple[int, int], tuple[Equation, bool]]:
     """What a turn's lines say as walls, as seen from *state*, and whether that passes the gate."""
     state = copy.deepcopy(state)
+    lines = extracted(state, scan)
+    found = equations(state, lines, set(range(len(lines.angles))))
+    return {match: (each, passes_gate(state.P, *each)[0]) for match, each in found.items()}
+
+
+@pytest.mark.parametrize("source", ["north", "south"])
+@pytest.mark.parametrize("off", [0.0, 0.03, 0.3])
+def test_the_most_certain_match_of_a_turn_comes_first(whole: Any, later: FilterState, source: str, off: float) -> None:
+    """Lines are used one after another as by this loop; of a position that is wrong, none is, and each is refused."""
+    scan = next(scan for frame, _ in whole[700:900] for scan in frame.of(Scan) if scan.source == source)
+    slow, fast = copy.deepcopy(later), copy.deepcopy(later)
+    for state in (slow, fast):
+        state.motion.position[1] += off
+    lines = extracted(slow, scan)
+    left, order, refused = set(range(len(lines.angles))), [], set()
+    while found := equations(slow, lines, left):
+        gates = {match: passes_gate(slow.P, *each) for match, each in found.items()}
+        claims = Counter(wall for (_, wall), (passes, _) in gates.items() if passes)
+        best = min(gates, key=lambda match: (not gates[match][0], claims[match[1]], gates[match][1]))
+        if not gates[best][0]:
+            refused = {line for line, _ in found}
+            break
+        update_state(slow, source, *found[best])
+        order.append(best)
+        left.discard(best[0])
+    assert len(order) >= 2 if off == 0.0 else refused
+    extracted(fast, scan)
+    lidar_update.update(KNOWN, fast)
+    assert fast.mean.x == pytest.approx(slow.mean.x, rel=1e-9, abs=1e-12)
+    assert pytest.approx(slow.P, rel=1e-7, abs=1e-14) == fast.P
+    seen = {KNOWN.machine.walls.room.walls[wall].kind for _, wall in order}
+    assert {kind for kind, time in fast.judged.last_wall_times.items() if time == fast.time} == seen
+    lengths = np.hypot(*(turned(later, scan).ends[:, 1] - turned(later, scan).ends[:, 0]).T)
+    rejected = lengths[sorted(refused)].sum() > lengths[[line for line, _ in order]].sum()
+    assert fast.judged.rejections[source] == rejected * (later.judged.rejections.get(source, 0) + 1)
+
+
+def turned(state: FilterState, scan: Scan) -> LidarTurn:
+    """The lines and points of a *scan* as seen from *state*."""
+    state = copy.deepcopy(state)
     lidar_update.extract(KNOWN, state, scan)
-    turn = state.turns.extracted
-    assert turn is not None
-    changes = [state.change_since([turn.end, turn.end - sweep[0]]) for sweep in turn.sweeps]
-    found = lidar_update.equations(KNOWN, state, turn, changes, set(range(len(turn))))
-    return {match: (equation, passes_gate(state.P, *equation)[0]) for match, equation in found.items()}
+    assert state.turns.extracted is not None
+    return state.turns.extracted
 
 
 @pytest.mark.parametrize("source", ["north", "south"])

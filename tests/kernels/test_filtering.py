@@ -7,6 +7,7 @@ import pytest
 
 from cablewright.kernels.filtering import sagging_lines, smoothed_line_angles
 from cablewright.kernels.filtering.predict import fade
+from cablewright.kernels.filtering.time_rows import interpolate
 from cablewright.kernels.filtering.update import correct, size_of
 
 NO_SPREAD, NOTHING = np.zeros((0, 0)), np.zeros(0, np.bool_)
@@ -47,6 +48,16 @@ def test_states_fade_towards_what_was_known_first() -> None:
     assert np.diag(P) == pytest.approx([1.5, *(keep**2 * 1.5 + (1.0 - keep**2) * np.array([2.0, 3.0])), 1.5])
     assert P[0, 3] == 0.5
     assert P[0, 1] == P[1, 0] == pytest.approx(0.5 * keep)
+
+
+@pytest.mark.parametrize("size", [1, 2, 50])
+def test_rows_between_two_times_are_numpys(size: int) -> None:
+    random = np.random.default_rng(size)
+    known, rows = np.cumsum(random.exponential(size=size)), random.standard_normal((size, 3))
+    times = np.concatenate([random.uniform(-2.0, known[-1] + 2.0, 40), known])
+    found = np.empty((len(times), 3))
+    interpolate(known, rows, times, found)
+    assert found == pytest.approx(np.column_stack([np.interp(times, known, row) for row in rows.T]), abs=1e-12)
 
 
 LAWS = np.array([

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cablewright.foundation.arrays import Array
+from cablewright.kernels.filtering.time_rows import interpolate
 
 
 class TimeBuffer:
@@ -41,12 +42,8 @@ class TimeBuffer:
 
     def at(self, times: ArrayLike) -> Array:
         """Interpolated rows (k, width) at *times* (k,), s; zeros while the buffer is empty."""
-        t = np.asarray(times, dtype=np.float64)
-        if not self._count:
-            return np.zeros((len(t), self._rows.shape[1]))
-        known, rows = self._times[: self._count], self._rows
-        after = np.minimum(known.searchsorted(t), self._count - 1)
-        before = np.maximum(after - 1, 0)
-        since, spans = t - known[before], known[after] - known[before]
-        share = np.clip(since / np.where(spans > 0.0, spans, 1.0), 0.0, 1.0)
-        return np.asarray(rows[before] + share[:, None] * (rows[after] - rows[before]))
+        t = np.array(times, dtype=np.float64)
+        found = np.zeros((len(t), self._rows.shape[1]))
+        if self._count:
+            interpolate(self._times[: self._count], self._rows, t, found)
+        return found

@@ -1,6 +1,8 @@
 """Rotations as rotation vectors, rad. Increments are about world axes: R becomes exp(d) R."""
 
-from math import atan2, cos, hypot, sin, sqrt
+from math import atan2, cos, hypot, pi, sin, sqrt
+
+import numpy as np
 
 from cablewright.kernels import jit
 
@@ -108,3 +110,9 @@ def yawed(yaw, x, y):
     size = sqrt(i * i + j * j + k * k)
     scale = 2.0 if size < 1e-12 else 2.0 * atan2(size, w) / size
     return scale * i, scale * j, scale * k
+
+
+@jit
+def wrapped(angle):
+    """Return an *angle*, rad, within half a turn of 0."""
+    return angle - 2.0 * pi * np.rint(angle / (2.0 * pi))

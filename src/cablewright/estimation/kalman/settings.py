@@ -101,6 +101,12 @@ class FilterSettings:
         return np.array([*own, _UNKNOWN_SLACK_NOISE])
 
     @cached_property
+    def on_walls(self) -> Array:
+        """Noise of a line on a wall, as the kernels `wall_matches` need it."""
+        own = self.wall_angle_sigma, self.wall_sigma, self.gyro_noise, self.velocity_noise, self.travel_noise
+        return np.array([*own, self.turn_rate_sigma, self.skew_time])
+
+    @cached_property
     def drums(self) -> WinchLines:
         """Which winch moves each line, and in which direction."""
         return WinchLines.of(self.machine.model.robot)

@@ -23,7 +23,8 @@ _NONE: Final = slice(0, 0)
 _NOTHING: Final = np.zeros(0, np.bool_)
 _NO_SPREAD: Final = np.zeros((0, 0))
 _States = slice | NDArray[np.intp]
-_CHI2: Final = {1: 15.1, 2: 18.4, 3: 21.1, 4: 23.5}  # by degrees of freedom, exceeded by one of 10 000
+CHI2: Final = {1: 15.1, 2: 18.4, 3: 21.1, 4: 23.5}
+"""Gates of the normalised square of an innovation by degrees of freedom: exceeded by one of 10 000."""
 
 
 class FilterLayout(NamedTuple):
@@ -306,7 +307,7 @@ def kalman_update(
 def passes_gate(P: Array, H: Array, innovation: Array, R: Array) -> tuple[bool, float]:
     """Return whether an *innovation* (k,) passes the chi-square gate, and its normalised square (NIS)."""
     nis = kernel.size_of(P, H, innovation, R)
-    return nis <= _CHI2[len(innovation)], nis
+    return nis <= CHI2[len(innovation)], nis
 
 
 def _chosen(states: _States, size: int) -> Mask:

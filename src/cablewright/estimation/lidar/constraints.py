@@ -14,7 +14,7 @@ import numpy as np
 from cablewright.estimation.lidar.room import Laser, RoomMap
 from cablewright.estimation.lidar.wall_lines import LidarTurn
 from cablewright.foundation.arrays import Array, Indices, Mask
-from cablewright.kernels.fitting.scan_lines import explain
+from cablewright.kernels.fitting.walls_seen import explain
 from cablewright.models.rotation import wrap_angle, wrap_angles
 
 _MIN_ANGLE: Final = math.radians(20.0)  # between the two walls of a candidate

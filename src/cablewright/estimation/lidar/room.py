@@ -98,6 +98,12 @@ class RoomMap:
         return np.array([wall.azimuth for wall in self.walls])
 
     @cached_property
+    def numbers(self) -> Array:
+        """The walls (w, 5), as the kernels `wall_matches` need them."""
+        each = [(wall.azimuth, *wall.normal, wall.distance, wall.reference) for wall in self.walls]
+        return np.array(each, dtype=np.float64).reshape(-1, 5)
+
+    @cached_property
     def angle_sigmas(self) -> Array:
         """Standard deviations (w,) of the azimuths, rad."""
         return np.array([wall.angle_sigma for wall in self.walls])

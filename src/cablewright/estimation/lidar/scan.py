@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from functools import cached_property
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
-from cablewright.kernels.fitting.scan_lines import SUMS, cut
+from cablewright.kernels.fitting.scan_lines import SUMS, choose, cut, level, tilted
 
 Index = NDArray[np.int64]
 Levelled = tuple[Array, Array, Array, Array]
 """The arrays of `Points`."""
+
+_STILL: Final = np.empty((0, 3))
 
 
 @dataclass(frozen=True)
@@ -52,6 +55,11 @@ class LidarModel:
             )
         if not 0 <= self.sigma_per_metre < 1:
             raise InputError(f"lidar {self.name!r}: sigma_per_metre = {self.sigma_per_metre:g}: must be from 0 to 1")
+
+    @cached_property
+    def masked(self) -> Array:
+        """The masks, (k, 2) rad."""
+        return np.array(self.masks, dtype=np.float64).reshape(-1, 2)
 
     def sigmas(self, distance: Array) -> Array:
         """Return the standard deviations (n,), m, of the ranges to given distances (n,), m."""
@@ -125,77 +133,32 @@ def levelled(
 
     Raises `InputError` for arrays whose shapes differ.
     """
-    a, r = np.asarray(angles, dtype=np.float64), np.asarray(ranges, dtype=np.float64)
+    a, r = np.array(angles, dtype=np.float64), np.array(ranges, dtype=np.float64)
     if a.ndim != 1 or a.shape != r.shape:
         raise InputError(f"scan: as many angles as ranges are expected, not shapes {a.shape} and {r.shape}")
-    tilts = np.asarray(tilt, dtype=np.float64)
-    moved = None if drift is None else np.asarray(drift, dtype=np.float64)
-    if tilts.shape not in ((2,), (len(a), 2)) or (moved is not None and moved.shape != (len(a), 3)):
-        shapes = f"{tilts.shape} and {None if moved is None else moved.shape}"
-        raise InputError(f"scan: a tilt (2,) or (n, 2) and a drift (n, 3) are expected, not {shapes}")
-    good = np.isfinite(a) & (r >= lidar.min_range) & (r <= lidar.max_range)
-    for each in (tilts, moved):
-        if each is not None and each.ndim == 2 and not np.isfinite(each).all():
-            good &= np.isfinite(each).all(axis=1)
-    with np.errstate(invalid="ignore"):
-        for begin, end in lidar.masks:
-            good &= ~((a - begin) % math.tau <= (end - begin) % math.tau)
-    if not np.isfinite(tilts.reshape(-1, 2)[-1:]).all():
-        good[:] = False  # the tilt at the end is not known
-    chosen = np.flatnonzero(good)
-    bearing = a[chosen] % math.tau
-    order = np.argsort(bearing, kind="stable")
-    chosen, bearing = chosen[order], bearing[order]
-    step = np.append(bearing[1:], bearing[:1] + math.tau) - bearing
-    if len(step):
-        first = int(step.argmax()) + 1
-        chosen, bearing, step = (np.concatenate([each[first:], each[:first]]) for each in (chosen, bearing, step))
-    ray, far = _columns(np.cos(bearing), np.sin(bearing)), r[chosen]
-    xy = far[:, None] * ray
-    if moved is None and not tilts.any():
-        return xy, ray, far, step
-    xy = _deskewed(
-        lidar, xy, tilts[chosen] if tilts.ndim == 2 else tilts, None if moved is None else moved[chosen],
-        tilts[-1] if tilts.ndim == 2 and len(tilts) else tilts,
-    )  # fmt: skip
-    far = np.hypot(xy[:, 0], xy[:, 1])
-    return xy, xy / np.maximum(far, 1e-12)[:, None], far, step
-
-
-def _columns(x: Array, y: Array) -> Array:
-    """Put two columns side by side."""
-    both = np.empty((len(x), 2))
-    both[:, 0], both[:, 1] = x, y
-    return both
-
-
-def _deskewed(lidar: LidarModel, xy: Array, tilt: Array, drift: Array | None, last: Array) -> Array:
-    """Transform points (n, 2) of the lidar's plane to its level frame at the end of the turn."""
-    c, s = math.cos(lidar.yaw), math.sin(lidar.yaw)
-    turn = np.array([[c, -s], [s, c]])
-    level = _tilted(xy @ turn.T + lidar.mount[:2], lidar.mount[2], np.broadcast_to(tilt, (len(xy), 2)))
+    n, tilts, moved = len(a), np.array(tilt, dtype=np.float64), _STILL
     if drift is not None:
-        c_, s_ = np.cos(drift[:, 2]), np.sin(drift[:, 2])
-        x, y = level.T
-        level = _columns(c_ * x - s_ * y, s_ * x + c_ * y) + drift[:, :2]
-    return np.asarray((level - level_mount(lidar, last)) @ turn)
+        moved = np.array(drift, dtype=np.float64)
+    if tilts.shape not in ((2,), (n, 2)) or (drift is not None and moved.shape != (n, 3)):
+        shapes = f"{tilts.shape} and {None if drift is None else moved.shape}"
+        raise InputError(f"scan: a tilt (2,) or (n, 2) and a drift (n, 3) are expected, not {shapes}")
+    last = tilts[-1:] if tilts.ndim == 2 else tilts[None]
+    count, chosen, bearing = 0, np.empty(n, np.int64), np.empty(n)
+    if np.isfinite(last).all():  # else the tilt at the end is not known
+        tilts = np.ascontiguousarray(tilts.reshape(-1, 2))
+        count = choose(a, r, tilts, moved, np.array([lidar.min_range, lidar.max_range]), lidar.masked, chosen, bearing)
+    order = bearing[:count].argsort(kind="stable")
+    xy, ray, far, step = np.empty((count, 2)), np.empty((count, 2)), np.empty(count), np.empty(count)
+    if count:
+        mount, centre = np.array([lidar.yaw, *lidar.mount]), level_mount(lidar, last)
+        level(bearing[order], chosen[order], r, tilts, moved, mount, centre, xy, ray, far, step)
+    return xy, ray, far, step
 
 
 def level_mount(lidar: LidarModel, tilt: ArrayLike = (0.0, 0.0)) -> Array:
     """Return the horizontal position (2,), m, of the lidar's centre from the platform point, in the level frame."""
-    tilts = np.asarray(tilt, dtype=np.float64).reshape(-1, 2)[-1:]
-    return np.asarray(_tilted(np.array([lidar.mount[:2]]), lidar.mount[2], tilts)[0])
-
-
-def _tilted(xy: Array, z: float, tilt: Array) -> Array:
-    """Rotate points (n, 2) at height z by horizontal rotation vectors (n, 2), Rodrigues' formula; return x and y."""
-    (x, y), (tx, ty) = xy.T, tilt.T
-    angle = np.hypot(tx, ty)
-    size = np.maximum(angle, 1e-300)
-    ax, ay = tx / size, ty / size
-    c, s = np.cos(angle), np.sin(angle)
-    along = (1.0 - c) * (ax * x + ay * y)
-    return _columns(c * x + s * (ay * z) + along * ax, c * y - s * (ax * z) + along * ay)
+    last = np.asarray(tilt, dtype=np.float64).reshape(-1, 2)[-1]
+    return np.array(tilted(*map(float, lidar.mount), *last.tolist()))
 
 
 def find_clusters(points: Levelled, sigma: float, settings: Clustering) -> tuple[Index, Index, Index, Array]:

@@ -27,11 +27,9 @@ from cablewright.estimation.lidar.scan import (
 )
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.signals import Scan
-from cablewright.kernels.fitting.scan_lines import COLUMNS, draw
-from cablewright.models.rotation import wrap_angle
+from cablewright.kernels.fitting.scan_lines import COLUMNS, draw, sweep
 
 _MAX_LINES = 24
-_SHARES: Final = (np.arange(9) + 0.5) / 9.0  # of a line's rays
 
 
 @dataclass(frozen=True)
@@ -155,31 +153,10 @@ def scanned(
     """
     drift = None if moved is None else drift_of(moved, attitudes[:, 0], yaw)
     turn = turn_of(lidar, index, search, scan.angles, scan.ranges, attitudes[:, 1:], drift)
-    sweeps = [_sweep(scan, turn, i, lidar.yaw) for i in range(len(turn))]
-    return replace(turn, source=scan.source, begin=scan.begin, end=scan.time, sweeps=np.array(sweeps).reshape(-1, 6))
-
-
-def _sweep(scan: Scan, turn: LidarTurn, i: int, yaw: float) -> tuple[float, ...]:
-    """Return the row of `LidarTurn.sweeps` of line *i*, of a lidar that is mounted at *yaw*, rad.
-
-    A line's points are taken to be evenly spread in bearing.
-    """
-    angle, (x, y) = float(turn.angles[i]), turn.mount.tolist()
-    ends = turn.ends[i] - turn.mount
-    first, last = np.arctan2(ends[:, 1], ends[:, 0]).tolist()
-    bearings = first + wrap_angle(last - first) * _SHARES
-    along = float(turn.distances[i]) * np.tan(bearings - angle)
-    end = scan.first_angle + scan.angle_step * (len(scan.ranges) - 1)
-    round_steps = math.tau / abs(scan.angle_step) if scan.angle_step else 1.0
-    back = ((end - bearings + yaw) * math.copysign(1.0, scan.angle_step)) % math.tau
-    before = scan.period * back * round_steps / math.tau
-    n, middle = len(along), float(along.sum()) / len(along)
-    centred = along - middle
-    square = max(float(centred @ centred), 1e-9)
-    lidar_offset = math.cos(angle) * y - math.sin(angle) * x
-    turned = before * (along + lidar_offset)  # the platform turns about its point
-    slope, by_rate = float(centred @ before) / square, float(centred @ turned) / square
-    return float(before.sum()) / n, middle, slope, lidar_offset, by_rate, float(turned.sum()) / n
+    sweeps, last = np.empty((len(turn), 6)), scan.first_angle + scan.angle_step * (len(scan.ranges) - 1)
+    mount, passed = np.append(turn.mount, lidar.yaw), np.array([last, scan.angle_step, scan.period])
+    sweep(turn.angles, turn.distances, turn.ends, mount, passed, sweeps)
+    return replace(turn, source=scan.source, begin=scan.begin, end=scan.time, sweeps=sweeps)
 
 
 def find_lines(points: Levelled, lidar: LidarModel, search: LineSearch) -> list[Figures]:

@@ -1,11 +1,14 @@
-"""One scan of a planar lidar: clusters of its points, straight lines through them, and scores of candidate positions.
+"""One scan of a planar lidar: its points made level, clusters of them, straight lines through these, and their times.
 
 The rules of `cut` and `draw` are explained in `Clustering` and `LineSearch` of cablewright.estimation.
 """
 
-from math import atan2, ceil, cos, hypot, inf, sin, sqrt
+from math import atan2, ceil, copysign, cos, hypot, inf, isfinite, pi, sin, sqrt, tan
 
 from cablewright.kernels import jit
+from cablewright.kernels.rotation import wrapped
+
+TURN = 2.0 * pi
 
 # Rules of `cut`.
 SIGMA, GRAZING, SKIP, REACH, ALIGNMENT, MIN_SIZE = 0, 1, 2, 3, 4, 5
@@ -25,6 +28,108 @@ X, Y, U, V, FAR, WEIGHT = 0, 1, 2, 3, 4, 5
 CLEAR_OF_NOISE = 5.0  # sigmas: distance of two points from which the length between them is measured
 ROUNDS = 3  # of merging clusters, and of a line's fit
 MIN_STEEPNESS = 0.3  # sine of the angle between ray and line: noise is not reduced further below it
+SHARES = 9  # rays over which a line's points are taken to be evenly spread
+
+
+@jit
+def choose(angles, ranges, tilts, drift, limits, masks, chosen, bearing):
+    """Write which rays are valid, *chosen* (n,), and their *bearing* (n,), rad, from 0 to a turn; return their number.
+
+    *angles*, *ranges* (n,), rad and m; *tilts* (n, 2) or (1, 2), rad, and *drift* (n, 3) or (0, 3): as in `levelled`;
+    *limits* (2,), m, of a valid range; *masks* (k, 2), rad: bearings that are left out, from and to.
+    """
+    count = 0
+    for i in range(angles.shape[0]):
+        tilt = tilts[min(i, tilts.shape[0] - 1)]
+        good = isfinite(angles[i]) and limits[0] <= ranges[i] <= limits[1] and isfinite(tilt[0]) and isfinite(tilt[1])
+        if drift.shape[0] > 0:
+            good = good and isfinite(drift[i, 0]) and isfinite(drift[i, 1]) and isfinite(drift[i, 2])
+        for k in range(masks.shape[0]):
+            good = good and (angles[i] - masks[k, 0]) % TURN > (masks[k, 1] - masks[k, 0]) % TURN
+        if good:
+            chosen[count], bearing[count] = i, angles[i] % TURN
+            count += 1
+    return count
+
+
+@jit
+def level(bearing, chosen, ranges, tilts, drift, mount, centre, xy, ray, far, step):
+    """Write the points *xy* (k, 2), m, *ray* (k, 2), *far* (k,), m, and *step* (k,), rad, of `Points`.
+
+    *bearing*, *chosen* (k,): of `choose`, by rising bearing; *mount* (4,): yaw of the lidar, rad, and its place on the
+    platform, m; *centre* (2,): that place seen from above at the end of the turn, m.
+    """
+    count, widest, first, moves = bearing.shape[0], 0.0, 0, drift.shape[0] > 0
+    for i in range(count):
+        gap = (bearing[i + 1] if i + 1 < count else bearing[0] + TURN) - bearing[i]
+        if gap > widest:
+            widest, first = gap, i + 1
+    for i in range(tilts.shape[0]):
+        moves = moves or tilts[i, 0] != 0.0 or tilts[i, 1] != 0.0
+    c, s = cos(mount[0]), sin(mount[0])
+    for i in range(count):
+        own = (first + i) % count
+        k, step[i] = chosen[own], (bearing[own + 1] if own + 1 < count else bearing[0] + TURN) - bearing[own]
+        u, v, distance = cos(bearing[own]), sin(bearing[own]), ranges[k]
+        x, y = distance * u, distance * v
+        if moves:
+            tilt = tilts[min(k, tilts.shape[0] - 1)]
+            x, y = tilted(c * x - s * y + mount[1], s * x + c * y + mount[2], mount[3], tilt[0], tilt[1])
+            if drift.shape[0] > 0:
+                c_, s_ = cos(drift[k, 2]), sin(drift[k, 2])
+                x, y = c_ * x - s_ * y + drift[k, 0], s_ * x + c_ * y + drift[k, 1]
+            x, y = x - centre[0], y - centre[1]
+            x, y = c * x + s * y, c * y - s * x
+            distance = hypot(x, y)
+            u, v = x / max(distance, 1e-12), y / max(distance, 1e-12)
+        xy[i, 0], xy[i, 1], ray[i, 0], ray[i, 1], far[i] = x, y, u, v, distance
+
+
+@jit
+def tilted(x, y, z, along, across):
+    """Return x and y of the point (x, y, z), m, after a horizontal rotation vector, rad, by Rodrigues' formula."""
+    angle = hypot(along, across)
+    ax, ay = along / max(angle, 1e-300), across / max(angle, 1e-300)
+    c, s = cos(angle), sin(angle)
+    dot = (1.0 - c) * (ax * x + ay * y)
+    return c * x + s * (ay * z) + dot * ax, c * y - s * (ax * z) + dot * ay
+
+
+@jit
+def sweep(angles, distances, ends, mount, scan, sweeps):
+    """Write the *sweeps* (k, 6) of `LidarTurn` for lines, with *angles*, *distances* (k,) and *ends* (k, 2, 2).
+
+    *mount* (3,): place of the lidar, m, and its yaw, rad; *scan* (3,): angle of the last ray and between rays, rad, and
+    the time between rays, s. A line's points are taken to be evenly spread in bearing.
+    """
+    end, sense = scan[0] + mount[2], copysign(1.0, scan[1])
+    slowness = scan[2] * (1.0 / abs(scan[1]) if scan[1] != 0.0 else 1.0 / TURN)  # s/rad
+    for k in range(angles.shape[0]):
+        angle = angles[k]
+        first = atan2(ends[k, 0, 1] - mount[1], ends[k, 0, 0] - mount[0])
+        span = wrapped(atan2(ends[k, 1, 1] - mount[1], ends[k, 1, 0] - mount[0]) - first)
+        aside = cos(angle) * mount[1] - sin(angle) * mount[0]
+        middle, before, turned = 0.0, 0.0, 0.0  # means; the platform turns about its point
+        square, slope, by_rate = 0.0, 0.0, 0.0
+        for i in range(SHARES):
+            along, turn = _passed(first + span * (i + 0.5) / SHARES, angle, distances[k], end, sense)
+            middle += along / SHARES
+            before += slowness * turn / SHARES
+            turned += slowness * turn * (along + aside) / SHARES
+        for i in range(SHARES):
+            along, turn = _passed(first + span * (i + 0.5) / SHARES, angle, distances[k], end, sense)
+            square += (along - middle) ** 2
+            slope += (along - middle) * slowness * turn
+            by_rate += (along - middle) * slowness * turn * (along + aside)
+        square = max(square, 1e-9)
+        sweeps[k, 0], sweeps[k, 1], sweeps[k, 2], sweeps[k, 3] = before, middle, slope / square, aside
+        sweeps[k, 4], sweeps[k, 5] = by_rate / square, turned
+
+
+@jit
+def _passed(bearing, angle, distance, end, sense):
+    """Return where a ray meets a line, m along it, and by how much, rad, the lidar turns from there to the *end*."""
+    return distance * tan(bearing - angle), (end - bearing) * sense % TURN
 
 
 @jit
@@ -345,28 +450,3 @@ def _fit(work, n, mx, my, ax, ay, rules, row):
     row[COUNT], row[TOTAL], row[LARGER], row[SCALE], row[SQUARES] = count, total, larger, scale, squares
     row[STEEP], row[TURNED] = steep, turned
     return True
-
-
-@jit
-def explain(turned, level, xy, sees, near, recess, work, scores):
-    """Score candidate poses by the number of lidar points *xy* (2, n), m, that lie on the walls seen from each.
-
-    The numbers are added to *scores* (k,). ``turned[k, w] . xy + level[k, w]``: distance of a point beyond wall w, m. A
-    point adds 1 if it is within *near* (m) of a visible wall, *sees* (w,), and -1 if it is more than *recess* (m)
-    beyond any wall. Scratch: *work* (2, n).
-    """
-    x, y, nearest, farthest = xy[0], xy[1], work[0], work[1]
-    for k in range(scores.shape[0]):
-        nearest[:], farthest[:] = inf, -inf
-        for w in range(sees.shape[0]):
-            nx, ny, here, hidden = turned[k, w, 0], turned[k, w, 1], level[k, w], 0.0 if sees[w] else inf
-            for i in range(x.shape[0]):
-                beyond = nx * x[i] + ny * y[i] + here
-                off = abs(beyond) + hidden
-                nearest[i] = off if off < nearest[i] else nearest[i]
-                farthest[i] = beyond if beyond > farthest[i] else farthest[i]
-        for i in range(x.shape[0]):
-            if farthest[i] > recess:
-                scores[k] -= 1.0
-            elif nearest[i] <= near:
-                scores[k] += 1.0
