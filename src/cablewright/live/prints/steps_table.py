@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -37,6 +38,10 @@ _LINES: Final = (
 )  # fmt: skip
 _OF_ESTIMATE: Final = ("position", "velocity", "rotation", "clearance", "excess", "lengths", "radii")
 _OF_TRUTH: Final = ("position", "velocity", "rotation", "excess", "lengths", "radii")
+_TRUE: Final = {name: f"true_{name}" for name in _OF_TRUTH}
+"""Columns of the truth that the estimate has too."""
+_CHOSEN: Final = {"tensions": "chosen_tensions"}
+_SAME: Final[Mapping[str, str]] = {}
 
 
 def row_type(m: int) -> np.dtype[np.void]:
@@ -64,7 +69,7 @@ class StepsTable:
         """For a *robot* that steps every *period* (s), *capacity* rows at a time."""
         self._rows, self._winches = np.full(capacity, np.nan, row_type(robot.m)), WinchLines.of(robot)
         self._held: np.void = np.full(1, np.nan, row_type(robot.m))[0]  # a row with the last readings of sensors
-        self._count = 0
+        self._entries: list[Entry] = []
         self._turn = 2.0 * np.pi / (settings.winch.counts * settings.winch.ratio)
         self._last: float | None = None
         self._period = period
@@ -78,7 +83,7 @@ class StepsTable:
     @property
     def full(self) -> bool:
         """Whether the table is full, so that `take` is due."""
-        return self._count == len(self._rows)
+        return len(self._entries) == len(self._rows)
 
     @property
     def temperature(self) -> float:
@@ -92,36 +97,27 @@ class StepsTable:
 
     def take(self) -> Rows:
         """Return the rows of the table of steps and empty it."""
-        taken, self._count = self._rows[: self._count].copy(), 0
-        return taken
+        rows, entries, self._entries = self._rows[: len(self._entries)].copy(), self._entries, []
+        moves, shown = [each.progress for each in entries], [each.estimate for each in entries]
+        _fill(rows, moves, ("layer", "distance", "target", "tensions"), _CHOSEN)
+        rows["state"] = [np.nan if each is None else STATES.index(each.state) for each in moves]
+        _fill(rows, shown, (*_OF_ESTIMATE, "valid", "slack"))
+        _fill(rows, [each.truth for each in entries], (*_OF_TRUTH, "tensions", "powder"), _TRUE)
+        rows["slack"] = np.where(np.isfinite(rows["excess"]), rows["slack"], np.nan)
+        return rows
 
     def put(self, entry: Entry) -> None:
         """Add one step to the table."""
         self._hold(entry)
-        self._rows[self._count] = self._held
-        row = self._rows[self._count]
-        self._count += 1
-        now, progress, estimate, truth = entry.frame.time, entry.progress, entry.estimate, entry.truth
-        row["time"] = now
-        row["step"] = self._period if self._last is None else now - self._last
-        self._last = now
+        now, at = entry.frame.time, len(self._entries)
+        self._rows[at] = self._held
+        row = self._rows[at]
+        step = self._period if self._last is None else now - self._last
+        self._load.follow(entry.orders, entry.command, step)
+        row["time"], row["step"], row["left"], self._last = now, step, self.left, now
         if entry.command is not None:
             row["valve"] = entry.command.valve
-        self._load.follow(entry.orders, entry.command, float(row["step"]))
-        row["left"] = self.left
-        if progress is not None:
-            row["state"] = STATES.index(progress.state)
-            row["layer"], row["distance"], row["target"] = progress.layer, progress.distance, progress.target
-            row["chosen_tensions"] = np.nan if progress.tensions is None else progress.tensions
-        if estimate is not None:
-            for name in _OF_ESTIMATE:
-                row[name] = getattr(estimate, name)
-            row["valid"] = estimate.valid
-            row["slack"] = np.where(np.isfinite(estimate.excess), estimate.slack, np.nan)
-        if truth is not None:
-            for name in _OF_TRUTH:
-                row[f"true_{name}"] = getattr(truth, name)
-            row["tensions"], row["powder"] = truth.tensions, truth.powder
+        self._entries.append(entry)
 
     def _hold(self, entry: Entry) -> None:
         for reading in entry.frame.readings:
@@ -135,3 +131,12 @@ class StepsTable:
                 self._held["temperature"], self._held["humidity"] = reading.temperature, reading.humidity
             elif isinstance(reading, Barrier):
                 self._held["broken"] = reading.broken
+
+
+def _fill(rows: Rows, parts: Sequence[object], names: Iterable[str], columns: Mapping[str, str] = _SAME) -> None:
+    """Write what is known of the *parts* (k,) of the steps, to the *columns* of other names or their own."""
+    for name in names:
+        found = [(i, value) for i, part in enumerate(parts) if (value := getattr(part, name, None)) is not None]
+        if found:
+            known, values = zip(*found, strict=True)
+            rows[columns.get(name, name)][list(known)] = values
