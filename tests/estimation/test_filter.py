@@ -168,24 +168,24 @@ def walls(state: FilterState, scan: Scan) -> dict[tuple[int, int], tuple[Equatio
 @pytest.mark.parametrize("source", ["north", "south"])
 @pytest.mark.parametrize("off", [0.0, 0.03, 0.3])
 def test_the_most_certain_match_of_a_turn_comes_first(whole: Any, later: FilterState, source: str, off: float) -> None:
-    """Lines are used one after another as by this loop; of a position that is wrong, none is, and each is refused."""
+    """Lines are used one after another as by this loop; of a position that is wrong, none is, and each is rejected."""
     scan = next(scan for frame, _ in whole[700:900] for scan in frame.of(Scan) if scan.source == source)
     slow, fast = copy.deepcopy(later), copy.deepcopy(later)
     for state in (slow, fast):
         state.motion.position[1] += off
     lines = extracted(slow, scan)
-    left, order, refused = set(range(len(lines.angles))), [], set()
+    left, order, rejected_lines = set(range(len(lines.angles))), [], set()
     while found := equations(slow, lines, left):
         gates = {match: passes_gate(slow.P, *each) for match, each in found.items()}
         claims = Counter(wall for (_, wall), (passes, _) in gates.items() if passes)
         best = min(gates, key=lambda match: (not gates[match][0], claims[match[1]], gates[match][1]))
         if not gates[best][0]:
-            refused = {line for line, _ in found}
+            rejected_lines = {line for line, _ in found}
             break
         update_state(slow, source, *found[best])
         order.append(best)
         left.discard(best[0])
-    assert len(order) >= 2 if off == 0.0 else refused
+    assert len(order) >= 2 if off == 0.0 else rejected_lines
     extracted(fast, scan)
     lidar_update.update(KNOWN, fast)
     assert fast.mean.x == pytest.approx(slow.mean.x, rel=1e-9, abs=1e-12)
@@ -193,7 +193,7 @@ def test_the_most_certain_match_of_a_turn_comes_first(whole: Any, later: FilterS
     seen = {KNOWN.machine.walls.room.walls[wall].kind for _, wall in order}
     assert {kind for kind, time in fast.judged.last_wall_times.items() if time == fast.time} == seen
     lengths = np.hypot(*(turned(later, scan).ends[:, 1] - turned(later, scan).ends[:, 0]).T)
-    rejected = lengths[sorted(refused)].sum() > lengths[[line for line, _ in order]].sum()
+    rejected = lengths[sorted(rejected_lines)].sum() > lengths[[line for line, _ in order]].sum()
     assert fast.judged.rejections[source] == rejected * (later.judged.rejections.get(source, 0) + 1)
 
 

@@ -33,7 +33,7 @@ RING = Job(
 WITHOUT_ITS_OBJECTS = {  # they have the frame, arrays or numbers of the turn, but no turn as such
     "live/prints/loop.py",
     "kernels/fitting/scan_lines.py",
-    "kernels/filtering/update.py",
+    "kernels/filtering/wall_matches.py",
     "kernels/filtering/estimate.py",
     "control/velocity.py",
 }

@@ -14,7 +14,7 @@ from cablewright.estimation.lidar.constraints import contradicting_walls, find_c
 from cablewright.estimation.lidar.wall_lines import LidarTurn, scanned
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.signals import Scan
-from cablewright.kernels.filtering.wall_matches import LINE_LENGTH, REFUSED, SweptLines, use
+from cablewright.kernels.filtering.wall_matches import LINE_LENGTH, REJECTED, SweptLines, use
 
 _SETTLING_TIME: Final = 4.0  # s from the start in which ...
 _SETTLING_FACTOR: Final = 4.0  # ... the variance of a lidar's measurements is so many times as large
@@ -51,7 +51,7 @@ def update(settings: FilterSettings, state: FilterState) -> None:
         judge(state, turn.source, float(sizes[line]), 2)
         state.judged.last_wall_times[own.room.walls[found[line]].kind] = state.time
     lengths = turn.lengths
-    _report(settings, state, turn, float(lengths[found >= 0].sum()), float(lengths[found == REFUSED].sum()))
+    _report(settings, state, turn, float(lengths[found >= 0].sum()), float(lengths[found == REJECTED].sum()))
     _report_walls(settings, state)
 
 

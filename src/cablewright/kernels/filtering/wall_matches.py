@@ -32,14 +32,14 @@ AZIMUTH, NORMAL, DISTANCE, REFERENCE = 0, 1, 3, 4
 # Noise, of `FilterSettings`: of walls (rad, m), of gyro, velocity and travel, of unmeasured rotation (rad/s, s).
 WALL_ANGLE, WALL_OFFSET, GYRO_WALK, VELOCITY_WALK, TRAVEL, TURNING, SKEW = 0, 1, 2, 3, 4, 5, 6
 
-NO_WALL, REFUSED = -1, -2  # of a line: none has about its direction; those that have do not pass the gate
+NO_WALL, REJECTED = -1, -2  # of a line: none has about its direction; those that have are rejected by the gate
 DIRECTION_SIGMAS, DIRECTION = 5.0, radians(3.0)  # by which a line's direction may differ from its wall's
 LINE_LENGTH = 4.0  # m, typical, for the curvature of B's path
 LEAST_TURNING = 0.2  # s of rotation that is not measured
 
 
 class SweptLines(NamedTuple):
-    """The k lines of a `LidarTurn`, how B has moved since, and what is known of that. Times are in s."""
+    """The k lines of a `LidarTurn`, how B has moved since, by which sensors. Times are in s."""
 
     lidar: int
     mount: NDArray[np.float64]  # (3,) m, of the lidar, along the drum's level axes
@@ -177,7 +177,7 @@ def use(x, P, at, jacobian, rates, walls, visible, lines, noise, gate, found, si
     """Update the state *x* (n,) and its covariance *P* (n, n) by lines, the most certain match first.
 
     *visible* (w,): whether the lidar sees each wall; *gate*: largest normalised square of an innovation (NIS); the rest
-    as in `equation`. Writes the wall of each line, *found* (k,), or NO_WALL or REFUSED; its NIS, *sizes* (k,); and the
+    as in `equation`. Writes the wall of each line, *found* (k,), or NO_WALL or REJECTED; its NIS, *sizes* (k,); and the
     *order* (k,) of lines that were used, of which it returns the number.
     """
     count, n = lines.angles.shape[0], x.shape[0]
@@ -196,7 +196,7 @@ def use(x, P, at, jacobian, rates, walls, visible, lines, noise, gate, found, si
                 nis[i, j] = inf
                 if visible[j] and abs(wrapped(walls[j, AZIMUTH] - lines.angles[i] - yaw)) <= reach:
                     equation(x, at, jacobian, rates, walls, lines, noise, i, j, H, innovation, R)
-                    nis[i, j], found[i] = size_of(P, H, innovation, R), REFUSED
+                    nis[i, j], found[i] = size_of(P, H, innovation, R), REJECTED
                     claims[j] += nis[i, j] <= gate
         line, wall = _most_certain(found, nis, claims, gate)
         if line < 0:

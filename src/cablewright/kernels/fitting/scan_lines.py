@@ -128,7 +128,7 @@ def sweep(angles, distances, ends, mount, scan, sweeps):
 
 @jit
 def _passed(bearing, angle, distance, end, sense):
-    """Return where a ray meets a line, m along it, and by how much, rad, the lidar turns from there to the *end*."""
+    """Return where a ray meets a line, m along it, and its angle, rad, before the *end*."""
     return distance * tan(bearing - angle), (end - bearing) * sense % TURN
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -36,12 +36,10 @@ _LINES: Final = (
     "excess", "slack", "lengths", "radii", "true_excess", "true_radii", "tensions", "measured", "turned",
     "true_lengths", "taut", "estimated_tensions", "read_tensions", "chosen_tensions",
 )  # fmt: skip
-_OF_ESTIMATE: Final = ("position", "velocity", "rotation", "clearance", "excess", "lengths", "radii")
-_OF_TRUTH: Final = ("position", "velocity", "rotation", "excess", "lengths", "radii")
-_TRUE: Final = {name: f"true_{name}" for name in _OF_TRUTH}
-"""Columns of the truth that the estimate has too."""
-_CHOSEN: Final = {"tensions": "chosen_tensions"}
-_SAME: Final[Mapping[str, str]] = {}
+_BOTH: Final = ("position", "velocity", "rotation", "excess", "lengths", "radii")
+_OF_PROGRESS: Final = {name: name for name in ("layer", "distance", "target")} | {"tensions": "chosen_tensions"}
+_OF_ESTIMATE: Final = {name: name for name in (*_BOTH, "clearance", "valid", "slack")}
+_OF_TRUTH: Final = {name: f"true_{name}" for name in _BOTH} | {name: name for name in ("tensions", "powder")}
 
 
 def row_type(m: int) -> np.dtype[np.void]:
@@ -98,11 +96,11 @@ class StepsTable:
     def take(self) -> Rows:
         """Return the rows of the table of steps and empty it."""
         rows, entries, self._entries = self._rows[: len(self._entries)].copy(), self._entries, []
-        moves, shown = [each.progress for each in entries], [each.estimate for each in entries]
-        _fill(rows, moves, ("layer", "distance", "target", "tensions"), _CHOSEN)
+        moves = [each.progress for each in entries]
         rows["state"] = [np.nan if each is None else STATES.index(each.state) for each in moves]
-        _fill(rows, shown, (*_OF_ESTIMATE, "valid", "slack"))
-        _fill(rows, [each.truth for each in entries], (*_OF_TRUTH, "tensions", "powder"), _TRUE)
+        _fill(rows, moves, _OF_PROGRESS)
+        _fill(rows, [each.estimate for each in entries], _OF_ESTIMATE)
+        _fill(rows, [each.truth for each in entries], _OF_TRUTH)
         rows["slack"] = np.where(np.isfinite(rows["excess"]), rows["slack"], np.nan)
         return rows
 
@@ -115,8 +113,7 @@ class StepsTable:
         step = self._period if self._last is None else now - self._last
         self._load.follow(entry.orders, entry.command, step)
         row["time"], row["step"], row["left"], self._last = now, step, self.left, now
-        if entry.command is not None:
-            row["valve"] = entry.command.valve
+        row["valve"] = np.nan if entry.command is None else entry.command.valve
         self._entries.append(entry)
 
     def _hold(self, entry: Entry) -> None:
@@ -133,10 +130,10 @@ class StepsTable:
                 self._held["broken"] = reading.broken
 
 
-def _fill(rows: Rows, parts: Sequence[object], names: Iterable[str], columns: Mapping[str, str] = _SAME) -> None:
-    """Write what is known of the *parts* (k,) of the steps, to the *columns* of other names or their own."""
-    for name in names:
+def _fill(rows: Rows, parts: Sequence[object], columns: Mapping[str, str]) -> None:
+    """Write numbers of the *parts* (k,) of the steps, where there are any, to the *columns* by their names."""
+    for name, column in columns.items():
         found = [(i, value) for i, part in enumerate(parts) if (value := getattr(part, name, None)) is not None]
         if found:
             known, values = zip(*found, strict=True)
-            rows[columns.get(name, name)][list(known)] = values
+            rows[column][list(known)] = values
