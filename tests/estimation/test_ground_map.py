@@ -16,7 +16,7 @@ def test_a_cell_has_the_mean_of_its_last_points() -> None:
     places = np.array([[-0.001, -2.001], [-0.012, -2.012], [0.001, -2.001], [3.0, 4.0]])
     assert not ground.at(places).known.any()
     ground.write(places[:3], np.array([0.01, 0.03, 0.5]))
-    heights, may_have_grown, known = ground.at(places)
+    heights, may_have_grown, known, *_ = ground.at(places)
     assert known.tolist() == [True, True, True, False]
     assert heights[:3] == pytest.approx([0.02, 0.02, 0.5])
     assert not may_have_grown[:3].any()
@@ -32,12 +32,12 @@ def test_no_place_answers_for_another_that_shares_its_memory(apart: tuple[float,
     ground.write(here, np.array([0.1]))
     ground.passing(*(here[0] - 0.05))
     ground.passing(*here[0])
-    assert not ground.may_be_floor(here).any()
+    assert not ground.at(here).may_be_floor.any()
     assert not ground.at(there).known.any()
-    assert ground.may_be_floor(there).all()
+    assert ground.at(there).may_be_floor.all()
     ground.write(there, np.array([0.2]))
     assert not ground.at(here).known.any()
-    assert ground.may_be_floor(here).all()
+    assert ground.at(here).may_be_floor.all()
     assert ground.at(there).heights == pytest.approx([0.2])
 
 
@@ -52,7 +52,7 @@ def test_the_path_near_each_place_is_counted() -> None:
         for x in np.arange(0.0, 2.001, step):
             ground.passing(x, 0.0)
         ground.growth = 1e-3
-        free = ground.may_be_floor(places).reshape(5, -1).mean(axis=1)
+        free = ground.at(places).may_be_floor.reshape(5, -1).mean(axis=1)
         assert free == pytest.approx([0.0, 0.0, 1.0, 1.0, 1.0])  # within 15 cm it may be laid on
         grown = ground.at(places).may_have_grown.reshape(5, -1).mean(axis=1)
         assert grown == pytest.approx(1e-3 * chords, abs=7e-5)
@@ -64,7 +64,7 @@ def test_who_stands_or_comes_from_far_away_has_laid_nothing() -> None:
     for x, y in 5e-3 * random.standard_normal((1000, 2)):
         ground.passing(x, y)
     ground.passing(100.0, 0.0)
-    assert ground.may_be_floor(np.array([[0.0, 0.0], [50.0, 0.0], [100.0, 0.0]])).all()
+    assert ground.at(np.array([[0.0, 0.0], [50.0, 0.0], [100.0, 0.0]])).may_be_floor.all()
 
 
 def test_ground_that_grows_is_expected_to_and_known_until_it_has_grown_much() -> None:
@@ -99,24 +99,24 @@ def test_floor_beside_laid_material_counts_as_long_as_it_is_seen() -> None:
     counts = []
     for way in range(6):
         ground.passing(1.0 if way % 2 == 0 else -1.0, 0.0)
-        counts.append(bool(ground.may_be_floor(beside)[0]))
+        counts.append(bool(ground.at(beside).may_be_floor[0]))
         if way == 2:
             ground.write(beside, np.array([1e-3]))
     assert counts == [True, True, False, True, True, False]
-    assert ground.may_be_floor(far).all()
+    assert ground.at(far).may_be_floor.all()
     ground.write(beside, np.array([0.01]))
-    assert not ground.may_be_floor(beside).any()
+    assert not ground.at(beside).may_be_floor.any()
 
 
 def test_what_was_floor_just_now_is_not_what_was_floor_once() -> None:
     ground, here = GroundMap(), np.array([[0.0, 0.0], [0.0, 0.1]])
     ground.passing(-1.0, 0.0)
     ground.write(here, np.array([2e-3, 9e-3]))
-    assert ground.was_floor(here).tolist() == [True, False]
+    assert ground.at(here).was_floor.tolist() == [True, False]
     ground.passing(-0.6, 0.0)
-    assert ground.was_floor(here).tolist() == [True, False]
+    assert ground.at(here).was_floor.tolist() == [True, False]
     ground.passing(-0.4, 0.0)
-    assert not ground.was_floor(here).any()
+    assert not ground.at(here).was_floor.any()
 
 
 def test_where_nothing_is_laid_the_floor_stays_the_floor() -> None:
@@ -129,11 +129,11 @@ def test_where_nothing_is_laid_the_floor_stays_the_floor() -> None:
             ground.write(places, 2e-3 * random.standard_normal(len(places)))
         ground.passing(1.7, 1.0)
         ground.passing(-0.5, 1.0)
-    assert ground.may_be_floor(places).mean() > 0.95
+    assert ground.at(places).may_be_floor.mean() > 0.95
     for _ in range(5):
         for corner in ((1.7, 0.0), (1.7, 1.0), (-0.5, 1.0), (-0.5, 0.0)):
             ground.passing(*corner)
-    heights, _, known = ground.at(places)
+    heights, _, known, *_ = ground.at(places)
     assert known.all()
     assert abs(float(heights.mean())) < 1e-3
 
@@ -143,7 +143,7 @@ def test_ground_over_no_number_is_not_passed() -> None:
     for place in ((0.0, 0.0), (np.nan, 0.0), (np.inf, 1.0), (np.inf, 1.0), (0.5, 0.0)):
         ground.passing(*place)
     ground.growth = 1e-3
-    assert not ground.may_be_floor(np.array([[0.25, 0.0]])).any()
+    assert not ground.at(np.array([[0.25, 0.0]])).may_be_floor.any()
 
 
 def test_what_comes_and_goes_and_what_goes_up_a_wall_is_no_growth() -> None:

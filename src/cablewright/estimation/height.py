@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from statistics import NormalDist
 from typing import Final, NamedTuple
 
@@ -16,18 +17,14 @@ from numpy.typing import ArrayLike
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import Scan
+from cablewright.kernels.filtering import vertical_turn as kernel
 
 _NORMAL: Final = NormalDist()
 _BAND: Final = 3.0  # sigmas from the middle, of points of one level
-_MIN_POINTS: Final = 8  # of the floor ...
-_MIN_SHARE: Final = 0.1  # ... and as a share of the points of the fullest level
+_MIN_SHARE: Final = 0.1  # of the points of the fullest level, of the floor's
 FLOOR_MAJORITY: Final = 0.5
 """Share of all points from which a level is certainly the floor."""
 _MINORITY_REACH: Final = 0.25  # of the tolerated height of a floor that has fewer points
-_MAX_RUN_GAP: Final = 4  # rays between successive points of a run on the floor
-_MIN_RUN: Final = 4  # points of such a run
-_MAX_RUN_SLOPE: Final = 0.15  # powder lies at 0.4
-_ITERATIONS: Final = 3
 _MIN_SIGMA: Final = 1e-3  # m
 _FLOOR_BAND: Final = 6.0  # sigmas above the line through the lowest points, of floor points
 
@@ -63,6 +60,18 @@ class HeightSettings:
         if self.lowest_points < 2:
             raise InputError(f"lowest_points = {self.lowest_points}: at least 2 points are expected")
 
+    @cached_property
+    def lidar(self) -> Array:
+        """Mount and axes (9,), as `kernels.filtering.vertical_turn` takes them."""
+        return np.concatenate([self.mount, *self.axes])
+
+    @cached_property
+    def heading(self) -> Array:
+        """Horizontal unit direction (2,) of the scan's plane."""
+        x, y = np.array(self.axes)[:, :2]
+        longer = x if np.hypot(*x) > np.hypot(*y) else y
+        return np.asarray(longer / np.hypot(*longer))
+
 
 class HeightEstimate(NamedTuple):
     """Height of the platform point B by one vertical scan, m; NaN with the reason in `note` where unknown."""
@@ -89,20 +98,20 @@ def estimate_height(
     depth, along, last = cone
     fictive = settings.floor + float(depth.mean())
     if settings.floor_cone is not None:
-        points = _within(settings, scan, tilt, settings.floor_cone)[0]
+        points, _ = _within(settings, scan, tilt, settings.floor_cone)
         ceiling = settings.floor - expected + reach if math.isfinite(expected) else math.inf
         band = np.full(len(points), _BAND * max(settings.sigma, _MIN_SIGMA))
-        floor = floor_points(settings, points, points[:, 2], band, _MIN_SHARE, ceiling)
+        floor = floor_points(points[:, 2].copy(), points[:, :2] @ settings.heading, band, _MIN_SHARE, ceiling)
         count = int(np.count_nonzero(floor))
         low = float(points[floor, 2].mean()) if count else math.nan
         tolerance = reach if count >= FLOOR_MAJORITY * len(points) else _MINORITY_REACH * reach
-        if count < _MIN_POINTS or settings.floor - low < expected - tolerance:
+        if count < kernel.MIN_LEVEL or settings.floor - low < expected - tolerance:
             note = "no floor in sight near the expected height"
             return HeightEstimate(over_structure=fictive, points=len(depth), note=note)
         return HeightEstimate(settings.floor - low, fictive, points=len(depth))
     order = np.argpartition(-depth, settings.lowest_points)[: settings.lowest_points]
-    below = float(tilted(np.array([settings.mount]), last)[0, :2] @ _heading(settings))
-    slope, height = _line(along[order] - below, depth[order])
+    below = float(np.array(kernel.tilted(*settings.lidar[:3], *last)[:2]) @ settings.heading)
+    slope, height = kernel.line(along[order] - below, depth[order])
     height -= _selection_bias(settings, depth, height + slope * (along - below))
     if not abs(slope) <= settings.max_slope:
         note = f"the lowest points slope by {slope:.2f}: no floor"
@@ -117,69 +126,38 @@ def height_over_structure(settings: HeightSettings, scan: Scan, tilt: ArrayLike)
 
 
 def _cone(settings: HeightSettings, scan: Scan, tilt: ArrayLike) -> HeightEstimate | tuple[Array, Array, Array]:
-    """Depth (k,) below B and position (k,) along the scan of the points in the cone, m, and the last tilt (1, 2), rad.
+    """Depth (k,) below B and position (k,) along the scan of the points in the cone, m, and the last tilt (2,), rad.
 
     A `HeightEstimate` with a note where there are too few.
     """
-    level, tilts = _within(settings, scan, tilt, settings.cone)
+    level, last = _within(settings, scan, tilt, settings.cone)
     if len(level) < 2 * settings.lowest_points:
         return HeightEstimate(points=len(level), note="no floor in sight")
-    depth, along = -level[:, 2], level[:, :2] @ _heading(settings)
-    near = np.abs(np.diff(depth)) <= settings.outlier_distance
-    kept = np.append(near, False) | np.append(False, near)
-    depth, along = depth[kept], along[kept]
+    depth, along = kernel.connected(level, settings.heading, settings.outlier_distance)
     if len(depth) < 2 * settings.lowest_points:
         return HeightEstimate(points=len(depth), note="no floor in sight: its points are isolated")
-    return depth, along, tilts[-1:]
+    return depth, along, last
 
 
 def _within(settings: HeightSettings, scan: Scan, tilt: ArrayLike, half_angle: float) -> tuple[Array, Array]:
-    """Points (k, 3), m from B, level, within *half_angle* (rad) of the drum's axis, and the tilts (k, 2) at them."""
-    x, y = np.array(settings.axes)
-    angles = scan.angles
-    c, s = np.cos(angles), np.sin(angles)
-    good = np.isfinite(scan.ranges) & (-(c * x[2] + s * y[2]) >= math.cos(half_angle))
-    tilts = np.broadcast_to(np.asarray(tilt, dtype=np.float64), (len(angles), 2))[good]
-    rays = c[good, None] * x + s[good, None] * y  # drum
-    return tilted(np.array(settings.mount) + scan.ranges[good, None] * rays, tilts), tilts
+    """Points (k, 3), m from B, level, within *half_angle* (rad) of the drum's axis, and the last one's tilt (2,)."""
+    tilts = np.empty((len(scan.ranges), 2))
+    tilts[:] = tilt
+    points, last = kernel.within(
+        np.array(scan.ranges), scan.first_angle, scan.angle_step, settings.lidar, tilts, math.cos(half_angle)
+    )
+    return points, tilts[last]
 
 
-def floor_points(
-    settings: HeightSettings, points: Array, heights: Array, band: Array, share: float, ceiling: float
-) -> Mask:
-    """Return which *points* (k, 3), m from B, level, in the order of their rays, are floor, by their *heights* (k,), m.
+def floor_points(heights: Array, along: Array, band: Array, share: float, ceiling: float) -> Mask:
+    """Return which points (k,), in the order of their rays, are floor, by *heights* and places *along* the scan, m.
 
-    They are within *band* (k,), m, of the `lowest_level` below *ceiling*, m, and in runs that are level: the part of a
-    flank that crosses that height is no floor.
+    They are within *band* (k,), m, of the `vertical_turn.lowest_level` below *ceiling*, m, and in runs that are level:
+    the part of a flank that crosses that height is no floor. *share*: see there.
     """
-    floor = np.zeros(len(heights), dtype=np.bool_)
-    level = lowest_level(heights, float(band.mean()), share, ceiling) if len(heights) else math.nan
-    near = np.flatnonzero(np.abs(heights - level) < band)
-    along = points[:, :2] @ _heading(settings)
-    for run in np.split(near, np.flatnonzero(np.diff(near) > _MAX_RUN_GAP) + 1):
-        if len(run) >= _MIN_RUN and abs(_line(along[run], heights[run])[0]) < _MAX_RUN_SLOPE:
-            floor[run] = True
+    floor = np.empty(len(heights), dtype=np.bool_)
+    kernel.mark_floor(np.sort(heights), heights, along, band, share, ceiling, floor)
     return floor
-
-
-def lowest_level(values: Array, band: float, share: float, ceiling: float = math.inf) -> float:
-    """Return the mean of the lowest cluster of *values* (k,) that begins below *ceiling*; NaN where there is none.
-
-    A cluster: the values within *band* of its middle; at least 8, and at least *share* of the largest cluster's number.
-    """
-    ordered = np.sort(values)
-    starts = ordered[: np.searchsorted(ordered, ceiling)]
-    if not len(starts):
-        return math.nan
-    count = np.searchsorted(ordered, starts + band) - np.arange(len(starts))
-    largest = int(count.max())
-    middle = float(ordered[np.argmax(count >= max(share * largest, min(_MIN_POINTS, largest)))]) + 0.5 * band
-    for _ in range(_ITERATIONS):
-        near = ordered[np.abs(ordered - middle) < band]
-        if not len(near):
-            break
-        middle = float(near.mean())
-    return middle
 
 
 def _selection_bias(settings: HeightSettings, depth: Array, floor: Array) -> float:
@@ -189,25 +167,3 @@ def _selection_bias(settings: HeightSettings, depth: Array, floor: Array) -> flo
         return 0.0
     share = settings.lowest_points / count
     return settings.sigma * _NORMAL.pdf(_NORMAL.inv_cdf(share)) / share
-
-
-def _line(x: Array, y: Array) -> tuple[float, float]:
-    """Slope, and value at x = 0, of the least-squares line; level where the points have one x."""
-    away = x - x.mean()
-    spread = float(away @ away)
-    slope = float(away @ y) / spread if spread > 1e-12 else 0.0
-    return slope, float(y.mean()) - slope * float(x.mean())
-
-
-def _heading(settings: HeightSettings) -> Array:
-    """Horizontal unit direction (2,) of the scan's plane."""
-    x, y = np.array(settings.axes)[:, :2]
-    longer = x if np.hypot(*x) > np.hypot(*y) else y
-    return np.asarray(longer / np.hypot(*longer))
-
-
-def tilted(points: Array, tilt: Array) -> Array:
-    """Return points (n, 3) rotated by small rotation vectors *tilt* (n, 2), rad, to second order."""
-    (x, y, z), (rx, ry) = points.T, tilt.T
-    ux, uy, uz = ry * z, -rx * z, rx * y - ry * x  # turn x point
-    return np.stack([x + ux + 0.5 * ry * uz, y + uy - 0.5 * rx * uz, z + uz + 0.5 * (rx * uy - ry * ux)], axis=1)

@@ -14,13 +14,14 @@ from cablewright.estimation.kalman.vertical_scan import (
     CONE,
     GATE,
     VerticalTurn,
-    heights_of,
     level_sigma,
+    located,
     mean_height,
-    places_of,
 )
 from cablewright.foundation.arrays import Array, Mask
+from cablewright.kernels.filtering.vertical_turn import COSINE
 
+_CONE_COSINE: Final = math.cos(math.radians(CONE))
 _MIN_GROUND: Final = 40  # points on ground that was seen before
 _GROUND_BAND: Final = 0.02  # m from the median, of points on such ground: cells are coarse, and some lie on flanks
 _GROUND_REACH: Final = 0.03  # m, of their median, besides the uncertainty of the height
@@ -31,15 +32,15 @@ _LOWEST: Final = -0.1  # m over the floor, of points that are seen on the ground
 
 def remember_ground(state: FilterState, height: HeightSettings, turn: VerticalTurn) -> None:
     """Store the ground of a vertical *turn* (scan) in which the floor was visible."""
-    near, heights = _ground_points(state, height, turn)
-    state.built.ground_map.write(places_of(state, turn, near), heights)
+    _, places, heights = _ground_points(state, height, turn)
+    state.built.ground_map.write(places, heights)
 
 
-def _ground_points(state: FilterState, height: HeightSettings, turn: VerticalTurn) -> tuple[Mask, Array]:
-    """Which points (k,) of a *turn* are near enough to measure the ground; and their heights (j,), m."""
-    heights = heights_of(state, height, turn)
-    near = (turn.axis_cosine > math.cos(math.radians(CONE))) & (heights > _LOWEST)
-    return near, heights[near]
+def _ground_points(state: FilterState, height: HeightSettings, turn: VerticalTurn) -> tuple[Mask, Array, Array]:
+    """Which points (k,) of a *turn* are near enough to measure the ground; their places (j, 2) and heights (j,), m."""
+    places, heights = located(state, height, turn)
+    near = (turn.rays[:, COSINE] > _CONE_COSINE) & (heights > _LOWEST)
+    return near, places[near], heights[near]
 
 
 def _known_ground(
@@ -50,8 +51,8 @@ def _known_ground(
     At least half of them are about equally far over it, and, by a height known to *before*, m, not very far: others are
     on objects that have come or gone. None: too few are.
     """
-    near, heights = _ground_points(state, height, turn)
-    expected = state.built.ground_map.at(places_of(state, turn, near))
+    near, places, heights = _ground_points(state, height, turn)
+    expected = state.built.ground_map.at(places)
     known = expected.known
     if np.count_nonzero(known) < _MIN_GROUND:
         return None
@@ -78,7 +79,7 @@ def update_by_ground(settings: FilterSettings, state: FilterState, height: Heigh
     if found is None:
         return
     good, over, sigma = found
-    H, R = mean_height(settings, state, height, turn, good)
+    _, H, R = mean_height(settings, state, height, turn, good)
     innovation, variance = np.array([-over]), float((H @ state.P @ H.T)[0, 0])
     if variance <= sigma**2 or not passes_gate(state.P, H, innovation, R + sigma**2)[0]:
         return

@@ -7,12 +7,13 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from cablewright.estimation.height import HeightSettings, tilted
+from cablewright.estimation.height import HeightSettings
 from cablewright.estimation.kalman.lidar_update import noise_factor
 from cablewright.estimation.kalman.settings import FilterSettings
-from cablewright.estimation.kalman.state import FilterState, MotionSince, moving_velocity
+from cablewright.estimation.kalman.state import FilterState, moving_velocity
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.signals import Scan
+from cablewright.kernels.filtering import vertical_turn as kernel
 
 CONE: Final = 70.0
 """Degrees from the drum's axis, within which ground is seen."""
@@ -22,71 +23,32 @@ GATE: Final = 3.0
 
 
 class VerticalTurn(NamedTuple):
-    """The rays of one vertical lidar scan with an echo, and the platform's pose at each."""
+    """The rays of one vertical lidar scan with an echo, and the position of B by which they were computed."""
 
-    axis_cosine: Array  # (k,) cosine of each ray's angle from the drum's axis, downwards
-    rays: Array  # (k, 3) unit, level, along the drum's axes
-    points: Array  # (k, 3) m from B, level, along the drum's axes
-    beams: Array  # (k, 3) m from the lidar, likewise
-    yaw: Array  # (k,) rad
-    gyro_time: Array  # (k,) s over which the gyro is integrated since
-    rotation: Array  # (k, m) rad, of the winch drums since
-    coasting_time: Array  # (k,) s without encoders since ...
-    counted_time: Array  # (k,) ... and with them
-    position: Array  # (k, 3) m, world, of B, by the estimate at ...
-    estimate: Array  # ... (3,) m
+    rays: Array  # (k, ROTATION + m): columns as `vertical_turn.COSINE` and following
+    estimate: Array  # (3,) m, world
 
 
-def turn_of(
-    state: FilterState, height: HeightSettings, scan: Scan, attitudes: Array, motion: MotionSince
-) -> VerticalTurn:
-    """Return the rays of one *scan* with an echo, by *attitudes* (k, 3), rad, of the platform and its *motion*."""
-    x, y = np.array(height.axes)
-    good = np.flatnonzero(np.isfinite(scan.ranges) & (scan.ranges > 0.0))
-    angles = scan.angles[good]
-    straight = np.cos(angles)[:, None] * x + np.sin(angles)[:, None] * y
-    tilts = attitudes[good, 1:]
-    rays = tilted(straight, tilts)
-    place, turn = state.built.vertical_mount_error[:3], state.built.vertical_mount_error[3:]
-    rays = rays + np.cross(turn, rays)
-    beams = scan.ranges[good, None] * rays
-    arms = tilted(np.broadcast_to(height.mount + place, rays.shape), tilts)
-    yaw = state.attitude.yaw - state.attitude.gyro_yaw + attitudes[good, 0]
-    gyro_time = state.attitude.last_imu_time - scan.times[good]
-    return VerticalTurn(
-        -straight[:, 2],
-        rays,
-        arms + beams,
-        beams,
-        yaw,
-        gyro_time,
-        motion.rotation[good],
-        motion.coasting_time[good],
-        state.motion.last_encoder_time - scan.times[good] - motion.coasting_time[good],
-        state.motion.position - motion.displacement[good],
-        state.motion.position.copy(),
-    )
+def turn_of(state: FilterState, height: HeightSettings, scan: Scan, attitudes: Array, change: Array) -> VerticalTurn:
+    """Return the rays of one *scan* with an echo, by *attitudes* (n, 3), rad, and the *change* (n, m + 4) since each.
+
+    The change is that of `FilterState.change_since`.
+    """
+    (x, _, at), attitude, motion = state.mean, state.attitude, state.motion
+    rays = kernel.rays(
+        np.array(scan.ranges), scan.first_angle, scan.angle_step, scan.begin, scan.period, height.lidar, attitudes,
+        attitude.yaw - attitude.gyro_yaw, change, x, at, state.hung.jacobian, attitude.last_imu_time,
+        motion.last_encoder_time,
+    )  # fmt: skip
+    return VerticalTurn(rays, motion.position.copy())
 
 
-def moved(state: FilterState, turn: VerticalTurn) -> Array:
-    """Return by how much (3,), m, updates and clock corrections have moved B at the rays of a scan."""
-    return state.motion.position - turn.estimate - state.built.clock_error * moving_velocity(state)
-
-
-def heights_of(state: FilterState, height: HeightSettings, turn: VerticalTurn) -> Array:
-    """Return the heights (k,), m, above the floor of the points of a vertical scan."""
-    place = turn.position + moved(state, turn)
-    return np.asarray(
-        place[:, 2] + turn.points[:, 2] - height.floor - float(state.built.range_bias[-1]) * turn.rays[:, 2]
-    )
-
-
-def places_of(state: FilterState, turn: VerticalTurn, chosen: Mask) -> Array:
-    """Return the positions (j, 2), m, world, of the *chosen* points (k,) of a vertical scan, j of them."""
-    c, s = np.cos(turn.yaw[chosen]), np.sin(turn.yaw[chosen])
-    x, y, _ = turn.points[chosen].T
-    away = np.stack([c * x - s * y, s * x + c * y], axis=1)
-    return np.asarray((turn.position[chosen] + moved(state, turn))[:, :2] + away)
+def located(state: FilterState, height: HeightSettings, turn: VerticalTurn) -> tuple[Array, Array]:
+    """Return positions (k, 2), m, world, and heights (k,), m, above the floor of the points of a vertical scan."""
+    (x, _, at), k = state.mean, len(turn.rays)
+    places, heights = np.empty((k, 2)), np.empty(k)
+    kernel.locate(turn.rays, x, at, moving_velocity(state), turn.estimate, height.floor, places, heights)
+    return places, heights
 
 
 def range_sigma(settings: FilterSettings, height: HeightSettings) -> float:
@@ -96,33 +58,23 @@ def range_sigma(settings: FilterSettings, height: HeightSettings) -> float:
 
 def mean_height(
     settings: FilterSettings, state: FilterState, height: HeightSettings, turn: VerticalTurn, good: Mask
-) -> tuple[Array, Array]:
-    """Return the Jacobian (1, n) of the mean height, m, of the *good* points, and its noise variance (1, 1), m^2."""
-    lay, sigma = state.layout, range_sigma(settings, height)
-    x, y, _ = turn.points[good].mean(axis=0).tolist()
-    steep = turn.rays[good, 2]
-    H = np.zeros((1, lay.size))
-    H[0, lay.position][2] = 1.0
-    H[0, lay.radii] = -state.hung.jacobian[2] * state.lines.radii * turn.rotation[good].mean(axis=0)
-    coasting_time = float(turn.coasting_time[good].mean())
-    H[0, lay.velocity][2] = -coasting_time
-    H[0, lay.stretch] = -state.hung.jacobian[2] * turn.counted_time[good].mean()
-    H[0, lay.attitude] = y, -x, 0.0
-    H[0, lay.gyro_bias] = turn.gyro_time[good].mean() * H[0, lay.attitude]
-    H[0, lay.range_bias.stop - 1] = -float(steep.mean())
-    bx, by, _ = turn.beams[good].mean(axis=0).tolist()
-    H[0, lay.vertical_mount] = 0.0, 0.0, 1.0, by, -bx, 0.0
-    H[0, lay.clock] = -float(moving_velocity(state)[2])
-    own = settings.height_sigma**2 + coasting_variance(settings, coasting_time)
-    R = noise_factor(state) * np.array([[sigma**2 * float(steep @ steep) / len(steep) ** 2 + own]])
-    return H, R
+) -> tuple[float, Array, Array]:
+    """Return the mean height, m, of the *good* points, its Jacobian (1, n), and its noise variance (1, 1), m^2."""
+    (x, layout, at), mean, sigma = state.mean, np.empty(turn.rays.shape[1]), range_sigma(settings, height)
+    H = np.empty((1, layout.size))
+    over = kernel.write_height(
+        turn.rays, good, x, at, state.hung.jacobian, moving_velocity(state), turn.estimate, height.floor, mean, H[0]
+    )
+    own = settings.height_sigma**2 + coasting_variance(settings, mean[kernel.COASTING_TIME])
+    variance = sigma**2 * mean[kernel.Z_SQUARE] / int(np.count_nonzero(good)) + own
+    return over, H, np.array([[noise_factor(state) * variance]])
 
 
 def level_sigma(state: FilterState) -> float:
     """Return the standard deviation, m, of the summed errors of a vertical ray: height, range bias and mount."""
     lay = state.layout
-    below = [lay.position.start + 2, lay.range_bias.stop - 1, lay.vertical_mount.start + 2]
-    return math.sqrt(max(0.0, float(state.P[np.ix_(below, below)].sum())))
+    below = np.array([lay.position.start + 2, lay.range_bias.stop - 1, lay.vertical_mount.start + 2])
+    return math.sqrt(max(0.0, float(state.P[below[:, None], below].sum())))
 
 
 def coasting_variance(settings: FilterSettings, coasting_time: float) -> float:

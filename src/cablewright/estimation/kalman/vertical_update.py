@@ -21,21 +21,20 @@ from cablewright.estimation.kalman.vertical_scan import (
     GATE,
     VerticalTurn,
     coasting_variance,
-    heights_of,
     level_sigma,
+    located,
     mean_height,
-    moved,
-    places_of,
     range_sigma,
     turn_of,
 )
-from cablewright.foundation.arrays import Mask
+from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.signals import Scan
+from cablewright.kernels.filtering import vertical_turn as kernel
 
 _RINGS: Final = {
-    "aside": (35.0, CONE),
-    "below": (0.0, 35.0),
-}  # degrees from the axis: two parts of the floor
+    "aside": (math.cos(math.radians(35.0)), math.cos(math.radians(CONE))),
+    "below": (1.0, math.cos(math.radians(35.0))),
+}  # two parts of the floor, by cosines of angles from the axis
 _WALL_COSINE: Final = math.cos(math.radians(60.0))  # rays farther from the axis meet walls
 _WALL_HEIGHT: Final = 0.1  # m over the floor, from which points are taken for a wall's
 _MIN_POINTS: Final = 8  # of a wall; twice as many of the floor
@@ -53,11 +52,13 @@ def update(settings: FilterSettings, state: FilterState, scan: Scan) -> None:
     height = settings.machine.height
     if height is None:
         return
-    attitudes, motion = state.turns.attitudes.at(scan.times), state.motion_since(scan.times)
-    turn = turn_of(state, height, scan, attitudes, motion)
+    times = scan.times
+    attitudes, change = state.turns.attitudes.at(times), state.change_since(times)
+    turn = turn_of(state, height, scan, attitudes, change)
     over = height_over_structure(height, scan, attitudes[:, 1:])
     if math.isfinite(over):
-        state.clearance_offset = over - float((state.motion.position - motion.displacement[len(attitudes) // 2])[2])
+        since_middle = state.displacement(change[len(change) // 2][None])[0]
+        state.clearance_offset = over - float((state.motion.position - since_middle)[2])
     _update_floor(settings, state, height, turn)
     _update_walls(settings, state, height, turn)
 
@@ -76,19 +77,23 @@ def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSe
 
     Earlier scans of the ground show which points are no floor, and give the height where none is in sight.
     """
-    before = level_sigma(state)
-    floors = [floor for ring in _RINGS if (floor := _floor_in(settings, state, height, turn, ring, before)) is not None]
+    before, (places, heights) = level_sigma(state), located(state, height, turn)
+    ground, scatter = state.built.ground_map.at(places), GATE * range_sigma(settings, height)
+    floors = [
+        floor
+        for ring in _RINGS
+        if (floor := _floor_in(height, turn, heights, ground.may_be_floor, ring, scatter, before)) is not None
+    ]
     sentence = "its floor is not at the expected height: not used"
     accepted = refused = trusted = False
     for floor in sorted(floors, key=lambda floor: abs(floor.over)):
-        over = float(heights_of(state, height, turn)[floor.good].mean())
-        H, R = mean_height(settings, state, height, turn, floor.good)
+        over, H, R = mean_height(settings, state, height, turn, floor.good)
         if over > 0.0 and not floor.most:  # it may be no floor
             if over**2 > GATE**2 * float((H @ state.P @ H.T + R)[0, 0]):
                 continue
             R += (_MINORITY_FACTOR * over) ** 2
         innovation = np.array([-over])
-        sank = floor.most and not accepted and _was_floor(state, turn, floor)
+        sank = floor.most and not accepted and _most(ground.was_floor[floor.good])
         if over < 0.0 or sank:  # nothing is below a floor
             refusals = state.judged.rejections.get(floor.what, 0)
             if refusals >= _REFUSALS and not passes_gate(state.P, H, innovation, R)[0]:
@@ -108,72 +113,38 @@ def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSe
         update_by_ground(settings, state, height, turn)
 
 
-def _was_floor(state: FilterState, turn: VerticalTurn, floor: _Floor) -> bool:
-    """Whether most points of a *floor* were floor just now."""
-    were = state.built.ground_map.was_floor(places_of(state, turn, floor.good))
-    return int(np.count_nonzero(were)) >= FLOOR_MAJORITY * len(were)
+def _most(these: Mask) -> bool:
+    """Whether most of *these* (k,) are true."""
+    return int(np.count_nonzero(these)) >= FLOOR_MAJORITY * len(these)
 
 
 def _floor_in(
-    settings: FilterSettings, state: FilterState, height: HeightSettings, turn: VerticalTurn, name: str, sigma: float
+    height: HeightSettings, turn: VerticalTurn, heights: Array, may_be: Mask, name: str, scatter: float, sigma: float
 ) -> _Floor | None:
-    """Return what may be the floor in a ring of a *turn*, by a height known to *sigma*, m; None: too little."""
-    low, high = _RINGS[name]
-    ring = (turn.axis_cosine <= math.cos(math.radians(low))) & (turn.axis_cosine > math.cos(math.radians(high)))
-    heights, good = heights_of(state, height, turn), ring.copy()
-    possible = np.where(state.built.ground_map.may_be_floor(places_of(state, turn, ring)), heights[ring], np.inf)
-    band, ceiling = GATE * range_sigma(settings, height) * turn.axis_cosine[ring], _FLOOR_BAND + GATE * sigma
-    good[ring] = floor_points(height, turn.points[ring], possible, band, _MIN_SHARE, ceiling)
+    """Return what may be the floor in a ring of a *turn*, by *heights* (k,) known to *sigma*, m; None: too little.
+
+    *may_be* (k,): points that may be floor, by earlier scans. *scatter*, m: of points of a level, along their rays.
+    """
+    members, possible, along, band = kernel.ring(turn.rays, heights, may_be, *_RINGS[name], height.heading, scatter)
+    good = np.zeros(len(heights), dtype=np.bool_)
+    good[members] = floor_points(possible, along, band, _MIN_SHARE, _FLOOR_BAND + GATE * sigma)
     count = int(np.count_nonzero(good))
     if count < 2 * _MIN_POINTS:
         return None
-    over = float(heights[good].mean())
-    return _Floor(f"height {name}", good, over, count >= FLOOR_MAJORITY * int(np.count_nonzero(ring)))
+    return _Floor(f"height {name}", good, float(heights[good].mean()), count >= FLOOR_MAJORITY * len(members))
 
 
 def _update_walls(settings: FilterSettings, state: FilterState, height: HeightSettings, turn: VerticalTurn) -> None:
     """Update by the points near each expected wall."""
-    flat = np.flatnonzero(turn.axis_cosine < _WALL_COSINE)
-    rays, points, beams = turn.rays[flat], turn.points[flat], turn.beams[flat]
-    rotation, coasting_times, gyro_time = turn.rotation[flat], turn.coasting_time[flat], turn.gyro_time[flat]
-    counted_time = turn.counted_time[flat]
-    lay, sigma = state.layout, range_sigma(settings, height)
-    c, s = np.cos(turn.yaw[flat]), np.sin(turn.yaw[flat])
-    above = turn.position[flat, 2] + points[:, 2] > height.floor + _WALL_HEIGHT
+    (x, layout, at), sigma, mean = state.mean, range_sigma(settings, height), np.empty(turn.rays.shape[1])
+    rules = np.array([_WALL_COSINE, height.floor + _WALL_HEIGHT, _WALL_BAND, GATE * sigma, _MIN_POINTS])
     for j, wall in enumerate(settings.machine.walls.room.walls):
-        position = turn.position[flat] + moved(state, turn)
-        n, along = np.array(wall.normal), np.array(wall.along)
-        wall_off, wall_turn = state.built.wall_errors[j].tolist()
-        ahead, left = n[0] * c + n[1] * s, n[1] * c - n[0] * s  # the normal along the drum's axes
-        steep = ahead * rays[:, 0] + left * rays[:, 1]
-        across = ahead * points[:, 0] + left * points[:, 1]
-        sideways = (along[0] * c + along[1] * s) * points[:, 0] + (along[1] * c - along[0] * s) * points[:, 1]
-        from_reference = position[:, :2] @ along + sideways - wall.reference
-        off = position[:, :2] @ n + across - wall.distance - wall_off + wall_turn * from_reference
-        off -= float(state.built.range_bias[-1]) * steep
-        good = above & (steep > 0.5) & (np.abs(off) < _WALL_BAND)
-        if np.count_nonzero(good) >= _MIN_POINTS:
-            good &= np.abs(off - np.median(off[good])) < GATE * sigma
-        count = int(np.count_nonzero(good))
-        if count < _MIN_POINTS:
+        numbers, H = np.array([*wall.normal, *wall.along, wall.reference, wall.distance]), np.empty((1, layout.size))
+        count, beyond = kernel.write_wall(
+            turn.rays, x, at, state.hung.jacobian, moving_velocity(state), turn.estimate, numbers, j, rules, mean, H[0]
+        )
+        if not count:
             continue
-        x, y, z = points[good].mean(axis=0).tolist()
-        a, b = float(ahead[good].mean()), float(left[good].mean())
-        H = np.zeros((1, lay.size))
-        H[0, lay.position][:2] = n
-        H[0, lay.radii] = -(n @ state.hung.jacobian[:2]) * state.lines.radii * rotation[good].mean(axis=0)
-        coasting_time = float(coasting_times[good].mean())
-        H[0, lay.velocity][:2] = -n * coasting_time
-        H[0, lay.stretch] = -(n @ state.hung.jacobian[:2]) * counted_time[good].mean()
-        H[0, lay.attitude] = -b * z, a * z, b * x - a * y
-        H[0, lay.gyro_bias] = gyro_time[good].mean() * H[0, lay.attitude]
-        H[0, lay.range_bias.stop - 1] = -float(steep[good].mean())
-        bx, by, bz = beams[good].mean(axis=0).tolist()
-        H[0, lay.vertical_mount] = a, b, 0.0, -b * bz, a * bz, b * bx - a * by
-        H[0, lay.walls.start + 2 * j] = -1.0
-        H[0, lay.walls.start + 2 * j + 1] = float(from_reference[good].mean())
-        H[0, lay.clock] = -float(n @ moving_velocity(state)[:2])
-        own = settings.wall_sigma**2 + coasting_variance(settings, coasting_time)
+        own = settings.wall_sigma**2 + coasting_variance(settings, mean[kernel.COASTING_TIME])
         R = noise_factor(state) * np.array([[sigma**2 / count + own]])
-        innovation = np.array([-float(off[good].mean())])
-        gated_update(state, f"vertical {wall.name}", H, innovation, R, ("vertical", "wall"), "")
+        gated_update(state, f"vertical {wall.name}", H, np.array([-beyond]), R, ("vertical", "wall"), "")
