@@ -133,7 +133,10 @@ def _cone(settings: HeightSettings, scan: Scan, tilt: ArrayLike) -> HeightEstima
     level, last = _within(settings, scan, tilt, settings.cone)
     if len(level) < 2 * settings.lowest_points:
         return HeightEstimate(points=len(level), note="no floor in sight")
-    depth, along = kernel.connected(level, settings.heading, settings.outlier_distance)
+    depth, along = -level[:, 2], level[:, :2] @ settings.heading
+    near = np.abs(np.diff(depth)) <= settings.outlier_distance
+    kept = np.append(near, False) | np.append(False, near)
+    depth, along = depth[kept], along[kept]
     if len(depth) < 2 * settings.lowest_points:
         return HeightEstimate(points=len(depth), note="no floor in sight: its points are isolated")
     return depth, along, last

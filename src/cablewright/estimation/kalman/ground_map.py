@@ -56,7 +56,8 @@ class GroundMap:
             return
         self._gone += away
         steps = math.ceil(away / _STRIDE)
-        kernel.go(*self._cells(), before, x, y, steps, away / steps, _AT_FOOT, _BELOW)
+        for column, disc in ((kernel.PATH, _AT_FOOT), (kernel.LAID, _BELOW)):
+            kernel.go(*self._cells(), before, x, y, steps, away / steps, disc, column)
 
     def interrupt(self) -> None:
         """Record that the nozzle's path to its next position is unknown."""

@@ -10,7 +10,7 @@ import numpy as np
 from cablewright.estimation.height import HeightSettings
 from cablewright.estimation.kalman.lidar_update import noise_factor
 from cablewright.estimation.kalman.settings import FilterSettings
-from cablewright.estimation.kalman.state import FilterState, moving_velocity
+from cablewright.estimation.kalman.state import FilterState, MotionSince, moving_velocity
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.signals import Scan
 from cablewright.kernels.filtering import vertical_turn as kernel
@@ -29,18 +29,16 @@ class VerticalTurn(NamedTuple):
     estimate: Array  # (3,) m, world
 
 
-def turn_of(state: FilterState, height: HeightSettings, scan: Scan, attitudes: Array, change: Array) -> VerticalTurn:
-    """Return the rays of one *scan* with an echo, by *attitudes* (n, 3), rad, and the *change* (n, m + 4) since each.
-
-    The change is that of `FilterState.change_since`.
-    """
-    (x, _, at), attitude, motion = state.mean, state.attitude, state.motion
+def turn_of(
+    state: FilterState, height: HeightSettings, scan: Scan, attitudes: Array, motion: MotionSince
+) -> VerticalTurn:
+    """Return the rays of one *scan* with an echo, by *attitudes* (n, 3), rad, of the platform and its *motion*."""
+    attitude, yaw, (x, _, at) = state.attitude, state.attitude.yaw - state.attitude.gyro_yaw, state.mean
     rays = kernel.rays(
-        np.array(scan.ranges), scan.first_angle, scan.angle_step, scan.begin, scan.period, height.lidar, attitudes,
-        attitude.yaw - attitude.gyro_yaw, change, x, at, state.hung.jacobian, attitude.last_imu_time,
-        motion.last_encoder_time,
+        np.array(scan.ranges), scan.first_angle, scan.angle_step, scan.begin, scan.period, height.lidar, attitudes, yaw,
+        *motion, x, at, attitude.last_imu_time, state.motion.last_encoder_time,
     )  # fmt: skip
-    return VerticalTurn(rays, motion.position.copy())
+    return VerticalTurn(rays, state.motion.position.copy())
 
 
 def located(state: FilterState, height: HeightSettings, turn: VerticalTurn) -> tuple[Array, Array]:

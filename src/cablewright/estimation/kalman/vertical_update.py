@@ -53,12 +53,11 @@ def update(settings: FilterSettings, state: FilterState, scan: Scan) -> None:
     if height is None:
         return
     times = scan.times
-    attitudes, change = state.turns.attitudes.at(times), state.change_since(times)
-    turn = turn_of(state, height, scan, attitudes, change)
+    attitudes, motion = state.turns.attitudes.at(times), state.motion_since(times)
+    turn = turn_of(state, height, scan, attitudes, motion)
     over = height_over_structure(height, scan, attitudes[:, 1:])
     if math.isfinite(over):
-        since_middle = state.displacement(change[len(change) // 2][None])[0]
-        state.clearance_offset = over - float((state.motion.position - since_middle)[2])
+        state.clearance_offset = over - float((state.motion.position - motion.displacement[len(times) // 2])[2])
     _update_floor(settings, state, height, turn)
     _update_walls(settings, state, height, turn)
 
@@ -93,7 +92,8 @@ def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSe
                 continue
             R += (_MINORITY_FACTOR * over) ** 2
         innovation = np.array([-over])
-        sank = floor.most and not accepted and _most(ground.was_floor[floor.good])
+        were = ground.was_floor[floor.good]
+        sank = floor.most and not accepted and int(np.count_nonzero(were)) >= FLOOR_MAJORITY * len(were)
         if over < 0.0 or sank:  # nothing is below a floor
             refusals = state.judged.rejections.get(floor.what, 0)
             if refusals >= _REFUSALS and not passes_gate(state.P, H, innovation, R)[0]:
@@ -113,11 +113,6 @@ def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSe
         update_by_ground(settings, state, height, turn)
 
 
-def _most(these: Mask) -> bool:
-    """Whether most of *these* (k,) are true."""
-    return int(np.count_nonzero(these)) >= FLOOR_MAJORITY * len(these)
-
-
 def _floor_in(
     height: HeightSettings, turn: VerticalTurn, heights: Array, may_be: Mask, name: str, scatter: float, sigma: float
 ) -> _Floor | None:
@@ -125,13 +120,15 @@ def _floor_in(
 
     *may_be* (k,): points that may be floor, by earlier scans. *scatter*, m: of points of a level, along their rays.
     """
-    members, possible, along, band = kernel.ring(turn.rays, heights, may_be, *_RINGS[name], height.heading, scatter)
-    good = np.zeros(len(heights), dtype=np.bool_)
-    good[members] = floor_points(possible, along, band, _MIN_SHARE, _FLOOR_BAND + GATE * sigma)
+    (most, least), cosine, good = _RINGS[name], turn.rays[:, kernel.COSINE], np.zeros(len(heights), dtype=np.bool_)
+    ring = np.flatnonzero((cosine <= most) & (cosine > least))
+    along = turn.rays[ring, kernel.POINT : kernel.POINT + 2] @ height.heading
+    possible = np.where(may_be[ring], heights[ring], np.inf)
+    good[ring] = floor_points(possible, along, scatter * cosine[ring], _MIN_SHARE, _FLOOR_BAND + GATE * sigma)
     count = int(np.count_nonzero(good))
     if count < 2 * _MIN_POINTS:
         return None
-    return _Floor(f"height {name}", good, float(heights[good].mean()), count >= FLOOR_MAJORITY * len(members))
+    return _Floor(f"height {name}", good, float(heights[good].mean()), count >= FLOOR_MAJORITY * len(ring))
 
 
 def _update_walls(settings: FilterSettings, state: FilterState, height: HeightSettings, turn: VerticalTurn) -> None:

@@ -48,8 +48,7 @@ def _own(marks, kept, x, y):
     cell, owner = _cell(x, y)
     if marks[cell, OWNER] != owner:
         marks[cell, OWNER] = owner
-        for column in range(KEPT):
-            kept[cell, column] = nan if column <= GROWTH else 0.0
+        kept[cell], kept[cell, HEIGHT], kept[cell, GROWTH] = 0.0, nan, nan
     return cell
 
 
@@ -73,23 +72,16 @@ def look_up(marks, kept, places, growth, gone, heights, grown, known, may_be_flo
 
 
 @jit
-def _count_path(marks, kept, x, y, near, column, length):
-    """Add a *length* of path, m, to a *column* of the cells at offsets *near* (d, 2), m, from (x, y), m."""
-    for i in range(near.shape[0]):
-        kept[_own(marks, kept, x + near[i, 0], y + near[i, 1]), column] += length
+def go(marks, kept, before, x, y, steps, length, near, column):
+    """Add the nozzle's straight path, *steps* of a *length*, m, from *before* (2) to (x, y), m, world, to a *column*.
 
-
-@jit
-def go(marks, kept, before, x, y, steps, length, at_foot, below):
-    """Count the nozzle's straight path of *steps* of a *length*, m, from *before* (2,) to (x, y), m, world.
-
-    *at_foot*, *below* (d, 2), m: offsets of the cells where the foot of its material may come, and where it lays.
+    Of the cells at offsets *near* (d, 2), m, from each step.
     """
     for i in range(steps):
         share = 1.0 - i * (1.0 / steps)
         there_x, there_y = before[0] + share * (x - before[0]), before[1] + share * (y - before[1])
-        _count_path(marks, kept, there_x, there_y, at_foot, PATH, length)
-        _count_path(marks, kept, there_x, there_y, below, LAID, length)
+        for j in range(near.shape[0]):
+            kept[_own(marks, kept, there_x + near[j, 0], there_y + near[j, 1]), column] += length
 
 
 @jit(allocates=True)
