@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from cablewright.estimation.kalman.ground_map import GroundMap
+from cablewright.foundation.arrays import Array
 
 _ROW = np.array([[0.03 * i, 0.0] for i in range(40)])
 """Places, m, in as many cells."""
@@ -153,3 +154,101 @@ def test_what_comes_and_goes_and_what_goes_up_a_wall_is_no_growth() -> None:
         ground.passing(1.2, 0.0)
         ground.write(_ROW, np.full(40, height))
     assert ground.growth == 0.0
+
+
+def test_the_map_is_that_of_a_dictionary_of_cells() -> None:
+    """Positions at random, cells of which some are seen again, and the nozzle's way between."""
+    ground, random, known = GroundMap(), np.random.default_rng(5), _Dictionary()
+    shares = np.zeros(3)
+    for number in range(45):
+        if number % 3 == 0:
+            x, y = random.uniform(-0.6, 0.6, 2)
+            ground.passing(x, y)
+            known.passing(x, y)
+        places = random.uniform(-0.7, 0.7, (200, 2)) + np.array([25.6 * (number % 20 == 19), 0.0])
+        expected, found = known.at(places), ground.at(places)
+        for one, other in zip(found, expected, strict=True):
+            assert one == pytest.approx(other, rel=1e-5, abs=1e-6, nan_ok=True)
+        shares += [each.mean() / 45 for each in found[2:]]
+        heights = random.choice([1e-3, 2e-2], 200) * (1.0 + 0.02 * number) + 1e-3 * random.standard_normal(200)
+        ground.write(places, heights)
+        known.write(places, heights)
+        assert ground.growth == pytest.approx(known.growth, rel=1e-5)
+    assert known.growth > 0.0
+    assert ((shares > 0.05) & (shares < 0.95)).all()
+
+
+class _Dictionary:
+    """The map of the ground as a dictionary of cells."""
+
+    def __init__(self) -> None:
+        self.growth, self._gone, self._before = 0.0, 0.0, np.full(2, np.nan)
+        self._cells: dict[tuple[int, int], dict[str, float]] = {}
+
+    def _cell(self, place: Array) -> dict[str, float]:
+        row, column = (int(each) for each in np.floor(place / 0.025))
+        for square in {(r, c) for r in (-1024, 0, 1024) for c in (-1024, 0, 1024)} - {(0, 0)}:
+            self._cells.pop((row + square[0], column + square[1]), None)
+        new = {"height": np.nan, "growth": np.nan, "laid": 0.0, "path": 0.0, "path_seen": 0.0, "seen_at": 0.0}
+        return self._cells.setdefault((row, column), new)
+
+    def passing(self, x: float, y: float) -> None:
+        before, self._before = self._before, np.array([x, y])
+        away = float(np.hypot(*(self._before - before)))
+        if not away > 0.0:
+            return
+        self._gone += away
+        steps = int(np.ceil(away / 0.05))
+        for kind, reach in (("path", 0.5), ("laid", 0.15)):
+            offsets = np.arange(-reach, reach + 0.025, 0.025)
+            near = [(a, b) for b in offsets for a in offsets if np.hypot(a, b) <= reach]
+            for there in np.linspace([x, y], before, steps, endpoint=False):
+                for offset in near:
+                    self._cell(there + offset)[kind] += away / steps
+
+    def write(self, places: Array, heights: Array) -> None:
+        cells = [self._cell(place) for place in places]
+        rises = [
+            (height - cell["height"]) / (cell["path"] - cell["path_seen"])
+            for cell, height in zip(cells, heights, strict=True)
+            if cell["path"] - cell["path_seen"] > 0.5 and abs(height - cell["height"]) < 0.03
+        ]
+        if len(rises) >= 16:
+            self.growth = max(0.0, self.growth + 0.05 * (float(np.median(rises)) - self.growth))
+        for cell in {id(cell): cell for cell in cells}.values():
+            seen = float(np.mean([height for each, height in zip(cells, heights, strict=True) if each is cell]))
+            path, rise = cell["path"] - cell["path_seen"], seen - cell["height"]
+            if path > 0.0 and abs(rise) < 0.03:
+                own = self.growth if np.isnan(cell["growth"]) else cell["growth"]
+                cell["growth"] = (rise + 6.0 * own) / (path + 6.0)
+            cell.update(height=seen, path_seen=cell["path"], seen_at=self._gone)
+
+    def at(self, places: Array) -> list[Array]:
+        found = []
+        for place in places:
+            row, column = (int(each) for each in np.floor(place / 0.025))
+            cell = self._cells.get((row, column))
+            if cell is None:
+                found.append([np.nan, 0.0, False, True, False])
+                continue
+            path, own = cell["path"] - cell["path_seen"], cell["growth"]
+            rate, height = self.growth if np.isnan(own) else own, cell["height"]
+            grown = max(rate, self.growth) * path
+            free = self.growth < 3e-4 or (cell["laid"] == 0.0 and path <= 2.0)
+            may_be, was = free and not height > 5e-3, height < 5e-3 and self._gone - cell["seen_at"] < 0.5
+            found.append([height + rate * path, grown, not np.isnan(height) and grown <= 0.02, may_be, was])
+        return list(np.array(found).T)
+
+
+def test_a_map_takes_memory_only_where_ground_is_seen() -> None:
+    """All is 0 at first, which costs a control step nothing; a scan across 10 m writes to few pages of 4 KiB."""
+    ground, way = GroundMap(), np.linspace(-5.0, 5.0, 700)
+    places = np.stack([way, 0.3 * way], axis=1)
+    assert not ground.at(places).known.any()
+    cells = ground._marks, ground._kept
+    assert not any(each.view(np.uint8).any() for each in cells)
+    ground.write(places, np.zeros(700))
+    assert ground.at(places).known.all()
+    pages = [each.view(np.uint8).reshape(-1, 4096).any(axis=1).sum() for each in cells]
+    assert sum(pages) < 150
+    assert sum(each.nbytes for each in cells) > 20 << 20

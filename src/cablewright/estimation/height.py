@@ -158,8 +158,9 @@ def floor_points(heights: Array, along: Array, band: Array, share: float, ceilin
     They are within *band* (k,), m, of the `vertical_turn.lowest_level` below *ceiling*, m, and in runs that are level:
     the part of a flank that crosses that height is no floor. *share*: see there.
     """
-    floor = np.empty(len(heights), dtype=np.bool_)
-    kernel.mark_floor(np.sort(heights), heights, along, band, share, ceiling, floor)
+    floor = np.zeros(len(heights), dtype=np.bool_)
+    if len(heights):
+        kernel.mark_floor(np.sort(heights), heights, along, band, share, ceiling, floor)
     return floor
 
 

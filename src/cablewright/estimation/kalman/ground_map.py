@@ -85,11 +85,12 @@ class GroundMap:
 
 
 def _zeros(columns: int, kind: type) -> NDArray[Any]:
-    """Zeros for each cell (n, *columns*), each page of which takes memory, and time, when it is first written to.
+    """Zeros (n, *columns*) for the n cells. The system provides each page of 4 KiB when it is first written to.
 
-    NumPy's own come in pages of 2 MB, or are cleared at once where the memory was used before.
+    Those of `numpy.zeros` come in pages of 2 MiB, or are all written where the memory was used before.
     """
-    numbers = mmap.mmap(-1, kernel.SIDE**2 * columns * np.dtype(kind).itemsize)
+    size = kernel.SIDE**2 * columns * np.dtype(kind).itemsize
+    numbers = mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
     return np.frombuffer(numbers, kind).reshape(-1, columns)
 
 

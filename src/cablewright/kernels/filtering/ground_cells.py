@@ -1,6 +1,6 @@
-"""Cells of the ground that the vertical lidar saw: what is expected at positions, what a scan shows, where was printed.
+"""Cells of the ground: heights that the vertical lidar has seen, the nozzle's path near each, and what is expected there.
 
-Numbers of cells are all 0 at first, so that memory is used only where ground was seen: cells of nobody.
+All numbers of the cells are 0 at first, so that the system provides memory only where ground is seen.
 """
 
 from math import floor, isnan, nan
@@ -14,11 +14,11 @@ CELL = 0.025  # m
 SIDE = 1024  # cells; places that are 25.6 m apart share one, which knows whose it is
 TILE = 16  # cells: squares whose cells are one after another, so that what lies together is in few pages of memory
 
-# Columns of a cell's integers: of the squares that share it, the one it is of, never 0; in `write` a number of its own.
+# Columns of a cell's integers: which of the squares that share it has it now, 0: none yet; its number during `write`.
 OWNER, NUMBER, MARKS = 0, 1, 2
-# Columns of what is kept of a cell: height over the floor as last seen, m, NaN: never; m by which it rises for each
-# metre of path, NaN: as all; m of the nozzle's path so near that it lays there, and so near that the foot of its
-# material comes there; that one, and m that the nozzle had gone, when it was last seen.
+# Columns of a cell's numbers: height over the floor as last seen, m, NaN: never; m by which it rises for each metre of
+# path, NaN: as all; m of the nozzle's path so near that it lays there, and so near that the foot of its material comes
+# there; the latter, and m that the nozzle had gone, when the cell was last seen.
 HEIGHT, GROWTH, LAID, PATH, PATH_SEEN, SEEN_AT, KEPT = 0, 1, 2, 3, 4, 5, 6
 
 FLOOR = 5e-3  # m, of ground that nothing was laid on

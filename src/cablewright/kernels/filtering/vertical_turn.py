@@ -119,13 +119,12 @@ def lowest_level(ordered, band, share, ceiling):
 
 @jit(allocates=True)
 def mark_floor(ordered, heights, along, band, share, ceiling, floor):
-    """Mark the points of the *floor* (k,), by their *heights* (k,), m, also given *ordered*; see `floor_points`.
+    """Mark the points of the *floor* (k,), k > 0, by their *heights* (k,), m, also given *ordered*; see `floor_points`.
 
     They are within *band* (k,), m, of the `lowest_level`, and in runs whose slope *along* the scan (k,), m, is small.
     """
     level, begin = lowest_level(ordered, band.mean(), share, ceiling), 0
     near = np.flatnonzero(np.abs(heights - level) < band)
-    floor[:] = False
     for end in range(1, near.size + 1):
         if end < near.size and near[end] - near[end - 1] <= MAX_RUN_GAP:
             continue
