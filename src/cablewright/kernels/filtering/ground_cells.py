@@ -1,4 +1,4 @@
-"""Cells of the ground: heights that the vertical lidar has seen, the nozzle's path near each, and what is expected there.
+"""Cells of the ground: heights that the vertical lidar has seen, the nozzle's path near each, what is expected there.
 
 All numbers of the cells are 0 at first, so that the system provides memory only where ground is seen.
 """
