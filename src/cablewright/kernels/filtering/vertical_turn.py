@@ -165,7 +165,8 @@ def rays(
         ray[THERE + 2] += ray[POINT + 2]
         ray[HEADING], ray[HEADING + 1], ray[GYRO_TIME], ray[COASTING_TIME] = c, s, imu_time - time, coasting_time[i]
         ray[COUNTED_TIME], ray[Z_SQUARE] = encoder_time - time - coasting_time[i], uz * uz
-        ray[ROTATION:] = rotation[i]
+        for j in range(rotation.shape[1]):
+            ray[ROTATION + j] = rotation[i, j]
         count += 1
     return found[:count]
 
