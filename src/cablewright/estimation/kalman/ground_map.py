@@ -90,8 +90,7 @@ def _zeros(columns: int, kind: type) -> NDArray[Any]:
     Those of `numpy.zeros` come in pages of 2 MiB, or are all written where the memory was used before.
     """
     size = kernel.SIDE**2 * columns * np.dtype(kind).itemsize
-    numbers = mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
-    return np.frombuffer(numbers, kind).reshape(-1, columns)
+    return np.frombuffer(mmap.mmap(-1, size, access=mmap.ACCESS_COPY), kind).reshape(-1, columns)
 
 
 def _disc(radius: float) -> Array:
