@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,16 @@ STIFFNESS, LIMITS, MASS = 5e4, (2.0, 300.0), 5.0  # N, N, kg
 PLANES = {"vertical": (0.0, 1.0, 0.0), "horizontal": (0.0, 0.0, -2.0), "tilted": (0.2, 1.0, 0.3)}
 DISTANCE = 0.02  # m
 CORNERS = np.array([(-1.2, -0.8), (1.2, -0.8), (1.2, 0.8), (-1.2, 0.8)])
+SLED = """
+schema = 1
+name = "table"
+scene = { frame_min = [-1.0, -1.0, -0.01], frame_max = [1.0, 1.0, 0.4] }
+platform = { mass = "MASS kg", plane = { normal = [0.0, 0.0, 1.0] } }
+cable = { axial_stiffness = "140 kN", linear_density = "30 g/m", breaking_load = "2 kN" }
+sheave = { kind = "eyelet" }
+line = { tension_limits = ["80 N", "400 N"] }
+"""
+EXITS = {"a": (-1.0, -1.0), "b": (1.0, -1.0), "c": (1.0, 1.0), "d": (-1.0, 1.0)}
 POINTS = np.array([(-0.1, 0.06), (0.11, 0.05), (0.1, -0.05), (-0.12, -0.06)])  # crossed: they hold the body's turn
 
 
@@ -64,3 +75,11 @@ def places(robot: Robot, count: int, reach: float = 0.6, turn: float = 0.1, seed
     u, v = rng.uniform(-reach, reach, (2, count, 1))
     poses = u * a + v * b + DISTANCE * n
     return poses if robot.n == 3 else np.hstack([poses, rng.uniform(-turn, turn, (count, 1)) * n])
+
+
+def sled(folder: Path, mass: float) -> Path:
+    """Belts that come from above a level board pull the sled off, unless it is heavy."""
+    lines = "".join(f'[[lines]]\nname = "{name}"\nexit_point = [{x}, {y}, 0.4]\n' for name, (x, y) in EXITS.items())
+    file = folder / f"sled-{mass:g}.toml"
+    file.write_text(SLED.replace("MASS", f"{mass:g}") + lines)
+    return file

@@ -106,6 +106,8 @@ from cablewright.machine.files import machine_names as machine_names
 from cablewright.machine.interface import Abilities as Abilities
 from cablewright.machine.log.log import read_log as read_log
 from cablewright.machine.settings import MachineSettings as MachineSettings
+from cablewright.machine.simulated.deposition import Powder as Powder
+from cablewright.machine.simulated.deposition import pour as pour
 from cablewright.machine.simulated.settings import SimulationSettings as SimulationSettings
 from cablewright.machine.simulated.settings import TwinSettings as TwinSettings
 from cablewright.machine.simulated.settings import load_twin as load_twin
@@ -116,8 +118,6 @@ from cablewright.models.fidelity import SheaveLaw as SheaveLaw
 from cablewright.models.statics import Equilibrium as Equilibrium
 from cablewright.models.statics import Model as Model
 from cablewright.models.stiffness import Stiffness as Stiffness
-from cablewright.printing.deposition import Powder as Powder
-from cablewright.printing.deposition import pour as pour
 from cablewright.printing.heightfield import HeightField as HeightField
 from cablewright.printing.job import Job as Job
 from cablewright.printing.job import load_job as load_job

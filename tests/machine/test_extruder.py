@@ -13,10 +13,10 @@ from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import Command
 from cablewright.machine.files import load_machine, machine_text
 from cablewright.machine.settings import extruding
+from cablewright.machine.simulated.deposition import extrude
 from cablewright.machine.simulated.settings import load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.models.statics import Model
-from cablewright.printing.deposition import extrude
 from cablewright.printing.heightfield import HeightField
 from cablewright.printing.job import Bead
 from cablewright.robot import load

@@ -247,6 +247,24 @@ def broken_limits(rows: Equilibrium) -> tuple[tuple[str, ...], Mask]:
     return tuple(columns), np.column_stack(list(columns.values()))
 
 
+def lifted(rows: Equilibrium) -> Mask:
+    """Return which equilibria (N,) lift the platform off a plane that only pushes."""
+    robot = _judged_robot(rows.model)
+    return _lifts(robot, plane_forces(rows)) if robot.platform.may_lift else np.zeros(len(rows), np.bool_)
+
+
+def judged_codes(rows: Equilibrium) -> NDArray[np.int64]:
+    """Return the codes (N,) of equilibria; of those that lift the platform off its plane that of OUT_OF_LIMITS."""
+    return np.where((rows.code == 0) & lifted(rows), list(Status).index(Status.OUT_OF_LIMITS), rows.code)
+
+
+def lifting_sentence(row: Equilibrium) -> str:
+    """Return the sentence on an equilibrium that lifts the platform; empty where it does not."""
+    if not lifted(row[None])[0]:
+        return ""
+    return f"{PLANE_FORCE} {float(row.plane_force):.6g} N; at most 0 N is allowed: {OF_CHECKS[PLANE_FORCE]}"
+
+
 def _lifts(robot: Robot, plane_force: Array) -> Mask:
     """Whether each *plane_force* (N,), N, lifts the platform off the plane by more than rounding."""
     return np.asarray(plane_force > _ROUNDING * max(line.tension_limits[1] for line in robot.lines))

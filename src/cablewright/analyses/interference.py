@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from cablewright.analyses.feasibility import judged_codes
 from cablewright.analyses.line_shapes import polylines
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import InputError, Status
@@ -231,7 +232,7 @@ class Interference(Distances):
     @property
     def unsolved(self) -> str | None:
         """The status of the first pose that cannot be held; None if all can."""
-        codes = np.atleast_1d(self.equilibrium.code)
+        codes = judged_codes(self.equilibrium[None] if self.equilibrium.single else self.equilibrium)
         return Status.of(int(codes[codes != 0][0])).word if codes.any() else None
 
     def __len__(self) -> int:

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from cablewright.analyses.feasibility import judged_codes, lifting_sentence
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.results import Figure, Pictured
@@ -152,9 +153,9 @@ class Modes(Pictured):
     @property
     def refusal(self) -> str:
         """Reason why a pose is not held; empty where all are."""
-        held = self.equilibrium
-        bad = np.flatnonzero(~np.atleast_1d(held.ok))
-        return "" if not len(bad) else (held if held.single else held[int(bad[0])]).sentence()
+        held = self.equilibrium[None] if self.single else self.equilibrium
+        bad = np.flatnonzero(judged_codes(held))
+        return "" if not len(bad) else lifting_sentence(held[int(bad[0])]) or held[int(bad[0])].sentence()
 
     @property
     def mostly(self) -> Any:

@@ -35,8 +35,10 @@ from cablewright.solvers.winched_tensions import (
     capacity_on_drums,
     closure,
     distributed,
+    pressed,
     reduced_columns,
     structures_at,
+    with_board,
 )
 
 METHODS = {
@@ -202,7 +204,7 @@ def tension_distribution(
     s for which tensions from min + s to max - s exist, negative where the limits would have to be relaxed. An objective
     is minimised within the limits: a `Quadratic`, compiled if its hessian is diagonal, or any convex `Objective`, which
     is slow. Elastic lines that share a winch have tensions that fit their drum; rigid ones have none where their
-    lengths do not fit it. Programs of such robots are not compiled.
+    lengths do not fit it. Their programs are not compiled. The press on a plane that only pushes counts too.
 
     *wrench* (n,) or (N, n), N and N m, world, acts besides the weight and replaces the platform's own; *retraction* is
     the platform's retraction length, m. Raises `InputError` for an unknown method, numbers of the wrong count or not
@@ -219,7 +221,7 @@ def tension_distribution(
         require_a_load(model)
     given, single = as_poses(model, poses, "pose")
     packed = _packed(model, len(given), wrench, retraction)
-    curvature, bias = np.ones(model.m), np.zeros(model.m)
+    curvature, bias, sought = np.ones(model.m), np.zeros(model.m), None
     if isinstance(method, str):
         if method not in METHODS:
             raise UnknownName("tension distribution", method, METHODS)
@@ -230,21 +232,22 @@ def tension_distribution(
         name, chosen = "objective", distribution.LEAST
         if not (hasattr(method, "value") and hasattr(method, "gradient")):
             raise InputError(f"method = {method!r:.60}: one of {', '.join(METHODS)} or an Objective is expected")
-        if isinstance(method, Quadratic):
-            method = method.checked(model.m)
-    sought = None
-    if not isinstance(method, str) and not (isinstance(method, Quadratic) and method.hessian.ndim == 1):
-        sought = method
-    elif isinstance(method, Quadratic):
-        assert method.linear is not None
-        curvature, bias = method.hessian, -method.linear
+        sought = method.checked(model.m) if isinstance(method, Quadratic) else method
+        if isinstance(sought, Quadratic) and sought.hessian.ndim == 1:
+            assert sought.linear is not None
+            curvature, bias, sought = sought.hessian, -sought.linear, None
+    widest = chosen == distribution.WIDEST
     if model.robot.sharing:
         choose = partial(_chosen, method=chosen, curvature=curvature, bias=bias, objective=sought)
         found = Distribution(name, given, *distributed(model, packed, given, choose))
-        return found[0] if single else found
-    own = WinchedLines.at(model, packed, given)
-    swept = _swept(own, given, chosen, curvature, bias) if sought is None else _searched(own, given, sought)
-    found = Distribution(name, given, *own.completed(swept))
+    elif widest and model.robot.platform.may_lift and model.n == 3:
+        own, ones = with_board(model, packed, given), np.ones(model.m + 1)
+        tensions, margins, codes = own.completed(_swept(own, given, chosen, ones, 0.0 * ones))
+        found = Distribution(name, given, tensions[:, :-1], margins, codes)
+    else:
+        own = WinchedLines.at(model, packed, given)
+        swept = _swept(own, given, chosen, curvature, bias) if sought is None else _searched(own, given, sought)
+        found = Distribution(name, given, *pressed(model, packed, given, own.completed(swept), widest=widest))
     return found[0] if single else found
 
 

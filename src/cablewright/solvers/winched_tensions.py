@@ -10,9 +10,9 @@ elsewhere they have none.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations, product
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,8 @@ from cablewright.kernels.wrench_feasibility.distribution import structure_rows
 from cablewright.models.packed_views import LineNumbers, PlatformNumbers
 from cablewright.models.shared_drum_tensions import Drums
 from cablewright.models.statics import Equilibrium, Model
+from cablewright.robot import Line
+from cablewright.robot.sheave import Eyelet
 
 ROUNDS: Final = 4
 """Linearisations of the drums: strains are small, and the error of each is the square of that before."""
@@ -32,6 +34,7 @@ BALANCED: Final = 1e-9  # of the load: unbalanced part that is due to rounding
 FLAT: Final = 1e-9  # of the largest singular value under which columns count as dependent
 CLOSED_BY: Final = 1e-9  # of the mean tension: min entry of a null vector that counts as positive
 UNBOUNDED: Final = 1e3  # of the mean tension: upper limit of a null vector's entries
+_FAR: Final = 10.0  # times all forces together: upper limit of the press on a plane, which none reaches
 _LP: Final = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
 
 Choice = tuple[Array, float, int]  # tensions (m,), N, margin, N, and code
@@ -90,14 +93,44 @@ def structures_at(packed: Packed, poses: Array, codes: NDArray[np.int64] | None 
     return A, w
 
 
+class Press(NamedTuple):
+    """Force on a plane that only pushes, against its normal: of each line per newton, and of the load."""
+
+    lines: Array  # (m,), or (N, m) at N poses
+    load: Array  # N: (), or (N,)
+
+    @classmethod
+    def at(cls, model: Model, packed: Packed, poses: Array) -> Press | None:
+        """Return it at *poses* (N, n); None without such a plane. NaN where a line has no direction."""
+        if not model.robot.platform.may_lift:
+            return None
+        free = PlatformNumbers(packed.platform.copy())
+        free.held, normal = 0.0, free.normal[0]
+        structures, wrenches = structures_at(packed._replace(platform=free.array), poses)
+        return cls(-(normal @ structures[:, :3]), -(wrenches[:, :3] @ normal))
+
+    def at_row(self, row: int) -> Press:
+        """Return the force at one of the poses."""
+        return Press(self.lines[row], self.load[row])
+
+    def of(self, tensions: Array) -> Array:
+        """Return the force (...), N, of *tensions* (..., m): negative where they lift the platform."""
+        found = (self.lines * tensions).sum(axis=-1) + self.load
+        return np.asarray(np.where(np.abs(found) <= BALANCED * np.abs(tensions).max(axis=-1), 0.0, found))
+
+
 @dataclass(frozen=True, eq=False)
 class CoupledProgram:
-    """Search for tensions t (m,), N, at one pose: rows @ t = load, within limits from *low* to *high*."""
+    """Search for tensions t (m,), N, at one pose: rows @ t = load, within limits from *low* to *high*.
+
+    Off a plane that only pushes they do not lift the platform: its *press* is then at least 0.
+    """
 
     rows: Array
     load: Array
     low: Array
     high: Array
+    press: Press | None = None
 
     def nearest(self) -> Choice:
         """Return the tensions nearest to the middle of the limits (Jung 2020, Eq. 8)."""
@@ -125,10 +158,13 @@ class CoupledProgram:
         from scipy.optimize import linprog
 
         m, one = len(self.low), np.ones((len(self.low), 1))
+        sides, most = np.block([[-np.eye(m), one], [np.eye(m), one]]), np.concatenate([-self.low, self.high])
+        if self.press is not None:
+            sides, most = np.vstack([sides, [*-self.press.lines, 1.0]]), np.append(most, self.press.load)
         found = linprog(
             [0.0] * m + [-1.0],
-            A_ub=np.block([[-np.eye(m), one], [np.eye(m), one]]),
-            b_ub=np.concatenate([-self.low, self.high]),
+            A_ub=sides,
+            b_ub=most,
             A_eq=np.column_stack([self.rows, np.zeros(len(self.rows))]),
             b_eq=self.load,
             bounds=(None, None),
@@ -147,7 +183,8 @@ class CoupledProgram:
             first = solved if give == 0.0 else first
             if solved == 1:
                 code = {1: Code.OK, 0: Code.INFEASIBLE}.get(first, Code.NOT_CONVERGED)
-                return tensions, self._judged(tensions)[1], code
+                _, margin, judged = self._judged(tensions)
+                return tensions, margin, judged if code == Code.OK and self.press is not None else code
         return np.full(m, np.nan), np.nan, Code.NOT_CONVERGED
 
     @property
@@ -162,6 +199,7 @@ class CoupledProgram:
 
     def _judged(self, tensions: Array) -> Choice:
         margin = float(np.min([tensions - self.low, self.high - tensions]))
+        margin = margin if self.press is None else min(margin, float(self.press.of(tensions)))
         least = -BALANCED * np.abs(tensions).max()
         return tensions, margin if not least < margin < 0.0 else 0.0, Code.OK if margin >= least else Code.INFEASIBLE
 
@@ -185,7 +223,7 @@ def distributed(
     codes, m = np.zeros(len(poses), np.int64), model.m
     structures, wrenches = structures_at(packed, poses, codes)
     limits = np.broadcast_to(LineNumbers(packed.lines).tension_limits, (len(poses), m, 2))
-    weights = model.lines.counterweight
+    weights, press = model.lines.counterweight, Press.at(model, packed, poses) if loaded else None
     tensions, margins = np.where(weights > 0.0, weights, limits.mean(axis=-1)), np.full(len(poses), _NONE_AT_ALL)
     around, outcome = tensions, codes
     for _ in range(ROUNDS if loaded else 1):
@@ -193,7 +231,8 @@ def distributed(
         tensions, outcome = np.full((len(poses), m), np.nan), np.where(codes == 0, Code.INFEASIBLE, codes)
         margins[:] = _NONE_AT_ALL
         for row in np.flatnonzero((codes == 0) & (drums.misfit <= AGREE)).tolist():
-            program = _program(structures[row], wrenches[row], drums.rows(row, m), weights, limits[row], loaded)
+            own = None if press is None else press.at_row(row)
+            program = _program(structures[row], wrenches[row], drums.rows(row, m), weights, limits[row], own, loaded)
             if program.balances:
                 tensions[row], margins[row], outcome[row] = choose(program)
         around = np.where(np.isnan(tensions), around, np.clip(tensions, 1e-3 * limits[..., 1], None))
@@ -201,13 +240,59 @@ def distributed(
 
 
 def _program(
-    structure: Array, wrench: Array, drums: tuple[Array, Array], weights: Array, limits: Array, loaded: bool
-) -> CoupledProgram:
+    structure: Array, wrench: Array, drums: tuple[Array, Array], weights: Array, limits: Array,
+    press: Press | None, loaded: bool,
+) -> CoupledProgram:  # fmt: skip
     """The equations of balance, drums and counterweights."""
     held = np.flatnonzero(weights > 0.0)
     rows = np.vstack([structure, drums[0], np.eye(len(weights))[held]])
     load = np.concatenate([-wrench, drums[1], weights[held]])
-    return CoupledProgram(rows, load if loaded else np.zeros(len(load)), *np.ascontiguousarray(limits.T))
+    low, high = np.ascontiguousarray(limits.T)
+    return CoupledProgram(rows, load if loaded else np.zeros(len(load)), low, high, press)
+
+
+def pressed(model: Model, packed: Packed, poses: Array, found: Found, *, widest: bool) -> Found:
+    """Return tensions *found* at *poses* (N, n), and margins that count the press on a plane that only pushes.
+
+    Of the *widest*, those with it replace them where it is less than their margin; others that lift are infeasible.
+    """
+    (tensions, margins, codes), press = found, Press.at(model, packed, poses)
+    if press is None:
+        return found
+    by_press = np.where(np.isnan(tensions).any(axis=1), np.inf, press.of(tensions))
+    if not widest:
+        codes = np.where((by_press < 0.0) & (codes == Code.OK), Code.INFEASIBLE, codes)
+        return tensions, np.minimum(margins, by_press), codes
+    tensions, margins, codes = tensions.copy(), margins.copy(), codes.copy()
+    structures, wrenches = structures_at(packed, poses)
+    limits = np.broadcast_to(LineNumbers(packed.lines).tension_limits, (len(poses), model.m, 2))
+    none, weights = (np.empty((0, model.m)), np.empty(0)), model.lines.counterweight
+    for row in np.flatnonzero(by_press < margins).tolist():
+        program = _program(structures[row], wrenches[row], none, weights, limits[row], press.at_row(row), loaded=True)
+        tensions[row], margins[row], codes[row] = program.widest()
+    return tensions, margins, codes
+
+
+def with_board(model: Model, packed: Packed, poses: Array) -> WinchedLines:
+    """Return the lines at *poses* (N, 3) of a point, and a plane that only pushes as the last one, with its press."""
+    robot, plane = model.robot.with_platform(plane=None), model.robot.platform.plane
+    assert plane is not None
+    cable, limits = robot.lines[0].cable, robot.lines[0].tension_limits
+    board = Line(name="plane", exit_point=plane.across, cable=cable, sheave=Eyelet(), tension_limits=limits)
+    whole = replace(model, robot=robot.model_copy(update={"lines": (*robot.lines, board)}), preferred=None)
+    free, lines = PlatformNumbers(packed.platform.copy()), LineNumbers(packed.lines)
+    added = LineNumbers(np.repeat(whole.rows().lines[:, -1:], len(poses), axis=0))
+    added.exit_point = (poses + free.normal[0])[:, None]
+    most = (
+        (lines.tension_max * lines.pulls).sum(axis=-1).max()
+        + free.weight.max()
+        + np.abs(free.wrench).sum(axis=-1).max()
+    )
+    free.held, added.tension_min, added.tension_max = 0.0, 0.0, _FAR * most
+    own = np.broadcast_to(packed.lines, (len(poses), *packed.lines.shape[1:]))
+    all_lines = np.ascontiguousarray(np.concatenate([own, added.array], axis=1))
+    arrays = packed._replace(lines=all_lines, platform=free.array)
+    return WinchedLines.at(whole, arrays, poses)
 
 
 def closure(program: CoupledProgram, winched: Mask, freedoms: int, balance: int) -> Choice:

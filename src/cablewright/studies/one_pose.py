@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar
 
-from cablewright.analyses.feasibility import OF_CHECKS, judge_pose
+from cablewright.analyses.feasibility import OF_CHECKS, judge_pose, lifting_sentence
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import Status
 from cablewright.foundation.results import Figure, Result, figures_dict
@@ -66,6 +66,12 @@ class SolvedPose(Result):
         """Return a solved inverse problem with the machine's limits compared. *slack*: excess of slack lines."""
         broken = _broken_limit(found) if found.ok else None
         return cls(found, broken, excess=excess_lengths(found) if slack else None)
+
+    @classmethod
+    def reached(cls, found: Equilibrium, certificate: Certificate | None, box: PoseBox | None) -> SolvedPose:
+        """Return a solved forward problem; one that lifts the platform off its plane is out of limits."""
+        lifts = lifting_sentence(found) if found.ok else ""
+        return cls(found, lifts or None, certificate=certificate, pose_box=box)
 
     @property
     def status(self) -> Status:

@@ -8,6 +8,7 @@ from typing import Final
 
 import numpy as np
 
+from cablewright.analyses.feasibility import judged_codes
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.progress import Progress, silent
@@ -92,7 +93,7 @@ def reach(robot: Robot, *, max_error: float | None = None, nodes: int = NODES, p
     for first in range(0, len(points), BLOCK):
         progress("reach", first, len(points))
         at = slice(first, first + BLOCK)
-        holds[at] = held_at(model, points[at]).ok
+        holds[at] = judged_codes(held_at(model, points[at])) == 0
     low, high = np.array(robot.scene.frame_min), np.array(robot.scene.frame_max)
     holds &= ((points >= low - _ROUNDING) & (points <= high + _ROUNDING)).all(axis=1)
     if max_error is not None and holds.any():

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from cablewright.analyses.accuracy.compensation import Compensation, Reached
 from cablewright.analyses.accuracy.corners import ALL_VERTICES
 from cablewright.analyses.accuracy.spread import FirstOrder, Method, MonteCarlo, Spread, SpreadProblem, Vertices
+from cablewright.analyses.feasibility import judged_codes, lifting_sentence
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import AnswerError, InputError, Status, UnknownName
 from cablewright.foundation.memory_mapped import Room, blocks, let_go, room_for, write_rows
@@ -353,12 +354,13 @@ class AccuracyQuestion:
 
     def _problem(self, there: HeldPoses) -> tuple[SpreadProblem, Array, Reached, NDArray[np.int64]]:
         """The same, with lengths (N, m), what these reach, and codes (N,)."""
-        held, some = there.equilibria, there.equilibria.ok
+        held, found_codes = there.equilibria, judged_codes(there.equilibria)
+        some = found_codes == 0
         retracted = None if there.retraction is None else there.retraction[some]
         lengths = np.full_like(held.lengths, np.nan)
         lengths[some] = self.compensation.lengths(held[some], there.wanted[some], retraction=retracted, home=self.home)
         reached = Reached.of(self.model, lengths, held.pose, retraction=there.retraction)
-        codes = np.where(some, reached.codes, held.code)
+        codes = np.where(some, reached.codes, found_codes)
         ok = codes == 0
         found = SpreadProblem(reached.equilibria, lengths[ok], held.pose[ok], self.ranges)
         return found, lengths, reached, codes
@@ -384,7 +386,8 @@ class AccuracyQuestion:
         commonest = int(np.bincount(codes).argmax())
         first = int(np.argmax(codes == commonest))
         held = self.hold(poses[first], None if retraction is None else retraction[first]).equilibria[0]
-        why = held.sentence() if held.code else f"with these lengths, {Status.of(commonest).value}"
+        why = held.sentence() if held.code else lifting_sentence(held)
+        why = why or f"with these lengths, {Status.of(commonest).value}"
         return why if len(codes) == 1 else f"none of the {len(codes)} poses has an answer: {why}"
 
 

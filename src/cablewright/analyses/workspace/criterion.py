@@ -252,8 +252,14 @@ class Criterion:
 
     def _check_plane(self, flat: bool) -> None:
         """Reject what no planar robot can do: to pull across its plane, or to leave it. Raises `InputError`."""
-        if self.model.robot.platform.plane is not None:
+        platform = self.model.robot.platform
+        if platform.plane is not None:
             self._check_box(flat)
+        if platform.may_lift and self.name in ("capacity", "wrench-closure"):
+            raise InputError(
+                f"{self.name}: takes the plane of {self.model.robot.name!r} to hold both ways, and it only pushes: use "
+                "exact or static, or give platform.plane one_sided = false"
+            )
         if self.name == "static" and self.turned_by_gravity:
             if self.orientations.any():
                 raise InputError(

@@ -150,7 +150,7 @@ def forward_command(
         )
         proof = cw.certify(found) if certify else None
         box = _pose_box(found, length_error, budget) if length_error is not None and found.ok else None
-        return answer(SolvedPose(found, certificate=proof, pose_box=box), as_json)
+        return answer(SolvedPose.reached(found, proof, box), as_json)
 
 
 def _logged(model: cw.Model, file: Path, start: list[float] | None, single: Mapping[str, object]) -> Result:

@@ -13,10 +13,11 @@ from typing import Final
 
 import numpy as np
 
+from cablewright.analyses.feasibility import judged_codes, lifting_sentence
 from cablewright.exchange.firmware_robots import as_points
 from cablewright.exchange.rrf_spool import SpoolLaw, in_firmware
 from cablewright.foundation.arrays import Array
-from cablewright.foundation.errors import AnswerError, InputError
+from cablewright.foundation.errors import AnswerError, InputError, Status
 from cablewright.foundation.progress import Progress, silent
 from cablewright.models.drum import WinchDrum
 from cablewright.models.job_poses import poses_at
@@ -181,11 +182,12 @@ def _margin(model: Model, held: Equilibrium) -> float:
 
 def _require(model: Model, held: Equilibrium, wanted: Array) -> None:
     """Raise `AnswerError` for tensions beyond the limits of their lines."""
-    if not held.ok.all():
-        bad = int(np.flatnonzero(~held.ok)[0])
+    if (codes := judged_codes(held)).any():
+        bad = int(np.flatnonzero(codes)[0])
+        why = lifting_sentence(held[bad]) or held[bad].sentence()
         raise AnswerError(
-            f"nozzle at {_at(wanted[bad])} m, with the lengths that the firmware computes: {held[bad].sentence()}",
-            held[bad].status,
+            f"nozzle at {_at(wanted[bad])} m, with the lengths that the firmware computes: {why}",
+            Status.of(int(codes[bad])),
         )
     for i, line in enumerate(model.robot.lines):
         low, high = line.tension_limits

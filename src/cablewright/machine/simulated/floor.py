@@ -7,8 +7,8 @@ import numpy as np
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.saved_state import Sparse
 from cablewright.kernels.plant.lidar_rays import ray_to_floor
+from cablewright.machine.simulated.deposition import Powder, extrude, pour
 from cablewright.machine.simulated.settings import TwinSettings
-from cablewright.printing.deposition import Powder, extrude, pour
 from cablewright.printing.heightfield import HeightField
 from cablewright.robot import Robot
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cablewright.foundation.errors import InputError
-from cablewright.printing.deposition import Powder, extrude, pour
+from cablewright.machine.simulated.deposition import Powder, extrude, pour
 from cablewright.printing.heightfield import HeightField, rebuilt
 from cablewright.printing.job import Bead
 from cases import some
