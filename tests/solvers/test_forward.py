@@ -11,6 +11,7 @@ from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Cable, Robot, load
 from cablewright.solvers.forward import forward, solve_forward
+from cablewright.solvers.inverse import solve_inverse
 
 HOUSE = Model(load("house-printer"))
 
@@ -181,3 +182,26 @@ def test_one_bad_row_does_not_spoil_its_neighbours(held: Equilibrium) -> None:
         assert found.ok[good].all()
         assert not found.ok[[0, 40, 99]].any()
         np.testing.assert_allclose(found.pose[good], held.pose[good], atol=1e-9)
+
+
+@pytest.mark.parametrize("half", [0.24, 24.0, 240.0, 600.0])
+def test_a_machine_of_any_size_is_found_without_a_guess(half: float) -> None:
+    """The same machine, larger: forces grow as the square of the size, and the lines' weight by length as the size."""
+    scale = half / 240.0
+    line = {
+        "cable": {"axial_stiffness": 7e8 * scale**2, "linear_density": 0.3 * scale, "breaking_load": 1e8 * scale**2},
+        "sheave": {"kind": "eyelet"},
+        "tension_limits": (0.0, 1e7 * scale**2),
+    }
+    exits = [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)]
+    lines = [line | {"name": f"{i}", "exit_point": (x * half, y * half, 1.08 * half)} for i, (x, y) in enumerate(exits)]
+    scene = {"frame_min": (-half, -half, -half), "frame_max": (half, half, 1.1 * half)}
+    platform = {"mass": 2e4 * scale**2}
+    robot = Robot.model_validate({"name": "large", "scene": scene, "platform": platform, "lines": lines})
+    places = half * np.random.default_rng(0).uniform(-0.5, 0.5, (30, 3))
+    model = Model.full(robot)
+    wanted = solve_inverse(model, places)
+    assert wanted.ok.sum() > 10
+    found = solve_forward(model, wanted.lengths[wanted.ok])
+    assert found.ok.all()
+    np.testing.assert_allclose(found.pose, places[wanted.ok], atol=1e-7 * half)

@@ -15,6 +15,7 @@ from cablewright.kernels.statics.line.interface import condense_line, reach_of_l
 from cablewright.kernels.statics.line.upright import FAILED
 from cablewright.kernels.statics.line.vertical_plane import AXIS_DISTANCE, add_line, place
 from cablewright.kernels.statics.platform import (
+    POSE_STEP,
     hold,
     into_plane,
     keep_free_columns,
@@ -30,6 +31,7 @@ LINE_SEARCH_STEPS = 30
 FORCE_TOLERANCE = 1e-11  # of the load
 STALLED_FORCE = 1e-7  # of the load: residual accepted where rounding limits the balance
 STALLED = 1e-13  # m, rad
+STRIDE = 0.1  # of the longest line: largest step
 GRAIN = 4e-16  # of a coordinate or length: its last digit
 SPRING_TOLERANCE = 1e-2
 BESIDE = 0.05  # of the first guess's depth: how much deeper it is where a line begins
@@ -44,7 +46,7 @@ def descend(packed, lengths, pose, states, work, law, tolerance, n):
     energies: it never steps far past the minimum along a step. Where lines pull far more than the load, the last digit
     of the pose is a larger force: it is accepted then.
     """
-    load = load_scale(packed) + 1e-9
+    load, stride = load_scale(packed) + 1e-9, max(POSE_STEP, STRIDE * largest(lengths, lengths.shape[0]))
     grain = STALLED + GRAIN * (largest(pose, 3) + largest(lengths, lengths.shape[0]))
     work.move[:, 0] = 0.0
     if not _evaluate(packed, lengths, pose, states, work, law):
@@ -67,7 +69,7 @@ def descend(packed, lengths, pose, states, work, law, tolerance, n):
         copy(pose, work.trial)
         moved = False
         for _ in range(LINE_SEARCH_STEPS):
-            move_platform(pose, work)
+            move_platform(pose, work, stride)
             placed = _evaluate(packed, lengths, pose, states, work, law)
             ahead = 0.0
             for k in range(n):

@@ -30,6 +30,7 @@ from cablewright.kernels.statics.line.upright import is_slack
 from cablewright.kernels.statics.line.upright_parameter_derivatives import OWN
 from cablewright.kernels.statics.line.vertical_plane import place
 from cablewright.kernels.statics.platform import (
+    POSE_STEP,
     hold,
     keep_free,
     keep_free_columns,
@@ -201,7 +202,7 @@ def newton_step(packed, pose, states, work):
     if not solve(work.stiffness, work.move, n, 1):
         return False, 0.0, False
     keep_free_columns(packed, work.move)
-    step, full = move_platform(pose, work)
+    step, full = move_platform(pose, work, POSE_STEP)
     for i in range(lines.shape[0]):
         if not is_slack(lines[i], states[i]):
             full = advance_line(lines[i], states[i], i, work.move, work, work.spatial) and full

@@ -106,11 +106,11 @@ def may_be_another(shift):
 
 
 @jit
-def move_platform(pose, work):
-    """Add work.move, shortened to the step limits, to *pose*. Returns the step's length (m) and whether it is full."""
+def move_platform(pose, work, most):
+    """Add work.move, at most *most* (m), to *pose*. Returns the step's length (m) and whether it is full."""
     n = pose.shape[0]
     length = sqrt(work.move[0, 0] ** 2 + work.move[1, 0] ** 2 + work.move[2, 0] ** 2)
-    held = 1.0 if length <= POSE_STEP else POSE_STEP / length
+    held = 1.0 if length <= most else most / length
     if n == 6:
         turn = sqrt(work.move[3, 0] ** 2 + work.move[4, 0] ** 2 + work.move[5, 0] ** 2)
         if turn * held > TURN_STEP:
