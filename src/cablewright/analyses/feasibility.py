@@ -258,6 +258,16 @@ def judged_codes(rows: Equilibrium) -> NDArray[np.int64]:
     return np.where((rows.code == 0) & lifted(rows), list(Status).index(Status.OUT_OF_LIMITS), rows.code)
 
 
+def are_held(rows: Equilibrium) -> Mask:
+    """Return which equilibria (N,) are solved, and do not lift the platform off a plane that only pushes."""
+    return np.asarray((rows.code == 0) & ~lifted(rows))
+
+
+def why_unheld(row: Equilibrium) -> str:
+    """Return the sentence on an equilibrium that is not held."""
+    return lifting_sentence(row) or str(row.sentence())
+
+
 def lifting_sentence(row: Equilibrium) -> str:
     """Return the sentence on an equilibrium that lifts the platform; empty where it does not."""
     if not lifted(row[None])[0]:

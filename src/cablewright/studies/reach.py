@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.analyses.feasibility import judged_codes
+from cablewright.analyses.feasibility import are_held
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.progress import Progress, silent
@@ -93,7 +93,7 @@ def reach(robot: Robot, *, max_error: float | None = None, nodes: int = NODES, p
     for first in range(0, len(points), BLOCK):
         progress("reach", first, len(points))
         at = slice(first, first + BLOCK)
-        holds[at] = judged_codes(held_at(model, points[at])) == 0
+        holds[at] = are_held(held_at(model, points[at]))
     low, high = np.array(robot.scene.frame_min), np.array(robot.scene.frame_max)
     holds &= ((points >= low - _ROUNDING) & (points <= high + _ROUNDING)).all(axis=1)
     if max_error is not None and holds.any():

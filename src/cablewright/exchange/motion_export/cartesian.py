@@ -13,7 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.analyses.feasibility import judged_codes, lifting_sentence
+from cablewright.analyses.feasibility import judged_codes, why_unheld
 from cablewright.exchange.firmware_robots import as_points
 from cablewright.exchange.rrf_spool import SpoolLaw, in_firmware
 from cablewright.foundation.arrays import Array
@@ -184,9 +184,8 @@ def _require(model: Model, held: Equilibrium, wanted: Array) -> None:
     """Raise `AnswerError` for tensions beyond the limits of their lines."""
     if (codes := judged_codes(held)).any():
         bad = int(np.flatnonzero(codes)[0])
-        why = lifting_sentence(held[bad]) or held[bad].sentence()
         raise AnswerError(
-            f"nozzle at {_at(wanted[bad])} m, with the lengths that the firmware computes: {why}",
+            f"nozzle at {_at(wanted[bad])} m, with the lengths that the firmware computes: {why_unheld(held[bad])}",
             Status.of(int(codes[bad])),
         )
     for i, line in enumerate(model.robot.lines):

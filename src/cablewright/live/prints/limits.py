@@ -8,6 +8,7 @@ from typing import Final
 
 import numpy as np
 
+from cablewright.analyses.feasibility import are_held, why_unheld
 from cablewright.control import manual
 from cablewright.control.guard import UNCOUNTED, GuardSettings
 from cablewright.control.height import HeightControl
@@ -294,10 +295,10 @@ def _check_path(model: Model, path: TimedPath) -> Equilibrium:
         bad = int(np.argmin(inside))
         raise AnswerError(f"the path leaves the frame of {model.robot.name!r} {_where(path, bad)}")
     held = solve_inverse(model, places, path=True)
-    if not held.ok.all():
-        bad = int(np.argmin(held.ok))
+    if not (good := are_held(held)).all():
+        bad = int(np.argmin(good))
         where = _where(path, bad)
-        raise AnswerError(f"the path leaves the workspace of {model.robot.name!r} {where}: {held[bad].sentence()}")
+        raise AnswerError(f"the path leaves the workspace of {model.robot.name!r} {where}: {why_unheld(held[bad])}")
     return held
 
 

@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.analyses.feasibility import are_held, why_unheld
 from cablewright.analyses.travel_moves import driven
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import AnswerError, InputError
@@ -168,11 +169,11 @@ def _lengths(model: Model, job: Job, samples: Samples, progress: Progress) -> Ar
         held = solve_inverse(
             model, poses[block], path=True, retraction=None if retraction is None else retraction[block]
         )
-        if not held.ok.all():
-            bad = int(np.flatnonzero(~held.ok)[0])
+        if not (good := are_held(held)).all():
+            bad = int(np.argmin(good))
             place = ", ".join(f"{each:g}" for each in samples.positions[first + bad])
             raise AnswerError(
-                f"nozzle at {place} m, {samples.where(first + bad)}: {held[bad].sentence()}", held[bad].status
+                f"nozzle at {place} m, {samples.where(first + bad)}: {why_unheld(held[bad])}", held[bad].status
             )
         found[block] = held.lengths[:, hosts]
     progress("solving", len(poses), len(poses))
