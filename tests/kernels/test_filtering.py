@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cablewright.kernels.filtering import sagging_lines, smoothed_line_angles
+from cablewright.kernels.filtering import sagging_lines, smoothed_line_angles, wall_matches
 from cablewright.kernels.filtering.predict import fade
 from cablewright.kernels.filtering.time_rows import interpolate
 from cablewright.kernels.filtering.update import correct, size_of
@@ -58,6 +58,15 @@ def test_rows_between_two_times_are_numpys(size: int) -> None:
     found = np.empty((len(times), 3))
     interpolate(known, rows, times, found)
     assert found == pytest.approx(np.column_stack([np.interp(times, known, row) for row in rows.T]), abs=1e-12)
+
+
+def test_a_line_is_matched_first_with_the_wall_that_fewest_may_be() -> None:
+    """Two parallel walls: line 0 may be both, line 1 the second; a line that is matched counts no more."""
+    nis = np.array([[4.0, 1.0], [np.inf, 2.0], [0.1, 0.1]])
+    found, claims = np.array([wall_matches.REJECTED, wall_matches.REJECTED, 0]), np.array([1, 2])
+    assert wall_matches._most_certain(found, nis, claims, 18.4) == (0, 0)
+    assert wall_matches._most_certain(found, nis, np.array([2, 2]), 18.4) == (0, 1)
+    assert wall_matches._most_certain(found, nis + 20.0, claims, 18.4) == (-1, -1)
 
 
 LAWS = np.array([

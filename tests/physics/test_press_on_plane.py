@@ -12,6 +12,7 @@ import cablewright as cw
 import planar_robots
 from cablewright.foundation.errors import InputError
 from cablewright.robot import Robot
+from cablewright.robot.winch import SharedWinch
 from cases import some
 
 BOX = (-0.9, 0.9, -0.9, 0.9, 0.0, 0.0)
@@ -78,6 +79,44 @@ def test_a_workspace_is_where_the_sled_is_pressed(tmp_path: Path, mass: float, s
     exact, static = (cw.workspace_area(robot, each, box=BOX).area / 1.8**2 for each in ("exact", "static"))
     assert share[0] <= exact <= share[1]
     assert exact == pytest.approx(static, abs=0.01)  # by chords, and by the same lines with their weight
+    for refused in (cw.capacity, cw.wrench_closure):
+        with pytest.raises(InputError, match="it only pushes"):
+            refused(robot, [0.0, 0.0, 0.0])
     for criterion in ("capacity", "wrench-closure"):
         with pytest.raises(InputError, match="it only pushes: use exact or static"):
             cw.workspace_area(robot, criterion, box=BOX)
+
+
+@pytest.mark.parametrize("method", ["exact", "least-norm", "closed-form", "objective"])
+def test_tensions_of_shared_drums_are_judged_by_the_press_too(method: str) -> None:
+    """Five lines, two of which run from one point to one drum, on a board that a force holds down more and more."""
+    n = planar_robots.axes(planar_robots.PLANES["horizontal"])[2]
+    hessian = np.eye(5) + 0.1  # not diagonal, so that the objective is searched
+    chosen = cw.Quadratic(hessian, hessian @ np.full(5, -200.0)) if method == "objective" else method
+    feasible = []
+    for push in np.linspace(0.0, 400.0, 9):
+        own = planar_robots.board("horizontal", lines=5, off=0.3, force=tuple(-push * n))
+        assert own.platform.plane is not None
+        shared = {"line": own.lines[0].name, "offset": 0.0, "winds": "along"}
+        fifth = own.lines[4].model_copy(
+            update={"exit_point": own.lines[0].exit_point, "shared_winch": SharedWinch.model_validate(shared)}
+        )
+        plane = own.platform.plane.model_copy(update={"one_sided": True})
+        robot = own.with_platform(plane=plane).model_copy(update={"lines": (*own.lines[:4], fifth)})
+        pose = planar_robots.places(robot, 1)[0]
+        found = cw.tension_distribution(robot, pose, chosen, cable="elastic")
+        if np.isnan(found.tensions).any():  # a search begins within the limits only
+            assert not found.feasible
+            feasible.append(False)
+            continue
+        ways = np.array([np.subtract(line.exit_point, pose) for line in robot.lines])
+        lift = ways / np.linalg.norm(ways, axis=1)[:, None] @ n
+        press = push + 9.81 * planar_robots.MASS * n[2] - float(lift @ found.tensions)
+        low, high = planar_robots.LIMITS
+        within = min(float((found.tensions - low).min()), float((high - found.tensions).min()), press)
+        assert found.margin == pytest.approx(within, abs=1e-3)
+        assert found.feasible == (found.margin >= 0.0)
+        feasible.append(bool(found.feasible))
+    assert feasible == sorted(feasible)
+    assert feasible[-1]
+    assert method == "exact" or not feasible[0]

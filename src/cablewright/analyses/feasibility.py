@@ -13,7 +13,7 @@ from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import Status
 from cablewright.foundation.memory_mapped import blocks, let_go
 from cablewright.foundation.results import Figure
-from cablewright.models.statics import Equilibrium, Model
+from cablewright.models.statics import LIFTS, Equilibrium, Model
 from cablewright.robot import Line, Robot
 from cablewright.solvers.hardware_limits import lever_angles, sheave_clearances, swing_angles, winch_torques
 
@@ -147,8 +147,7 @@ _OF_JOBS = {
     MOVED_ERROR: "beyond it strands miss those below",
 }
 OF_CHECKS: Final = {
-    PLANE_FORCE: "above it the platform lifts off its plane: let platform.plane.normal point out of the board, or give "
-    "one_sided = false to a plane that holds both ways",
+    PLANE_FORCE: LIFTS,
     SLACK: "above it the line hangs in a loop: give its tension_limits a larger min",
     PACE: "no geometry needs more: above it the line changes from taut to slack",
     INTERPOLATION: "beyond it the winches miss the path between samples: give the job a shorter sampling.step",
@@ -245,34 +244,6 @@ def broken_limits(rows: Equilibrium) -> tuple[tuple[str, ...], Mask]:
         if status not in (Status.OK, Status.INFEASIBLE):
             columns[status.value] = rows.code == code
     return tuple(columns), np.column_stack(list(columns.values()))
-
-
-def lifted(rows: Equilibrium) -> Mask:
-    """Return which equilibria (N,) lift the platform off a plane that only pushes."""
-    robot = _judged_robot(rows.model)
-    return _lifts(robot, plane_forces(rows)) if robot.platform.may_lift else np.zeros(len(rows), np.bool_)
-
-
-def judged_codes(rows: Equilibrium) -> NDArray[np.int64]:
-    """Return the codes (N,) of equilibria; of those that lift the platform off its plane that of OUT_OF_LIMITS."""
-    return np.where((rows.code == 0) & lifted(rows), list(Status).index(Status.OUT_OF_LIMITS), rows.code)
-
-
-def are_held(rows: Equilibrium) -> Mask:
-    """Return which equilibria (N,) are solved, and do not lift the platform off a plane that only pushes."""
-    return np.asarray((rows.code == 0) & ~lifted(rows))
-
-
-def why_unheld(row: Equilibrium) -> str:
-    """Return the sentence on an equilibrium that is not held."""
-    return lifting_sentence(row) or str(row.sentence())
-
-
-def lifting_sentence(row: Equilibrium) -> str:
-    """Return the sentence on an equilibrium that lifts the platform; empty where it does not."""
-    if not lifted(row[None])[0]:
-        return ""
-    return f"{PLANE_FORCE} {float(row.plane_force):.6g} N; at most 0 N is allowed: {OF_CHECKS[PLANE_FORCE]}"
 
 
 def _lifts(robot: Robot, plane_force: Array) -> Mask:

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.analyses.feasibility import judged_codes
 from cablewright.analyses.line_shapes import polylines
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import InputError, Status
@@ -232,7 +231,7 @@ class Interference(Distances):
     @property
     def unsolved(self) -> str | None:
         """The status of the first pose that cannot be held; None if all can."""
-        codes = judged_codes(self.equilibrium[None] if self.equilibrium.single else self.equilibrium)
+        codes = np.atleast_1d(self.equilibrium.judged_code)
         return Status.of(int(codes[codes != 0][0])).word if codes.any() else None
 
     def __len__(self) -> int:
@@ -376,7 +375,7 @@ def free_region(
     places = np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1).reshape(-1, 3)
     held = solve_inverse(model, hung(model, model.unrotated_at(places)), path=True)
     found = distances(held, part=part, settings=settings)
-    own = np.where(held.ok, found.margins[:, KINDS.index("part")], np.nan)
+    own = np.where(held.is_held, found.margins[:, KINDS.index("part")], np.nan)
     return Free((x, y, z), own.reshape(count), clearance)
 
 

@@ -83,7 +83,7 @@ class JobDistances:
         """Add a block of solved rows, whose first is sample *first*."""
         block = slice(first, first + len(held))
         found = distances(held, part=self.part, now=self.now[block], settings=self.settings)
-        self.margins[block], self.codes[block] = found.margins, held.code
+        self.margins[block], self.codes[block] = found.margins, held.judged_code
         let_go((self.margins, self.part))
         self.bound = max(self.bound, float(np.max(found.bounds, initial=0.0, where=np.isfinite(found.bounds))))
         known = self.nearest

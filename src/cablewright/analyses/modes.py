@@ -10,7 +10,6 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.analyses.feasibility import are_held, why_unheld
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.results import Figure, Pictured
@@ -154,8 +153,8 @@ class Modes(Pictured):
     def refusal(self) -> str:
         """Reason why a pose is not held; empty where all are."""
         held = self.equilibrium[None] if self.single else self.equilibrium
-        good = are_held(held)
-        return "" if good.all() else why_unheld(held[int(np.argmin(good))])
+        good = held.is_held
+        return "" if good.all() else held[int(np.argmin(good))].sentence()
 
     @property
     def mostly(self) -> Any:

@@ -12,7 +12,6 @@ from typing import Any, ClassVar, Final
 
 import numpy as np
 
-from cablewright.analyses.feasibility import are_held
 from cablewright.analyses.interference import distances, too_near
 from cablewright.analyses.job_distances import JobDistances
 from cablewright.analyses.motion.lower_acceleration import slowed
@@ -182,7 +181,7 @@ class _Search:
             poses, retraction = poses_at(self.model.robot, self.job, places[at])
             held = solve_inverse(self.model, poses, path=True, retraction=retraction)
             near = distances(held, part=self.grown.part, now=when[at], settings=self.grown.settings).smallest
-            found[at] = are_held(held) & ~too_near(near, self.clearance)
+            found[at] = held.is_held & ~too_near(near, self.clearance)
         return found
 
     def unsafe(self, samples: Samples) -> list[tuple[int, int]]:

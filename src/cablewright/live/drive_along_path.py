@@ -13,7 +13,6 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.analyses.feasibility import are_held, why_unheld
 from cablewright.analyses.motion.inverse_dynamics import inverse_dynamics
 from cablewright.analyses.motion.trajectory import Trajectory
 from cablewright.foundation.arrays import Array
@@ -90,10 +89,10 @@ class Pilot:
         self._length = 0.0 if path is None else path_length(path)
         poses = np.column_stack([level, np.tile([start[2], *turned], (len(level), 1))])
         held = solve_inverse(Model(machine.robot), with_free(machine.robot, poses))
-        if not (good := are_held(held)).all():
+        if not (good := held.is_held).all():
             bad = int(np.argmin(good))
             place = ", ".join(f"{x:.2f}" for x in poses[bad])
-            raise AnswerError(f"the path cannot be held at {place} m: {why_unheld(held[bad])}")
+            raise AnswerError(f"the path cannot be held at {place} m: {held[bad].sentence()}")
         slack = settings.slack if machine.robot.n == 3 else 0.0  # a body is held by all its lines
         self._taut, self._slack = held.lengths, slack * self._share(held.tensions)  # (k, m)
 

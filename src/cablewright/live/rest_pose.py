@@ -56,19 +56,20 @@ def rest_pose(robot: Robot | Model) -> RestPose:
     places = _places(model.robot)
     poses = _poses(model, places)
     found = solve_inverse(model, poses)
-    fits = found.ok & (np.nan_to_num(found.margin(), nan=-1.0) >= 0.0)
-    best = int(np.argmax(2 * fits + found.ok))  # the first of those that are best
+    held = found.is_held
+    fits = held & (np.nan_to_num(found.margin(), nan=-1.0) >= 0.0)
+    best = int(np.argmax(2 * fits + held))  # the first of those that are best
     notes = tuple(_note(found, k, bool(fits[k])) for k in range(len(places)))
     order, axes = _in_order(places, np.isfinite(poses[:, :3]))
     row = int(np.flatnonzero(_same(places[order], places[best], axes))[0])
     lattice = Lattice(axes, found[order], tuple(notes[k] for k in order))
-    return RestPose(found[best], bool(found.ok[best]), notes[best], lattice, row)
+    return RestPose(found[best], bool(held[best]), notes[best], lattice, row)
 
 
 def _note(found: Equilibrium, k: int, fits: bool) -> str:
     if fits:
         return "at rest: an equilibrium within the limits of the robot file"
-    if found.ok[k]:
+    if found.is_held[k]:
         return "at rest: an equilibrium, but with tensions outside the limits of the robot file"
     return f"not in equilibrium: {found[k].sentence()}; the lines are drawn as near to it as they come"
 

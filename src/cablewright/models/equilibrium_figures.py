@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from cablewright.foundation.errors import Status
 from cablewright.foundation.results import Figure
+from cablewright.models.batch_rows import by_row
 
 
 def _in_plane(found: Any) -> bool:
@@ -22,7 +24,7 @@ FIGURES = (
         "status",
         "",
         "What became of the solve.",
-        lambda found: found.status.word if found.single else [each.word for each in found.status],
+        lambda found: by_row(lambda code: Status.of(code).word, found.judged_code),
     ),
     Figure("robot", "", "Name of the robot.", "model.robot.name"),
     Figure("cable", "", "Cable law.", "model.fidelity.cable"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -180,6 +180,14 @@ def _limits(given: Sequence[float]) -> tuple[float, float]:
     return low, high
 
 
+_ROUNDED: Final = 1e-9  # of the largest limit of a tension: force off a plane that is due to rounding
+LIFTS: Final = (
+    "above it the platform lifts off its plane: let platform.plane.normal point out of the board, or give one_sided = "
+    "false to a plane that holds both ways"
+)
+"""What a positive force on a plane that only pushes means."""
+
+
 @lru_cache(maxsize=32)
 def _packed(model: Model) -> Packed:
     return pack(model.robot, model.fidelity, model.tension_limits)
@@ -223,6 +231,20 @@ class Equilibrium(Rows, Result):
     def ok(self) -> Any:
         """Whether the equilibrium is solved: a bool, or of a batch a mask (N,)."""
         return scalar(self.code == 0)
+
+    @property
+    def is_held(self) -> Any:
+        """Whether it is solved, and does not lift the platform off a plane that only pushes; (N,) of a batch."""
+        if not self.model.robot.platform.may_lift:
+            return self.ok
+        return scalar((self.code == 0) & (self.plane_force <= _ROUNDED * self.lines.tension_max.max()))
+
+    @property
+    def judged_code(self) -> NDArray[np.int64]:
+        """The code, () or (N,); that of `Status.OUT_OF_LIMITS` where it is solved and not held."""
+        return np.where(
+            (self.code == 0) & np.logical_not(self.is_held), list(Status).index(Status.OUT_OF_LIMITS), self.code
+        )
 
     @property
     def tensions(self) -> Array:
@@ -344,8 +366,10 @@ class Equilibrium(Rows, Result):
         raise AnswerError(f"{len(bad)} of {len(self)} rows failed; row {bad[0]}: {self[int(bad[0])].sentence()}")
 
     def sentence(self) -> str:
-        """Return the status of a single solve in one line, with the numbers that explain it."""
+        """Return the status of a single solve in one line, with the numbers that explain it, or why it is not held."""
         status = self.status
+        if status is Status.OK and not self.is_held:
+            return f"plane force {self.plane_force:.6g} N; at most 0 N is allowed: {LIFTS}"
         if status in (Status.INFEASIBLE, Status.OVERSTRETCHED):
             return f"{status.value}: {self._worst_line()}"
         return str(status.value)

@@ -90,7 +90,8 @@ class Equilibria(Result):
     """
 
     FIGURES: ClassVar = (
-        Figure("status", "", "ok, unfinished, or overstretched: a line is over its breaking load in every stable one."),
+        Figure("status", "", "ok, unfinished, overstretched: a line is over its breaking load in every stable one, or "
+               "out-of-limits: the lines lift the platform off its plane in these."),
         Figure("robot", "", "Name of the robot.", "solutions.model.robot.name"),
         Figure("lengths", "m", "Unstrained length of each line.", lambda found: found.solutions.lengths[0], digits=8,
                shown="m"),
@@ -119,20 +120,30 @@ class Equilibria(Result):
 
     @property
     def status(self) -> str:
-        """Status of the search: "ok", "unfinished" or "overstretched"."""
-        return "unfinished" if not self.finished else "overstretched" if self._is_overstretched else "ok"
+        """Status of the search: "ok", "unfinished", "overstretched" or "out-of-limits"."""
+        if not self.finished:
+            return "unfinished"
+        return "overstretched" if self._is_overstretched else "out-of-limits" if self._is_lifted else "ok"
 
     @property
     def refusal(self) -> str:
         """Sentence that explains why the command's answer is no (exit code 1); empty if the answer is yes."""
         if self._is_overstretched:
             return "the lengths cannot meet: in every stable equilibrium a line is over its breaking load"
+        if self._is_lifted:
+            return "in every stable equilibrium the lines lift the platform off its plane, which only pushes"
         return "" if self.finished else self.why
 
     @property
     def _is_overstretched(self) -> bool:
         """Whether there are stable equilibria, and cables would break in all of them."""
         return set(self[self.stable].status) == {Status.OVERSTRETCHED}
+
+    @property
+    def _is_lifted(self) -> bool:
+        """Whether there are stable equilibria, and none of them is held by a plane that only pushes."""
+        stable = self[self.stable]
+        return bool((stable.code == Code.OK).any()) and not stable.is_held.any()
 
     @property
     def rows(self) -> tuple[FoundEquilibrium, ...]:

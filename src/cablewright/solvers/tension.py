@@ -37,6 +37,7 @@ from cablewright.solvers.winched_tensions import (
     distributed,
     pressed,
     reduced_columns,
+    require_both_ways,
     structures_at,
     with_board,
 )
@@ -204,7 +205,7 @@ def tension_distribution(
     s for which tensions from min + s to max - s exist, negative where the limits would have to be relaxed. An objective
     is minimised within the limits: a `Quadratic`, compiled if its hessian is diagonal, or any convex `Objective`, which
     is slow. Elastic lines that share a winch have tensions that fit their drum; rigid ones have none where their
-    lengths do not fit it. Their programs are not compiled. The press on a plane that only pushes counts too.
+    lengths do not fit it. Their programs are not compiled. On a plane that only pushes ``exact`` seeks press.
 
     *wrench* (n,) or (N, n), N and N m, world, acts besides the weight and replaces the platform's own; *retraction* is
     the platform's retraction length, m. Raises `InputError` for an unknown method, numbers of the wrong count or not
@@ -260,9 +261,8 @@ def _chosen(
         if code != Code.OK:
             return np.full_like(widest, np.nan), margin, code
         tensions = _search(objective, program.rows, widest, program.low, program.high)
-        if tensions is None:
-            return np.full_like(widest, np.nan), np.nan, Code.NOT_CONVERGED
-        return tensions, float(np.min([tensions - program.low, program.high - tensions])), code
+        lost = np.full_like(widest, np.nan), np.nan, Code.NOT_CONVERGED
+        return lost if tensions is None else program.judged(tensions)
     if method == distribution.LEAST:
         return program.least(curvature, bias)
     return {distribution.CLOSED: program.nearest, distribution.IMPROVED: program.improved}.get(method, program.widest)()
@@ -286,7 +286,7 @@ def wrench_closure(
     feasible if positive; -inf where the rank is not full or no null vector has a positive sum.
     """
     model = Model.of(robot, cable=cable, sheave=sheave, default=CableLaw.RIGID)
-    given, single = as_poses(model, poses, "pose")
+    given, single = as_poses(require_both_ways(model, "wrench-closure"), poses, "pose")
     if model.robot.sharing:
         choose = partial(closure, winched=model.lines.counterweight == 0.0, freedoms=model.freedoms, balance=model.n)
         packed = _packed(model, len(given), None, retraction)
@@ -320,7 +320,7 @@ def capacity(
     if not 0.0 < length < float("inf"):
         raise InputError(f"length {length:g} m: a positive number is expected, by which moments are divided")
     model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits, default=CableLaw.RIGID)
-    given, single = as_poses(model, poses, "pose")
+    given, single = as_poses(require_both_ways(model, "capacity"), poses, "pose")
     half = np.zeros(model.n)
     if box is None and wrench is None:
         require_a_load(model)

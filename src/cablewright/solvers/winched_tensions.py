@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.errors import InputError
 from cablewright.kernels.layout import OK, Code, Packed
 from cablewright.kernels.shared_winches.quadratic_program import AGREE
 from cablewright.kernels.statics.tension_distribution import SOFT, Program, distribute
@@ -134,7 +135,7 @@ class CoupledProgram:
 
     def nearest(self) -> Choice:
         """Return the tensions nearest to the middle of the limits (Jung 2020, Eq. 8)."""
-        return self._judged(self._nearest(self.rows, self.load))
+        return self.judged(self._nearest(self.rows, self.load))
 
     def improved(self) -> Choice:
         """Return tensions by the improved closed form: the worst violating line is set to its limit, repeatedly."""
@@ -151,7 +152,7 @@ class CoupledProgram:
                 break
             rows, load = more, np.append(load, aim)
             tensions = self._nearest(rows, load)
-        return self._judged(tensions)
+        return self.judged(tensions)
 
     def widest(self) -> Choice:
         """Return the tensions farthest from their limits: their margin is negative where no tensions are within."""
@@ -170,7 +171,7 @@ class CoupledProgram:
             bounds=(None, None),
             options=_LP,
         )
-        return self._judged(found.x[:m]) if found.status == 0 else (np.full(m, np.nan), np.nan, Code.NOT_CONVERGED)
+        return self.judged(found.x[:m]) if found.status == 0 else (np.full(m, np.nan), np.nan, Code.NOT_CONVERGED)
 
     def least(self, curvature: Array, bias: Array) -> Choice:
         """Return tensions that minimise the sum of curvature t^2 / 2 - bias t, or else violate the limits least."""
@@ -183,7 +184,7 @@ class CoupledProgram:
             first = solved if give == 0.0 else first
             if solved == 1:
                 code = {1: Code.OK, 0: Code.INFEASIBLE}.get(first, Code.NOT_CONVERGED)
-                _, margin, judged = self._judged(tensions)
+                _, margin, judged = self.judged(tensions)
                 return tensions, margin, judged if code == Code.OK and self.press is not None else code
         return np.full(m, np.nan), np.nan, Code.NOT_CONVERGED
 
@@ -197,7 +198,8 @@ class CoupledProgram:
         middle = 0.5 * (self.low + self.high)
         return np.asarray(middle + np.linalg.lstsq(rows, load - rows @ middle, rcond=FLAT)[0])
 
-    def _judged(self, tensions: Array) -> Choice:
+    def judged(self, tensions: Array) -> Choice:
+        """Return *tensions* with their margin, and whether they are within the limits."""
         margin = float(np.min([tensions - self.low, self.high - tensions]))
         margin = margin if self.press is None else min(margin, float(self.press.of(tensions)))
         least = -BALANCED * np.abs(tensions).max()
@@ -271,6 +273,16 @@ def pressed(model: Model, packed: Packed, poses: Array, found: Found, *, widest:
         program = _program(structures[row], wrenches[row], none, weights, limits[row], press.at_row(row), loaded=True)
         tensions[row], margins[row], codes[row] = program.widest()
     return tensions, margins, codes
+
+
+def require_both_ways(model: Model, what: str) -> Model:
+    """Return *model*; raise `InputError` for a plane that only pushes: *what* takes planes to hold both ways."""
+    if model.robot.platform.may_lift:
+        raise InputError(
+            f"{what}: takes the plane of {model.robot.name!r} to hold both ways, and it only pushes: use exact or "
+            "static, or give platform.plane one_sided = false"
+        )
+    return model
 
 
 def with_board(model: Model, packed: Packed, poses: Array) -> WinchedLines:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar
 
-from cablewright.analyses.feasibility import OF_CHECKS, judge_pose, lifting_sentence
+from cablewright.analyses.feasibility import OF_CHECKS, judge_pose
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import Status
 from cablewright.foundation.results import Figure, Result, figures_dict
@@ -70,8 +70,8 @@ class SolvedPose(Result):
     @classmethod
     def reached(cls, found: Equilibrium, certificate: Certificate | None, box: PoseBox | None) -> SolvedPose:
         """Return a solved forward problem; one that lifts the platform off its plane is out of limits."""
-        lifts = lifting_sentence(found) if found.ok else ""
-        return cls(found, lifts or None, certificate=certificate, pose_box=box)
+        lifts = found.sentence() if found.ok and not found.is_held else None
+        return cls(found, lifts, certificate=certificate, pose_box=box)
 
     @property
     def status(self) -> Status:

@@ -11,7 +11,6 @@ from typing import ClassVar, Final
 
 import numpy as np
 
-from cablewright.analyses.feasibility import are_held, why_unheld
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.foundation.progress import Progress, silent
@@ -138,7 +137,7 @@ def fit(
     scale, angle, centre = best
     model = Model.full(robot)
     turned = _turned(points, angle)
-    while scale > 0.0 and not are_held(held_at(model, place.at(turned, scale, centre) @ found.directions)).all():
+    while scale > 0.0 and not held_at(model, place.at(turned, scale, centre) @ found.directions).is_held.all():
         scale = scale * _SHRUNK if scale > _CLOSER else 0.0
     origin = (centre - place.middle(turned) * (min(scale, 1.0) if scale else 1.0)) @ found.directions
     limit = _limit(robot, model, lambda larger: place.at(turned, max(scale, 0.01) * larger, centre) @ found.directions)
@@ -235,8 +234,8 @@ def _limit(robot: Robot, model: Model, placed_at: Callable[[float], Array]) -> s
             if placed[:, k].min() < robot.scene.frame_min[k] or placed[:, k].max() > robot.scene.frame_max[k]:
                 return f"the frame's box along {name}"
         held = held_at(model, placed)
-        if not (good := are_held(held)).all():
+        if not (good := held.is_held).all():
             bad = int(np.argmin(good))
             place = ", ".join(f"{each:.3g}" for each in placed[bad])
-            return f"nozzle at {place} m: {why_unheld(held[bad])}"
+            return f"nozzle at {place} m: {held[bad].sentence()}"
     return "an error over the largest that is allowed, or the grid of places"

@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike, NDArray
 from cablewright.analyses.accuracy.compensation import Compensation, Reached
 from cablewright.analyses.accuracy.corners import ALL_VERTICES
 from cablewright.analyses.accuracy.spread import FirstOrder, Method, MonteCarlo, Spread, SpreadProblem, Vertices
-from cablewright.analyses.feasibility import judged_codes, lifting_sentence
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import AnswerError, InputError, Status, UnknownName
 from cablewright.foundation.memory_mapped import Room, blocks, let_go, room_for, write_rows
@@ -354,7 +353,7 @@ class AccuracyQuestion:
 
     def _problem(self, there: HeldPoses) -> tuple[SpreadProblem, Array, Reached, NDArray[np.int64]]:
         """The same, with lengths (N, m), what these reach, and codes (N,)."""
-        held, found_codes = there.equilibria, judged_codes(there.equilibria)
+        held, found_codes = there.equilibria, there.equilibria.judged_code
         some = found_codes == 0
         retracted = None if there.retraction is None else there.retraction[some]
         lengths = np.full_like(held.lengths, np.nan)
@@ -386,8 +385,7 @@ class AccuracyQuestion:
         commonest = int(np.bincount(codes).argmax())
         first = int(np.argmax(codes == commonest))
         held = self.hold(poses[first], None if retraction is None else retraction[first]).equilibria[0]
-        why = held.sentence() if held.code else lifting_sentence(held)
-        why = why or f"with these lengths, {Status.of(commonest).value}"
+        why = held.sentence() if not held.is_held else f"with these lengths, {Status.of(commonest).value}"
         return why if len(codes) == 1 else f"none of the {len(codes)} poses has an answer: {why}"
 
 

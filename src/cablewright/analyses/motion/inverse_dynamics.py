@@ -7,7 +7,6 @@ from typing import ClassVar, Unpack
 
 import numpy as np
 
-from cablewright.analyses.feasibility import are_held, why_unheld
 from cablewright.analyses.jacobian import jacobian
 from cablewright.analyses.motion.trajectory import Trajectory
 from cablewright.analyses.rigidity import HoldOptions
@@ -83,20 +82,20 @@ class InverseDynamics(Pictured):
     @property
     def feasible(self) -> bool:
         """Whether tensions within the limits move the platform at all times."""
-        return bool(np.all(are_held(self.held)))
+        return bool(np.all(self.held.is_held))
 
     @property
     def first_failure(self) -> float | None:
         """First time without feasible tensions, s; None if there is none."""
-        return None if self.feasible else float(self.trajectory.times[~are_held(self.held)][0])
+        return None if self.feasible else float(self.trajectory.times[~self.held.is_held][0])
 
     @property
     def refusal(self) -> str:
         """Sentence that explains why the trajectory cannot be followed; empty if it can."""
         if self.feasible:
             return ""
-        row = int(np.argmin(are_held(self.held)))
-        return f"at {self.trajectory.times[row]:.4g} s: {why_unheld(self.held[row])}"
+        row = int(np.argmin(self.held.is_held))
+        return f"at {self.trajectory.times[row]:.4g} s: {self.held[row].sentence()}"
 
     @property
     def min_tension(self) -> Array:

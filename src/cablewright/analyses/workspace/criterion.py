@@ -25,6 +25,7 @@ from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_rows, require_a_load
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.tension import Capacity, Distribution, capacity, tension_distribution, wrench_closure
+from cablewright.solvers.winched_tensions import require_both_ways
 
 CRITERIA: tuple[str, ...] = get_args(CriterionName)
 POINTS: tuple[str, ...] = get_args(PointName)
@@ -255,11 +256,8 @@ class Criterion:
         platform = self.model.robot.platform
         if platform.plane is not None:
             self._check_box(flat)
-        if platform.may_lift and self.name in ("capacity", "wrench-closure"):
-            raise InputError(
-                f"{self.name}: takes the plane of {self.model.robot.name!r} to hold both ways, and it only pushes: use "
-                "exact or static, or give platform.plane one_sided = false"
-            )
+        if self.name in ("capacity", "wrench-closure"):
+            require_both_ways(self.model, self.name)
         if self.name == "static" and self.turned_by_gravity:
             if self.orientations.any():
                 raise InputError(

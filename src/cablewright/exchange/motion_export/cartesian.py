@@ -13,7 +13,6 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.analyses.feasibility import judged_codes, why_unheld
 from cablewright.exchange.firmware_robots import as_points
 from cablewright.exchange.rrf_spool import SpoolLaw, in_firmware
 from cablewright.foundation.arrays import Array
@@ -98,7 +97,7 @@ def own_model_path(
     best: tuple[float, _Driven] | None = None
     for driven in _starts(model, job, drums, turns, wanted[0]):
         _, held = driven.commanded(wanted[few])
-        margin = _margin(model, held) if held.ok.all() else -np.inf
+        margin = _margin(model, held) if held.is_held.all() else -np.inf
         if best is None or margin > best[0]:
             best = margin, driven
     if best is None:
@@ -168,7 +167,7 @@ def _starts(model: Model, job: Job, drums: Sequence[WinchDrum], turns: Turns, be
     found = []
     for share in _SHARES:
         held = solve_inverse(model, poses, retraction=retraction, preferred=low + share * (high - low))
-        if held.ok.all():
+        if held.is_held.all():
             base = np.array([float(drum.angles(held.lengths[:, i])[0]) for i, drum in enumerate(drums)])
             found.append(_Driven(model, job, drums, turns, base, turns(begin[None])[0], held.tensions[0]))
     return found
@@ -182,10 +181,10 @@ def _margin(model: Model, held: Equilibrium) -> float:
 
 def _require(model: Model, held: Equilibrium, wanted: Array) -> None:
     """Raise `AnswerError` for tensions beyond the limits of their lines."""
-    if (codes := judged_codes(held)).any():
+    if (codes := held.judged_code).any():
         bad = int(np.flatnonzero(codes)[0])
         raise AnswerError(
-            f"nozzle at {_at(wanted[bad])} m, with the lengths that the firmware computes: {why_unheld(held[bad])}",
+            f"nozzle at {_at(wanted[bad])} m, with the lengths that the firmware computes: {held[bad].sentence()}",
             Status.of(int(codes[bad])),
         )
     for i, line in enumerate(model.robot.lines):

@@ -82,6 +82,6 @@ def _level(counts, amount):
                 if counts[i, j] < level:
                     total += counts[i, j]
                     covered += 1
-        if not total / covered < level:
+        if covered == 0 or not total / covered < level:
             return level
         level = total / covered

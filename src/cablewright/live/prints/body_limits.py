@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.analyses.accuracy.tension_spread import tension_spread
-from cablewright.analyses.feasibility import are_held, why_unheld
 from cablewright.analyses.steady_acceleration import tensions_by_acceleration
 from cablewright.control.path_follower import TimedPath
 from cablewright.control.retraction import BeamSettings
@@ -92,11 +91,11 @@ def check_tour(model: Model, path: TimedPath) -> None:
         return
     poses, retraction = poses_at(model, path, tour_places(path))
     inside, held = _inside(model.robot, poses), solve_inverse(model, poses, path=True, retraction=retraction)
-    good = inside & are_held(held)
+    good = inside & held.is_held
     if good.all():
         return
     bad = int(np.argmin(good))
-    why = why_unheld(held[bad]) if inside[bad] else "it is out of the frame"
+    why = held[bad].sentence() if inside[bad] else "it is out of the frame"
     place = ", ".join(f"{x:.3f}" for x in poses[bad, :3])
     raise AnswerError(f"the machine's [body] tour cannot be held by {model.robot.name!r} at {place} m: {why}")
 
@@ -119,10 +118,10 @@ def check_held(model: Model, path: TimedPath) -> tuple[Equilibrium, Linearisatio
             f"the path leaves the frame of {model.robot.name!r} {_where(path, poses, int(inside.argmin()))}"
         )
     held = solve_inverse(model, poses, path=True, retraction=retraction)
-    if not (good := are_held(held)).all():
+    if not (good := held.is_held).all():
         bad = int(np.argmin(good))
         where = _where(path, poses, bad)
-        raise AnswerError(f"{model.robot.name!r} cannot hold the platform on the path {where}: {why_unheld(held[bad])}")
+        raise AnswerError(f"{model.robot.name!r} cannot hold the platform on the path {where}: {held[bad].sentence()}")
     linear, codes = linearise_where_regular(held)
     if codes.any():
         bad = int(np.flatnonzero(codes)[0])

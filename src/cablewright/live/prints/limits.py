@@ -8,7 +8,6 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.analyses.feasibility import are_held, why_unheld
 from cablewright.control import manual
 from cablewright.control.guard import UNCOUNTED, GuardSettings
 from cablewright.control.height import HeightControl
@@ -157,7 +156,7 @@ def _by_hand(model: Model, path: TimedPath, speed: float) -> ManualSettings:
 
     def holds(place: Array, rotation: Array) -> bool:
         pose = np.concatenate([attitude.origin(place, rotation), rotation])
-        return bool(solve_inverse(model, hung(model, pose[None]), path=True).ok[0])
+        return bool(solve_inverse(model, hung(model, pose[None]), path=True).is_held[0])
 
     nozzle = attitude.nozzle
     if plane is not None:  # of the nozzle, at its distance from the origin's plane
@@ -295,10 +294,10 @@ def _check_path(model: Model, path: TimedPath) -> Equilibrium:
         bad = int(np.argmin(inside))
         raise AnswerError(f"the path leaves the frame of {model.robot.name!r} {_where(path, bad)}")
     held = solve_inverse(model, places, path=True)
-    if not (good := are_held(held)).all():
+    if not (good := held.is_held).all():
         bad = int(np.argmin(good))
         where = _where(path, bad)
-        raise AnswerError(f"the path leaves the workspace of {model.robot.name!r} {where}: {why_unheld(held[bad])}")
+        raise AnswerError(f"the path leaves the workspace of {model.robot.name!r} {where}: {held[bad].sentence()}")
     return held
 
 

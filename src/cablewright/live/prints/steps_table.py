@@ -133,7 +133,8 @@ class StepsTable:
 def _fill(rows: Rows, parts: Sequence[object], columns: Mapping[str, str]) -> None:
     """Write numbers of the *parts* (k,) of the steps, where there are any, to the *columns* by their names."""
     for name, column in columns.items():
-        found = [(i, value) for i, part in enumerate(parts) if (value := getattr(part, name, None)) is not None]
+        known = [(i, getattr(part, name)) for i, part in enumerate(parts) if part is not None]
+        found = [(i, value) for i, value in known if value is not None]
         if found:
-            known, values = zip(*found, strict=True)
-            rows[column][list(known)] = values
+            steps, values = zip(*found, strict=True)
+            rows[column][list(steps)] = values

@@ -9,10 +9,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.analyses.feasibility import are_held, why_unheld
 from cablewright.analyses.travel_moves import driven
 from cablewright.foundation.arrays import Array, Mask
-from cablewright.foundation.errors import AnswerError, InputError
+from cablewright.foundation.errors import AnswerError, InputError, Status
 from cablewright.foundation.progress import Progress, silent
 from cablewright.models.drum import WinchDrum
 from cablewright.models.job_poses import along, sampled
@@ -169,11 +168,12 @@ def _lengths(model: Model, job: Job, samples: Samples, progress: Progress) -> Ar
         held = solve_inverse(
             model, poses[block], path=True, retraction=None if retraction is None else retraction[block]
         )
-        if not (good := are_held(held)).all():
+        if not (good := held.is_held).all():
             bad = int(np.argmin(good))
             place = ", ".join(f"{each:g}" for each in samples.positions[first + bad])
             raise AnswerError(
-                f"nozzle at {place} m, {samples.where(first + bad)}: {why_unheld(held[bad])}", held[bad].status
+                f"nozzle at {place} m, {samples.where(first + bad)}: {held[bad].sentence()}",
+                Status.of(int(held.judged_code[bad])),
             )
         found[block] = held.lengths[:, hosts]
     progress("solving", len(poses), len(poses))

@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from cablewright.analyses.accuracy.spread import drawn
-from cablewright.analyses.feasibility import LIMITS, TENSION_LIMITS, LineQuantities, are_held
+from cablewright.analyses.feasibility import LIMITS, TENSION_LIMITS, LineQuantities
 from cablewright.analyses.interference import distances
 from cablewright.analyses.modes import modes
 from cablewright.foundation.arrays import Array
@@ -77,7 +77,7 @@ class DesignCandidate:
     @cached_property
     def good(self) -> Equilibrium:
         """Mask of the poses with an equilibrium. Raises `InputError` if there is none."""
-        found = self.held[are_held(self.held)]
+        found = self.held[self.held.is_held]
         if not len(found.pose):
             raise InputError("the lines cannot hold the platform at any position of the part")
         return found
@@ -90,7 +90,7 @@ class DesignCandidate:
         """
         if self.poses is None:
             return {}
-        found = {"held": float(np.mean(~are_held(self.held)))}
+        found = {"held": float(np.mean(~self.held.is_held))}
         for limit in LIMITS:
             allowed, values = limit.allowed(self.robot.lines), limit.values(self.lines)
             beyond = np.maximum(allowed[:, 0] - values, values - allowed[:, 1])

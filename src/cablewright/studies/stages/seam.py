@@ -16,7 +16,6 @@ from typing import ClassVar, Final
 import numpy as np
 
 from cablewright.analyses.accuracy.spread import SpreadProblem, drawn, sampled
-from cablewright.analyses.feasibility import are_held, why_unheld
 from cablewright.calibration.drift.record import CalibrationRecord
 from cablewright.calibration.poses.observability import world_motions
 from cablewright.calibration.unknowns import line_index
@@ -141,11 +140,11 @@ class _Numbers:
         model = Model.full(self.stage.robot)
         poses, drawn_to = poses_at(self.stage.robot, self.stage.job, places)
         held = solve_inverse(model, poses, retraction=drawn_to)
-        if not (good := are_held(held)).all():
+        if not (good := held.is_held).all():
             bad = int(np.argmin(good))
             raise AnswerError(
                 f"stage {self.stage.number} cannot hold the nozzle at the seam, at {places[bad, 2]:.3f} m: "
-                f"{why_unheld(held[bad])}; begin it at another height"
+                f"{held[bad].sentence()}; begin it at another height"
             )
         ranges = (*self.own, *self.common)
         values = np.column_stack([self.drawn(rng), *(common[each.parameter] for each in self.common)])
