@@ -36,13 +36,15 @@ _MAX_WORDS: Final = 64
 class Block(NamedTuple):
     """One block of a GSI file: the point's name and its measurements by word index, in m and rad; or codes.
 
-    ``codes``: what the words 41 to 49 hold that are not empty, in words; empty for a block of measurements.
+    ``codes``: what the words 41 to 49 hold that are not empty, in words; empty for a block of measurements. ``blank``:
+    words without a value.
     """
 
     line: int
     point: str | None
     words: dict[int, float]
     codes: tuple[str, ...] = ()
+    blank: frozenset[int] = frozenset()
 
 
 def looks_like_gsi(text: str) -> bool:
@@ -53,7 +55,7 @@ def looks_like_gsi(text: str) -> bool:
 def read_blocks(path: Path, lines: Iterator[tuple[int, str]]) -> Iterator[Block]:
     """Yield the blocks of all lines of a GSI file.
 
-    A word whose digits are dashes has no value, and is left out. Raises `InputError` for a line that is not of words, a
+    A word whose digits are dashes has no value. Raises `InputError` for a line that is not of words, a
     word with the wrong number of digits, or an unknown unit.
     """
     for number, text in lines:
@@ -81,6 +83,7 @@ def _block(number: int, raw: list[str], place: str) -> Block:
     point: str | None = None
     words: dict[int, float] = {}
     codes: list[str] = []
+    blank: set[int] = set()
     for word in (raw[0].removeprefix("*"), *raw[1:]):
         match = _WORD.fullmatch(word)
         if match is None:
@@ -95,13 +98,15 @@ def _block(number: int, raw: list[str], place: str) -> Block:
             continue
         if len(data) != digits:
             raise InputError(f"{place}: word {shown(word)} has {len(data)} places of data; expected {digits}")
-        if index in words:
+        if index in words or index in blank:
             raise InputError(f"{place}: the GSI word {index} occurs twice in this block")
         if index == POINT:
             point = data.lstrip("0") or "0"
-        elif _NO_VALUE.fullmatch(data) is None:
+        elif _NO_VALUE.fullmatch(data):
+            blank.add(index)
+        else:
             words[index] = _value(index, unit, data, f"{place}: word {shown(word)}") * (-1 if sign == "-" else 1)
-    return Block(number, point, words, tuple(codes))
+    return Block(number, point, words, tuple(codes), frozenset(blank))
 
 
 def _value(index: int, unit: str, data: str, place: str) -> float:

@@ -88,8 +88,9 @@ def markers_of(found: Shots, plan: SurveyPlan, lines: Sequence[str] | None) -> M
 
 
 def _station(shots: Sequence[Shot], instrument: Instrument) -> Array | None:
-    """Return the position of the instrument: the highest one, for sights to raised reflectors give a lower one."""
-    stands = [np.subtract(shot.position, shot.sight) for shot in shots if shot.sight is not None]
+    """Return the position of the instrument: the highest one, where several are given."""
+    sights = [(s.position, s.sight, (0.0, 0.0, s.reflector)) for s in shots if s.sight is not None]
+    stands = [np.add(np.subtract(position, sight), raised) for position, sight, raised in sights]
     if stands:
         return np.array([*stands[0][:2], max(stand[2] for stand in stands)])
     return None if instrument.station is None else np.array(instrument.station)

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+import re
+import unicodedata
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from cablewright.calibration.survey.gsi import Block, looks_like_gsi, read_blocks
+from cablewright.calibration.survey.gsi import looks_like_gsi, read_blocks
+from cablewright.calibration.survey.gsi_setup import MEASURED, GsiSetup, Vector
 from cablewright.foundation.csv_input import (
     Column,
     bare,
@@ -26,8 +29,6 @@ from cablewright.foundation.csv_input import (
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.units import ANGLE, LENGTH, Dimension
 
-Vector = tuple[float, float, float]
-
 MAX_BYTES: Final = 4 << 20
 MAX_SHOTS: Final = 5000
 FARTHEST: Final = 1000.0
@@ -43,6 +44,23 @@ _POLAR: Final = (
     ("v", "zenith angle", "zenith", "vertical"),
     ("slope", "slope distance", "distance", "sd"),
 )
+_REFLECTOR, _INSTRUMENT, _STATION = "reflector height", "instrument height", "station"
+_HEIGHT = "height|hohe|hauteur|altura|altezza|hgt|ht$"
+_ROD = "refle[ck]t|target|ziel|prism|spiegel|rod|pole|staff|stab"
+_TRIPOD = "inst|strument|appareil|kippachs|theodolit|ta[ck]h|tripod|stativ"
+_OF_SIGHTS: Final = {
+    _REFLECTOR: re.compile(
+        f"^([hrt]h|h[rt]|hot)$|^h({_ROD})|({_ROD})(or)?h$|({_ROD}).*({_HEIGHT})|({_HEIGHT}).*({_ROD})"
+    ),
+    _INSTRUMENT: re.compile(
+        f"^(hi|ih|hoi)$|^h({_TRIPOD})|({_TRIPOD})(r|rument)?h$|({_TRIPOD}).*({_HEIGHT})|({_HEIGHT}).*({_TRIPOD})"
+    ),
+    _STATION: re.compile("station|standpunkt|setup|occup|^(from|von)$|^(stn|sta|stat|stp|stand)(nr|no|id|pt|name)?$"),
+}
+"""Columns of sights by their letters, of a name up to `_LONGEST_NAME`, without marks above them and its unit."""
+_TALLEST: Final = 20.0  # m, of a reflector's rod or a tripod
+_LARGEST: Final = 1e300  # of a finite number
+_MOST_NAMED: Final = 6  # columns in a note
 
 
 @dataclass(frozen=True)
@@ -50,13 +68,15 @@ class Shot:
     """One measurement of one marker.
 
     ``position``: m, x east, y north and z up in the instrument's own grid. ``sight``: m, from the instrument to the
-    marker, None where the file does not give the instrument's position.
+    marker, None where the file does not give the instrument's position. ``reflector``: m, height over the marker at
+    which the sight ends.
     """
 
     point: str
     line: int  # of the file
     position: Vector
     sight: Vector | None = None
+    reflector: float = 0.0
 
 
 class Shots(NamedTuple):
@@ -72,6 +92,7 @@ def read_shots(path: str | Path) -> Shots:
 
     A CSV has a column ``point`` and either ``x, y, z`` (also ``east, north, height``; m unless a unit follows) or
     ``hz, v, slope``: horizontal circle, clockwise; zenith angle; slope distance. Angles must name their unit.
+    Sights may have columns of the heights of reflector and instrument, and of the station. A note lists other columns.
 
     Raises `InputError` for a file that cannot be read, is over `MAX_BYTES` or `MAX_SHOTS`, or has a cell or word that
     is not a number.
@@ -106,18 +127,62 @@ def _of_csv(path: Path, number: int, header: str, lines: Iterator[tuple[int, str
         many = "more than one column" if point else "no column"
         raise InputError(f"{place}: {many} 'point', the markers' names (also called {', '.join(_POINT[1:])})")
     columns = _columns(cells, place)
+    is_polar = "hz" in columns
+    heights, stations = _of_sights(cells, place) if is_polar else ({}, [])
+    columns |= heights
+    known = {point[0], *stations, *(each.position for each in columns.values())}
+    unread = [shown(cell) for at, cell in enumerate(cells) if cell and at not in known]
+    if unread:
+        more = f" and {len(unread) - _MOST_NAMED} more" if len(unread) > _MOST_NAMED else ""
+        notes.append(f"columns that are not read: {', '.join(unread[:_MOST_NAMED])}{more}")
+    before: dict[int, tuple[str, int]] = {}
     for number, row, values in number_rows(path, lines, header, columns, MAX_SHOTS, "shots", blank=columns):
         place = f"{path}, line {number}"
-        missing = [name for name, value in zip(columns, values, strict=True) if math.isnan(value)]
-        if missing:
-            notes.append(f"{_name(bare(row[point[0]]), place)} at line {number} is left out: {missing[0]} has no value")
+        for at in stations:
+            text = bare(row[at])
+            if text.strip("-") and text != before.setdefault(at, (text, number))[0]:
+                was, line = before[at]
+                raise InputError(
+                    f"{place}: {shown(cells[at])} is {shown(text)}, {shown(was)} at line {line}: sights from one "
+                    "station are allowed; survey from one, or export coordinates x, y, z in one grid"
+                )
+        given = dict(zip(columns, values, strict=True))
+        missing = next((name for name, value in given.items() if math.isnan(value)), None)
+        if missing is not None:
+            notes.append(f"{_name(bare(row[point[0]]), place)} at line {number} is left out: {missing} has no value")
             continue
-        endless = next((name for name, value in zip(columns, values, strict=True) if math.isinf(value)), None)
-        if endless is not None:
-            raise InputError(f"{place}: {endless}: must be a finite number")
-        sight = of_polar(*values) if "hz" in columns else None
-        x, y, z = sight or values
-        yield _checked(Shot(_name(bare(row[point[0]]), place), number, (x, y, z), sight), place)
+        wrong = next((n for n, v in given.items() if abs(v) > (_TALLEST if n in heights else _LARGEST)), None)
+        if wrong is not None:
+            most = f"at most {_TALLEST:g} m; give its unit in the header" if wrong in heights else "a finite number"
+            raise InputError(f"{place}: {wrong}: must be {most}")
+        sight = of_polar(*values[:3]) if is_polar else None
+        x, y, z = sight or values[:3]
+        reflector = given.get(_REFLECTOR, 0.0)
+        z += given.get(_INSTRUMENT, 0.0) - reflector
+        yield _checked(Shot(_name(bare(row[point[0]]), place), number, (x, y, z), sight, reflector), place)
+
+
+def _of_sights(cells: Sequence[str], place: str) -> tuple[dict[str, Column], list[int]]:
+    """Return the columns of the heights of sights, and positions of all columns that have one value at a station.
+
+    Coordinates have the heights in them. Raises `InputError` for two heights of one kind, or an unknown unit.
+    """
+    heights: dict[str, Column] = {}
+    stations: list[int] = []
+    for at, cell in enumerate(cells):
+        name, mark, unit = cell[:_LONGEST_NAME].replace("[", "(").partition("(")
+        words = re.findall("[a-z]+", unicodedata.normalize("NFKD", name).casefold().replace("oe", "o"))
+        if not mark and words and words[-1] in LENGTH.units:
+            mark, unit = "(", words.pop()
+        kind = next((kind for kind, pattern in _OF_SIGHTS.items() if pattern.search("".join(words))), None)
+        if kind in heights:
+            raise InputError(f"{place}: more than one column {kind!r}, {shown(cell)} is one; keep one")
+        if kind in (_REFLECTOR, _INSTRUMENT):
+            found = find_column((kind,), [f"{kind} ({unit.strip(')] ')})" if mark else kind], place, LENGTH)
+            heights[kind] = Column(at, None if found is None else found.size)
+        if kind in (_STATION, _INSTRUMENT):
+            stations.append(at)
+    return heights, stations
 
 
 def _columns(cells: Sequence[str], place: str) -> dict[str, Column]:
@@ -149,66 +214,38 @@ def _of_gsi(path: Path, lines: Iterator[tuple[int, str]]) -> Shots:
     """Return the shots of the blocks: coordinates where a block has them, else from angles and distance."""
     shots: list[Shot] = []
     notes: list[str] = []
-    station: Vector | None = None
-    height: float | None = None  # of the instrument over the station's mark, m
-    polar_line: int | None = None  # of the file, of the last polar shot
-    setup: tuple[str, ...] = ()  # the codes before the first polar shot
-    between: list[Block] = []  # blocks of codes after a polar shot
+    setup = GsiSetup(str(path))
+    coordinates: int | None = None  # the first line with some
     for block in read_blocks(path, lines):
         place, words = f"{path}, line {block.line}", block.words
-        if block.codes and polar_line is None:
-            setup = block.codes
-        elif block.codes:
-            between.append(block)
-        new_station, new_height = _station(words, station), words.get(88, height)
-        if polar_line is not None and (new_station, new_height) != (station, height):
-            raise InputError(
-                f"{place}: the station differs from that of line {polar_line}; survey from one station, or export "
-                "coordinates (words 81 to 83)"
-            )
-        station, height = new_station, new_height
-        if block.point is None or not {21, 22, 31, 81, 82, 83} & words.keys():
+        setup.follow(block)
+        if block.point is None or MEASURED.isdisjoint(words.keys() | block.blank):
             continue
         if len(shots) == MAX_SHOTS:
             raise InputError(f"{place}: more than {MAX_SHOTS} shots, the maximum of a survey; split the file")
-        name, sight = _name(block.point, place), None
+        name, reflector = _name(block.point, place), 0.0
+        is_polar = {21, 22, 31} <= words.keys() and words[31] > 0
+        sight = of_polar(words[21], words[22], words[31]) if is_polar else None
         if {81, 82, 83} <= words.keys():
-            position = words[81], words[82], words[83]
-            if station is not None:
-                sight = position[0] - station[0], position[1] - station[1], position[2] - (station[2] + (height or 0.0))
-        elif {21, 22, 31} <= words.keys() and words[31] > 0:
-            _require_one_station(path, block, between, setup)
-            polar_line = block.line
-            sight = of_polar(words[21], words[22], words[31])
-            position = sight[0], sight[1], sight[2] + (height or 0.0) - words.get(87, 0.0)
+            position, coordinates = (words[81], words[82], words[83]), coordinates or block.line
+            if sight is not None:
+                setup.compare(block, position, sight)
+            axis = setup.axis
+            sight = axis and (position[0] - axis[0], position[1] - axis[1], position[2] - axis[2])
+        elif sight is not None:
+            position, reflector = setup.sight(block, sight)
         else:
-            notes.append(f"{name} at line {block.line} is left out: angles without a distance give no position")
+            notes.append(f"{name} at line {block.line} is left out: no coordinates, nor angles with a distance")
             continue
-        shots.append(_checked(Shot(name, block.line, position, sight), place))
-    if between:
-        count, line = len(between), between[0].line
+        shots.append(_checked(Shot(name, block.line, position, sight, reflector), place))
+    if setup.sighted and coordinates is not None:
+        notes.append(setup.require_one_grid(coordinates))
+    if setup.remarks:
+        count, line = len(setup.remarks), setup.remarks[0].line
         notes.append(
             f"{count} block{'s' * (count > 1)} of codes, the first at line {line}: taken for remarks on points"
         )
     return Shots(tuple(shots), tuple(notes), str(path))
-
-
-def _require_one_station(path: Path, sight: Block, between: Sequence[Block], setup: tuple[str, ...]) -> None:
-    """Raise `InputError` for a *sight* after codes *between* sights that may begin a station: a code with a text.
-
-    A block like that before the first sight, *setup*, says nothing new; a code alone is of a point.
-    """
-    for block in between:
-        if len(block.codes) > 1 and block.codes != setup:
-            raise InputError(
-                f"{path}, line {block.line}: a block of codes, {shown(', '.join(block.codes))}, before the sight at "
-                f"line {sight.line} may begin another station; one station is allowed: survey from one, export "
-                "coordinates (words 81 to 83), or delete the block where it is a remark"
-            )
-
-
-def _station(words: Mapping[int, float], before: Vector | None) -> Vector | None:
-    return (words[84], words[85], words[86]) if {84, 85, 86} <= words.keys() else before
 
 
 def _name(text: str, place: str) -> str:
