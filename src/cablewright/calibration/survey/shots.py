@@ -47,7 +47,7 @@ _POLAR: Final = (
 _REFLECTOR, _INSTRUMENT, _STATION = "reflector height", "instrument height", "station"
 _HEIGHT = "height|hohe|hauteur|altura|altezza|hgt|ht$"
 _ROD = "refle[ck]t|target|ziel|prism|spiegel|rod|pole|staff|stab"
-_TRIPOD = "inst|strument|appareil|kippachs|theodolit|ta[ck]h|tripod|stativ"
+_TRIPOD = "inst|strument|appare|kippachs|theodolit|ta[ck]h|tripod|stativ"
 _OF_SIGHTS: Final = {
     _REFLECTOR: re.compile(
         f"^([hrt]h|h[rt]|hot)$|^h({_ROD})|({_ROD})(or)?h$|({_ROD}).*({_HEIGHT})|({_HEIGHT}).*({_ROD})"

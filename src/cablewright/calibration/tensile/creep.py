@@ -278,7 +278,7 @@ def creep(
         residuals=fit.residuals,
         widened=fit.wider,
         loaded=loaded,
-        notes=(*_notes(test, fit, taus, expands), *pace_notes(test, whole, climate, *fit.of_pace)),
+        notes=(*test.notes, *_notes(test, fit, taus, expands), *pace_notes(test, whole, climate, *fit.of_pace)),
     )
 
 

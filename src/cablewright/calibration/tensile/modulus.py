@@ -230,7 +230,7 @@ def modulus(
         hysteresis=tuple(_hysteresis(up, down, search.loads) for up, down in search.cycles),
         permanent_set=tuple(after.ends[0] - before.ends[0] for before, after in pairwise(loadings)),
         partial=search.partial,
-        notes=(*search.left_out, *_notes(search.branches, nominal, initial_length)),
+        notes=(*test.notes, *search.left_out, *_notes(search.branches, nominal, initial_length)),
         initial_length=initial_length,
         section=section,
         breaking_load=breaking_load,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,7 +22,9 @@ from cablewright.foundation.csv_input import (
     no_column,
     number_rows,
     separator_of,
+    shown,
     text_lines,
+    units_wanted,
 )
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.units import DURATION, FORCE, LENGTH, RELATIVE_HUMIDITY, TEMPERATURE_DIFFERENCE, Dimension
@@ -36,10 +39,13 @@ _SHARES: Final = ("humidity",)  # from 0 to 1
 _COLUMNS: Final = {"force": FORCE, "elongation": LENGTH}
 _ALSO: Final = {
     "force": ("load", "tensile force", "tensile load", "standard force"),
-    "elongation": ("extension", "displacement", "tensile extension", "tensile displacement"),
+    "elongation": ("extension", "displacement", "tensile extension", "tensile displacement", "extensometer"),
     "time": ("test time", "elapsed time"),
 }
 """What testing machines call them; the name itself comes first."""
+_OTHER_STRAINS: Final = ("rate", "displacement", "crosshead", "traverse", "nominal", "extension", "grip")
+_LONGEST_NAME: Final = 60
+_ROUNDING: Final = 0.01  # of the range: columns of one motion differ by less, as of few digits
 _STRAIN: Final = Dimension(
     "strain", {unit: Decimal(size) for unit, size in {"m/m": "1", "mm/mm": "1", "%": "1e-2"}.items()}
 )
@@ -63,6 +69,7 @@ class TensileTest:
     time: Array | None = None  # (k,) s
     temperature: Array | None = None  # (k,) K, or degrees Celsius where one is under 170
     humidity: Array | None = None  # (k,) relative, 0 to 1
+    notes: tuple[str, ...] = ()  # sentences on columns that were not used
 
     def __post_init__(self) -> None:
         for name in (*_COLUMNS, *_MORE_COLUMNS):
@@ -107,7 +114,8 @@ def read_test(path: str | Path, *, timed: bool = False, gauge: float | None = No
 
     If *timed* it may name ``time``, ``temperature`` and ``humidity`` too. ``load``, ``extension`` and ``displacement``
     are the names of testing machines for the first two; a ``strain (%)`` or ``strain (m/m)`` is the elongation divided
-    by *gauge*, the specimen's length in m.
+    by *gauge*, the specimen's length in m. Where a file has both and they differ, strain is that of the extensometer,
+    with a note; beside a column of the name ``elongation`` itself that is an error.
     A unit may follow the name (``force (kN)``, ``elongation [mm]``, ``force_kN``) or stand in a row below; without one
     it is SI. The separator is tab, semicolon or comma: the first of these that the header holds. Empty lines and
     comments (``#``) are skipped.
@@ -121,13 +129,14 @@ def read_test(path: str | Path, *, timed: bool = False, gauge: float | None = No
         raise InputError(f"{path}: empty; expected a header with columns force and elongation, then rows of numbers")
     cells, place = cells_of(header, separator_of(header)), f"{path}, line {number}"
     columns: dict[str, Column] = {}
+    strain = _strain(cells, place, gauge)
     for name, quantity in _COLUMNS.items():
-        found = _column(name, cells, place, quantity)
-        if found is None and name == "elongation":
-            found = _strain(cells, place, gauge)
+        found = _column(name, cells, place, quantity) or (strain if name == "elongation" else None)
         if found is None:
             raise no_column((name, *_ALSO[name]), cells, place, quantity)
         columns[name] = found
+    if strain not in (None, columns["elongation"]):
+        columns["strain"] = strain
     for name, quantity in _MORE_COLUMNS.items() if timed else ():
         found = _column(name, cells, place, quantity)
         if found is not None:
@@ -137,7 +146,36 @@ def read_test(path: str | Path, *, timed: bool = False, gauge: float | None = No
         numbers.extend(row)
         lines.append(number)
     values = dict(zip(columns, np.array(numbers).reshape(-1, len(columns)).T, strict=True))
-    return TensileTest(origin=str(path), lines=lines, **values)
+    notes: tuple[str, ...] = ()
+    if "strain" in values:
+        both = [cells[columns[each].position] for each in ("elongation", "strain")]
+        values["elongation"], notes = _by_extensometer(values["elongation"], values.pop("strain"), both, place)
+    return TensileTest(origin=str(path), lines=lines, notes=notes, **values)
+
+
+def _by_extensometer(
+    elongation: Array, strain: Array, names: Sequence[str], place: str
+) -> tuple[Array, tuple[str, ...]]:
+    """Return the elongation (k,), m, of the extensometer, of two columns with these *names*, and a note if they differ.
+
+    *strain* (k,): m, times the gauge length. Testing machines call the motion of the crosshead, with that of grips and
+    frame, extension. Raises `InputError` where *strain* is constant, or the other column is named ``elongation``.
+    """
+    ranges = float(np.ptp(elongation)), float(np.ptp(strain))
+    if np.ptp(elongation - strain) <= _ROUNDING * max(ranges):
+        return elongation, ()
+    differ = f"{shown(names[0])} and {shown(names[1])} times the initial length"
+    if not ranges[1] or names[0].casefold().startswith("elongation"):
+        raise InputError(
+            f"{place}: {differ} differ, ranges {1e3 * ranges[0]:.4g} and {1e3 * ranges[1]:.4g} mm: keep the column of "
+            "the extensometer, between whose marks the initial length is"
+        )
+    ratio = ranges[0] / ranges[1]
+    note = (
+        f"elongation is {shown(names[1])} times the initial length, as of an extensometer; {shown(names[0])} is "
+        f"{ratio:.3g} times as large, as of a crosshead, and not used"
+    )
+    return strain, (note,)
 
 
 def _column(name: str, cells: Sequence[str], place: str, quantity: Dimension) -> Column | None:
@@ -147,10 +185,21 @@ def _column(name: str, cells: Sequence[str], place: str, quantity: Dimension) ->
 
 
 def _strain(cells: Sequence[str], place: str, gauge: float | None) -> Column | None:
-    """Return the column of strain as one of elongation, of a specimen of length *gauge*, m. Raises `InputError`."""
-    found = find_column(("strain", "tensile strain"), cells, place, _STRAIN)
-    if found is None or gauge is None:
+    """Return the column of an extensometer's strain as one of elongation, of a specimen of length *gauge*, m.
+
+    Strains of the crosshead by their names, and rates, are none. Raises `InputError` for two, or an unknown unit.
+    """
+    names = [(at, cell, cell[:_LONGEST_NAME].casefold()) for at, cell in enumerate(cells)]
+    found = [(at, cell) for at, cell, name in names if "strain" in name and not any(w in name for w in _OTHER_STRAINS)]
+    if not found or gauge is None:
         return None
-    if found.size is None:
-        raise InputError(f"{place}: column {cells[found.position]!r}: give its unit, 'strain (%)' or 'strain (mm/mm)'")
-    return Column(found.position, found.size * gauge)
+    if len(found) > 1:
+        raise InputError(
+            f"{place}: more than one column 'strain': {' and '.join(shown(c) for _, c in found[:2])}; keep one"
+        )
+    at, cell = found[0]
+    unit = re.split(r"[(\[_ ]", cell.rstrip(")] "))[-1].strip()
+    if unit not in _STRAIN.units:
+        units = f"give its unit, {units_wanted('strain', _STRAIN)}"
+        raise InputError(f"{place}: column {shown(cell)}: {units}")
+    return Column(at, float(_STRAIN.units[unit]) * gauge)
