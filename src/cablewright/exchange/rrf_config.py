@@ -11,6 +11,7 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
 
@@ -58,7 +59,12 @@ _ELSEWHERE: Final = {
     "M98": "commands of other files are not read",
     "M501": "config-override.g is not read; its M666 and M669 replace this file's",
 }
-_HEAD = re.compile(r"(?:N[0-9]+\s+)?([GM][0-9]+(?:\.[0-9]+)?|[a-z]+)\s*(.*)", re.IGNORECASE | re.ASCII)
+_WITH_TEXT: Final = ("M23", "M28", "M30", "M32", "M36", "M37", "M38", "M98", "M117", "M118", "M550", "M551")
+"""Commands whose text may stand without quotes: it is the rest of the line."""
+
+_LINE_NUMBER = re.compile(r"^N[0-9]+\s*", re.IGNORECASE | re.ASCII)
+_META = re.compile(r"(?:if|elif|else|while|var|global|set|echo|skip|break|continue|abort)(?![^\s{\"(])")
+_HEAD = re.compile(r"([GMT](?:-?[0-9]+(?:\.[0-9]+)?)?)\s*(.*)", re.IGNORECASE | re.ASCII)
 _WORD = re.compile(r"([A-Z])\s*([^\sA-Z]*)", re.IGNORECASE | re.ASCII)
 _MOVED = "RQUOLHJ"  # letters of M666 that were of M669 before 2020, where M666 had others
 _Words = dict[str, tuple[str, str]]
@@ -368,35 +374,56 @@ def _commands(path: Path, lost: Notes) -> dict[str, _Words]:
     found: dict[str, _Words] = {"M665": {}, "M666": {}, "M669": {}}
     block: tuple[int, str] | None = None  # a condition's depth and word
     for number, text in text_lines(path, MAX_BYTES, "config.g", indented=True):
-        bare = text.expandtabs(4)
-        depth, bare = len(bare) - len(bare.lstrip()), bare.split(";", 1)[0].strip()
-        head = _HEAD.match(bare)
-        code, rest = (head[1], head[2]) if head else ("", "")
-        if block is not None and depth <= block[0] and bare:
+        line, place = text.expandtabs(4), f"{path}, line {number}"
+        depth, line = len(line) - len(line.lstrip()), _LINE_NUMBER.sub("", line.strip())
+        if block is not None and depth <= block[0] and not line.startswith(";"):
             block = None
-        if code.lower() in _BLOCKS:
-            block = block or (depth, code.lower())
-        code = code.upper()
-        place = f"{path}, line {number}"
-        if code in _ELSEWHERE:
-            lost.add(f"{bare[:60]}: {_ELSEWHERE[code]}")
-        if code not in found:
+        if (word := _META.match(line)) is not None:
+            block = block or (depth, word[0]) if word[0] in _BLOCKS else block
             continue
-        if block is not None:
-            raise InputError(
-                f"{place}: {code} stands under {block[1]!r}: give a config.g without conditions, with the values that "
-                "hold"
-            )
-        if "{" in rest:
-            raise InputError(f"{place}: {bare[:60]!r}: an expression; write its value, a number in mm")
-        words = _WORD.findall(rest)
-        if "".join(letter + value for letter, value in words) != "".join(rest.split()) or not all(
-            value for _, value in words
-        ):
-            raise InputError(f"{place}: {bare[:60]!r}: must be letters, each with its numbers")
-        for letter, value in words:
-            found[code][letter.upper()] = value, place
+        for bare in _split(line):
+            head = _HEAD.match(bare)
+            if head is None:
+                break  # the firmware takes the rest of the line for a bad command
+            code, rest = head[1].upper(), head[2]
+            if code in _ELSEWHERE:
+                lost.add(f"{bare[:60]}: {_ELSEWHERE[code]}")
+            if code in _WITH_TEXT and '"' not in rest:
+                break
+            if code in found:
+                found[code] |= _words(bare, code, rest, place, "" if block is None else block[1])
     return found
+
+
+def _split(line: str) -> list[str]:
+    """Return the commands of a line as the firmware finds them: each begins at G or M, also without a space before.
+
+    Not in quotes, in braces, or after an apostrophe (a small axis letter). A semicolon ends the line.
+    """
+    starts, is_quoted, depth = [0], False, 0
+    for at, each in enumerate(line):
+        is_quoted ^= each == '"'
+        if each == ";" and not is_quoted:
+            line = line[:at]
+            break
+        depth = max(0, depth + (each == "{") - (each == "}")) if not is_quoted else depth
+        if each in "GMgm" and at and not (is_quoted or depth or line[at - 1] == "'"):
+            starts.append(at)
+    return [line[start:end].strip() for start, end in pairwise([*starts, len(line)])]
+
+
+def _words(bare: str, code: str, rest: str, place: str, block: str) -> _Words:
+    """Return the words of a command. Raises `InputError` for one under a condition *block*, or with an expression."""
+    if block:
+        raise InputError(
+            f"{place}: {code} stands under {block!r}: give a config.g without conditions, with the values that hold"
+        )
+    if "{" in rest:
+        raise InputError(f"{place}: {bare[:60]!r}: an expression; write its value, a number in mm")
+    words = _WORD.findall(rest)
+    if "".join(letter + value for letter, value in words) != "".join(rest.split()) or not all(v for _, v in words):
+        raise InputError(f"{place}: {bare[:60]!r}: must be letters, each with its numbers")
+    return {letter.upper(): (value, place) for letter, value in words}
 
 
 def _number(words: _Words, letter: str, default: float) -> float:

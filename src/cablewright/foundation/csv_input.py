@@ -21,7 +21,7 @@ from cablewright.foundation.units import Dimension, is_unit
 
 _LONGEST_LINE: Final = 4096  # bytes
 _LONGEST_SHOWN: Final = 60
-_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _BRACKETED = re.compile(r"\((.*)\)|\[(.*)\]")
 _NO_VALUE = re.compile("[-\u2013\u2014]*")
 _MOST_NAMED, _MOST_SEARCHED = 12, 100  # columns in a message, and for the one that was meant
@@ -39,14 +39,18 @@ def text_lines(
 ) -> Iterator[tuple[int, str]]:
     """Yield number and text of each line that is neither empty nor a comment (``#``). *indented*: keep the indentation.
 
+    Lines end with LF, CR or both.
+
     Raises `InputError` for a file that cannot be read, holds more than ``max_bytes``, has a line over ``longest`` bytes
     or is not UTF-8.
     """
-    for count, raw in enumerate(io.BytesIO(read_bytes(path, max_bytes, what)), 1):
+    for count, raw in enumerate(
+        io.BytesIO(read_bytes(path, max_bytes, what).replace(b"\r\n", b"\n").replace(b"\r", b"\n")), 1
+    ):
         if len(raw) > longest:
             raise InputError(f"{path}, line {count}: longer than {longest} bytes, the most a line may hold")
         try:
-            text = raw.decode("utf-8-sig" if count == 1 else "utf-8").rstrip(" \r\n")
+            text = raw.decode("utf-8-sig" if count == 1 else "utf-8").rstrip(" \n")
         except UnicodeDecodeError:
             raise InputError(f"{path}, line {count}: not UTF-8 text; save the table as CSV in UTF-8") from None
         bare = text.lstrip(" ")
