@@ -18,6 +18,7 @@ from typing import Any, Final
 from cablewright.exchange.millimetres import from_mm
 from cablewright.exchange.translation_result import ImportedRobot, Mapped, Notes
 from cablewright.exchange.walls.two_belts import Wall, wall_robot
+from cablewright.exchange.xml_input import finite
 from cablewright.foundation.csv_input import text_lines
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.toml_input import read_bytes
@@ -42,11 +43,12 @@ _ENABLED = re.compile(r"\s*#\s*define\s+(\w+)\s*(?://.*|/\*.*)?")
 _CONDITION = re.compile(r"\s*#\s*(if|ifdef|ifndef|elif|else|endif)\b\s*(.*)")
 _SWITCHES = re.compile(r"(!?)\s*(ENABLED|DISABLED|defined|ANY|EITHER|ALL|BOTH)\s*\(([\w\s,]+)\)")
 _COMMENT = re.compile(r"//|/\*")
-_OPERATORS: Final[Mapping[type, Callable[..., float]]] = {
-    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
-    ast.USub: operator.neg, ast.UAdd: operator.pos,
-}  # fmt: skip
 _FUNCTIONS: Final[Mapping[str, Callable[[float], float]]] = {"sq": lambda x: x * x, "sqrt": math.sqrt}
+_NAME = re.compile(r"(?<![\w.])[A-Za-z_]\w*")
+_MOST_ROUNDS: Final = 20  # of names in texts of names
+_LONGEST_FORMULA: Final = 4000
+_LARGEST_INTEGER: Final = 1 << 63
+_INCH: Final = 25.4  # mm
 _Words = dict[str, tuple[str, str]]
 
 
@@ -85,8 +87,10 @@ def read_makelangelo(path: Path, cable: str | None = None) -> ImportedRobot:
     for number, text in text_lines(path, MAX_BYTES, "Makelangelo"):
         bare = text.split(";", 1)[0].strip()
         code, _, rest = bare.partition(" ")
-        words: _Words = {word: (value, f"{path}, line {number}") for word, value in _WORD.findall(rest.upper())}
+        words = _words(rest.upper(), f"{path}, line {number}", is_inch=False)
         axis = words.get("A", ("", ""))[0]
+        if code.upper() == "G20":
+            raise InputError(f"{path}, line {number}: {bare[:40]}: inches; give the limits in mm, with G21 or without")
         if code.upper() == "M101" and axis in ("0", "1"):
             limits[axis] = words
         elif bare:
@@ -111,12 +115,22 @@ def _metres(path: Path, words: _Words, code: str, letter: str) -> float:
 def _codes(path: Path, codes: tuple[str, ...]) -> dict[str, _Words]:
     """Return the words of codes, the last of each letter; an ``echo:`` before a code is what M503 prints."""
     found: dict[str, _Words] = {code: {} for code in codes}
+    is_inch = False
     for number, text in text_lines(path, MAX_BYTES, "polargraph"):
         bare = text.split(";", 1)[0].upper().removeprefix("ECHO:").strip()
         code, _, rest = bare.partition(" ")
+        is_inch = code == "G20" or (is_inch and code != "G21")
         if code in found:
-            found[code] |= {word: (value, f"{path}, line {number}") for word, value in _WORD.findall(rest)}
+            found[code] |= _words(rest, f"{path}, line {number}", is_inch)
     return found
+
+
+def _words(text: str, place: str, is_inch: bool) -> _Words:
+    """Return the words of a command with their *place*, those in inches as mm. Raises `InputError`."""
+    words = dict(_WORD.findall(text))
+    if is_inch:
+        words = {word: repr(_INCH * finite(value, f"{place}: {word}")) for word, value in words.items()}
+    return {word: (value, place) for word, value in words.items()}
 
 
 @dataclass(frozen=True)
@@ -161,6 +175,8 @@ class _Defines:
             asked = text if word == "if" else f"{'!' if word == 'ifndef' else ''}defined({text})"
             holds = self._holds(asked)
             conditions.append(_Condition(f"{word} {text}"[:60], holds, holds))
+            if len(conditions) > _MOST_ROUNDS:
+                raise InputError(f"{self.path}, line {number}: over {_MOST_ROUNDS} conditions, one in another")
             return
         if not conditions:
             raise InputError(f"{self.path}, line {number}: #{word} without an #if: is the file whole?")
@@ -184,46 +200,67 @@ class _Defines:
 
     def metres(self, name: str) -> float:
         """Return a length of the settings, m. Raises `InputError`."""
-        return 1e-3 * self._value(name, 0)
+        return 1e-3 * self._number(self._text(name), name)
 
     def speeds(self) -> dict[int, float]:
         """Return the largest speed of each belt, m/s, by its index: 0 is the left one."""
         text = self.texts.get("DEFAULT_MAX_FEEDRATE", "").strip("{} ")
         parts = text.split(",")[:2] if text else []
-        return {k: 1e-3 * self._number(part.strip(), "DEFAULT_MAX_FEEDRATE", 0) for k, part in enumerate(parts)}
+        return {k: 1e-3 * self._number(part, "DEFAULT_MAX_FEEDRATE") for k, part in enumerate(parts)}
 
-    def _value(self, name: str, depth: int) -> float:
+    def _text(self, name: str) -> str:
         if name not in self.texts:
             raise InputError(f"{self.path}: has no #define {name}, mm")
         if name in self.unclear:
             raise InputError(f"{self.places[name]} stands under #{self.unclear[name]}: give it without that condition")
-        return self._number(self.texts[name], name, depth)
+        return self.texts[name]
 
-    def _number(self, text: str, name: str, depth: int) -> float:
+    def _number(self, formula: str, name: str) -> float:
+        """Return the value of a formula in which names are replaced by their texts, as by the preprocessor of C."""
         try:
+            text = formula
+            for _ in range(_MOST_ROUNDS):
+                text = _NAME.sub(lambda match: match[0] if match[0] in _FUNCTIONS else self._text(match[0]), text)
+                if len(text) > _LONGEST_FORMULA:
+                    raise OverflowError
             with warnings.catch_warnings():  # of a text as 1and, which is rejected below
                 warnings.simplefilter("ignore", SyntaxWarning)
-                value = self._of(ast.parse(text, mode="eval").body, depth)
+                value = float(_value(ast.parse(text.strip(), mode="eval").body))
         except (SyntaxError, ArithmeticError, KeyError, ValueError, RecursionError, MemoryError):
             value = math.nan
         if not math.isfinite(value):
             raise InputError(
-                f"{self.places[name]} = {shown(text)}: must be a number in mm, or a formula of such numbers"
+                f"{self.places[name]} = {shown(formula)}: must be a number in mm, or a formula of such numbers"
             )
         return value
 
-    def _of(self, node: Any, depth: int) -> float:
-        """Return the value of an expression of numbers, names and + - * /. Raises `KeyError` for another."""
-        if depth > 20:
-            raise RecursionError
-        if isinstance(node, ast.Constant) and isinstance(node.value, int | float):
-            return float(node.value)
-        if isinstance(node, ast.Name):
-            return self._value(node.id, depth + 1)
-        if isinstance(node, ast.BinOp):
-            return _OPERATORS[type(node.op)](self._of(node.left, depth + 1), self._of(node.right, depth + 1))
-        if isinstance(node, ast.UnaryOp):
-            return _OPERATORS[type(node.op)](self._of(node.operand, depth + 1))
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and len(node.args) == 1:
-            return _FUNCTIONS[node.func.id](self._of(node.args[0], depth + 1))
+
+def _value(node: Any) -> float:
+    """Return the value of an expression of numbers and + - * /, an `int` of integers as in C. Raises `KeyError`."""
+    found: float
+    if isinstance(node, ast.Constant) and isinstance(node.value, int | float) and not isinstance(node.value, bool):
+        found = node.value
+    elif isinstance(node, ast.BinOp):
+        found = _OPERATORS[type(node.op)](_value(node.left), _value(node.right))
+    elif isinstance(node, ast.UnaryOp):
+        found = _OPERATORS[type(node.op)](_value(node.operand))
+    elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and len(node.args) == 1:
+        found = _FUNCTIONS[node.func.id](_value(node.args[0]))
+    else:
         raise KeyError(type(node).__name__)
+    if abs(found) >= _LARGEST_INTEGER and isinstance(found, int):
+        raise OverflowError
+    return found
+
+
+def _quotient(a: float, b: float) -> float:
+    """Return a / b; of two integers without the fraction, as in C."""
+    if isinstance(a, int) and isinstance(b, int):
+        return abs(a) // abs(b) * (1 if (a < 0) is (b < 0) else -1)
+    return a / b
+
+
+_OPERATORS: Final[Mapping[type, Callable[..., float]]] = {
+    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: _quotient,
+    ast.USub: operator.neg, ast.UAdd: operator.pos,
+}  # fmt: skip
