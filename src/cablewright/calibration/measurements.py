@@ -44,7 +44,7 @@ _POSE: Final = ("x", "y", "z", "rx", "ry", "rz")
 _OF_DRUM: Final = re.compile(
     r"(?P<name>(?i:dl)_[0-9]+) *[(\[](?P<unit>turns|rad|deg|counts(?:/(?P<counts>[1-9][0-9]{0,8}))?)[)\]]"
 )
-_UNIT: Final = re.compile(r" *[(\[].*")
+_UNIT: Final = re.compile(r"[(\[].*")
 _COUNTS: Final = "counts/4096"  # one such unit, in messages
 _FREQUENCY: Final = Dimension("frequency", {"Hz": Decimal(1)})
 _CELLS: Final = (*SENSORS.values(), ("frequencies", "hz_1"))
@@ -248,7 +248,7 @@ def _columns(header: str, place: str, robot: Robot) -> dict[str, Column]:
     positions = {column.position for column in columns.values()}
     for position, cell in enumerate(cells):
         if position not in positions:
-            head, _, digits = _UNIT.sub("", cell[:60].casefold()).rpartition("_")
+            head, _, digits = _UNIT.sub("", cell[:60].casefold()).rstrip(" ").rpartition("_")
             of_line = head in _OF_LINES and digits.isdecimal()
             hint = suggestion(cell[:60].casefold(), known, limit=20)
             if of_line:

@@ -40,8 +40,7 @@ CARRIED: Final = (
     Mapped("winch_guy_wire_lengths", "lines.dead_length"),
 )
 
-_SECTION = re.compile(r"\[\s*([^\]]+?)\s*\]\s*(?:[#;].*)?")
-_OPTION = re.compile(r"([A-Za-z0-9_]+)\s*[:=]\s*([^#;]*?)\s*(?:[#;].*)?")
+_OPTION = re.compile(r"([A-Za-z0-9_]+)\s*[:=]")
 _PRINTER = (
     "kinematics", "winch_mechanical_advantage", "winch_mover_weight", "winch_min_force", "winch_max_force",
     "winch_spring_constant", "winch_buildup_factor", "winch_guy_wire_lengths",
@@ -197,18 +196,18 @@ def _sections(path: Path) -> tuple[dict[str, dict[str, str]], dict[Any, str]]:
         if text[0] in " \t" and sections.get(section):
             continue  # of the option before, as in a macro
         text = text.strip()
-        if text.startswith(";"):
-            continue
-        if match := _SECTION.fullmatch(text):
-            section = match[1]
+        bare = text.replace(";", "#").partition("#")[0].rstrip()
+        name, closed, after = text[1:].partition("]")
+        if text[0] == "[" and closed and name.strip() and after.lstrip()[:1] in ("", "#", ";"):
+            section = name.strip()
             if section in sections:
                 raise InputError(f"{place}: section [{section[:60]}] occurs twice; keep one of them")
             sections[section] = {}
-        elif match := _OPTION.fullmatch(text):
+        elif match := _OPTION.match(bare):
             if not section:
                 raise InputError(f"{place}: the option {match[1][:60]} stands before the first [section]")
             if match[1] in sections[section]:
                 raise InputError(f"{place}: [{section[:60]}] has the option {match[1][:60]} twice; keep one of them")
-            sections[section][match[1]] = match[2]
+            sections[section][match[1]] = bare[match.end() :].lstrip()
             places[section, match[1]] = place
     return sections, places

@@ -39,7 +39,7 @@ SECTION: Final = "kinematics.maslowkinematics."
 """Where firmware since 2025 has the anchors, in small letters."""
 
 _OLD = "maslow_"
-_ENTRY = re.compile(r"( *(?:- )?)([A-Za-z_][\w-]*) *:(?:\s+([^#]*?))?\s*(?:#.*)?", re.ASCII)
+_ENTRY = re.compile(r"( *(?:- )?)([A-Za-z_][\w-]*) *:(?!\S)", re.ASCII)
 _THICKNESSES: Final = ("spoilboardThickness", "workThickness")
 _ARMS: Final = ("beltEndExtension", "armLength")
 _WHY: Final = {
@@ -173,10 +173,11 @@ def yaml_entries(path: Path) -> dict[str, YamlEntry]:
     found: dict[str, YamlEntry] = {}
     within: list[tuple[int, str]] = []
     for number, text in text_lines(path, MAX_BYTES, "file in YAML", indented=True):
-        match = _ENTRY.fullmatch(text)
+        bare = text.partition("#")[0]
+        match = _ENTRY.match(bare)
         if match is None:
             continue
-        depth, name, value, place = len(match[1]), match[2], match[3] or "", f"{path}, line {number}"
+        depth, name, value, place = len(match[1]), match[2], bare[match.end() :].strip(), f"{path}, line {number}"
         while within and within[-1][0] >= depth:
             within.pop()
         within.append((depth, name.lower()))

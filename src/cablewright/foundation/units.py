@@ -19,7 +19,7 @@ from annotated_types import Ge, Gt
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-_NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+_NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _TEXT = re.compile(rf"({_NUMBER}) *([^\s0-9.+-].*)", re.ASCII)
 _LONGEST_TEXT = 80
 LARGEST = 1e30  # of a quantity, in its SI unit: no machine is near, and the product of a few is still a number

@@ -28,7 +28,7 @@ CELLS: Final = 6
 GRID: Final = 9
 """Nodes along each side of the box, for workspaces and their boundaries."""
 
-_CONSTRAINT: Final = re.compile(r"([a-z_]+)\s*(>=|<=)\s*([^<>=]+)")
+_CONSTRAINT: Final = re.compile(r"([a-z_]+)\s*(>=|<=)([^<>=]+)")
 
 
 @dataclass(frozen=True)
