@@ -21,7 +21,7 @@ _MODELS: Final[dict[FileKind, tuple[str, str]]] = {
 }
 
 
-_LINK = re.compile(r"\[([^\]]*)\]\([^)]*\)")
+_LINK = re.compile(r"\[([^\[\]]*)\]\([^)]*\)")
 
 
 def json_schema(kind: FileKind) -> dict[str, Any]:

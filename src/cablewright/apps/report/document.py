@@ -65,7 +65,7 @@ def _of_viewer(name: str) -> str:
 
 TERMS = {term.name.lower(): term for terms in GLOSSARY.values() for term in terms}
 _NAMES = re.compile(r"\b(" + "|".join(sorted(map(re.escape, TERMS), key=len, reverse=True)) + r")s?\b", re.IGNORECASE)
-_TAG = re.compile(r"(<[^>]*>)")
+_TAG = re.compile(r"(<[^<>]*>)")
 _CLOSED = ("h1", "h2", "a", "strong", "script", "svg", "summary")  # in which nothing is linked
 
 
