@@ -80,19 +80,20 @@ def _blocks_of_lines(
     stream: BinaryIO, origin: str, size: int | None, progress: Progress | None
 ) -> Iterator[tuple[list[bytes], bool]]:
     """Yield lists of lines without line ends, and whether the list is an unterminated last line."""
-    rest = b""
+    rest, end = b"", b"\n"
     number = 1
     read = 0
     while block := stream.read(_BLOCK):
         if read == 0:
             _refuse_binary(block, origin)
             block = block.removeprefix(b"\xef\xbb\xbf")
+            end = b"\r" if b"\r" in block and b"\n" not in block else b"\n"
         read += len(block)
         if max(read, size or 0) > MAX_BYTES:  # a known size is rejected before reading
             raise InputError(f"{origin}: larger than {MAX_BYTES} bytes, the most a G-code file may hold")
         if b"\0" in block:
             raise InputError(f"{origin}: holds NUL bytes: a binary file, no G-code")
-        lines = (rest + block).split(b"\n")
+        lines = (rest + block).split(end)
         if max(map(len, lines)) > MAX_LINE:
             lines = [_short(line, origin, at) for at, line in enumerate(lines, number)]
         rest = lines.pop()

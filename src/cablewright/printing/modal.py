@@ -9,9 +9,16 @@ Choices where dialects differ:
 * G92 shifts the coordinates of the file, never the machine; without words it sets all of them to zero.
 * G28 travels to the machine's zero along the named axes (all, if none is named) and removes their shift.
 * Every file starts at the machine's zero, in absolute millimetres.
-* A line that only names axes repeats the last of G0 to G3; F alone needs no motion and holds from there.
+* A line with axes but no motion of its own repeats the last of G0 to G3, beside codes such as G43 and M8 too
+  (`gcode_words.BESIDE`); F alone needs no motion and holds from there.
+* M120 and M121 stack modes, as in RepRapFirmware: units, G90 and G91, M82 and M83, F. M121 without M120 is ignored. M72
+  restores those of M70 or M73, and the spindle, as in LinuxCNC. RESTORE_GCODE_STATE restores the shift and E, too, as
+  in Klipper.
+* S holds until the next S, as in GRBL and LinuxCNC. M106 and M107 with P above 0 switch another output.
+* M2, M30 without a file's name, and the second % end the program. Later lines are counted, comments are read. M0 and
+  M1 pause.
 * Accelerations, jerks and macros of a firmware are not interpreted. An unknown code and the words after it are counted
-  and ignored; codes that would change the path are rejected.
+  and ignored; codes that would change the path are rejected (`gcode_words.reject`).
 """
 
 from __future__ import annotations
@@ -20,29 +27,57 @@ import math
 import re
 import struct
 from array import array
-from typing import Final, NoReturn
+from typing import Any, Final, NoReturn
 
 import numpy as np
 
 from cablewright.foundation.errors import InputError
 from cablewright.printing.annotations import Annotations
 from cablewright.printing.arc import ArcError, centre_from_offset, centre_from_radius, piece_count, pieces, swept_angle
-from cablewright.printing.gcode_words import MACRO, NUMBER, WordError, as_number, bare_text, code_of, split, why_unread
+from cablewright.printing.gcode_words import (
+    BESIDE,
+    MACRO,
+    NUMBER,
+    UNREAD,
+    WordError,
+    Words,
+    as_number,
+    bare_text,
+    commands,
+    is_nonzero,
+    parameters,
+    reject,
+    split,
+    why_unread,
+)
 from cablewright.printing.row_changes import Changes
 
 MAX_COORDINATE: Final = 1e6  # m, distance from the origin
 MAX_MOVES: Final = 20_000_000  # about 2 GB of toolpath
 MAX_DWELL: Final = 1e6  # s, of one G4
 MAX_TURNS: Final = 1000  # of one arc
+MAX_SAVED: Final = 100  # saved sets of modes
 MAX_UNKNOWN: Final = 1000  # different unknown words counted by name; the others are counted together
 COLUMNS: Final = 5  # of a row: x, y, z (m, machine), extrusion (m), feed (m/s)
 
 _ROW: Final = struct.Struct(f"={COLUMNS}d")
 _Word = bytes | float | None
 
+_NOTHING = re.compile(rb"(?!)").fullmatch  # matches no line
+
 _SLOWEST, _FASTEST = 1e-9, 1e6  # m/s
 _FARTHEST_SQUARED = MAX_COORDINATE**2
-_SETTINGS = frozenset({"G17", "G20", "G21", "G90", "G91", "G91.1", "M82", "M83"})
+_SETTINGS: dict[str, dict[str, object]] = {
+    "G17": {},
+    "G91.1": {},
+    "G20": {"_unit": 0.0254},
+    "G21": {"_unit": 1e-3},
+    "G90": {"_relative": False},
+    "G91": {"_relative": True},
+    "M82": {"_relative_e": False, "_e_follows_axes": False},
+    "M83": {"_relative_e": True, "_e_follows_axes": False},
+}
+"""Codes that set a mode: attributes of `Controller`."""
 _LETTERS = {
     "": "F",
     "G0": "XYZEF",
@@ -53,22 +88,14 @@ _LETTERS = {
     "G28": "XYZ",
     "G92": "XYZE",
 }
-_REFUSED = {
-    "G5": "splines are not read; G0 to G3 are",
-    "G5.1": "splines are not read; G0 to G3 are",
-    "G18": "arcs are read in the XY plane (G17) only",
-    "G19": "arcs are read in the XY plane (G17) only",
-    "G51": "scaling inside the file is not read; a job has a scale",
-    "G68": "rotation inside the file is not read",
-    "G90.1": "absolute arc centres are not read; I and J are measured from the start of the arc",
-    "G92.1": "G92 is read with coordinates or bare",
-    "G93": "inverse-time feed is not read; F is a speed",
-}
-_FREE_TEXT = frozenset({"M0", "M1", "M16", "M23", "M28", "M30", "M32", "M117", "M118", "M486", "M928"})
-_BESIDE = frozenset(f"G{n}" for n in (40, 43, 49, *range(54, 60), 61, 64, 80, 94, 98, 99)) | frozenset(
-    f"M{n}" for n in (*range(3, 10), 48, 49)
-)
-"""Codes of machine tools that own no F: it is the feed of their line."""
+_SHARING = frozenset({*BESIDE, *_LETTERS, *_SETTINGS})
+"""Codes after which the words of the line go on."""
+_MODES = ("_unit", "_relative", "_relative_e", "_e_follows_axes", "_feed")
+_ALL = (*_MODES, "_shift", "_e")
+_RESTORED = {"M121": _MODES, "M72": _MODES, "RESTORE_GCODE_STATE": _ALL}
+"""What the codes and macros that restore modes restore."""
+_SAVED = {"M120": "M120", "M121": "M120", "M70": "M70", "M71": "M70", "M72": "M70", "M73": "M70"}
+"""Codes that save or restore modes, and the code under which those are saved."""
 _LABELS = frozenset({"EXCLUDE_OBJECT_DEFINE", "EXCLUDE_OBJECT_START", "EXCLUDE_OBJECT_END"})
 _SWITCHES = {
     "M101": ("M101", True), "M102": ("M101", False), "M103": ("M101", False),
@@ -94,7 +121,7 @@ class Controller:
     """Interprets lines in order and records straight moves: `COLUMNS` floats each in `rows`, a line number in `lines`.
 
     The rows at which something changes: ``rapid`` (1 from a G0 or G28 on, 0 from a G1 to G3 on), ``homing`` (1 in
-    G28), ``switches`` (1 while on). ``dwells``: (row, s); ``unknown``: ignored words and their counts.
+    G28), ``switches`` (1 while on; S: while not 0). ``dwells``: (row, s); ``unknown``: ignored words, their counts.
     """
 
     def __init__(self, origin: str, arc_step: float, arc_error: float, extruder: str = "E") -> None:
@@ -107,7 +134,7 @@ class Controller:
         self.notes = Annotations()
         self.rapid = Changes()
         self.homing = Changes()
-        self.switches = {name: Changes() for name, _ in _SWITCHES.values()}
+        self.switches = {name: Changes() for name in ("M101", "M106", "M3", "S")}
         self.dwells: list[tuple[int, float]] = []
         self.unknown: dict[str, int] = {}
         self._origin = origin
@@ -122,6 +149,8 @@ class Controller:
         self._shift = [0.0, 0.0, 0.0]  # m, machine minus written
         self._e = 0.0  # m, written
         self._feed = math.inf  # m/s; without F only the job's limits apply
+        self._saved: dict[str, list[dict[str, Any]]] = {}  # attributes by the code that saved them
+        self._ended = ""  # the code that ended the program
         self._motion = ""
         self._number = 0
         self._line = b""
@@ -133,13 +162,14 @@ class Controller:
         Raises `InputError` with file, line number, text and what is allowed.
         """
         self._unterminated = unterminated
-        straight = self._pattern.fullmatch
+        straight = _NOTHING if self._ended else self._pattern.fullmatch
         for number, line in enumerate(lines, first_number):
             self._number = number
             self._line = line
             found = straight(line)
             if found is None:
                 self._interpret(line)
+                straight = _NOTHING if self._ended else straight
                 continue
             code, early, x, y, z, e, feed = found.groups()
             if early is not None and feed is not None:
@@ -157,8 +187,8 @@ class Controller:
             begin = line[:1]
             if begin in (b";", b"(") and (unknown := self.notes.read(line, len(self.lines))):
                 self._count(f";TYPE:{unknown}")
-            if begin != b";":
-                self._obey(bare_text(line))
+            if begin != b";" and (text := bare_text(line)):
+                self._obey(text)
         except WordError as error:
             cut = error.cut and self._unterminated
             self._refuse("the line ends inside a word; the file looks truncated" if cut else str(error))
@@ -167,20 +197,16 @@ class Controller:
 
     def _obey(self, text: str) -> None:
         """Apply the settings of a line, then its one action. Raises `WordError`, `ArcError`."""
-        if (macro := MACRO.match(text)) is not None:
-            if macro[0] in _LABELS:
-                self.notes.read_label(macro[0], self._line, len(self.lines))
-            else:
-                self._count(macro[0])
+        if self._ended:
+            self._count(f"after {self._ended}")
             return
-        action, foreign = "", False  # the words after an unknown code belong to it
-        taken = []
+        if (macro := MACRO.match(text)) is not None:
+            self._call(macro[0])
+            return
         words, rest = split(text)
-        for letter, number in words:
-            if not ((letter == "T" and not foreign) or (letter in "GM" and (number or not foreign))):
-                taken.append((self._spelling.get(letter, letter), number))
-                continue
-            code = letter + number if letter == "T" else code_of(letter, number)
+        codes, shared, is_read = commands(words, rest, _SHARING)
+        action = ""
+        for code, own in codes:
             if code in _LETTERS:
                 if action:
                     raise WordError(f"{action} and {code} in one line; one of them is allowed")
@@ -188,42 +214,94 @@ class Controller:
             elif code in _SETTINGS:
                 self._set(code)
             else:
-                self._pass(code, words)
-                foreign = True
-            if code in _FREE_TEXT:
-                break
-        if action or not foreign:
-            if rest:
-                raise WordError(why_unread(words, rest))
-            self._act(action, taken)
-        else:
-            self._act("", _feeds_of_line(words))
+                self._pass(code, own, len(words) == 1)
+        if not is_read:
+            raise WordError(why_unread(words, rest))
+        taken = [(self._spelling.get(letter, letter), number) for letter, number in shared]
+        owned = {letter for code, _ in codes for letter in BESIDE.get(code, "")}
+        for letter, number in taken:
+            if letter == "S" and number and (action != "G4" or "S" in owned):
+                self.switches["S"].set(len(self.lines), is_nonzero(number))
+        self._act(action, taken, owned)
 
-    def _pass(self, code: str, words: list[tuple[str, str]]) -> None:
-        """Record a code that moves nothing, of a line of these ``words``. Raises `WordError` where it is rejected."""
-        if code in _REFUSED:
-            raise WordError(_REFUSED[code])
+    def _call(self, macro: str) -> None:
+        """Obey or count a macro. Raises `WordError` where it is rejected."""
+        given = parameters(self._line)
+        reject(macro, given.items())
+        if macro in _LABELS:
+            self.notes.read_label(macro, self._line, len(self.lines))
+        elif macro in ("SAVE_GCODE_STATE", "RESTORE_GCODE_STATE"):
+            self._keep(macro, f"SAVE_GCODE_STATE NAME={given.get('NAME', 'default')}")
+        else:
+            if macro == "%" and (macro in self.unknown or len(self.lines)):
+                self._ended = macro
+            self._count(macro)
+
+    def _keep(self, code: str, name: str) -> None:
+        """Save modes by a ``name``, or restore the last ones saved by it. Raises `WordError`."""
+        saved = self._saved.setdefault(name, [])
+        if code in _RESTORED:
+            if not saved:
+                raise WordError(f"no modes are saved; {name} must stand before {code}")
+            state = saved.pop() if code == "M121" else saved[-1]
+            for key in _RESTORED[code]:
+                setattr(self, key, state[key])
+            for switch in ("M3", "S") if code == "M72" and len(self.switches["M3"]) else ():
+                self.switches[switch].set(len(self.lines), state[switch])
+            return
+        if code != "M120":
+            saved.clear()
+        if code != "M71":
+            if len(saved) + len(self._saved) > MAX_SAVED:
+                raise WordError(f"more than {MAX_SAVED} saved modes")
+            on, speed = (self.switches[name].last for name in ("M3", "S"))
+            saved.append(
+                {key: getattr(self, key) for key in _ALL} | {"M3": on or 0.0, "S": 1.0 if speed is None else speed}
+            )
+
+    def _pass(self, code: str, own: Words | None, alone: bool) -> None:
+        """Record a code that moves nothing, and its ``own`` words (None: it shares those of its line).
+
+        Raises `WordError` where it is rejected, or has to be ``alone`` in its line.
+        """
+        reject(code, own or ())
+        given = dict(own or ())
         if code == "M486":
             self.notes.read_m486(self._line, len(self.lines))
-            return
-        self._count(code)
-        if code == "M200" and (diameter := dict(words).get("D")):
-            self.notes.settings["volumetric"] = float(bool(diameter.strip("+-.0")))  # whether E is in mm^3
-        if code in _SWITCHES:
-            name, on = _SWITCHES[code]
-            stopped = any(letter == "S" and number and not number.strip("+-.0") for letter, number in words)
-            self.switches[name].set(len(self.lines), on and not stopped)
+        elif code == "G53":
+            if any(self._shift) or self._relative:
+                raise WordError("G53 is read with G90 and where nothing shifts the axes; write coordinates without it")
+        elif code in _SAVED and not given.keys() - {*"XYZEF"} and (code != "M121" or self._saved.get("M120")):
+            if not alone:
+                raise WordError(f"{code} is read on a line of its own; write it there")
+            self._keep(code, _SAVED[code])
+        elif code in ("M106", "M107") and is_nonzero(given.get("P", "")):
+            self._count(f"{code} P{given['P']}")
+        else:
+            self._count(code)
+            if own is None and code in ("M2", "M30"):
+                self._ended = code
+            if code in _SWITCHES:
+                name, on = _SWITCHES[code]
+                self.switches[name].set(len(self.lines), on and (own is None or is_nonzero(given.get("S", "1"))))
+        if code == "M200" and (diameter := given.get("D")):
+            self.notes.settings["volumetric"] = float(is_nonzero(diameter))  # whether E is in mm^3
 
-    def _act(self, action: str, taken: list[tuple[str, str]]) -> None:
-        """Execute ``action`` with the words of its line, or repeat the last motion where the line only names axes."""
-        if not action and any(letter in "XYZEIJR" for letter, _ in taken):
+    def _act(self, action: str, taken: Words, owned: set[str]) -> None:
+        """Execute ``action`` with the words of its line, or repeat the last motion where the line only names axes.
+
+        Letters that are ``owned`` by other codes are theirs, except where the motion has to have them.
+        """
+        if not action and any(letter in "XYZEIJR" and letter not in owned for letter, _ in taken):
             action = self._motion
             if not action:
                 raise WordError("axes without a G code before any of G0 to G3")
+        owned -= {*_LETTERS.get(action, "")} - {"E", "S"}
+        taken = [word for word in taken if word[0] not in owned]
         words: dict[str, float] = {}
         for letter, number in taken:
-            if action in ("G2", "G3") and letter == "K":
-                raise WordError("K of an arc is not read; X, Y, Z, E, F, P with I and J, or with R, are allowed")
+            if (action, letter) in UNREAD and (letter != "H" or is_nonzero(number)):
+                raise WordError(UNREAD[action, letter])
             if letter in words:
                 raise WordError(f"{self._spelling.get(letter, letter)} is given twice; once is allowed")
             if letter in _LETTERS.get(action, ""):
@@ -243,16 +321,10 @@ class Controller:
                 self._rename(words if taken else dict.fromkeys("XYZE", 0.0))
 
     def _set(self, code: str) -> None:
-        match code:
-            case "G20" | "G21":
-                self._unit = 0.0254 if code == "G20" else 1e-3
-            case "G90" | "G91":
-                self._relative = code == "G91"
-                if self._e_follows_axes:
-                    self._relative_e = self._relative
-            case "M82" | "M83":
-                self._e_follows_axes = False
-                self._relative_e = code == "M83"
+        for name, value in _SETTINGS[code].items():
+            setattr(self, name, value)
+        if self._e_follows_axes:
+            self._relative_e = self._relative
 
     def _straight(self, code: str, x: _Word, y: _Word, z: _Word, e: _Word, feed: _Word) -> None:
         """Move in a line (file units). Raises `ValueError` for a text that is no number, `InputError` out of range."""
@@ -343,11 +415,11 @@ class Controller:
             self._add(0.0)
 
     def _home(self, named: dict[str, float]) -> None:
-        place = [self._x, self._y, self._z]
-        for at, axis in enumerate("XYZ"):
-            if axis in named or not named:
-                place[at] = self._shift[at] = 0.0
-        if place != [self._x, self._y, self._z]:
+        homed = [not named or axis in named for axis in "XYZ"]
+        before = self._x, self._y, self._z
+        place = [0.0 if gone else at for gone, at in zip(homed, before, strict=True)]
+        self._shift = [0.0 if gone else at for gone, at in zip(homed, self._shift, strict=True)]
+        if place != [*before]:
             self._x, self._y, self._z = place
             self.homing.set(len(self.lines), 1)
             self._add(0.0)
@@ -355,9 +427,10 @@ class Controller:
 
     def _rename(self, words: dict[str, float]) -> None:
         """Give the current position the coordinates of ``words`` (G92)."""
-        for at, (axis, machine) in enumerate(zip("XYZ", (self._x, self._y, self._z), strict=True)):
-            if axis in words:
-                self._shift[at] = machine - words[axis] * self._unit
+        self._shift = [
+            at - words[axis] * self._unit if axis in words else shift
+            for axis, at, shift in zip("XYZ", (self._x, self._y, self._z), self._shift, strict=True)
+        ]  # a new list: saved modes hold the one before
         if "E" in words:
             self._e = words["E"] * self._unit
 
@@ -370,19 +443,10 @@ class Controller:
     def _refuse(self, reason: str) -> NoReturn:
         """Raise the `InputError` of the current line."""
         text = self._line.decode("utf-8", "replace").strip()
+        if "\r" in text:
+            reason = "a carriage return inside a line of a file with line feeds; give each line one kind of line end"
         shown = repr(text if len(text) <= 60 else text[:57] + "...")
         raise InputError(f"{self._origin}, line {self._number}: {shown}: {reason}")
-
-
-def _feeds_of_line(words: list[tuple[str, str]]) -> list[tuple[str, str]]:
-    """Return the F words before the first code that owns the words after it."""
-    found = []
-    for letter, number in words:
-        if letter in "GM" and code_of(letter, number) not in _BESIDE | _SETTINGS:
-            break
-        if letter == "F":
-            found.append((letter, number))
-    return found
 
 
 def _further_turns(turns: float, clockwise: bool) -> float:

@@ -23,7 +23,7 @@ BY_HEIGHT: Final = "height"  # `Toolpath.layers_by` of a file without layer mark
 
 _HEIGHT_GRAIN = 1e-6  # m, resolution of heights in files without layer markers
 _BEYOND = 0.1  # of the longer side of the part in plan view: travel farther out than this leaves the part
-_CODES: Final = {"M101": ("M101", "M102", "M103"), "M106": ("M106", "M107"), "M3": ("M3", "M4", "M5")}
+_CODES: Final = {"M101": ("M101", "M102", "M103"), "M106": ("M106", "M107"), "M3": ("M3", "M4", "M5", "S")}
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,6 +146,7 @@ def build(controller: Controller, origin: str, material: Material, slicer: str) 
         extrusion = np.where(controller.rapid.spread(k, 0.0) > 0.0, 0.0, length)
     elif material in _CODES:
         extrusion = np.where(controller.switches[material].spread(k, 0.0) > 0.0, length, 0.0)
+        extrusion *= controller.switches["S"].spread(k, 1.0) if material == "M3" else 1.0
     if material not in ("E", "A"):
         extrusion[homing] = 0.0
     extruding = (extrusion > 0) & (length > 0)
@@ -211,8 +212,8 @@ def _why_nothing(controller: Controller, material: Material) -> str:
     elif material == "every G1":
         why = "no G1, G2 or G3 has a length"
     else:
-        why = f"no move while {material} is on"
-    found = [name for name, changes in controller.switches.items() if len(changes) and name != material]
+        why = f"no move while {material} is on{', by P0 or without P' if material == 'M106' else ''}"
+    found = [name for name, changes in controller.switches.items() if len(changes) and name not in (material, "S")]
     found += [letter for letter in ("A", "E") if letter in controller.unknown and letter != material]
     if not found:
         return why

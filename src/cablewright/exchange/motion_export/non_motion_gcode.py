@@ -17,7 +17,7 @@ import numpy as np
 
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import printable
-from cablewright.printing.gcode_words import MACRO, WordError, bare_text, code_of, split
+from cablewright.printing.gcode_words import MACRO, WordError, bare_text, checksum, code_of, split
 from cablewright.printing.job import Job
 from cablewright.printing.toolpath import BY_HEIGHT, Toolpath
 from cablewright.studies.checks.winch_angles import WinchPath
@@ -75,7 +75,7 @@ _WORDS: Final[Mapping[str, Mapping[str, str]]] = MappingProxyType(
 
 _MOTION: Final = frozenset({
     "G0", "G1", "G2", "G3", "G4", "G17", "G20", "G21", "G28", "G40", "G43", "G49", "G54", "G61", "G64", "G80", "G90",
-    "G91", "G92", "G94", "M82", "M83",
+    "G91", "G92", "G94", "G53", "M70", "M71", "M72", "M82", "M83", "M120", "M121",
 })  # fmt: skip
 """Codes that the path covers, or that the export writes itself."""
 
@@ -107,7 +107,9 @@ class Beside:
         number, fed, speed = next(alone)
         if self.source is not None:
             with self.source.open(encoding="utf-8-sig", errors="replace", newline="\n") as stream:
-                for at, raw in enumerate(stream, 1):
+                for at, raw in enumerate(
+                    (line for each in stream for line in ([each] if "\n" in each else each.split("\r"))), 1
+                ):
                     while number < at or (number == at and self.feeds is not None):
                         yield number, _feed(fed, speed)
                         number, fed, speed = next(alone)
@@ -210,5 +212,5 @@ def _feed(fed: float, speed: float) -> str:
 
 def _bare(raw: str) -> str:
     """Return a line without its comment, number and checksum; the text of a message stays unchanged."""
-    text = re.sub(r"^\s*N\s*[0-9]+\s*", "", raw, flags=re.IGNORECASE)
-    return re.sub(r"\*\s*[0-9]+\s*$", "", text.partition(";")[0]).strip()
+    found = checksum(text := raw.partition(";")[0])
+    return re.sub(r"^\s*N\s*[0-9]+\s*", "", text[: found.start()] if found else text, flags=re.IGNORECASE).strip()
