@@ -24,8 +24,9 @@ CODES = [
     "G0", "G1", "G2", "G3", "G4", "G20", "G28", "G90", "G91", "G92", "M82", "M83", "M3", "M5", "M101", "M103", "M106",
     "M107", "M486 S1", "M486 AName", "M486 S-1", "EXCLUDE_OBJECT_START NAME=a", "EXCLUDE_OBJECT_END", ";LAYER:1",
     ";LAYER_CHANGE", "; CHANGE_LAYER", ";Z:0.3", ";Z:0.4", ";HEIGHT:0.2", ";TYPE:FILL", ";TYPE:x", "(<layer> 0.2 )",
-    "(<infill>)", "; printing object a", "; stop printing object a", "M120", "M121", "M70", "M72", "M30", "M2", "%", "G43 H1", "G53",
-    "SAVE_GCODE_STATE NAME=a", "RESTORE_GCODE_STATE NAME=a", "M220 S100", "G10 P0 S200", "M67 E0 Q5", "M117 5*3", "S0",
+    "(<infill>)", "; printing object a", "; stop printing object a", "M120", "M121", "M70", "M72", "M30", "M2", "%",
+    "G43 H1", "G53", "SAVE_GCODE_STATE NAME=a", "RESTORE_GCODE_STATE NAME=a", "M220 S100", "G10 P0 S200", "M67 E0 Q5",
+    "M117 5*3", "S0",
 ]  # fmt: skip
 CODE = st.sampled_from(CODES)
 LINE = st.lists(st.one_of(CODE, WORD), max_size=6).map(" ".join)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Container, Iterable, Mapping
+from collections.abc import Collection, Container, Iterable, Mapping
 from types import MappingProxyType
 from typing import Final
 
@@ -87,6 +87,7 @@ UNREAD: Final = dict.fromkeys(
     for letter in "RH"
 }
 """Words that change a motion and are not read; H0 changes none."""
+_FIRST_OF_VENDORS = 500  # M-codes from here on are one to a line; their words may be M and G
 _PREPARING = frozenset({"G10", "G29", "G130", "G161", "G162", "G380"})
 """G-codes whose axis words are no path: they level, home or set up the machine."""
 
@@ -192,7 +193,7 @@ def is_nonzero(number: str) -> bool:
     return bool(number.strip("+-.0"))
 
 
-def reject(code: str, own: Iterable[tuple[str, str]]) -> None:
+def reject(code: str, own: Collection[tuple[str, str]]) -> None:
     """Raise `WordError` where a code or macro, with its ``own`` words or parameters, would change the path."""
     is_motion = code[0] == "G" and code[1:2].isdigit() and code.partition(".")[0] not in _PREPARING
     letters, neutral = _NEUTRAL.get(code, ("XYZ" if is_motion else "", None))
@@ -200,7 +201,8 @@ def reject(code: str, own: Iterable[tuple[str, str]]) -> None:
         letter in letters and (neutral is None or (number and as_number(letter, number) != neutral))
         for letter, number in own
     )
-    if changed or (code in _REFUSED and code not in _NEUTRAL):
+    is_set_up = code == "M290" and len(own) > 2  # of the motors of a Bambu: X40 Y40 Z2.7
+    if (changed and not is_set_up) or (code in _REFUSED and code not in _NEUTRAL):
         raise WordError(_REFUSED.get(code, f"{code} with axes may move or shift them, and is not read; {_MOVES}"))
 
 
@@ -222,14 +224,17 @@ def commands(words: Words, rest: str, sharing: Container[str]) -> tuple[list[tup
     shared: Words = []
     codes: list[tuple[str, Words | None]] = []
     into: Words = shared
+    is_vendors = False  # M1006 A0 M60 E37: no code follows
     for at, (letter, number) in enumerate(words):
-        if not ((letter == "T" and into is shared) or (letter in "GM" and (number or into is shared))):
+        is_code = (letter == "T" and into is shared) or (letter in "GM" and (number != "" or into is shared))
+        if is_vendors or not is_code:
             into.append((letter, number))
             continue
         code = letter + number if letter == "T" else code_of(letter, number)
         is_text = code in FREE_TEXT and (at + 1 < len(words) or rest != "")
         into = shared if not is_text and (code in sharing or (letter == "T" and number)) else []
         codes.append((code, None if into is shared else into))
+        is_vendors = letter == "M" and float(number) >= _FIRST_OF_VENDORS
         if is_text:
             break
     return codes, shared, not rest or into is not shared
