@@ -242,7 +242,7 @@ class Controller:
         saved = self._saved.setdefault(name, [])
         if code in _RESTORED:
             if not saved:
-                raise WordError(f"no modes are saved; {name} must stand before {code}")
+                raise WordError(f"no modes are saved; {name[:60]} must stand before {code}")
             state = saved.pop() if code == "M121" else saved[-1]
             for key in _RESTORED[code]:
                 setattr(self, key, state[key])
