@@ -129,8 +129,8 @@ def available_wrenches(
 ) -> WrenchPolytope:
     """Compute the available wrenches at *poses*, (n,) or (N, n) in m and rad, with the facets of their set.
 
-    Cables are straight, as in `tension_distribution`. Moments are divided by *length*, m, where they are compared with
-    forces. Raises `InputError`, and `AnswerError` for a single pose without a structure matrix.
+    Cables are straight, as in `tension_distribution`, and a plane holds both ways. Moments are divided by *length*, m,
+    where they are compared with forces. Raises `InputError`, and `AnswerError` for a single pose without a structure matrix.
 
     Examples
     --------

@@ -95,7 +95,7 @@ _KEPT_COMMENT = 512  # bytes of a comment that are kept of a longer line: more t
 _BRACKET = re.compile(r"[();]")
 _CHECKSUM = re.compile(r"\*\s*([0-9]{1,9})\s*$", re.ASCII)
 _TEXT = re.compile(rf"\s*(?:M0*(?:{'|'.join(code[1:] for code in FREE_TEXT)})(?![0-9.])|[A-Z_]{{3}})", re.A | re.I)
-_PARAMETER = re.compile(r"([A-Za-z_]\w*)[ \t]*=[ \t]*(\"[^\"]*\"|'[^']*'|[^\s*]+)", re.ASCII)
+_PARAMETER = re.compile(r"(?<!\w)([A-Za-z_]\w*)[ \t]*=[ \t]*(\"[^\"]*\"|'[^']*'|[^\s*]+)", re.ASCII)
 _LINE_NUMBER = re.compile(r"\s*N\s*[0-9]+(?![0-9.])", re.ASCII | re.IGNORECASE)
 _EXPONENT = re.compile(r"(?<=[0-9.])e(?=[-+]?[0-9])")
 _KEPT_SMALL = "\0"  # replaces such an e while the line is converted to capitals; no line holds a NUL
