@@ -130,7 +130,8 @@ def available_wrenches(
     """Compute the available wrenches at *poses*, (n,) or (N, n) in m and rad, with the facets of their set.
 
     Cables are straight, as in `tension_distribution`, and a plane holds both ways. Moments are divided by *length*, m,
-    where they are compared with forces. Raises `InputError`, and `AnswerError` for a single pose without a structure matrix.
+    where they are compared with forces. Raises `InputError`, and `AnswerError` for a single pose without a structure
+    matrix.
 
     Examples
     --------
