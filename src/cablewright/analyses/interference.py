@@ -375,7 +375,7 @@ def free_region(
     places = np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1).reshape(-1, 3)
     held = solve_inverse(model, hung(model, model.unrotated_at(places)), path=True)
     found = distances(held, part=part, settings=settings)
-    own = np.where(held.is_held, found.margins[:, KINDS.index("part")], np.nan)
+    own = np.where(held.holds, found.margins[:, KINDS.index("part")], np.nan)
     return Free((x, y, z), own.reshape(count), clearance)
 
 

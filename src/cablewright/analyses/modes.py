@@ -153,7 +153,7 @@ class Modes(Pictured):
     def refusal(self) -> str:
         """Reason why a pose is not held; empty where all are."""
         held = self.equilibrium[None] if self.single else self.equilibrium
-        good = held.is_held
+        good = held.holds
         return "" if good.all() else held[int(np.argmin(good))].sentence()
 
     @property

@@ -181,7 +181,7 @@ class _Search:
             poses, retraction = poses_at(self.model.robot, self.job, places[at])
             held = solve_inverse(self.model, poses, path=True, retraction=retraction)
             near = distances(held, part=self.grown.part, now=when[at], settings=self.grown.settings).smallest
-            found[at] = held.is_held & ~too_near(near, self.clearance)
+            found[at] = held.holds & ~too_near(near, self.clearance)
         return found
 
     def unsafe(self, samples: Samples) -> list[tuple[int, int]]:

@@ -41,7 +41,7 @@ def places(model: Model, low: Array, high: Array, here: Array) -> list[Array]:
         for way in inward:
             steps = here + np.outer(np.linspace(0.25, 1.0, 4), WAY * np.pad(way, (0, model.n - 3)))
             inside = bool(((steps[:, :3] >= low) & (steps[:, :3] <= high)).all())
-            if inside and bool(solve_inverse(model, steps).is_held.all()):
+            if inside and bool(solve_inverse(model, steps).holds.all()):
                 found.append(steps[-1])
                 break
     return found if len(found) == 2 else []

@@ -106,19 +106,19 @@ class LoggedPoses(Result):
     @property
     def solved(self) -> int:
         """Number of rows of the log of lengths with an equilibrium."""
-        return int(self.poses.is_held.sum())
+        return int(self.poses.holds.sum())
 
     @property
     def highest_tension(self) -> float:
         """The largest tension, N; NaN where nothing was solved."""
-        return float(np.nanmax(self.poses.tensions[self.poses.is_held])) if self.solved else float("nan")
+        return float(np.nanmax(self.poses.tensions[self.poses.holds])) if self.solved else float("nan")
 
     @property
     def refusal(self) -> str:
         """Sentence that explains why the command's answer is no (exit code 1); empty if the answer is yes."""
         if self.solved == self.rows:
             return ""
-        first = int(np.flatnonzero(~self.poses.is_held)[0])
+        first = int(np.flatnonzero(~self.poses.holds)[0])
         return f"{self.rows - self.solved} of {self.rows} rows, row {first + 1} first: {self.poses[first].sentence()}"
 
 

@@ -89,7 +89,7 @@ class Pilot:
         self._length = 0.0 if path is None else path_length(path)
         poses = np.column_stack([level, np.tile([start[2], *turned], (len(level), 1))])
         held = solve_inverse(Model(machine.robot), with_free(machine.robot, poses))
-        if not (good := held.is_held).all():
+        if not (good := held.holds).all():
             bad = int(np.argmin(good))
             place = ", ".join(f"{x:.2f}" for x in poses[bad])
             raise AnswerError(f"the path cannot be held at {place} m: {held[bad].sentence()}")

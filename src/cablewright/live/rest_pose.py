@@ -56,7 +56,7 @@ def rest_pose(robot: Robot | Model) -> RestPose:
     places = _places(model.robot)
     poses = _poses(model, places)
     found = solve_inverse(model, poses)
-    held = found.is_held
+    held = found.holds
     fits = held & (np.nan_to_num(found.margin(), nan=-1.0) >= 0.0)
     best = int(np.argmax(2 * fits + held))  # the first of those that are best
     notes = tuple(_note(found, k, bool(fits[k])) for k in range(len(places)))
@@ -69,7 +69,7 @@ def rest_pose(robot: Robot | Model) -> RestPose:
 def _note(found: Equilibrium, k: int, fits: bool) -> str:
     if fits:
         return "at rest: an equilibrium within the limits of the robot file"
-    if found.is_held[k]:
+    if found.holds[k]:
         return "at rest: an equilibrium, but with tensions outside the limits of the robot file"
     return f"not in equilibrium: {found[k].sentence()}; the lines are drawn as near to it as they come"
 

@@ -148,6 +148,11 @@ class Model:
         return self.robot.m
 
     @property
+    def pushes_point(self) -> bool:
+        """Whether a plane that only pushes carries a point."""
+        return self.n == 3 and self.robot.platform.may_lift
+
+    @property
     def winches(self) -> int:
         """The number of winches: see `Robot.winches`."""
         return self.robot.winches
@@ -233,7 +238,7 @@ class Equilibrium(Rows, Result):
         return scalar(self.code == 0)
 
     @property
-    def is_held(self) -> Any:
+    def holds(self) -> Any:
         """Whether it is solved, and does not lift the platform off a plane that only pushes; (N,) of a batch."""
         if not self.model.robot.platform.may_lift:
             return self.ok
@@ -243,7 +248,7 @@ class Equilibrium(Rows, Result):
     def judged_code(self) -> NDArray[np.int64]:
         """The code, () or (N,); that of `Status.OUT_OF_LIMITS` where it is solved and not held."""
         return np.where(
-            (self.code == 0) & np.logical_not(self.is_held), list(Status).index(Status.OUT_OF_LIMITS), self.code
+            (self.code == 0) & np.logical_not(self.holds), list(Status).index(Status.OUT_OF_LIMITS), self.code
         )
 
     @property
@@ -368,7 +373,7 @@ class Equilibrium(Rows, Result):
     def sentence(self) -> str:
         """Return the status of a single solve in one line, with the numbers that explain it, or why it is not held."""
         status = self.status
-        if status is Status.OK and not self.is_held:
+        if status is Status.OK and not self.holds:
             return f"plane force {self.plane_force:.6g} N; at most 0 N is allowed: {LIFTS}"
         if status in (Status.INFEASIBLE, Status.OVERSTRETCHED):
             return f"{status.value}: {self._worst_line()}"

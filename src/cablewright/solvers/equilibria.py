@@ -143,7 +143,7 @@ class Equilibria(Result):
     def _is_lifted(self) -> bool:
         """Whether there are stable equilibria, and none of them is held by a plane that only pushes."""
         stable = self[self.stable]
-        return bool((stable.code == Code.OK).any()) and not stable.is_held.any()
+        return bool((stable.code == Code.OK).any()) and not stable.holds.any()
 
     @property
     def rows(self) -> tuple[FoundEquilibrium, ...]:

@@ -241,7 +241,7 @@ def tension_distribution(
     if model.robot.sharing:
         choose = partial(_chosen, method=chosen, curvature=curvature, bias=bias, objective=sought)
         found = Distribution(name, given, *distributed(model, packed, given, choose))
-    elif widest and model.robot.platform.may_lift and model.n == 3:
+    elif widest and model.pushes_point:
         own, ones = with_board(model, packed, given), np.ones(model.m + 1)
         tensions, margins, codes = own.completed(_swept(own, given, chosen, ones, 0.0 * ones))
         found = Distribution(name, given, tensions[:, :-1], margins, codes)

@@ -70,7 +70,7 @@ class SolvedPose(Result):
     @classmethod
     def reached(cls, found: Equilibrium, certificate: Certificate | None, box: PoseBox | None) -> SolvedPose:
         """Return a solved forward problem; one that lifts the platform off its plane is out of limits."""
-        lifts = found.sentence() if found.ok and not found.is_held else None
+        lifts = found.sentence() if found.ok and not found.holds else None
         return cls(found, lifts, certificate=certificate, pose_box=box)
 
     @property

@@ -137,7 +137,7 @@ def fit(
     scale, angle, centre = best
     model = Model.full(robot)
     turned = _turned(points, angle)
-    while scale > 0.0 and not held_at(model, place.at(turned, scale, centre) @ found.directions).is_held.all():
+    while scale > 0.0 and not held_at(model, place.at(turned, scale, centre) @ found.directions).holds.all():
         scale = scale * _SHRUNK if scale > _CLOSER else 0.0
     origin = (centre - place.middle(turned) * (min(scale, 1.0) if scale else 1.0)) @ found.directions
     limit = _limit(robot, model, lambda larger: place.at(turned, max(scale, 0.01) * larger, centre) @ found.directions)
@@ -234,7 +234,7 @@ def _limit(robot: Robot, model: Model, placed_at: Callable[[float], Array]) -> s
             if placed[:, k].min() < robot.scene.frame_min[k] or placed[:, k].max() > robot.scene.frame_max[k]:
                 return f"the frame's box along {name}"
         held = held_at(model, placed)
-        if not (good := held.is_held).all():
+        if not (good := held.holds).all():
             bad = int(np.argmin(good))
             place = ", ".join(f"{each:.3g}" for each in placed[bad])
             return f"nozzle at {place} m: {held[bad].sentence()}"

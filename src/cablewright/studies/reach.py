@@ -92,7 +92,7 @@ def reach(robot: Robot, *, max_error: float | None = None, nodes: int = NODES, p
     for first in range(0, len(points), BLOCK):
         progress("reach", first, len(points))
         at = slice(first, first + BLOCK)
-        holds[at] = held_at(model, points[at]).is_held
+        holds[at] = held_at(model, points[at]).holds
     low, high = np.array(robot.scene.frame_min), np.array(robot.scene.frame_max)
     holds &= ((points >= low - _ROUNDING) & (points <= high + _ROUNDING)).all(axis=1)
     if max_error is not None and holds.any():

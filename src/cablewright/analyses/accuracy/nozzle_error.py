@@ -385,7 +385,7 @@ class AccuracyQuestion:
         commonest = int(np.bincount(codes).argmax())
         first = int(np.argmax(codes == commonest))
         held = self.hold(poses[first], None if retraction is None else retraction[first]).equilibria[0]
-        why = held.sentence() if not held.is_held else f"with these lengths, {Status.of(commonest).value}"
+        why = held.sentence() if not held.holds else f"with these lengths, {Status.of(commonest).value}"
         return why if len(codes) == 1 else f"none of the {len(codes)} poses has an answer: {why}"
 
 

@@ -82,19 +82,19 @@ class InverseDynamics(Pictured):
     @property
     def feasible(self) -> bool:
         """Whether tensions within the limits move the platform at all times."""
-        return bool(np.all(self.held.is_held))
+        return bool(np.all(self.held.holds))
 
     @property
     def first_failure(self) -> float | None:
         """First time without feasible tensions, s; None if there is none."""
-        return None if self.feasible else float(self.trajectory.times[~self.held.is_held][0])
+        return None if self.feasible else float(self.trajectory.times[~self.held.holds][0])
 
     @property
     def refusal(self) -> str:
         """Sentence that explains why the trajectory cannot be followed; empty if it can."""
         if self.feasible:
             return ""
-        row = int(np.argmin(self.held.is_held))
+        row = int(np.argmin(self.held.holds))
         return f"at {self.trajectory.times[row]:.4g} s: {self.held[row].sentence()}"
 
     @property

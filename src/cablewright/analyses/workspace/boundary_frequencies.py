@@ -129,7 +129,7 @@ class Boundary(Pictured):
     @property
     def beyond(self) -> int:
         """Number of rows with an equilibrium that violates the tension limits or is unstable."""
-        return int((self.known & ~self.modes.equilibrium.is_held).sum())
+        return int((self.known & ~self.modes.equilibrium.holds).sum())
 
     @property
     def spread(self) -> tuple[float, float, float]:

@@ -34,7 +34,7 @@ def reach(robot: Robot, begin: Array, goal: Array, low: Array, high: Array) -> d
     poses = model.at_nozzle(poses) if rigid else poses
     poses[:, decided_by_weight(robot)] = np.nan
     found = solve_inverse(model, poses)
-    margins = np.where(found.is_held, np.nan_to_num(found.margin(), nan=-np.inf), -np.inf)
+    margins = np.where(found.holds, np.nan_to_num(found.margin(), nan=-np.inf), -np.inf)
     length = float(np.linalg.norm(goal - from_here))
     worst = int(np.argmin(margins))
     if margins[worst] < 0.0:

@@ -97,7 +97,7 @@ def own_model_path(
     best: tuple[float, _Driven] | None = None
     for driven in _starts(model, job, drums, turns, wanted[0]):
         _, held = driven.commanded(wanted[few])
-        margin = _margin(model, held) if held.is_held.all() else -np.inf
+        margin = _margin(model, held) if held.holds.all() else -np.inf
         if best is None or margin > best[0]:
             best = margin, driven
     if best is None:
@@ -167,7 +167,7 @@ def _starts(model: Model, job: Job, drums: Sequence[WinchDrum], turns: Turns, be
     found = []
     for share in _SHARES:
         held = solve_inverse(model, poses, retraction=retraction, preferred=low + share * (high - low))
-        if held.is_held.all():
+        if held.holds.all():
             base = np.array([float(drum.angles(held.lengths[:, i])[0]) for i, drum in enumerate(drums)])
             found.append(_Driven(model, job, drums, turns, base, turns(begin[None])[0], held.tensions[0]))
     return found

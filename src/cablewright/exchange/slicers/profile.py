@@ -157,7 +157,7 @@ def _outline(robot: Robot, found: Reach, free: Mask, bed: float, tall: float) ->
     for _ in range(_TRIES):  # where corners are cut across cells
         places = centre + radii[:, None] * directions
         levels = [np.column_stack([places, np.full(CORNERS, bed + tall * share)]) for share in (0.0, 0.5, 1.0)]
-        lost = ~np.all([held_at(model, level).is_held for level in levels], axis=0)
+        lost = ~np.all([held_at(model, level).holds for level in levels], axis=0)
         if not lost.any():
             break
         radii[lost] *= _SHRUNK
@@ -177,7 +177,7 @@ def _acceleration(robot: Robot, bead: Bead, centre: Array, bed: float, tall: flo
     model = Model.full(robot)
     places = np.array([[*centre, bed + share * tall] for share in (0.0, 0.5, 1.0)])
     held = held_at(model, places)
-    balanced = [held[k] for k in np.flatnonzero(held.is_held).tolist()]
+    balanced = [held[k] for k in np.flatnonzero(held.holds).tolist()]
     if not balanced:
         raise AnswerError(f"robot {robot.name!r}: no tensions within the limits hold it over the middle of its bed")
     lowest = min(float(np.nanmin(modes(each).frequencies)) for each in balanced)

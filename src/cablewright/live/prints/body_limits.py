@@ -91,7 +91,7 @@ def check_tour(model: Model, path: TimedPath) -> None:
         return
     poses, retraction = poses_at(model, path, tour_places(path))
     inside, held = _inside(model.robot, poses), solve_inverse(model, poses, path=True, retraction=retraction)
-    good = inside & held.is_held
+    good = inside & held.holds
     if good.all():
         return
     bad = int(np.argmin(good))
@@ -118,7 +118,7 @@ def check_held(model: Model, path: TimedPath) -> tuple[Equilibrium, Linearisatio
             f"the path leaves the frame of {model.robot.name!r} {_where(path, poses, int(inside.argmin()))}"
         )
     held = solve_inverse(model, poses, path=True, retraction=retraction)
-    if not (good := held.is_held).all():
+    if not (good := held.holds).all():
         bad = int(np.argmin(good))
         where = _where(path, poses, bad)
         raise AnswerError(f"{model.robot.name!r} cannot hold the platform on the path {where}: {held[bad].sentence()}")

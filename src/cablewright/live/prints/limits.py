@@ -156,7 +156,7 @@ def _by_hand(model: Model, path: TimedPath, speed: float) -> ManualSettings:
 
     def holds(place: Array, rotation: Array) -> bool:
         pose = np.concatenate([attitude.origin(place, rotation), rotation])
-        return bool(solve_inverse(model, hung(model, pose[None]), path=True).is_held[0])
+        return bool(solve_inverse(model, hung(model, pose[None]), path=True).holds[0])
 
     nozzle = attitude.nozzle
     if plane is not None:  # of the nozzle, at its distance from the origin's plane
@@ -294,7 +294,7 @@ def _check_path(model: Model, path: TimedPath) -> Equilibrium:
         bad = int(np.argmin(inside))
         raise AnswerError(f"the path leaves the frame of {model.robot.name!r} {_where(path, bad)}")
     held = solve_inverse(model, places, path=True)
-    if not (good := held.is_held).all():
+    if not (good := held.holds).all():
         bad = int(np.argmin(good))
         where = _where(path, bad)
         raise AnswerError(f"the path leaves the workspace of {model.robot.name!r} {where}: {held[bad].sentence()}")

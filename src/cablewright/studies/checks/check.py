@@ -223,7 +223,7 @@ def _nowhere(full: Model) -> int:
     ends = zip(scene.frame_min, scene.frame_max, strict=True)
     axes = (np.linspace(low, high, PLACES + 2)[1:-1] for low, high in ends)
     places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    return 0 if solve_inverse(full, hung(full, full.unrotated_at(places))).is_held.any() else len(places)
+    return 0 if solve_inverse(full, hung(full, full.unrotated_at(places))).holds.any() else len(places)
 
 
 def _require_scale(robot: Robot, job: Job, toolpath: Toolpath) -> None:

@@ -168,7 +168,7 @@ def _lengths(model: Model, job: Job, samples: Samples, progress: Progress) -> Ar
         held = solve_inverse(
             model, poses[block], path=True, retraction=None if retraction is None else retraction[block]
         )
-        if not (good := held.is_held).all():
+        if not (good := held.holds).all():
             bad = int(np.argmin(good))
             place = ", ".join(f"{each:g}" for each in samples.positions[first + bad])
             raise AnswerError(

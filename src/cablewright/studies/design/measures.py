@@ -77,7 +77,7 @@ class DesignCandidate:
     @cached_property
     def good(self) -> Equilibrium:
         """Mask of the poses with an equilibrium. Raises `InputError` if there is none."""
-        found = self.held[self.held.is_held]
+        found = self.held[self.held.holds]
         if not len(found.pose):
             raise InputError("the lines cannot hold the platform at any position of the part")
         return found
@@ -90,7 +90,7 @@ class DesignCandidate:
         """
         if self.poses is None:
             return {}
-        found = {"held": float(np.mean(~self.held.is_held))}
+        found = {"held": float(np.mean(~self.held.holds))}
         for limit in LIMITS:
             allowed, values = limit.allowed(self.robot.lines), limit.values(self.lines)
             beyond = np.maximum(allowed[:, 0] - values, values - allowed[:, 1])

@@ -140,7 +140,7 @@ class _Numbers:
         model = Model.full(self.stage.robot)
         poses, drawn_to = poses_at(self.stage.robot, self.stage.job, places)
         held = solve_inverse(model, poses, retraction=drawn_to)
-        if not (good := held.is_held).all():
+        if not (good := held.holds).all():
             bad = int(np.argmin(good))
             raise AnswerError(
                 f"stage {self.stage.number} cannot hold the nozzle at the seam, at {places[bad, 2]:.3f} m: "
