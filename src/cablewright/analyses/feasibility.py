@@ -13,7 +13,7 @@ from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import Status
 from cablewright.foundation.memory_mapped import blocks, let_go
 from cablewright.foundation.results import Figure
-from cablewright.models.statics import LIFTS, Equilibrium, Model
+from cablewright.models.statics import LIFTS, Equilibrium, Model, lifts
 from cablewright.robot import Line, Robot
 from cablewright.solvers.hardware_limits import lever_angles, sheave_clearances, swing_angles, winch_torques
 
@@ -248,7 +248,7 @@ def broken_limits(rows: Equilibrium) -> tuple[tuple[str, ...], Mask]:
 
 def _lifts(robot: Robot, plane_force: Array) -> Mask:
     """Whether each *plane_force* (N,), N, lifts the platform off the plane by more than rounding."""
-    return np.asarray(plane_force > _ROUNDING * max(line.tension_limits[1] for line in robot.lines))
+    return lifts(plane_force, max(line.tension_limits[1] for line in robot.lines))
 
 
 def _judged_robot(model: Model) -> Robot:

@@ -108,8 +108,9 @@ def read_robot(paths: Sequence[Path], name: str | None = None, options: ImportOp
 
 def _format_of(path: Path) -> str:
     """Return the name of the format that a file has by its content, else by its ending."""
-    content = read_bytes(path, xml_input.MAX_BYTES, "robot of another program").decode("utf-8", "replace")
-    content = content.replace("\r", "\n")
+    content = (
+        read_bytes(path, xml_input.MAX_BYTES, "robot of another program").decode("utf-8", "replace").replace("\r", "\n")
+    )
     for name, each in READ.items():
         if re.search(rf"(?:^|>)[ \t]*+(?:{each.begins})", content, re.MULTILINE | re.IGNORECASE):
             return name

@@ -16,6 +16,7 @@ from xml.parsers import expat
 
 from cablewright.foundation.errors import InputError, suggestion
 from cablewright.foundation.toml_input import read_bytes
+from cablewright.foundation.units import NUMBER
 from cablewright.foundation.validation import shown
 
 MAX_BYTES: Final = 4 << 20
@@ -25,7 +26,7 @@ MAX_ELEMENTS: Final = 20_000
 TEXT: Final = "#text"
 """Key of an element's text among what was read of it."""
 
-_NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?", re.ASCII)
+_NUMBER = re.compile(NUMBER, re.ASCII)
 
 
 @dataclass

@@ -17,11 +17,11 @@ from typing import Final, NamedTuple
 
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.toml_input import read_bytes
-from cablewright.foundation.units import Dimension, is_unit
+from cablewright.foundation.units import NUMBER, Dimension, is_unit
 
 _LONGEST_LINE: Final = 4096  # bytes
 _LONGEST_SHOWN: Final = 60
-_NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_NUMBER = re.compile(NUMBER)
 _BRACKETED = re.compile(r"\((.*)\)|\[(.*)\]")
 _NO_VALUE = re.compile("[-\u2013\u2014]*")
 _MOST_NAMED, _MOST_SEARCHED = 12, 100  # columns in a message, and for the one that was meant

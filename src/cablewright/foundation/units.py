@@ -13,14 +13,15 @@ from dataclasses import dataclass
 from decimal import Decimal
 from numbers import Real
 from types import MappingProxyType
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, Final, TypeVar
 
 from annotated_types import Ge, Gt
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-_NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
-_TEXT = re.compile(rf"({_NUMBER}) *([^\s0-9.+-].*)", re.ASCII)
+# A decimal number in a text; the pattern takes linear time.
+NUMBER: Final = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+_TEXT = re.compile(rf"({NUMBER}) *([^\s0-9.+-].*)", re.ASCII)
 _LONGEST_TEXT = 80
 LARGEST = 1e30  # of a quantity, in its SI unit: no machine is near, and the product of a few is still a number
 
@@ -104,7 +105,7 @@ class Dimension:
             if ours in number:
                 number[theirs] = number.pop(ours)
         units = "|".join(re.escape(unit).replace("\\ ", " ") for unit in self.units)  # ECMA-262 has no such escape
-        text = {"type": "string", "pattern": f"^ *{_NUMBER} *({units}) *$", "examples": [f"2 {self.si}"]}
+        text = {"type": "string", "pattern": f"^ *{NUMBER} *({units}) *$", "examples": [f"2 {self.si}"]}
         return {"anyOf": [number, text], "description": f"{self.name}; a plain number is in {self.si}"}
 
 

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.foundation.arrays import Array
+from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import AnswerError, InputError, Status
 from cablewright.foundation.results import Result
 from cablewright.kernels import batches
@@ -193,6 +193,14 @@ LIFTS: Final = (
 """What a positive force on a plane that only pushes means."""
 
 
+def lifts(plane_force: Array | float, tension_max: float) -> Mask:
+    """Return whether each *plane_force* (...), N, lifts the platform off a plane by more than rounding.
+
+    *tension_max*: N, the largest limit of a tension.
+    """
+    return np.asarray(np.asarray(plane_force) > _ROUNDED * tension_max)
+
+
 @lru_cache(maxsize=32)
 def _packed(model: Model) -> Packed:
     return pack(model.robot, model.fidelity, model.tension_limits)
@@ -239,10 +247,10 @@ class Equilibrium(Rows, Result):
 
     @property
     def holds(self) -> Any:
-        """Whether it is solved, and does not lift the platform off a plane that only pushes; (N,) of a batch."""
+        """Whether the lines hold the pose: it is solved, and presses on a plane that only pushes. (N,) of a batch."""
         if not self.model.robot.platform.may_lift:
             return self.ok
-        return scalar((self.code == 0) & (self.plane_force <= _ROUNDED * self.lines.tension_max.max()))
+        return scalar((self.code == 0) & ~lifts(self.plane_force, float(self.lines.tension_max.max())))
 
     @property
     def judged_code(self) -> NDArray[np.int64]:

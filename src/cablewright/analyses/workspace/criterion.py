@@ -253,8 +253,7 @@ class Criterion:
 
     def _check_plane(self, flat: bool) -> None:
         """Reject what no planar robot can do: to pull across its plane, or to leave it. Raises `InputError`."""
-        platform = self.model.robot.platform
-        if platform.plane is not None:
+        if self.model.robot.platform.plane is not None:
             self._check_box(flat)
         if self.name in ("capacity", "wrench-closure"):
             require_both_ways(self.model, self.name)

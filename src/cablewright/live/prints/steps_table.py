@@ -131,7 +131,7 @@ class StepsTable:
 
 
 def _fill(rows: Rows, parts: Sequence[object], columns: Mapping[str, str]) -> None:
-    """Write numbers of the *parts* (k,) of the steps, where there are any, to the *columns* by their names."""
+    """Write attributes of the *parts* (k,), one for each step or None, to the columns that *columns* names for them."""
     for name, column in columns.items():
         known = [(i, getattr(part, name)) for i, part in enumerate(parts) if part is not None]
         found = [(i, value) for i, value in known if value is not None]
